@@ -10,7 +10,7 @@ from analysis.errors import ResultsError
 from analysis.factors.result import Effect, FactorEffects
 from analysis.factors.values import Factor
 from documents import Finding
-from documents.pages import FAINT, INK, drawing, svg_of
+from documents.pages import FAINT, INK, Drawing, drawing, drawn
 
 EFFECT, LONGEST_NAME = "#165466", 34
 
@@ -143,6 +143,11 @@ def effects_svg(effects: FactorEffects, width_in: float = 6.5) -> str:
     >>> effects_svg(effects).startswith("<svg")
     True
     """
+    return draw_effects(effects, width_in).svg
+
+
+def draw_effects(effects: FactorEffects, width_in: float) -> Drawing:
+    """Draw what `effects_svg` describes, and raise what it raises."""
     rows = drawn_rows(effects)
     if not rows:
         why = " ".join(effects.separation) or "there are none"
@@ -169,7 +174,7 @@ def effects_svg(effects: FactorEffects, width_in: float = 6.5) -> str:
         axes.spines[["top", "right", "left"]].set_visible(False)
         axes.spines["bottom"].set_color(INK)
         count = len(effects.factors)
-        return svg_of(figure, f"Effects of {count} factor{'s' if count > 1 else ''} with 95 % intervals")
+        return drawn(figure, f"Effects of {count} factor{'s' if count > 1 else ''} with 95 % intervals")
 
 
 def _places(rows: Sequence[DrawnRow]) -> list[float]:

@@ -70,7 +70,7 @@ def classes_svg(needed: Needed, salt: str = "") -> str:
         pairs = 100 * power.alike, 100 * power.alike_error
         whole = 100 * power.recovery, 100 * power.recovery_error
         _with_error(axes, power.observers, *pairs, DEEP, "pairs as they should be, mean")
-        _with_error(axes, power.observers, *whole, SECOND, "all pairs as they should be")
+        _with_error(axes, power.observers, *whole, SECOND, "all pairs as they should be", "s", (0, (5, 2)))
         axes.set(ylabel="%", ylim=(-2, 102))
 
     return _svg(
@@ -94,9 +94,28 @@ def widths_svg(needed: Needed, salt: str = "") -> str:
     return _svg(draw, f"widths{salt}", "Mean width of the scores' intervals, against the number of observers")
 
 
-def _with_error(axes: Axes, observers: tuple[int, ...], value: Floats, error: Floats, colour: str, label: str) -> None:
-    marker = "o" if len(observers) <= MOST_MARKED else ""
-    axes.plot(observers, value, color=colour, linewidth=2, marker=marker, markersize=4, label=label, zorder=4)
+def _with_error(
+    axes: Axes,
+    observers: tuple[int, ...],
+    value: Floats,
+    error: Floats,
+    colour: str,
+    label: str,
+    marker: str = "o",
+    dashes: str | tuple[float, tuple[float, ...]] = "-",
+) -> None:
+    marker = marker if len(observers) <= MOST_MARKED else ""
+    axes.plot(
+        observers,
+        value,
+        color=colour,
+        linewidth=2,
+        linestyle=dashes,
+        marker=marker,
+        markersize=4,
+        label=label,
+        zorder=4,
+    )
     axes.fill_between(observers, value - 2 * error, value + 2 * error, color=colour, alpha=0.2, linewidth=0, zorder=3)
 
 

@@ -9,12 +9,15 @@ import csv
 import io
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar, Literal, TypeAlias
 
-from documents.files import write_whole
+from analysis.errors import ResultsError
+from documents import Finding
+from documents.files import whole_file, write_whole
+from documents.pages import Drawing
 
 ColumnKind = Literal["text", "number", "p", "interval", "class", "list"]
 Interval: TypeAlias = tuple[float | None, float | None]
@@ -90,10 +93,14 @@ class Facts:
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """An ``<svg>`` for wide pages and one for narrow ones, a caption, and the table behind it."""
+    """A drawing for wide pages and one for narrow ones, a caption, and the table behind it.
 
-    wide: str
-    narrow: str
+    ``name`` is that of its files.
+    """
+
+    name: str
+    wide: Drawing
+    narrow: Drawing
     caption: str
     table: Table | None = None
     kind: ClassVar[str] = "figure"
@@ -164,6 +171,37 @@ class Section:
             if isinstance(table, Table):
                 tables.append(table)
         return tuple(tables)
+
+    def figures(self) -> tuple[Figure, ...]:
+        """Return all figures in it."""
+        return tuple(block for block in self.blocks if isinstance(block, Figure))
+
+
+def write_figure_files(figures: Sequence[Figure], folder: Path, *, replace: bool = False) -> tuple[Path, ...]:
+    """Write each figure to ``folder`` as ``NAME.svg``, as on wide pages, and as ``NAME.pdf``; return the files.
+
+    Each file is written whole or not at all.
+
+    Raises
+    ------
+    ResultsError
+        If a file is there already, unless ``replace`` asks for others in its place; then nothing is written.
+    OSError
+        If the folder or a file cannot be written.
+    """
+    drawings = [figure.wide for figure in figures]
+    names = file_names(figure.name for figure in figures)
+    files = [folder / f"{name}.{kind}" for name in names for kind in ("svg", "pdf")]
+    there = [file for file in files if file.exists() or file.is_symlink()]
+    if there and not replace:
+        what = f"{len(there)} of the figures are there already, such as {there[0].name}"
+        remedy = "give --replace to write new ones, or name another folder"
+        raise ResultsError(Finding(what, str(folder), remedy=remedy))
+    contents = [content for drawing in drawings for content in (drawing.svg_file().encode(), drawing.pdf())]
+    for file, content in zip(files, contents, strict=True):
+        with whole_file(file) as draft:
+            draft.write_bytes(content)
+    return tuple(files)
 
 
 # Characters that begin a formula in a spreadsheet, or that it skips before a formula.

@@ -1,22 +1,17 @@
-"""The report's figures as SVG: scores (like the thesis's Figure 4.18), classes, values with intervals, and bars.
+"""The report's figures: scores (like the thesis's Figure 4.18), classes, and values with intervals.
 
-Colours of perceptual classes are those of Figure 4.18: 1 green, 2 blue, 3 yellow, 4 brown, 5 red.
+Perceptual classes have the hues of Figure 4.18: 1 green, 2 blue, 3 yellow, 4 brown, 5 red.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from analysis.report.summary import Summary
 from analysis.report.words import percent
 from analysis.scaling.scores import ItemScore
-from analysis.series.observer_means import Estimate
-from documents.pages import DEEP, FAINT, INK, drawing, rows_only, short, svg_of
-from documents.text import json_fields
+from documents.pages import DEEP, FAINT, INK, Drawing, drawing, drawn, rows_only, short
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,27 +19,27 @@ if TYPE_CHECKING:
 MOST_NAMED = 5
 
 
-def scores_svg(summary: Summary, width_in: float) -> str:
-    """Return an ``<svg>`` element: log10 scores with 95 % intervals, a row per stimulus, best at the top.
+def draw_scores(summary: Summary, width_in: float) -> Drawing:
+    """Draw log10 scores with 95 % intervals, a row per stimulus, best at the top.
 
     Text stays text. An item in several classes has a marker of several colours; the class is beside each row, so that
     nothing depends on colour.
     """
     items = summary.scores.items
     with drawing("scores", width_in, 0.75 + ROW_IN * len(items)) as (figure, axes):
-        _draw_scores(axes, summary, [item.name for item in items])
+        _scores(axes, summary, [item.name for item in items])
         axes.set_yticks(range(len(items)), [short(item.name) for item in items])
         axes.set_xlabel("log₁₀ score")
-        return svg_of(figure, f"Scores of {len(items)} stimuli with 95 % intervals")
+        return drawn(figure, f"Scores of {len(items)} stimuli with 95 % intervals")
 
 
 ROW_IN = 0.31
 
 
-def group_scores_svg(
+def draw_group_scores(
     groups: Sequence[tuple[str, Summary]], names: Sequence[str], common: Mapping[str, str], width_in: float
-) -> str:
-    """Return an ``<svg>`` element with a panel as of `scores_svg` for each group, on one axis of log10 scores.
+) -> Drawing:
+    """Draw a panel as of `draw_scores` for each group, on one axis of log10 scores.
 
     With ``names`` that stimuli have in common (``common``, by stimulus), these are the rows of all panels; without,
     each panel has its own, best at the top.
@@ -73,7 +68,7 @@ def group_scores_svg(
                 panel.set_visible(False)
                 continue
             (group, part), items = groups[number], rows[number]
-            _draw_scores(panel, part, items, heights[number // across])
+            _scores(panel, part, items, heights[number // across])
             panel.set_title(short(group), fontsize=10, fontweight="bold", loc="left", color=INK)
             beside = (
                 (names if number % across == 0 else ("",) * len(names)) if common else [str(item) for item in items]
@@ -83,7 +78,7 @@ def group_scores_svg(
             if number + across >= len(groups):
                 panel.tick_params(labelbottom=True)
                 panel.set_xlabel("log₁₀ score")
-        return svg_of(figure, f"Scores in {len(groups)} groups with 95 % intervals")
+        return drawn(figure, f"Scores in {len(groups)} groups with 95 % intervals")
 
 
 _NAMES_IN, _SHARED_IN, _PANEL_IN = 1.2, 1.5, 3.4  # room for names; widths of a panel without them, and with its own
@@ -95,7 +90,7 @@ def _rows(part: Summary, names: Sequence[str], common: Mapping[str, str]) -> lis
     return [own.get(name) for name in names]
 
 
-def _draw_scores(axes: Axes, summary: Summary, names: Sequence[str | None], height: int | None = None) -> None:
+def _scores(axes: Axes, summary: Summary, names: Sequence[str | None], height: int | None = None) -> None:
     """Draw log10 scores with intervals, classes at the right; a row for each of ``names``, empty where that is None."""
     from matplotlib.path import Path
 
@@ -147,7 +142,8 @@ def _few(label: str) -> str:
     return label if label.count("+") < MOST_NAMED else "+".join(label.split("+")[:MOST_NAMED]) + "+…"
 
 
-CLASS_COLOURS = ("#2f9e58", "#3a76d2", "#f0c52e", "#8c5a2b", "#d03b36")
+# They stay apart in grey and to the colour-blind; the thesis's own do not.
+CLASS_COLOURS = ("#3dbb86", "#2050a8", "#f8dc55", "#4f2d0d", "#d6453c")
 FURTHER_COLOURS = ("#7b5ea7", "#6d7782", "#2aa7a0", "#c06a9b")
 NO_CLASS = "#9aa3ab"
 
@@ -168,8 +164,8 @@ def _colour(number: int) -> str:
 BEYOND = 0.36  # how far a bar reaches beyond its first and last stimulus, in rows
 
 
-def classes_svg(summary: Summary, width_in: float) -> str:
-    """Return an ``<svg>``: a row per stimulus, best at the top, and a bar per class with a dot for each member.
+def draw_classes(summary: Summary, width_in: float) -> Drawing:
+    """Draw a row per stimulus, best at the top, and a bar per class with a dot for each member.
 
     Where a stimulus between two members is not a member, the bar is a thin line. With a bootstrap over observers, the
     share of samples in which two neighbouring stimuli share a class is between their rows.
@@ -203,7 +199,7 @@ def classes_svg(summary: Summary, width_in: float) -> str:
         axes.set_xticks(range(count), [str(number + 1) for number in range(count)], fontweight="bold")
         axes.tick_params(length=0, colors=INK)
         axes.spines[:].set_visible(False)
-        return svg_of(figure, f"{count} classes of {len(scores.items)} stimuli")
+        return drawn(figure, f"{count} classes of {len(scores.items)} stimuli")
 
 
 def runs(rows: Sequence[int]) -> list[tuple[int, int]]:
@@ -220,8 +216,8 @@ def runs(rows: Sequence[int]) -> list[tuple[int, int]]:
 Row = tuple[str, float | None, float | None, float | None]
 
 
-def dots_svg(rows: Sequence[Row], axis: str, title: str, width_in: float, reference: float | None = None) -> str:
-    """Return an ``<svg>``: for each (name, value, low, high) a dot with its interval; a line at ``reference``."""
+def draw_dots(rows: Sequence[Row], axis: str, title: str, width_in: float, reference: float | None = None) -> Drawing:
+    """Draw for each (name, value, low, high) a dot with its interval, and a line at ``reference``."""
     with drawing(title, width_in, 0.75 + 0.31 * len(rows)) as (figure, axes):
         for place, (_, value, low, high) in enumerate(rows):
             if value is None:
@@ -236,94 +232,4 @@ def dots_svg(rows: Sequence[Row], axis: str, title: str, width_in: float, refere
         axes.set_ylim(len(rows) - 0.4, -0.6)
         axes.set_xlabel(axis, color=INK)
         rows_only(axes, len(rows))
-        return svg_of(figure, title)
-
-
-# In the thesis's figures base is purple, brighter blue and grey grey; further kinds follow.
-COLOURS = ("#7b5ea7", "#3a76d2", "#9aa3ab", "#2f9e58", "#f0c52e", "#8c5a2b", "#2aa7a0", "#d03b36")
-HATCHES = ("", "//", "..", "xx", "--", "\\\\", "++", "oo")
-
-
-@dataclass(frozen=True, slots=True)
-class BarFigure:
-    """Bars: ``estimates[g][b]`` is that of bar b in group g; None where there is none.
-
-    ``unit`` is the label of the value axis, ``group_title`` that of the groups.
-    """
-
-    title: str
-    group_title: str
-    unit: str
-    groups: tuple[str, ...]
-    bars: tuple[str, ...]
-    estimates: tuple[tuple[Estimate | None, ...], ...]
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """The table's head."""
-        return (self.group_title, *self.bars)
-
-    @property
-    def rows(self) -> tuple[tuple[str, ...], ...]:
-        """The table: a row for each group, each cell a value with its interval in brackets."""
-        return tuple(
-            (group, *(cell(estimate) for estimate in row))
-            for group, row in zip(self.groups, self.estimates, strict=True)
-        )
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return json_fields(self)
-
-    def svg(self, width_in: float) -> str:
-        """Return an ``<svg>`` element, ``width_in`` inches wide.
-
-        Text stays text; bars differ in colour and in hatching.
-        """
-        with drawing(self.title, width_in, 3.3, hatch_pt=0.6) as (figure, axes):
-            width = 0.8 / max(1, len(self.bars))
-            for number, bar in enumerate(self.bars):
-                here = [row[number] for row in self.estimates]
-                x = np.arange(len(self.groups)) + (number - (len(self.bars) - 1) / 2) * width
-                heights = [0.0 if estimate is None or estimate.value is None else estimate.value for estimate in here]
-                axes.bar(
-                    x,
-                    heights,
-                    width * 0.92,
-                    label=_short(bar),
-                    color=COLOURS[number % len(COLOURS)],
-                    hatch=HATCHES[number % len(HATCHES)],
-                    edgecolor="white",
-                    linewidth=0,
-                    zorder=2,
-                )
-                for place, estimate in zip(x, here, strict=True):
-                    if estimate is not None and estimate.low is not None and estimate.high is not None:
-                        axes.plot([place, place], [estimate.low, estimate.high], color=INK, linewidth=1.2, zorder=3)
-                        axes.plot([place, place], [estimate.low, estimate.high], "_", color=INK, markersize=5, zorder=3)
-            axes.set_xticks(np.arange(len(self.groups)), [_short(group) for group in self.groups])
-            axes.set_xlabel(self.group_title, color=INK)
-            axes.set_ylabel(self.unit, color=INK)
-            axes.grid(axis="y", color=FAINT, linewidth=0.7, zorder=1)
-            axes.set_axisbelow(True)
-            axes.tick_params(axis="x", length=0, colors=INK)
-            axes.tick_params(axis="y", length=0, colors=INK)
-            axes.spines[["top", "right", "left"]].set_visible(False)
-            axes.spines["bottom"].set_color(INK)
-            if len(self.bars) > 1:
-                figure.legend(loc="outside upper left", ncols=len(self.bars), frameon=False, labelcolor=INK)
-            return svg_of(figure, self.title)
-
-
-def cell(estimate: Estimate | None, digits: int = 2) -> str:
-    """Return a value and its interval as text, with a real minus sign; a dash for none."""
-    if estimate is None or estimate.value is None:
-        return "–"
-    text = f"{estimate.value:.{digits}f}"
-    if estimate.low is not None and estimate.high is not None:
-        text += f" ({estimate.low:.{digits}f} to {estimate.high:.{digits}f})"
-    return text.replace("-", "−")
-
-
-def _short(name: str) -> str:
-    return name if len(name) <= 18 else name[:17] + "…"
+        return drawn(figure, title)

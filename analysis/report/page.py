@@ -8,7 +8,7 @@ from pathlib import Path
 from analysis.classes.multiplicity import Adjust
 from analysis.observers.filters import Filter
 from analysis.records.session_record import SessionLog
-from analysis.report.blocks import Section, Table, write_csv_files
+from analysis.report.blocks import Section, Table, write_csv_files, write_figure_files
 from analysis.report.figures import class_colours
 from analysis.report.report import Report, describe
 from analysis.report.sections.factors import factors_section
@@ -45,6 +45,8 @@ def write_report(
     published: Published | None = None,
     thumbnails: Thumbnails | None = None,
     csv_folder: Path | None = None,
+    figure_folder: Path | None = None,
+    replace: bool = False,
 ) -> Report:
     """Write a self-contained HTML page on the sessions of an experiment.
 
@@ -66,6 +68,10 @@ def write_report(
         left out.
     csv_folder
         Folder for each table as CSV; None writes none.
+    figure_folder
+        Folder for each figure as SVG and as PDF; None writes none.
+    replace
+        Whether figures that are in the folder already may be replaced.
 
     Returns
     -------
@@ -75,7 +81,7 @@ def write_report(
     Raises
     ------
     ResultsError
-        As `analysis.report.report.describe`.
+        As `analysis.report.report.describe`, or if a figure is in the folder already.
     OSError
         If the page or a table cannot be written.
 
@@ -94,6 +100,10 @@ def write_report(
     report = describe(sessions, alpha, adjust, covariance, rule)
     sections = sections_of(report, published or {}, thumbnails or {})
     page = _page(report, sections)
+    if figure_folder is not None:
+        write_figure_files(
+            [figure for section in sections for figure in section.figures()], figure_folder, replace=replace
+        )
     write_whole(output, page)
     if csv_folder is not None:
         write_csv_files(tables_of(sections), csv_folder)

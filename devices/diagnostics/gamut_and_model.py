@@ -187,6 +187,11 @@ def estimated_codes(measurements: Measurements, model: DisplayModel) -> Diagnosi
         )
         panels.append(Panel(name, "real code (0–255)", "estimated code (0–255)", lines, equal=True))
     words = f"Estimated codes explain {100 * min(shares):.4g} % of the real ones' variance in the worst channel."
+    if min(shares) < 0:
+        words = (
+            "In the worst channel the estimated codes are farther from the real ones than their mean is, so that R² is "
+            "below 0: the model is not this display's, or the readings are of another mode or range of codes."
+        )
     table = Table(("channel", "R²", "root mean square, codes of 8 bits", "largest"), tuple(rows))
     return CODES.judged(min(shares), words, series=tuple(panels), table=table)
 

@@ -1,10 +1,15 @@
 from .environment import page_environment as page_environment
 from .svg import DEEP as DEEP
 from .svg import FAINT as FAINT
+from .svg import HATCHES as HATCHES
 from .svg import INK as INK
+from .svg import MARKERS as MARKERS
 from .svg import NARROW_IN as NARROW_IN
+from .svg import SERIES_COLOURS as SERIES_COLOURS
 from .svg import WIDE_IN as WIDE_IN
+from .svg import Drawing as Drawing
 from .svg import drawing as drawing
+from .svg import drawn as drawn
 from .svg import rows_only as rows_only
 from .svg import short as short
 from .svg import svg_of as svg_of

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import io
 import re
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -15,6 +17,11 @@ if TYPE_CHECKING:
 INK = "#23282d"
 FAINT = "#d8dde1"
 DEEP = "#165466"
+# Series that are told apart by more than their colour: each has a marker, dashes and a hatch of its own. The first five
+# colours also stay apart in grey and to the colour-blind.
+SERIES_COLOURS = ("#4b2f7d", "#3f7fdc", "#a9b1b8", "#206b3c", "#f5d34a", "#8c5a2b", "#2aa7a0", "#d03b36")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+HATCHES = ("", "//", "..", "xx", "--", "\\\\", "++", "oo")
 WIDE_IN, NARROW_IN = 7.6, 4.2
 LONGEST_NAME = 26
 
@@ -65,8 +72,104 @@ def drawing(salt: str, width_in: float, height_in: float, *, hatch_pt: float = 1
         yield figure, axes
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Drawing:
+    """A finished figure, from `drawn`.
+
+    Attributes
+    ----------
+    svg
+        An ``<svg>`` element to be set into an HTML page: without XML prologue, metadata and fixed size.
+    label
+        What it shows, for screen readers and as the title of its files.
+    figure
+        The figure itself.
+    hatch_pt
+        Width of the lines of its hatches in points.
+
+    Examples
+    --------
+    >>> with drawing("scores", 4.0, 2.0) as (figure, axes):
+    ...     finished = drawn(figure, "Scores")
+    >>> finished.pdf()[:5], finished.svg_file().split()[0]
+    (b'%PDF-', '<?xml')
+    """
+
+    svg: str
+    label: str
+    figure: Figure
+    hatch_pt: float = 1.0
+
+    def svg_file(self) -> str:
+        """Return the ``svg`` of the page as a file of its own, as large as the figure.
+
+        Returns
+        -------
+        str
+            An SVG file; it says its encoding, UTF-8.
+        """
+        width_in, height_in = self.figure.get_size_inches().tolist()
+        size = f'width="{width_in:g}in" height="{height_in:g}in"'
+        spaces = 'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink"'
+        return f'<?xml version="1.0" encoding="utf-8"?>\n{self.svg.replace("<svg ", f"<svg {spaces} {size} ", 1)}\n'
+
+    def pdf(self) -> bytes:
+        """Return the figure as PDF, with its letters as text in an embedded font.
+
+        Returns
+        -------
+        bytes
+            A PDF file of one page, the same for the same figure.
+        """
+        from matplotlib import rc_context
+
+        out = io.BytesIO()
+        style: dict[str, Any] = {"pdf.fonttype": 42, "hatch.linewidth": self.hatch_pt}
+        with rc_context(style), _without_glyph_warnings():  # type: ignore[arg-type]  # as above
+            self.figure.savefig(
+                out, format="pdf", metadata={"Title": self.label, "Creator": "cyclopean", "CreationDate": None}
+            )
+        return out.getvalue()
+
+
+def drawn(figure: Figure, label: str) -> Drawing:
+    """Finish a figure from `drawing`, inside its ``with`` block.
+
+    Parameters
+    ----------
+    figure
+        The figure, from `drawing`.
+    label
+        A description for screen readers; it is escaped.
+
+    Returns
+    -------
+    Drawing
+        The figure as SVG for a page, and what is needed to save it as a file.
+
+    Examples
+    --------
+    >>> with drawing("scores", 4.0, 2.0) as (figure, axes):
+    ...     finished = drawn(figure, "Scores & classes")
+    >>> finished.svg.startswith("<svg viewBox="), 'aria-label="Scores &amp; classes"' in finished.svg
+    (True, True)
+    """
+    from markupsafe import escape
+    from matplotlib import rcParams
+
+    out = io.StringIO()
+    with _without_glyph_warnings():
+        figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+    svg = out.getvalue()
+    body = re.sub(r"<metadata>.*?</metadata>", "", svg[svg.index("<svg") :], flags=re.DOTALL)
+    head, rest = body.split(">", 1)
+    view = re.search(r'viewBox="[^"]*"', head)
+    element = f'<svg {view.group(0) if view else ""} role="img" aria-label="{escape(label)}">{rest.rstrip()}'
+    return Drawing(element, label, figure, rcParams["hatch.linewidth"])
+
+
 def svg_of(figure: Figure, label: str) -> str:
-    """Return an ``<svg>`` element: without XML prologue, metadata and fixed size, with ``label`` for those who hear.
+    """Return the ``<svg>`` element of a figure from `drawing`, as `drawn` gives it.
 
     Parameters
     ----------
@@ -87,15 +190,15 @@ def svg_of(figure: Figure, label: str) -> str:
     >>> svg.startswith("<svg viewBox="), 'aria-label="Scores &amp; classes"' in svg
     (True, True)
     """
-    from markupsafe import escape
+    return drawn(figure, label).svg
 
-    out = io.StringIO()
-    figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
-    svg = out.getvalue()
-    body = re.sub(r"<metadata>.*?</metadata>", "", svg[svg.index("<svg") :], flags=re.DOTALL)
-    head, rest = body.split(">", 1)
-    view = re.search(r'viewBox="[^"]*"', head)
-    return f'<svg {view.group(0) if view else ""} role="img" aria-label="{escape(label)}">{rest}'
+
+@contextmanager
+def _without_glyph_warnings() -> Iterator[None]:
+    with warnings.catch_warnings():
+        # A browser has its own fonts: a letter that matplotlib's lacks is no fault of the page.
+        warnings.filterwarnings("ignore", message="Glyph .* missing from")
+        yield
 
 
 def rows_only(axes: Axes, rows: int) -> None:

@@ -17,6 +17,13 @@ import click
 )
 @click.option("--pdf", is_flag=True, help="Also print the page to PDF, beside it; needs Chromium or Chrome.")
 @click.option("--csv", "csv_folder", type=click.Path(path_type=Path), help="Folder for the tables as CSV.")
+@click.option(
+    "--figures",
+    "figure_folder",
+    type=click.Path(path_type=Path),
+    help="Folder for the figures, each as SVG and as PDF.",
+)
+@click.option("--replace", is_flag=True, help="With --figures, replace figures that are there already.")
 @click.option("--without", multiple=True, metavar="OBSERVER", help="Observer to leave out; repeat for each.")
 @click.option(
     "--passed",
@@ -59,6 +66,8 @@ def command(
     output: Path | None,
     pdf: bool,
     csv_folder: Path | None,
+    figure_folder: Path | None,
+    replace: bool,
     without: tuple[str, ...],
     passed: tuple[str, ...],
     screened: bool,
@@ -86,6 +95,8 @@ def command(
     from runner.cli.progress import progress_bar
     from runner.reports.results import ReportOptions, report_results
 
+    if replace and figure_folder is None:
+        raise click.UsageError("--replace goes with --figures: name the folder")
     if screened and not passed:
         raise click.UsageError("--screened goes with --passed: name the test")
     options = ReportOptions(
@@ -97,6 +108,8 @@ def command(
         experiment=experiment,
         pdf=pdf,
         csv_folder=csv_folder,
+        figure_folder=figure_folder,
+        replace=replace,
     )
     try:
         with progress_bar(quiet=as_json) as step:
@@ -114,3 +127,5 @@ def command(
         click.echo(f"As PDF: {written.pdf}")
     if csv_folder is not None:
         click.echo(f"Its tables: {csv_folder}")
+    if figure_folder is not None:
+        click.echo(f"Its figures: {figure_folder}")

@@ -52,6 +52,10 @@ class ReportOptions:
         Whether to print the page to PDF too, beside it.
     csv_folder
         Folder for each table as CSV; None writes none.
+    figure_folder
+        Folder for each figure as SVG and as PDF; None writes none.
+    replace
+        Whether figures that are in that folder already may be replaced.
     """
 
     rule: Filter = field(default_factory=Filter)
@@ -62,6 +66,8 @@ class ReportOptions:
     experiment: Path | None = None
     pdf: bool = False
     csv_folder: Path | None = None
+    figure_folder: Path | None = None
+    replace: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,7 +109,8 @@ def report_results(
     Raises
     ------
     InputError
-        If results are missing, damaged or of different experiments, or an option names something unknown.
+        If results are missing, damaged or of different experiments, an option names something unknown, or figures
+        are in their folder already.
     SessionError
         If the page cannot be printed to PDF.
     OSError
@@ -135,6 +142,8 @@ def report_results(
         rule=options.rule,
         thumbnails=pictures,
         csv_folder=options.csv_folder,
+        figure_folder=options.figure_folder,
+        replace=options.replace,
     )
     pdf = page.with_suffix(".pdf") if options.pdf else None
     if pdf is not None:

@@ -36,7 +36,7 @@ def factors_section(effects: FactorEffects) -> Section:
 
 
 def _figure(effects: FactorEffects) -> Figure:
-    from analysis.factors.figure import drawn_rows, effects_svg
+    from analysis.factors.figure import draw_effects, drawn_rows
 
     columns = (
         Column("Factor", "factor"),
@@ -65,7 +65,7 @@ def _figure(effects: FactorEffects) -> Figure:
         "factor is over its range."
     )
     table = Table("factor_effects", "Effects of the factors", columns, rows)
-    return Figure(effects_svg(effects, WIDE_IN), effects_svg(effects, NARROW_IN), caption, table)
+    return Figure("factor_effects", draw_effects(effects, WIDE_IN), draw_effects(effects, NARROW_IN), caption, table)
 
 
 def _tests(effects: FactorEffects) -> list[Block]:

@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 from analysis.observers.concordance import Concordance
 from analysis.report.blocks import Block, Cell, Column, Facts, Figure, Heading, Matrix, Paragraph, Section, Table
-from analysis.report.figures import group_scores_svg
+from analysis.report.figures import draw_group_scores
 from analysis.report.grouped import GroupedSummary
 from analysis.report.sections.scores import (
     Pictures,
@@ -68,8 +68,8 @@ def _scores(grouped: GroupedSummary, published: Published, pictures: Pictures) -
     rows = tuple((name, *row) for (name, _), table in zip(parts, tables, strict=True) for row in table.rows)
     together = Table("scores", "Scores of all groups", columns, rows)
     names = [item.name for item in grouped.pooled.scores.items] if grouped.pooled else []
-    wide, narrow = (group_scores_svg(parts, names, grouped.common, width_in) for width_in in (WIDE_IN, NARROW_IN))
-    figure = Figure(wide, narrow, caption, together)
+    wide, narrow = (draw_group_scores(parts, names, grouped.common, width_in) for width_in in (WIDE_IN, NARROW_IN))
+    figure = Figure("scores", wide, narrow, caption, together)
     return Section("scores", "Scores by group", (figure, *tables, score_explanation(parts[0][1])))
 
 
@@ -112,13 +112,17 @@ def agreement_words(test: GroupAgreement, factor: str, alpha: float) -> str:
 
 
 def _prefixed(blocks: Iterable[Block]) -> list[Block]:
-    """Return blocks whose tables are named as those of all groups together."""
+    """Return blocks whose tables and figures are named as those of all groups together."""
     named: list[Block] = []
     for block in blocks:
         if isinstance(block, Table):
             named.append(replace(block, name=f"pooled_{block.name}"))
-        elif isinstance(block, Figure | Matrix) and block.table is not None:
-            named.append(replace(block, table=replace(block.table, name=f"pooled_{block.table.name}")))
+        elif isinstance(block, Figure | Matrix):
+            table = None if block.table is None else replace(block.table, name=f"pooled_{block.table.name}")
+            if isinstance(block, Figure):
+                named.append(replace(block, name=f"pooled_{block.name}", table=table))
+            elif table is not None:
+                named.append(replace(block, table=table))
         else:
             named.append(block)
     return named

@@ -14,7 +14,7 @@ from analysis.ratings.preferences import KIND, Preferences
 from analysis.ratings.ratings import RatingSummary, ScaleSummary
 from analysis.records.session_record import SessionLog
 from analysis.report.blocks import Column, Figure, Paragraph, Section, Table
-from analysis.report.figures import dots_svg
+from analysis.report.figures import draw_dots
 from analysis.report.summary import wilson_interval
 from analysis.report.words import fixed, p_words, percent
 from analysis.series.observer_means import Estimate, means
@@ -53,13 +53,17 @@ def _scores(scale: ScaleSummary, pictures: Mapping[str, str]) -> Figure:
     )
     title = f"Mean opinion scores: {scale.scale}"
     dots = [(score.stimulus, score.mean, *(score.interval or (None, None))) for score in scale.scores]
-    images = [dots_svg(dots, scale.scale, title, width) for width in (WIDE_IN, NARROW_IN)]
+    images = [draw_dots(dots, scale.scale, title, width) for width in (WIDE_IN, NARROW_IN)]
     caption = (
         f"{title}: means over the observers' means, with 95 % intervals by Student's t. z: in standard deviations "
         "of each observer's own ratings."
     )
     return Figure(
-        images[0], images[1], caption, Table(f"ratings_{scale.scale}", title, columns, rows, pictures=pictures)
+        f"ratings_{scale.scale}",
+        images[0],
+        images[1],
+        caption,
+        Table(f"ratings_{scale.scale}", title, columns, rows, pictures=pictures),
     )
 
 
@@ -134,7 +138,7 @@ def preferences_section(sessions: Sequence[SessionLog], chosen: Preferences) -> 
         f"{title}, with 95 % intervals by bootstrap over observers, or Wilson's over the observers where all of them "
         "agree; dashed: no preference."
     )
-    images = [dots_svg(dots, title.lower(), title, width, reference=0.5) for width in (WIDE_IN, NARROW_IN)]
+    images = [draw_dots(dots, title.lower(), title, width, reference=0.5) for width in (WIDE_IN, NARROW_IN)]
     by_observer = Table(
         "preferences_by_observer",
         "By observer",
@@ -142,7 +146,7 @@ def preferences_section(sessions: Sequence[SessionLog], chosen: Preferences) -> 
         tuple((name, stereo, flat) for name, (stereo, flat) in chosen.by_observer.items()),
         folded=len(people) > 12,
     )
-    figure = Figure(images[0], images[1], caption, table)
+    figure = Figure("preferences", images[0], images[1], caption, table)
     return Section("preferences", "Stereo or flat", (Paragraph(_words(chosen)), figure, by_observer))
 
 

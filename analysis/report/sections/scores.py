@@ -13,7 +13,7 @@ from analysis.errors import ResultsError
 from analysis.observers.concordance import Concordance
 from analysis.observers.responses import catch_results
 from analysis.report.blocks import Cell, Column, Facts, Figure, Matrix, MatrixCell, Paragraph, Section, Table
-from analysis.report.figures import classes_svg, scores_svg
+from analysis.report.figures import draw_classes, draw_scores
 from analysis.report.sections.agreement import agreement_words
 from analysis.report.summary import Answered, Summary
 from analysis.report.words import COVARIANCE_WORDS, fixed, p_words, percent
@@ -29,7 +29,7 @@ Pictures = Mapping[str, str]
 def scores_section(summary: Summary, published: Published, pictures: Pictures = MappingProxyType({})) -> Section:
     """Return the scores: a figure like the thesis's Figure 4.18 [Medina2016], and the table."""
     caption = score_caption(summary, "best at the top")
-    figure = Figure(scores_svg(summary, WIDE_IN), scores_svg(summary, NARROW_IN), caption)
+    figure = Figure("scores", draw_scores(summary, WIDE_IN), draw_scores(summary, NARROW_IN), caption)
     table = score_table(summary, published, pictures=pictures)
     return Section("scores", "Scores", (figure, table, score_explanation(summary)))
 
@@ -134,7 +134,7 @@ def classes_section(summary: Summary, adjustment: str) -> Section | None:
         tuple(columns),
         _rows(cells),
     )
-    figure = Figure(classes_svg(summary, WIDE_IN), classes_svg(summary, NARROW_IN), caption, table)
+    figure = Figure("classes", draw_classes(summary, WIDE_IN), draw_classes(summary, NARROW_IN), caption, table)
     words = []
     if stability is not None:
         counts = sorted(stability.class_counts.items(), key=lambda entry: -entry[1])
@@ -200,10 +200,18 @@ def _matrix_cell(scores: Scores, counts: NDArray[np.float64], row: int, column: 
     if not total:
         return MatrixCell("–", "never compared", "transparent", dark=False)
     share = wins / total
-    # From white (never) to a deep blue-green (always), in evenly darker steps that also work in grey.
-    red, green, blue = (round(255 + share * (deep - 255)) for deep in (22, 84, 102))
     title = f"{items[row]} over {items[column]}: {wins:g} of {total:g}"
-    return MatrixCell(f"{wins:g}", title, f"rgb({red},{green},{blue})", dark=share > 0.55)
+    red, green, blue = tint(share)
+    return MatrixCell(f"{wins:g}", title, f"rgb({red},{green},{blue})", dark=share >= WHITE_FROM)
+
+
+WHITE_FROM = 0.76  # share from which white letters have more contrast than black ones
+
+
+def tint(share: float) -> tuple[int, int, int]:
+    """Return the colour of a cell, from white (never) to a deep blue-green (always), evenly darker, also in grey."""
+    red, green, blue = (round(255 + share * (deep - 255)) for deep in (22, 84, 102))
+    return red, green, blue
 
 
 def belief_section(summary: Summary, agreement: Concordance | None) -> Section:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from analysis.errors import ResultsError
+from analysis.report.bars import BarFigure
 from analysis.report.blocks import Block, Cell, Column, Figure, Paragraph, Section, Table
-from analysis.report.figures import BarFigure
 from analysis.report.sections.agreement import series_agreement
 from analysis.report.words import fixed
 from analysis.series.just_noticeable import StepSize
@@ -51,7 +51,7 @@ def _figure(figure: BarFigure, name: str, caption: str) -> Figure:
             cells += [_value(estimate), _interval(estimate)]
         rows.append(tuple(cells))
     table = Table(name, figure.title, tuple(columns), tuple(rows))
-    return Figure(figure.svg(WIDE_IN), figure.svg(NARROW_IN), f"{figure.title}. {caption}", table)
+    return Figure(name, figure.draw(WIDE_IN), figure.draw(NARROW_IN), f"{figure.title}. {caption}", table)
 
 
 def _value(estimate: Estimate | None) -> float | None:

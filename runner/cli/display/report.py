@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from textwrap import fill, indent
 from typing import TYPE_CHECKING
 
 import click
@@ -96,4 +97,7 @@ def _print(verdicts: Verdicts) -> None:
             limit = f", {'at least' if check.at_least else 'at most'} {short(check.limit)}"
         number = f"{short(check.value)} {check.unit}{limit}" if check.value is not None else check.words
         click.echo(f"{click.style(f'{word:10}', fg=colour)}  {name}: {number}")
+        if check.verdict == "failed":
+            limit = f"The limit: {check.source}." if check.source else ""
+            click.echo(indent(fill(f"{check.words} {limit}", 100), 12 * " "))
     click.echo(verdicts.sentence)

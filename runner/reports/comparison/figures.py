@@ -142,7 +142,7 @@ def profile_figure(photo: NDArray[np.float64], rendering: NDArray[np.float64], l
     """Return the luminance of both pictures along a line, (n,) each, as ``<svg>``."""
     with drawing("profile", WIDE_IN, 2.4) as (figure, axes):
         axes.plot(photo, color=INK, linewidth=1, label="photograph")
-        axes.plot(rendering, color=RENDERED, linewidth=1, label="rendering")
+        axes.plot(rendering, color=RENDERED, linewidth=1, linestyle=(0, (4, 1.5)), label="rendering")
         axes.set(xlabel="pixels along the line", ylabel="luminance (cd/m²)", xlim=(0, max(1, len(photo) - 1)))
         axes.spines[["top", "right"]].set_visible(False)
         axes.legend(frameon=False, fontsize=8)

@@ -5,10 +5,13 @@ from __future__ import annotations
 import io
 import re
 import warnings
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from devices.diagnostics import Line, Panel
+from documents.pages import MARKERS, SERIES_COLOURS
 from documents.text import visible
 
 if TYPE_CHECKING:
@@ -44,8 +47,8 @@ def panel_svg(panel: Panel, key: str, description: str) -> str:
         figure.patch.set_alpha(0)
         axes = figure.subplots()
         axes.patch.set_alpha(0)
-        for line in panel.lines:
-            _draw(axes, line)
+        for line, look in zip(panel.lines, looks(panel.lines), strict=True):
+            _draw(axes, line, look)
         for level in panel.levels:
             axes.axhline(level, color=LIMIT, linewidth=1.1, linestyle=(0, (4, 3)), zorder=1)
         if panel.equal:
@@ -68,17 +71,64 @@ def panel_svg(panel: Panel, key: str, description: str) -> str:
     return _for_a_page(out.getvalue(), key, description)
 
 
-def _draw(axes: Axes, line: Line) -> None:
+@dataclass(frozen=True, slots=True)
+class Look:
+    """How a series looks: no two named ones of a panel agree in colour, marker and dashes."""
+
+    colour: str
+    marker: str
+    dashes: str | tuple[float, tuple[float, ...]]
+
+
+DASHES = ("-", (0, (1.5, 1.5)), (0, (7, 2, 1.5, 2)), (0, (3, 2, 1.5, 2, 1.5, 2)))
+DASHED = (0, (5, 3))
+
+
+def looks(lines: Sequence[Line]) -> list[Look]:
+    """Return how each series of a panel is drawn.
+
+    The first has the colour that its check asks for, a dot and a whole line. Each further named one with points has a
+    marker of its own, each with a line dashes of its own, and another colour where its own is taken.
+    """
+    count: Counter[str] = Counter()
+    taken: set[tuple[str, str]] = set()
+    found = []
+    for line in lines:
+        kind = "points" if line.style == "points" else "line"
+        number = count[kind]
+        colour = COLOURS[line.colour]
+        if line.name:
+            count[kind] += line.style in ("points", "line")
+            if (kind, colour) in taken:
+                colour = SERIES_COLOURS[number % len(SERIES_COLOURS)]
+            taken.add((kind, colour))
+        else:
+            number = 0
+        dashes = DASHED if line.style == "dashed" else DASHES[number % len(DASHES)] if line.style == "line" else "-"
+        found.append(Look(colour, MARKERS[number % len(MARKERS)], dashes))
+    return found
+
+
+def _draw(axes: Axes, line: Line, look: Look) -> None:
     label = _short(line.name) or "_"
-    colour = COLOURS[line.colour]
     x, y = list(line.x), list(line.y)
     if line.style == "outline":
         x, y = [*x, *x[:1]], [*y, *y[:1]]
     if line.style == "points":
-        axes.plot(x, y, "o", color=colour, markersize=4.5, markeredgewidth=0, alpha=0.85, label=label, zorder=3)
+        size = {"*": 7.0, "P": 5.5, "X": 5.5}.get(look.marker, 4.5)
+        axes.plot(
+            x,
+            y,
+            look.marker,
+            color=look.colour,
+            markersize=size,
+            markeredgewidth=0,
+            alpha=0.85,
+            label=label,
+            zorder=3,
+        )
     else:
-        dashes = (0, (5, 3)) if line.style == "dashed" else "-"
-        axes.plot(x, y, color=colour, linewidth=1.5, linestyle=dashes, label=label, zorder=2)
+        axes.plot(x, y, color=look.colour, linewidth=1.5, linestyle=look.dashes, label=label, zorder=2)
 
 
 def _short(name: str) -> str:

@@ -12,7 +12,7 @@ import pytest
 from matplotlib.path import Path
 
 from analysis.records.session_record import SessionLog
-from analysis.report.figures import class_colours, classes_svg, runs, scores_svg
+from analysis.report.figures import class_colours, draw_classes, draw_scores, runs
 from analysis.report.summary import Summary, summarise
 from documents.pages.svg import INK, drawing, svg_of
 
@@ -79,7 +79,7 @@ def marks(svg: str) -> tuple[list[tuple[str, str]], np.ndarray, np.ndarray]:
 
 
 def test_markers_and_intervals_are_those_drawn_one_by_one(summary: Summary) -> None:
-    painted, places, bars = marks(scores_svg(summary, WIDTH_IN))
+    painted, places, bars = marks(draw_scores(summary, WIDTH_IN).svg)
     expected, expected_places, expected_bars = marks(one_by_one(summary))
     # Four stimuli have a score: two ends each, 1 + 2 + 3 + 2 parts of a disc, and a ring each.
     assert len(painted) == 4 * 2 + (1 + 2 + 3 + 2) + 4
@@ -99,7 +99,7 @@ def test_rows_fall_into_stretches() -> None:
 def test_every_stimulus_and_class_is_named_and_every_membership_has_a_dot(sessions: list[SessionLog]) -> None:
     summary = summarise(sessions)
     assert summary.scores.classes is not None
-    svg = classes_svg(summary, 7.6)
+    svg = draw_classes(summary, 7.6).svg
     words = re.findall(r"<text[^>]*>([^<]*)</text>", svg)
     for item in summary.scores.items:
         assert item.name in words
@@ -112,4 +112,4 @@ def test_every_stimulus_and_class_is_named_and_every_membership_has_a_dot(sessio
 
 def test_without_draws_there_are_no_shares(make_session: Maker) -> None:
     summary = summarise([make_session(names="ab", answers=[("a", "b"), ("b", "a")])])
-    assert "%</text>" not in classes_svg(summary, 4.2)
+    assert "%</text>" not in draw_classes(summary, 4.2).svg

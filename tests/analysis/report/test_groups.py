@@ -20,7 +20,7 @@ from rich.console import Console
 from analysis.comparisons.session_groups import SessionGroups
 from analysis.records.session_record import Header, SessionLog, Trial
 from analysis.report.blocks import file_names
-from analysis.report.figures import group_scores_svg
+from analysis.report.figures import draw_group_scores
 from analysis.report.grouped import GroupedSummary, common_names
 from analysis.report.page import render, write_report
 from analysis.report.report import Report, describe, print_report
@@ -160,11 +160,11 @@ def test_groups_of_like_names_keep_their_files_apart() -> None:
 def test_the_figure_has_a_panel_for_each_group_on_the_same_rows() -> None:
     groups = grouped()
     names = ["jpeg", "avif", "jxl"]
-    svg = group_scores_svg(groups.groups, names, groups.common, 7.6)
+    svg = draw_group_scores(groups.groups, names, groups.common, 7.6).svg
     assert all(svg.count(f">{scene}<") == 1 for scene in SCENES)
     assert all(svg.count(f">{codec}<") == 1 for codec in names)  # beside the first panel of the one row
     assert svg.count(">class<") == 3
-    own = group_scores_svg(groups.groups, (), {}, 7.6)
+    own = draw_group_scores(groups.groups, (), {}, 7.6).svg
     assert all(own.count(f">{scene} {codec}<") == 1 for scene in SCENES for codec in names)
 
 

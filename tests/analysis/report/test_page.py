@@ -16,7 +16,7 @@ import pytest
 from PIL import Image
 
 from analysis.records.session_record import SessionLog
-from analysis.report.figures import scores_svg
+from analysis.report.figures import CLASS_COLOURS, draw_scores
 from analysis.report.page import write_report
 from analysis.report.summary import summarise
 from analysis.report.words import plain
@@ -122,7 +122,7 @@ def test_the_browser_draws_the_page(sessions: list[SessionLog], tmp_path: Path) 
     open_in_browser(page, tmp_path, f"--screenshot={picture}", "--window-size=1000,1200")
     with Image.open(picture) as image:
         pixels = np.asarray(image.convert("RGB")).reshape(-1, 3)
-    best = np.array([0x2F, 0x9E, 0x58])
+    best = np.array([int(CLASS_COLOURS[0][at : at + 2], 16) for at in (1, 3, 5)])
     assert (np.abs(pixels.astype(int) - best).max(axis=1) <= 2).sum() > 100  # the best item's green markers
 
 
@@ -142,8 +142,8 @@ def test_a_header_without_clipping_leaves_the_section_out(make_session: Maker, t
 
 def test_the_picture_is_the_same_every_time(sessions: list[SessionLog]) -> None:
     summary = summarise(sessions)
-    assert scores_svg(summary, 6.0) == scores_svg(summary, 6.0)
-    assert "<text" in scores_svg(summary, 6.0)
+    assert draw_scores(summary, 6.0).svg == draw_scores(summary, 6.0).svg
+    assert "<text" in draw_scores(summary, 6.0).svg
 
 
 def test_values_of_a_header_become_words() -> None:
@@ -181,5 +181,5 @@ def test_stimuli_in_very_many_classes_leave_room_for_the_picture(make_session: M
             replace(item, label="+".join(str(number) for number in range(1, 40))) for item in summary.scores.items
         ),
     )
-    svg = scores_svg(replace(summary, scores=crowded), 4.2)
+    svg = draw_scores(replace(summary, scores=crowded), 4.2).svg
     assert "1+2+3+4+5+…" in svg

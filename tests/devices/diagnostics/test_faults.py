@@ -227,6 +227,14 @@ def test_chromaticities_find_what_no_sum_of_primaries_can_be() -> None:
     assert "negative" in found.words
 
 
+def test_a_share_of_variance_below_zero_is_explained_and_no_percentage() -> None:
+    found = estimated_codes(characterisation(light=lambda codes: MODEL.xyz(1 - codes)), MODEL)
+    assert found.value is not None
+    assert found.value < 0
+    assert "R² is below 0" in found.words
+    assert "%" not in found.words
+
+
 def test_estimated_codes_and_colours_find_a_wrong_model() -> None:
     wrong = DisplayModel(
         MODEL.black_XYZ_cd_m2,

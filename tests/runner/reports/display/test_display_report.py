@@ -21,7 +21,7 @@ from devices.diagnostics.measured_sets import MeasuredSet
 from devices.errors import DeviceError
 from devices.measurements import write_csv
 from runner.cli.main import group
-from runner.reports.display.figure import panel_svg
+from runner.reports.display.figure import COLOURS, looks, panel_svg
 from runner.reports.display.page import render, short, typeset
 from tests.devices.diagnostics.simulated import MODEL, characterisation, crosstalk_readings
 
@@ -189,6 +189,39 @@ def test_a_mode_is_never_guessed(files: Path) -> None:
     assert "--display" in told.output
     unknown = _error(files / "bare.csv", "--display", files / "display.yaml", "--mode", "anaglyph")
     assert "not characterised" in str(unknown)
+
+
+def test_a_failed_check_says_why_in_the_terminal(files: Path) -> None:
+    told = _run(files / "clipped.csv", "--display", files / "display.yaml", "--mode", "flat", "-o", files / "out.html")
+    failed = [
+        one
+        for one in json.loads(
+            _run(files / "clipped.csv", "--display", files / "display.yaml", "--mode", "flat", "--json").output
+        )["diagnoses"]
+        if one["passed"] is False
+    ]
+    assert failed
+    words = " ".join(told.output.split())
+    for one in failed:
+        assert " ".join(one["words"].split()) in words
+        assert f"The limit: {one['source']}." in words
+    assert told.output.count("FAILED") == len(failed)
+
+
+def test_series_of_a_panel_are_told_apart_without_colour() -> None:
+    """Patches that are read again and again are points in ink, each."""
+    lines = [Line(f"patch {number}", (1.0, 2.0), (1.0, 2.0), "ink", "points") for number in range(6)]
+    lines += [Line("", (1.0, 2.0), (1.0, 1.0), "soft", "line"), Line("trend", (1.0, 2.0), (2.0, 1.0), "accent", "line")]
+    lines += [Line("other", (1.0, 2.0), (2.0, 2.0), "accent", "line")]
+    found = looks(lines)
+    points = found[:6]
+    assert len({look.marker for look in points}) == len({look.colour for look in points}) == 6
+    assert points[0].marker == "o"
+    assert points[0].colour == COLOURS["ink"]
+    assert found[7].dashes == "-" != found[8].dashes
+    svg = panel_svg(Panel("", "x", "y", tuple(lines)), "key", "words")
+    # The legend and the panel use each marker's outline.
+    assert len(set(re.findall(r'<path id="key-(m[0-9a-f]+)"', svg))) >= 6
 
 
 def test_figures_are_the_same_each_time() -> None:

@@ -1,0 +1,96 @@
+"""Every figure as SVG and PDF: the page's own, whole, and nothing replaced unless asked for."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from analysis.errors import ResultsError
+from analysis.records.session_record import SessionLog
+from analysis.report.page import render, write_report
+from analysis.report.report import describe
+
+Maker = Callable[..., SessionLog]
+Sessions = Callable[..., list[SessionLog]]
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def test_every_figure_of_the_page_is_a_file_of_both_kinds(sessions: list[SessionLog], tmp_path: Path) -> None:
+    report = write_report(sessions, tmp_path / "report.html", figure_folder=tmp_path / "figures")
+    assert sorted(file.name for file in (tmp_path / "figures").iterdir()) == [
+        "classes.pdf",
+        "classes.svg",
+        "scores.pdf",
+        "scores.svg",
+    ]
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    for name in ("scores", "classes"):
+        svg = (tmp_path / "figures" / f"{name}.svg").read_text(encoding="utf-8")
+        root = ElementTree.fromstring(svg.encode())
+        assert root.tag == f"{SVG}svg"
+        assert root.get("width") == "7.6in"
+        # The page has the same drawing, but for what only a file needs.
+        inside = svg.split(">", 2)[2].rstrip()
+        assert inside in page
+        pdf = (tmp_path / "figures" / f"{name}.pdf").read_bytes()
+        assert pdf.startswith(b"%PDF-")
+        assert pdf.rstrip().endswith(b"%%EOF")
+        assert re.search(rb"/Count 1\b", pdf)
+        assert b"/FontFile2" in pdf  # letters are text
+    assert report.pairs is not None
+
+
+@pytest.mark.parametrize("kind", ["choosing", "rating", "preferring"])
+def test_figures_of_every_kind_of_answer_have_files(kind: str, request: pytest.FixtureRequest, tmp_path: Path) -> None:
+    sessions: list[SessionLog] = request.getfixturevalue(kind)()
+    write_report(sessions, tmp_path / "report.html", figure_folder=tmp_path / "figures")
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    files = {file.suffix: file for file in (tmp_path / "figures").iterdir()}
+    assert set(files) == {".svg", ".pdf"}
+    assert len(list((tmp_path / "figures").glob("*.svg"))) == page.count("<figcaption>")
+
+
+def test_what_is_there_is_replaced_only_if_asked_for(sessions: list[SessionLog], tmp_path: Path) -> None:
+    figures, page = tmp_path / "figures", tmp_path / "report.html"
+    figures.mkdir()
+    (figures / "classes.svg").write_text("drawn by hand")
+    with pytest.raises(ResultsError, match=r"there already, such as classes\.svg.*--replace"):
+        write_report(sessions, page, figure_folder=figures)
+    assert [file.name for file in figures.iterdir()] == ["classes.svg"]
+    assert (figures / "classes.svg").read_text() == "drawn by hand"
+    assert not page.exists()
+    write_report(sessions, page, figure_folder=figures, replace=True)
+    assert (figures / "classes.svg").read_text(encoding="utf-8").startswith("<?xml")
+
+
+def test_figures_are_the_same_every_time(sessions: list[SessionLog], tmp_path: Path) -> None:
+    for folder in ("one", "two"):
+        write_report(sessions, tmp_path / "report.html", figure_folder=tmp_path / folder)
+    for file in (tmp_path / "one").iterdir():
+        assert file.read_bytes() == (tmp_path / "two" / file.name).read_bytes()
+
+
+def test_scales_whose_names_are_one_file_name_have_two(rating: Sessions, tmp_path: Path) -> None:
+    one, other = rating(scale="how bright?"), rating(scale="how bright!")
+    both = [
+        replace(first, answers=(*first.answers, *(replace(trial, block=2) for trial in second.answers)))
+        for first, second in zip(one, other, strict=True)
+    ]
+    write_report(both, tmp_path / "report.html", csv_folder=tmp_path / "csv", figure_folder=tmp_path / "figures")
+    assert len(list((tmp_path / "csv").glob("ratings_*.csv"))) == 2
+    assert len(list((tmp_path / "figures").glob("ratings_*.svg"))) == 2
+
+
+def test_names_in_other_scripts_and_with_marks_make_whole_files(make_session: Maker, tmp_path: Path) -> None:
+    names = ("<script>x()</script>", "משטח א", "塗装 $x_1$ & co")
+    answers = [(a, b) for a in names for b in names if a != b] * 2
+    report = describe([make_session(f"{number}", names=names, answers=answers) for number in range(3)])
+    write_report(list(report.sessions), tmp_path / "report.html", figure_folder=tmp_path / "figures")
+    text = "".join(ElementTree.parse(tmp_path / "figures/scores.svg").getroot().itertext())
+    assert all(name in text for name in names)
+    assert "<script" not in render(report)
