@@ -16,9 +16,10 @@ from typing import Any
 from documents import Finding, InputError
 from documents.files import sha256_of_file, write_whole
 from documents.platform import rename
-from stimuli.build.stimulus_set import MANIFEST, digest_of, known_hashes
+from stimuli.build.stimulus_set import MANIFEST, SUFFIXES, digest_of, known_hashes
 from stimuli.errors import StimulusError
 from stimuli.luminance.statistics import picture_statistics
+from stimuli.pictures.coded import SUFFIX as CODED_SUFFIX
 from stimuli.pictures.exr_write import write_exr
 from stimuli.recipes.build_context import BuildContext, MadePicture, Progress
 from stimuli.recipes.recipe_kind import RecipeKind
@@ -39,9 +40,9 @@ class UnfinishedSet:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
 
-    def picture(self, key: str) -> Path:
-        """Return where the picture of ``key`` lies."""
-        return self.folder / f"{key}.exr"
+    def picture(self, key: str, suffix: str) -> Path:
+        """Return where the picture of ``key`` lies, in a file of ``suffix``."""
+        return self.folder / f"{key}{suffix}"
 
     def record(self, key: str, entry: Entry) -> None:
         """Record that the picture of ``key`` is whole; the record appears after the picture, whole or not at all."""
@@ -54,7 +55,7 @@ class UnfinishedSet:
         for key in keys:
             try:
                 entry = json.loads(self._entry_file(key).read_text(encoding="utf-8"))
-                if hashes.sha256(self.picture(key)) == entry["sha256"]:
+                if hashes.sha256(self.picture(key, entry["suffix"])) == entry["sha256"]:
                     entries[key] = entry
             except (OSError, ValueError, KeyError, TypeError):
                 continue
@@ -63,19 +64,20 @@ class UnfinishedSet:
     def remove(self, keys: Collection[str]) -> None:
         """Remove the pictures of ``keys``, and the folder if nothing else is in it."""
         for key in keys:
-            self.picture(key).unlink(missing_ok=True)
+            for suffix in SUFFIXES:
+                self.picture(key, suffix).unlink(missing_ok=True)
             self._entry_file(key).unlink(missing_ok=True)
-        for left in (*self.folder.glob(".*.exr"), *self.folder.glob("*.part")):
+        for left in (*self.folder.glob(".*.exr"), *self.folder.glob(".*.npz"), *self.folder.glob("*.part")):
             left.unlink(missing_ok=True)
         if self.folder.is_dir() and not any(self.folder.iterdir()):
             self.folder.rmdir()
 
     def link(self, key: str, picture: Path, entry: Entry) -> None:
         """Bring in a picture from another set: the same file under another name, where the file system has that."""
-        here = self.picture(key)
+        here = self.picture(key, picture.suffix)
         here.unlink(missing_ok=True)
         link_or_copy(picture, here)
-        self.record(key, entry)
+        self.record(key, {**entry, "suffix": picture.suffix})
 
     def _entry_file(self, key: str) -> Path:
         return self.folder / f"{key}.json"
@@ -154,7 +156,7 @@ class Builder:
         self._left = frozenset(self._entries)
         for key, picture, entry in pictures_of_sets(self._folder.parent, wanted - self._left):
             self.unfinished.link(key, picture, entry)
-            self._entries[key] = entry
+            self._entries[key] = {**entry, "suffix": picture.suffix}
 
     def _missing(self) -> list[frozenset[str]]:
         """Return the names that each task is to make: one name for each key."""
@@ -198,17 +200,23 @@ class Builder:
                 self._progress(doing, whole, len(self._keys))
 
     def _entry(self, name: str, key: str) -> Entry:
-        entry = self._entries[key]
+        entry = {**self._entries[key]}
         factors = {**self._factors[name]}
         factors.setdefault("view", "flat" if entry["flat"] else "stereo")
-        return {"name": name, "file": f"{name}.exr", "factors": factors, **entry}
+        return {"name": name, "file": f"{name}{entry.pop('suffix')}", "factors": factors, **entry}
 
 
 def _write(made: MadePicture, key: str, unfinished: UnfinishedSet, threshold: Threshold | None, observer: str) -> Entry:
-    write_exr(unfinished.picture(key), made.image, observer)
+    suffix = ".exr" if made.coded is None else CODED_SUFFIX
+    picture = unfinished.picture(key, suffix)
+    if made.coded is None:
+        write_exr(picture, made.image, observer)
+    else:
+        made.coded.save(picture)
     entry = {
         "key": key,
-        "sha256": sha256_of_file(unfinished.picture(key)),
+        "suffix": suffix,
+        "sha256": sha256_of_file(picture),
         "flat": made.image.is_flat,
         "size_px": [made.image.width_px, made.image.height_px],
         "statistics": _statistics(made, threshold),
@@ -245,7 +253,7 @@ def publish(entries: list[Entry], resolved: Mapping[str, Any], folder: Path, unf
         shutil.rmtree(left, ignore_errors=True)
     draft.mkdir()
     for entry in entries:
-        link_or_copy(unfinished.picture(entry["key"]), draft / entry["file"])
+        link_or_copy(unfinished.picture(entry["key"], Path(entry["file"]).suffix), draft / entry["file"])
     manifest = {
         "schema_version": 2,
         **resolved,

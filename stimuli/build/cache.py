@@ -16,7 +16,7 @@ from typing import Any
 
 from documents import Finding, InputError
 from documents.platform import user_folder
-from stimuli.build.stimulus_set import MANIFEST, StimulusSet, read_stimulus_set
+from stimuli.build.stimulus_set import MANIFEST, SUFFIXES, StimulusSet, read_stimulus_set
 
 # A set's folder while it is built, before it appears, and the one that it takes the place of.
 _UNFINISHED = re.compile(r"\.([0-9a-f]{32})(-new|-old)?")
@@ -212,7 +212,7 @@ def leftovers(untouched_s: float = 0.0) -> Iterator[Leftover]:
             newest = max(stat.st_mtime for stat in (*stats, folder.stat()))
             leftover = Leftover(
                 folder,
-                sum(1 for _ in folder.glob("[!.]*.exr")),
+                sum(1 for suffix in SUFFIXES for _ in folder.glob(f"[!.]*{suffix}")),
                 sum(stat.st_size for stat in stats),
                 max(time.time() - newest, 0.0),
             )

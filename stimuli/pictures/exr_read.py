@@ -173,7 +173,8 @@ def _chosen(names: tuple[str, ...], path: Path, flat: bool, flat_eye: Eye | None
     raise StimulusError.at(path, f"there are only the views {listed}", "expected left and right, or center")
 
 
-ColourSpace = Literal["declared", "xyz", "rec709"]
+# The last five are of codes, in ordinary pictures; OpenEXR holds light.
+ColourSpace = Literal["declared", "xyz", "rec709", "srgb", "display-p3", "adobe-rgb", "rec2020", "icc"]
 Negative = Literal["refuse", "clip"]
 
 REC709 = np.array([[0.64, 0.33], [0.30, 0.60], [0.15, 0.06], [0.3127, 0.3290]])
@@ -231,6 +232,9 @@ def view_to_xyz(
 
 def _matrix(view: View, file: str, colour_space: ColourSpace | None) -> NDArray[np.float64]:
     given = {"xyz": XYZ, "rec709": REC709}.get(colour_space or "")
+    if given is None and colour_space not in (None, "declared"):
+        what = f"OpenEXR holds linear light, and '{colour_space}' is of codes"
+        raise _wrong(view, file, what, "write 'colour_space: declared' (or rec709, xyz) for this picture")
     declared = XYZ if view.is_xyz else view.chromaticities
     chromaticities = given if declared is None else declared
     if chromaticities is None:

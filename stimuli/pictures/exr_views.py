@@ -91,7 +91,9 @@ def _read_views(path: Path, region: Region | None) -> Mapping[str, View]:
     try:
         if picture.format_name() != "openexr":
             raise StimulusError.at(
-                path, f"the picture is {picture.format_name()}, not OpenEXR", "convert it to OpenEXR"
+                path,
+                f"the picture is {picture.format_name()}, not OpenEXR",
+                f"give it the suffix of its own kind, such as .{picture.format_name()}",
             )
         for view in _parts(picture, path, region):
             if view.name in views:

@@ -29,6 +29,7 @@ SUFFIXES = (".png", ".jpg", ".jpeg", ".jpe", ".jps", ".mpo", ".webp", *TIFF)
 OTHERS = (".gif", ".bmp", ".heic", ".heif", ".avif", ".jxl", ".jp2", ".psd", ".tga")
 
 _ORIENTATION, _EXIF_SPACE, _EXIF_IFD, _INTEROP_IFD = 0x0112, 0xA001, 0x8769, 0xA005
+_MOST_EXIF = 1_000_000
 # A pair's second picture; others of an MPO are previews, panoramas and gain maps.
 _PAIR_TYPES = ("Multi-Frame Image (Disparity)", "Undefined")
 _MODES = {"L": 1, "LA": 1, "RGB": 3, "RGBA": 3, "I;16": 1, "I;16B": 1, "I": 1}
@@ -138,7 +139,7 @@ def _of_pillow(picture: Image, path: Path) -> PictureHeader:
     if picture.mode not in _MODES:
         what = "CMYK, inks for a printer" if picture.mode in ("CMYK", "YCCK") else f"of the mode {picture.mode}"
         raise StimulusError.at(path, f"the picture is {what}", "convert it to RGB with its profile, then save it")
-    exif = picture.getexif()
+    exif = _png_exif(png) if kind == "png" else picture.getexif()
     frames, packing = 1, named_packing(path.stem)
     if kind == "jpeg":
         frames = _frames(picture)
@@ -159,16 +160,24 @@ def _of_pillow(picture: Image, path: Path) -> PictureHeader:
 
 
 def _png_chunks(path: Path) -> Iterator[tuple[str, bytes]]:
-    """Yield name and content of a PNG's chunks before its pixels; of long ones the beginning."""
-    with path.open("rb") as file:
-        file.seek(8)
-        while len(head := file.read(8)) == 8:
+    """Yield name and content of a PNG's chunks but its pixels; of long ones the beginning."""
+    with path.open("rb", buffering=0) as file:
+        at = 8
+        while file.seek(at) and len(head := file.read(8)) == 8:
             size, name = struct.unpack(">I4s", head)
-            if name == b"IDAT":
-                return
-            content = file.read(min(size, 64))
-            yield name.decode("latin-1"), content
-            file.seek(size - len(content) + 4, 1)
+            if name != b"IDAT":
+                yield name.decode("latin-1"), file.read(min(size, 64 if name != b"eXIf" else _MOST_EXIF))
+            at += size + 12
+
+
+def _png_exif(png: dict[str, bytes]) -> Any:
+    """Return a PNG's EXIF; Pillow would decode the pixels for it."""
+    from PIL.Image import Exif
+
+    exif = Exif()
+    if "eXIf" in png:
+        exif.load(b"Exif\0\0" + png["eXIf"])
+    return exif
 
 
 def _png_space(png: dict[str, bytes], path: Path) -> str | None:

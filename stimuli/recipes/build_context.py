@@ -12,6 +12,7 @@ from devices.display import EyeModels, Rig
 from documents.files import sha256_of_json
 
 if TYPE_CHECKING:
+    from stimuli.pictures.coded import CodedPicture
     from stimuli.pictures.stereo_image import StereoImage
     from stimuli.recipes.values import SparklesSpec
 
@@ -78,9 +79,13 @@ class BuildContext:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MadePicture:
-    """A stimulus before it is written: its picture, its factors, and the steps that led to it, for the manifest."""
+    """A stimulus before it is written: its picture, its factors, and the steps that led to it, for the manifest.
+
+    ``coded`` is the same picture as the codes of its file, if no step changed them.
+    """
 
     name: str
     image: StereoImage
     factors: Factors
     steps: tuple[Step, ...]
+    coded: CodedPicture | None = None

@@ -16,7 +16,7 @@ from stimuli.develop.raw_files import DEFAULT_DEMOSAIC, Demosaic
 from stimuli.errors import StimulusError
 from stimuli.pictures.stereo_image import View
 from stimuli.recipes.build_context import BuildContext
-from stimuli.recipes.pictures import FilesRecipe, FileStimulusSpec
+from stimuli.recipes.files_recipe import FilesRecipe, FileStimulusSpec
 from stimuli.recipes.recipe_kind import Fault
 from stimuli.recipes.values import MAX_STIMULI, InsideFile
 

@@ -1,235 +1,84 @@
-"""`kind: pictures`, stimuli from OpenEXR files; and the base of recipes of files: the steps until they are shown."""
+"""`kind: pictures`: stimuli from OpenEXR files and from ordinary pictures, such as PNG and JPEG."""
 
 from __future__ import annotations
 
-from abc import abstractmethod
-from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from itertools import groupby, product
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Field, PositiveFloat, StringConstraints
+from pydantic import Field, NonNegativeFloat, PositiveFloat, model_validator
 
-from documents import Finding, InputError
-from documents.yaml import Path_
+from documents import Finding
+from documents.yaml import Strict
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_read import ColourSpace, Negative
-from stimuli.pictures.stereo_image import Eye, View
-from stimuli.recipes.build_context import BuildContext, DisplaySetup, Factors, MadePicture, Progress
-from stimuli.recipes.recipe_kind import Fault, RecipeKind, stimulus_name, twin_names, twin_views
-from stimuli.recipes.steps_spec import StepsSpec
-from stimuli.recipes.values import MAX_STIMULI, InsideFile, Name, SeriesSpec, SeriesSpecs
+from stimuli.pictures.packing import Packing
+from stimuli.pictures.picture_header import is_ordinary, read_header
+from stimuli.pictures.stereo_image import View
+from stimuli.recipes.files_recipe import FilesRecipe, FileStimulusSpec
+from stimuli.recipes.recipe_kind import Fault
+from stimuli.recipes.values import MAX_STIMULI, InsideFile
 
 if TYPE_CHECKING:
+    from stimuli.pictures.ordinary import Decoding
     from stimuli.recipes.view_sources import Source
 
 
-def _factor(key: str) -> str:
-    if key in ("image", "view", "series"):
-        raise ValueError(f"'{key}' is set by the recipe; give the factor another name")
-    return key
+class LightSpec(Strict):
+    """How numbers in files become light: for all stimuli of a recipe, or for one.
 
-
-FactorName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,59}$"), AfterValidator(_factor)]
-FactorValue = Annotated[str, StringConstraints(min_length=1, max_length=200)] | Annotated[float, Field(strict=True)]
-
-
-class FileStimulusSpec(StepsSpec):
-    """One stimulus from a file or several.
-
-    ``flat_eye`` makes the flat version where no centre view is; ``factors`` are what sets the stimulus apart, for
-    grouping and analysis.
+    ``white_luminance_cd_m2`` is the luminance of the value 1, or of the highest code; partly transparent pictures lie
+    on a grey of ``alpha_background_cd_m2``.
     """
 
-    name: Name
-    flat_eye: Eye | None = None
-    factors: Annotated[dict[FactorName, FactorValue], Field(default_factory=dict)]
-
-    @property
-    @abstractmethod
-    def files(self) -> dict[str, str]:
-        """The files by the key that names them."""
-
-    @abstractmethod
-    def stored_view(self) -> View | None:
-        """Return how it is shown by default; None if that is not known before the file is read."""
+    colour_space: ColourSpace = "declared"
+    white_luminance_cd_m2: PositiveFloat | None = None
+    alpha_background_cd_m2: NonNegativeFloat | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class FilePicture:
-    """One picture of a stimulus, which counts from 0: in a series, and in a view."""
-
-    name: str
-    stimulus: int
-    series: SeriesSpec | None
-    view: View | None
-    factors: Factors
-
-
-class FilesRecipe(RecipeKind, StepsSpec):
-    """Stimuli from files; with ``views``, each in each of them, and with ``series``, each in each."""
-
-    series: SeriesSpecs | None = None
-
-    @abstractmethod
-    def specs(self) -> Sequence[FileStimulusSpec]:
-        """Return the stimuli as the recipe lists them."""
-
-    @abstractmethod
-    def source(self, stimulus: int, folder: Path) -> Source:
-        """Return the reader of the views of stimulus number ``stimulus``, from 0; paths are relative to ``folder``."""
-
-    def shared_files(self) -> dict[str, Path_]:
-        """Return the files that all stimuli depend on, with their places in the recipe."""
-        return {}
-
-    def shared_key(self, context: BuildContext) -> dict[str, Any]:
-        """Return the values that all pictures depend on beside their own entries, for their keys."""
-        return {"needed": self.display_facts(context.setup), **self.observer_key()}
-
-    def pictures(self) -> tuple[FilePicture, ...]:
-        """Return the pictures: stimulus by stimulus, series by series, view by view."""
-        all_series: tuple[SeriesSpec | None, ...] = self.series or (None,)
-        views: tuple[View | None, ...] = self.views or (None,)
-        pictures = []
-        for (index, spec), series, view in product(enumerate(self.specs()), all_series, views):
-            name = f"{spec.name}-{series.name}" if series else spec.name
-            factors: dict[str, str | float] = {"image": spec.name}
-            shown = view or spec.stored_view()
-            if series:
-                factors["series"] = series.name
-            if shown:
-                factors["view"] = shown
-            pictures.append(FilePicture(stimulus_name(name, view), index, series, shown, {**factors, **spec.factors}))
-        return tuple(pictures)
-
-    def factors(self) -> dict[str, Factors]:
-        """Return each stimulus's image, series, view and the factors that the recipe gives it."""
-        return {picture.name: picture.factors for picture in self.pictures()}
-
-    def faults(self) -> Iterator[Fault]:
-        """Yield names and views that stand twice or meet, and too many pictures."""
-        names = [spec.name for spec in self.specs()]
-        yield from twin_names(names, "stimuli")
-        yield from twin_views(self.views)
-        series = [named.name for named in self.series or ()]
-        yield from twin_names(series, "series")
-        made = [
-            "-".join(part for part in parts if part).casefold()
-            for parts in product(names, series or ("",), self.views or ("",))
-        ]
-        if len(made) > MAX_STIMULI:
-            yield Fault(("stimuli",), f"these are {len(made)} pictures", f"a recipe makes {MAX_STIMULI} at most")
-        for name, count in sorted(Counter(made).items()):
-            if count > 1 and series:
-                yield Fault(("series",), f"two pictures would be called '{name}'", "give one another name")
-
-    def inputs(self) -> dict[str, Path_]:
-        """Return each file that the recipe names, with the place in it that names it first."""
-        files = self.shared_files()
-        for index, spec in enumerate(self.specs()):
-            for key, file in spec.files.items():
-                files.setdefault(file, ("stimuli", index, key))
-        return files
-
-    def display_facts(self, setup: DisplaySetup | None) -> dict[str, Any]:
-        """Return the facts of ``setup`` that the steps depend on: the place of the eyes, and the display's range."""
-        if setup is None:
-            return {}
-        all_steps = [spec.steps_over(self) for spec in self.specs()]
-        needed: dict[str, Any] = {}
-        if any(steps.align or steps.toe_in or steps.resample for steps in all_steps):
-            needed["viewing"] = setup.viewing_json()
-        if any(steps.tone_map for steps in all_steps):
-            needed["range"] = setup.range_json()
-        return needed
-
-    def tasks(self, context: BuildContext) -> Iterator[Mapping[str, str]]:
-        """Yield each stimulus's pictures: its files are read, and its pair is aligned, once."""
-        shared = self.shared_key(context)
-        for index, pictures in groupby(self.pictures(), key=lambda picture: picture.stimulus):
-            spec = self.specs()[index]
-            own = spec.model_dump(mode="json", exclude={"name", "factors", "view"}) | spec.steps_over(self).steps_json()
-            yield {
-                picture.name: context.key(
-                    self.sparkles,
-                    shared=shared,
-                    own=own,
-                    view=picture.view,
-                    series=None if picture.series is None else picture.series.key(),
-                    contents=[context.file_hashes[file] for file in spec.files.values()],
-                )
-                for picture in pictures
-            }
-
-    def make(self, context: BuildContext, report: Progress, names: Collection[str]) -> Iterator[MadePicture]:
-        """Yield the stimuli of ``names``.
-
-        Each stimulus's files are read, and its pair is aligned, once for all series and views that show them. No more
-        than one stimulus's views are in memory at a time.
-
-        Raises
-        ------
-        InputError
-            If a file cannot be read or holds what must not reach an eye, or a step cannot be done: the finding names
-            the file, or the stimulus.
-        """
-        from stimuli.recipes.picture_steps import Prepared, finished_picture
-
-        wanted = [picture for picture in self.pictures() if picture.name in names]
-        pitch_mm, setup = context.pixel_pitch_mm, context.setup
-        done = 0
-        for index, pictures in groupby(wanted, key=lambda picture: picture.stimulus):
-            spec = self.specs()[index]
-            steps = spec.steps_over(self)
-            prepared = Prepared(self.source(index, context.folder), steps, spec.flat_eye, pitch_mm, setup)
-            for picture in pictures:
-                report(f"making {picture.name}", done, len(wanted))
-                try:
-                    image, before = prepared.picture(picture.view)
-                    image, after = finished_picture(image, steps, picture.series, pitch_mm, setup)
-                except InputError as error:
-                    raise StimulusError([_of_stimulus(finding, spec.name) for finding in error.findings]) from error
-                factors = {"view": "flat" if image.is_flat else "stereo"} | dict(picture.factors)
-                yield MadePicture(picture.name, image, factors, (*before, *after))
-                done += 1
-        report("done", done, done)
-
-
-def _of_stimulus(finding: Finding, stimulus: str) -> Finding:
-    """Return the finding with the stimulus in place of a file, where it names none."""
-    if finding.file is not None:
-        return finding
-    return Finding(f"the stimulus '{stimulus}': {finding.message}", remedy=finding.remedy)
-
-
-class PictureSpec(FileStimulusSpec):
-    """One picture from an OpenEXR file.
+class PictureSpec(FileStimulusSpec, LightSpec):
+    """One picture: ``file``, of one view or both (see ``packing``), or a file for each eye, ``left`` and ``right``.
 
     ``view`` flat takes the centre view, or ``flat_eye`` where there is none; without ``view`` the picture is shown as
     it is stored.
     """
 
-    file: InsideFile
+    file: InsideFile | None = None
+    left: InsideFile | None = None
+    right: InsideFile | None = None
+    packing: Packing | None = None
     view: View | None = None
-    colour_space: ColourSpace = "declared"
-    white_luminance_cd_m2: PositiveFloat | None = None
     negative: Negative = "refuse"
+
+    @model_validator(mode="after")
+    def _has_files(self) -> Self:
+        eyes = (self.left is not None, self.right is not None)
+        if any(eyes) == (self.file is not None) or any(eyes) != all(eyes):
+            raise ValueError("name 'file', or a file for each eye: 'left' and 'right'")
+        if len({is_ordinary(Path(file)) for file in self.files.values()}) > 1:
+            raise ValueError("'left' and 'right' are of different kinds: both OpenEXR, or neither")
+        if self.packing is not None and not (self.file and self.is_ordinary):
+            raise ValueError("'packing' says how both eyes lie in one PNG, JPEG, TIFF or WebP; leave it out here")
+        return self
 
     @property
     def files(self) -> dict[str, str]:
         """The files by the key that names them."""
-        return {"file": self.file}
+        named = {"file": self.file, "left": self.left, "right": self.right}
+        return {key: file for key, file in named.items() if file is not None}
+
+    @property
+    def is_ordinary(self) -> bool:
+        """Whether it is a PNG, JPEG or the like, whose codes become light; else OpenEXR."""
+        return is_ordinary(Path(next(iter(self.files.values()))))
 
     def stored_view(self) -> View | None:
-        """Return the view that the stimulus names itself."""
-        return self.view
+        """Return the view that the stimulus names itself, or that its files make."""
+        return self.view or ("stereo" if self.left else None)
 
 
-class PicturesRecipe(FilesRecipe):
-    """Pictures from OpenEXR files; with ``views``, each in each of them, and with ``series``, each in each."""
+class PicturesRecipe(FilesRecipe, LightSpec):
+    """Pictures from files; with ``views``, each in each of them, and with ``series``, each in each."""
 
     kind: Literal["pictures"]
     stimuli: Annotated[tuple[PictureSpec, ...], Field(min_length=1, max_length=MAX_STIMULI)]
@@ -238,6 +87,16 @@ class PicturesRecipe(FilesRecipe):
         """Return the stimuli as the recipe lists them."""
         return self.stimuli
 
+    def light(self, spec: PictureSpec) -> LightSpec:
+        """Return how a stimulus's numbers become light: as it says, else as the recipe does."""
+        keys = LightSpec.model_fields
+        return LightSpec(**{key: getattr(spec if key in spec.model_fields_set else self, key) for key in keys})
+
+    def own_key(self, spec: FileStimulusSpec) -> dict[str, Any]:
+        """Return the values of one stimulus that its pictures depend on."""
+        assert isinstance(spec, PictureSpec)
+        return super().own_key(spec) | self.light(spec).model_dump(mode="json")
+
     def faults(self) -> Iterator[Fault]:
         """Yield names and views that stand twice or meet, too many pictures, and a view that is given twice."""
         yield from super().faults()
@@ -245,18 +104,51 @@ class PicturesRecipe(FilesRecipe):
             if self.views and picture.view:
                 message = "'views' already says how each picture is shown"
                 yield Fault(("stimuli", index, "view"), message, "keep one of the two")
+            flat = "flat" in (self.views or (picture.view,))
+            if picture.left and flat and picture.flat_eye is None:
+                message = f"there is no centre view for the flat version of '{picture.name}'"
+                yield Fault(("stimuli", index, "name"), message, "name an eye as flat_eye: left, or right")
+        bright = [spec.name for spec in self.stimuli if spec.is_ordinary and not self._has_white(spec)]
+        if bright:
+            others = f" and {len(bright) - 1} more" if len(bright) > 1 else ""
+            message = f"the luminance of the white of '{bright[0]}'{others} is not given"
+            remedy = "write white_luminance_cd_m2: 100 above 'stimuli', or that of your display's white"
+            yield Fault(("stimuli",), message, remedy)
+
+    def _has_white(self, spec: PictureSpec) -> bool:
+        light = self.light(spec)
+        return light.white_luminance_cd_m2 is not None or light.colour_space in ("xyz", "rec709")
+
+    def file_findings(self, folder: Path) -> list[Finding]:
+        """Return what the headers of ordinary pictures show to be wrong, without decoding them."""
+        from stimuli.pictures.ordinary import encoding_of
+
+        findings: list[Finding] = []
+        for spec in self.stimuli:
+            if spec.is_ordinary:
+                try:
+                    for file in spec.files.values():
+                        encoding_of(read_header(folder / file), self._decoding(spec))
+                except StimulusError as error:
+                    findings += error.findings
+        return findings
+
+    def _decoding(self, spec: PictureSpec) -> Decoding:
+        from stimuli.pictures.ordinary import Decoding
+
+        return Decoding(**self.light(spec).model_dump(), negative=spec.negative)
 
     def source(self, stimulus: int, folder: Path) -> Source:
         """Return the reader of a stimulus's views."""
-        from stimuli.recipes.view_sources import MultiViewFile
+        from stimuli.recipes.view_sources import FilePerView, MultiViewFile, OrdinaryFiles, exr_reader
 
         spec = self.stimuli[stimulus]
-        return MultiViewFile(
-            folder / spec.file,
-            spec.file,
-            spec.flat_eye,
-            spec.colour_space,
-            spec.white_luminance_cd_m2,
-            spec.negative,
-            str(self.observer),
-        )
+        light = self.light(spec)
+        if spec.is_ordinary:
+            paths = tuple(folder / file for file in spec.files.values())
+            return OrdinaryFiles(paths, spec.files, self._decoding(spec), spec.packing, spec.flat_eye)
+        reading = (light.colour_space, light.white_luminance_cd_m2, spec.negative)
+        if spec.file is None:
+            reader = exr_reader(str(self.observer), *reading)
+            return FilePerView({eye: folder / file for eye, file in spec.files.items()}, reader, spec.flat_eye)
+        return MultiViewFile(folder / spec.file, spec.file, spec.flat_eye, *reading, str(self.observer))

@@ -1,9 +1,10 @@
 """Recipes: `configs/stimuli/*.yaml`: which pictures an experiment shows, and how they are made.
 
-Four kinds: `sparkle_plate` photographs a synthetic plate, `sparkle_series` several plates in series
-of exposures, `photographs` develops a camera's files, and `pictures` takes OpenEXR files. A recipe and the pictures
-that it names form one folder that can be copied as a whole: a picture's path is relative to the recipe, and neither
-absolute nor upwards (`..`). A symbolic link inside the folder may lead anywhere, and so may the path of a camera file.
+Four kinds: `sparkle_plate` photographs a synthetic plate, `sparkle_series` several plates in series of exposures,
+`photographs` develops a camera's files, and `pictures` takes OpenEXR files and ordinary pictures. A recipe and the
+pictures that it names form one folder that can be copied as a whole: a picture's path is relative to the recipe, and
+neither absolute nor upwards (`..`). A symbolic link inside the folder may lead anywhere, and so may the path of a
+camera file.
 """
 
 from __future__ import annotations

@@ -12,7 +12,11 @@ from devices.camera import CameraModel, Exposure
 from devices.colour_matching import DEFAULT_OBSERVER
 from documents import Finding, InputError
 from stimuli.errors import StimulusError
+from stimuli.pictures.coded import CodedPicture
 from stimuli.pictures.exr_read import ColourSpace, Negative, read_exr_counted, refuse_other_observer
+from stimuli.pictures.ordinary import Decoding, read_ordinary
+from stimuli.pictures.packing import Packing
+from stimuli.pictures.picture_header import is_ordinary
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 from stimuli.recipes.build_context import Step
 from stimuli.recipes.photographs import DevelopSpec, SpectralSpec
@@ -20,11 +24,15 @@ from stimuli.recipes.photographs import DevelopSpec, SpectralSpec
 
 @dataclass(frozen=True, eq=False, slots=True)
 class StoredPicture:
-    """A picture as it was read; ``centre`` is true if there is a centre view; a flat picture is then that view."""
+    """A picture as it was read; ``centre`` is true if there is a centre view; a flat picture is then that view.
+
+    ``coded`` is the same picture as the codes of its file, where these are exact.
+    """
 
     image: StereoImage
     steps: tuple[Step, ...]
     centre: bool
+    coded: CodedPicture | None = None
 
 
 class Source(Protocol):
@@ -90,6 +98,51 @@ class MultiViewFile:
         return StoredPicture(reading.image, (step,), reading.centre)
 
 
+@dataclass(frozen=True, slots=True)
+class OrdinaryFiles:
+    """A PNG, JPEG, TIFF, WebP, MPO or JPS, or one for each eye; ``names`` are those that the recipe gives them."""
+
+    paths: tuple[Path, ...]
+    names: Mapping[str, str]
+    decoding: Decoding
+    packing: Packing | None = None
+    flat_eye: Eye | None = None
+
+    def stored(self) -> StoredPicture:
+        """Read the picture as it is stored."""
+        return self._read(flat=False)
+
+    def stereo(self) -> StoredPicture:
+        """Read left and right."""
+        read = self._read(flat=False)
+        if read.image.is_flat:
+            message = "the picture has one view, and stereo needs the views left and right"
+            remedy = "name a file for each eye (left:, right:), or say how both lie in it: packing: side-by-side"
+            raise StimulusError.at(self.paths[0], message, remedy)
+        return read
+
+    def flat(self) -> StoredPicture:
+        """Read the picture of both eyes, or of the eye that stands for it."""
+        return self._read(flat=True)
+
+    def _read(self, *, flat: bool) -> StoredPicture:
+        read = read_ordinary(self.paths, self.decoding, self.packing, flat=flat, flat_eye=self.flat_eye)
+        step = {
+            "step": "read",
+            **self.names,
+            "flat_eye": self.flat_eye,
+            "colour_space": read.colour_space,
+            "white_luminance_cd_m2": read.white_luminance_cd_m2,
+            "bits": read.bits,
+            "packing": read.packing,
+            "alpha_background_cd_m2": self.decoding.alpha_background_cd_m2,
+            "negative": self.decoding.negative,
+            "views": list(read.views),
+            "clipped_pixels": read.clipped_pixels,
+        }
+        return StoredPicture(read.image, (step,), read.views == ("center",), read.coded)
+
+
 class ViewReader(Protocol):
     """A reader of one view's file, which returns XYZ and the steps."""
 
@@ -144,17 +197,39 @@ def _spectral(path: Path, *, spectral: SpectralSpec, folder: Path, observer: str
     return observed.xyz, steps
 
 
-def exr_reader(observer: str) -> ViewReader:
-    """Return the reader of an OpenEXR picture of one view that declares its colours."""
-    return partial(_exr, observer=observer)
+def exr_reader(
+    observer: str,
+    colour_space: ColourSpace = "declared",
+    white_luminance_cd_m2: float | None = None,
+    negative: Negative = "refuse",
+) -> ViewReader:
+    """Return the reader of an OpenEXR picture of one view."""
+    return partial(
+        _exr,
+        observer=observer,
+        colour_space=colour_space,
+        white_luminance_cd_m2=white_luminance_cd_m2,
+        negative=negative,
+    )
 
 
-def _exr(path: Path, *, observer: str) -> tuple[XYZImage, tuple[Step, ...]]:
+def _exr(
+    path: Path,
+    *,
+    observer: str,
+    colour_space: ColourSpace,
+    white_luminance_cd_m2: float | None,
+    negative: Negative,
+) -> tuple[XYZImage, tuple[Step, ...]]:
+    if is_ordinary(path):
+        message = "this is a developed picture, whose camera is not known, and photographs are raw or spectral"
+        remedy = "write kind: pictures in the recipe, with colour_space: srgb and white_luminance_cd_m2: 100"
+        raise StimulusError.at(path, message, remedy)
     if path.suffix.lower() != ".exr":
         message = "this is no OpenEXR picture, and the recipe names no camera"
         remedy = "name the file that `cyclopean camera fit` wrote as 'camera:' in the recipe"
         raise StimulusError.at(path, message, remedy)
-    read = MultiViewFile(path, path.name, observer=observer).flat()
+    read = MultiViewFile(path, path.name, None, colour_space, white_luminance_cd_m2, negative, observer).flat()
     return read.image.left, read.steps
 
 

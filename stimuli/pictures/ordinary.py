@@ -1,0 +1,265 @@
+"""From a PNG, JPEG, TIFF, WebP, MPO or JPS to a picture for two eyes in absolute XYZ.
+
+Codes of 8 and 16 bits stay codes as long as a table for each channel and a matrix make light of them; what needs
+arithmetic on light (floats, profiles of tables, alpha, half pictures) becomes XYZ at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from documents import Finding
+from documents.text import counted
+from stimuli.errors import StimulusError
+from stimuli.pictures.coded import CodedPicture
+from stimuli.pictures.colour_spaces import NAMED_SPACES, Encoding, embedded_encoding, named_encoding, same_space
+from stimuli.pictures.packing import PACKINGS, Packing, eye_size_px, stretched, unpacked
+from stimuli.pictures.picture_header import PictureHeader, read_header
+from stimuli.pictures.picture_pixels import Pixels, decode
+from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
+
+_LINEAR = ("xyz", "rec709")
+_ROWS = 64
+
+
+@dataclass(frozen=True, slots=True)
+class Decoding:
+    """How a file's codes become light.
+
+    ``colour_space`` is a name, ``icc`` for the file's own profile, or None (``declared``) for what the file states;
+    ``white_luminance_cd_m2`` is the luminance of its white. Colours seen through alpha lie on a grey of
+    ``alpha_background_cd_m2``. ``negative`` says what to do with XYZ below 0.
+    """
+
+    colour_space: str | None = None
+    white_luminance_cd_m2: float | None = None
+    alpha_background_cd_m2: float | None = None
+    negative: Literal["refuse", "clip"] = "refuse"
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class OrdinaryPicture:
+    """A picture, as ``coded`` where its codes suffice, else as ``xyz``; a flat one has one array for both eyes.
+
+    ``views`` are those that the files hold, ``colour_space`` what was used, ``light`` and ``matrix`` as in
+    `CodedPicture` (None of floats and tables), ``clipped_pixels`` those whose XYZ below 0 was set to 0.
+    """
+
+    coded: CodedPicture | None
+    xyz: StereoImage | None
+    views: tuple[str, ...]
+    colour_space: str
+    bits: int
+    white_luminance_cd_m2: float
+    steps_cd_m2: NDArray[np.float64] | None
+    packing: Packing | None
+    clipped_pixels: int
+
+    @property
+    def image(self) -> StereoImage:
+        """The picture in XYZ."""
+        if self.xyz is not None:
+            return self.xyz
+        assert self.coded is not None
+        return self.coded.image()
+
+
+def read_ordinary(
+    files: Sequence[Path],
+    decoding: Decoding,
+    packing: Packing | None = None,
+    *,
+    flat: bool = False,
+    flat_eye: Eye | None = None,
+) -> OrdinaryPicture:
+    """Read a picture from one file, or from the left and the right eye's.
+
+    ``packing`` is how both eyes lie in one file; None takes what the file, or a word in its name, states. With ``flat``
+    a pair gives the picture of ``flat_eye``.
+
+    Raises
+    ------
+    StimulusError
+        If a file cannot be read or shown, declares another colour space, or neither it nor ``decoding`` states one.
+    """
+    headers = [read_header(path) for path in files]
+    if len(headers) == 2:
+        headers = [replace(header, packing="none", frames=1) for header in headers]
+        first, second = (header.size_px for header in headers)
+        if first != second:
+            message = (
+                f"the views differ in size: 'left' is {first[0]} × {first[1]}, 'right' is {second[0]} × {second[1]}"
+            )
+            raise StimulusError.at(headers[1].path, message, "crop or save them alike")
+    header = headers[0]
+    if packing is not None:
+        if packing not in PACKINGS:
+            raise StimulusError.at(header.path, f"there is no packing '{packing}'", f"one of {', '.join(PACKINGS)}")
+        header = headers[0] = replace(header, packing=packing, frames=1 if packing != "none" else header.frames)
+    used = None if header.frames == 2 or header.packing == "none" else header.packing
+    pair = len(headers) == 2 or header.frames == 2 or used is not None
+    if used is not None:
+        eye_size_px(header.size_px, used, header.path)
+    if flat and pair and flat_eye is None:
+        raise StimulusError.at(
+            header.path, "there is no centre view for the flat version", "name an eye: flat_eye: left"
+        )
+    if len({(item.channels, item.has_alpha, item.bits) for item in headers}) > 1:
+        message = "the two eyes' pictures are of different form: grey or colour, bits, or alpha"
+        raise StimulusError.at(headers[1].path, message, "save them alike")
+    spaces = [encoding_of(item, decoding) for item in headers]
+    if len(spaces) == 2 and not _alike(spaces[0], spaces[1]):
+        message = "the two eyes' pictures have different colour spaces"
+        raise StimulusError.at(headers[1].path, message, "convert them to one, such as sRGB")
+    encoding = spaces[0]
+    eyes: list[Pixels] = [decode(item) for item in headers]
+    if header.frames == 2 and used is None:
+        eyes.append(decode(header, frame=1))
+    elif used is not None:
+        eyes = list(unpacked(eyes[0], used))
+    if flat and len(eyes) == 2:
+        eyes = [eyes[0 if flat_eye == "left" else 1]]
+    views = ("left", "right") if len(eyes) == 2 else ((str(flat_eye),) if flat and pair else ("center",))
+    return _made(eyes, header, encoding, decoding, used, views)
+
+
+def _made(
+    eyes: list[Pixels],
+    header: PictureHeader,
+    encoding: Encoding,
+    decoding: Decoding,
+    packing: Packing | None,
+    views: tuple[str, ...],
+) -> OrdinaryPicture:
+    white = decoding.white_luminance_cd_m2 or 1.0
+    matrix = encoding.matrix * white
+    with_alpha = eyes[0].shape[2] in (2, 4)
+    opaque = not with_alpha or all(bool((codes[..., -1] == _full(codes)).all()) for codes in eyes)
+    if not opaque and decoding.alpha_background_cd_m2 is None:
+        remedy = "flatten it, or write the luminance of the grey behind it: alpha_background_cd_m2: 20"
+        raise StimulusError.at(header.path, "the picture is partly transparent (alpha)", remedy)
+    if opaque and with_alpha:
+        eyes = [codes[..., :-1] for codes in eyes]
+    whole = all(np.issubdtype(codes.dtype, np.unsignedinteger) for codes in eyes)
+    light = encoding.tables(int(_full(eyes[0])) + 1) if whole and encoding.table is None else None
+    half = packing is not None and "half" in packing
+    steps = None if light is None else light @ matrix[1]
+    facts = (views, encoding.name, header.bits, white, steps, packing)
+    if light is not None and opaque and not half and not (matrix < 0).any():
+        coded = CodedPicture(np.ascontiguousarray(eyes[0]), np.ascontiguousarray(eyes[-1]), light, matrix)
+        if len(eyes) == 1:
+            coded = replace(coded, right=coded.left)
+        return OrdinaryPicture(coded, None, *facts, 0)
+    background = decoding.alpha_background_cd_m2 or 0.0
+    images, below = [], 0
+    for codes in eyes:
+        xyz, count = light_of(codes, encoding, white, background, decoding.negative, header.path)
+        images.append(xyz)
+        below += count
+    image = StereoImage(images[0], images[-1])
+    if half and packing is not None:
+        image = stretched(image, packing)
+    return OrdinaryPicture(None, image, *facts, below)
+
+
+def light_of(
+    codes: Pixels, encoding: Encoding, white: float, background_cd_m2: float, negative: str, path: Path
+) -> tuple[XYZImage, int]:
+    """Return XYZ in cd/m² of codes of any kind, alpha composed in linear light, and how many pixels were clipped."""
+    height, width, channels = codes.shape
+    full = _full(codes)
+    grey_XYZ = encoding.white / encoding.white[1] * background_cd_m2
+    out = np.empty((height, width, 3), np.float32)
+    below = 0
+    for first in range(0, height, _ROWS):
+        values = codes[first : first + _ROWS].reshape(-1, channels).astype(np.float64) / full
+        if not np.isfinite(values).all():
+            bad = int((~np.isfinite(codes)).any(axis=-1).sum())
+            message = f"{counted(bad, 'pixel is', 'pixels are')} NaN or infinite"
+            raise StimulusError.at(path, message, "correct the picture")
+        colours = values[:, :3] if channels >= 3 else np.repeat(values[:, :1], 3, axis=1)
+        xyz = encoding.xyz(colours) * white
+        if channels in (2, 4):
+            alpha = values[:, -1:]
+            xyz = alpha * xyz + (1.0 - alpha) * grey_XYZ
+        below += int((xyz < 0).any(axis=-1).sum())
+        out[first : first + _ROWS] = xyz.reshape(-1, width, 3)
+    if below and negative == "refuse":
+        message = f"{counted(below, 'pixel has', 'pixels have')} negative XYZ, down to {out.min():.3g} cd/m²"
+        raise StimulusError.at(path, message, "correct the picture, or ask for 'negative: clip'")
+    return (np.maximum(out, np.float32(0)), below) if below else (out, 0)
+
+
+def encoding_of(header: PictureHeader, decoding: Decoding) -> Encoding:
+    """Return how the codes of a file become light; StimulusError if it is not known, or stated in two ways."""
+    asked = None if decoding.colour_space == "declared" else decoding.colour_space
+    faults: list[tuple[str, str]] = []
+    encoding = None
+    own = None if header.profile is None else embedded_encoding(header.profile, header.path)
+    declared = header.declared if own is None else same_space(own) or "icc"
+    if asked in _LINEAR:
+        if header.bits != 32:
+            faults.append(
+                (
+                    f"its values of {header.bits} bits are codes and no linear light ({asked})",
+                    "write colour_space: srgb",
+                )
+            )
+        linear = _linear_encoding(asked)
+        return _checked(linear, header, faults)
+    if asked in NAMED_SPACES:
+        if declared not in (None, asked):
+            what = "an ICC profile of another colour space" if declared == "icc" else f"the colour space {declared}"
+            remedy = "write colour_space: declared, to use it"
+            faults.append((f"it declares {what}, and {asked} is asked for", remedy))
+        encoding = named_encoding(next(name for name in NAMED_SPACES if name == asked))
+    elif asked == "icc" and own is None:
+        faults.append(("it has no ICC profile", "write its colour space by name, such as colour_space: srgb"))
+    elif asked not in (None, "icc"):
+        names = ", ".join((*NAMED_SPACES, "icc", "declared"))
+        faults.append((f"there is no colour space '{asked}'", f"one of {names}"))
+    elif own is not None:
+        name = same_space(own)
+        encoding = own if name is None or asked == "icc" else named_encoding(name)
+    elif header.declared in NAMED_SPACES:
+        encoding = named_encoding(next(name for name in NAMED_SPACES if name == header.declared))
+    else:
+        linear_too = " (or rec709, xyz: linear light)" if header.bits == 32 else ""
+        faults.append(("it declares no colour space", f"write colour_space: srgb, if that is what it is{linear_too}"))
+    if decoding.white_luminance_cd_m2 is None:
+        faults.append(
+            (
+                "the luminance of its white is not given",
+                "write white_luminance_cd_m2: 100, or that of your display's white",
+            )
+        )
+    return _checked(encoding, header, faults)
+
+
+def _checked(encoding: Encoding | None, header: PictureHeader, faults: list[tuple[str, str]]) -> Encoding:
+    if encoding is None or faults:
+        raise StimulusError([Finding(message, str(header.path), remedy=remedy) for message, remedy in faults])
+    return encoding
+
+
+def _linear_encoding(name: str | None) -> Encoding:
+    def same(code: Any) -> NDArray[np.float64]:
+        return np.asarray(code, dtype=np.float64)
+
+    matrix = np.eye(3) if name == "xyz" else named_encoding("srgb").matrix
+    return Encoding(str(name), matrix, (same, same, same))
+
+
+def _alike(one: Encoding, other: Encoding) -> bool:
+    codes = np.linspace(0.0, 1.0, 5)[:, None] * np.eye(3)[np.arange(5) % 3]
+    return bool(np.allclose(one.xyz(codes), other.xyz(codes), rtol=0, atol=1e-6))
+
+
+def _full(codes: Pixels) -> float:
+    return float(np.iinfo(codes.dtype).max) if np.issubdtype(codes.dtype, np.integer) else 1.0

@@ -1,0 +1,56 @@
+"""The pixels of an ordinary picture file: decoded, and turned upright as its EXIF orientation asks."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stimuli.errors import StimulusError
+from stimuli.pictures.picture_header import PictureHeader
+from stimuli.pictures.picture_input import opened, reason
+
+Pixels = NDArray[Any]
+
+
+def decode(header: PictureHeader, frame: int = 0) -> Pixels:
+    """Return the pixels of a file, upright, (height, width, channels), uint8, uint16 or float32; alpha last."""
+    import OpenImageIO as oiio
+
+    if frame or header.frames == 2:
+        return _decode_by_pillow(header, frame)
+    hint = oiio.ImageSpec()
+    hint.attribute("oiio:UnassociatedAlpha", 1)
+    picture = opened(header.path, "copy or write it again", hint)
+    try:
+        spec = picture.spec()
+        stored = picture.read_image(0, 0, 0, spec.nchannels, {8: "uint8", 16: "uint16"}.get(header.bits, "float"))
+        # A JPEG that is cut short gives its first part, and a complaint.
+        problem = picture.geterror()
+    finally:
+        picture.close()
+    if stored is None or problem:
+        why = reason(problem).replace(f' ("{header.path}")', "")
+        raise StimulusError.at(header.path, f"the picture is cut short or damaged: {why}", "copy or save it again")
+    return upright(stored.reshape(*stored.shape[:2], -1), header.orientation)
+
+
+def _decode_by_pillow(header: PictureHeader, frame: int) -> Pixels:
+    from PIL import Image
+
+    try:
+        with Image.open(header.path) as picture:
+            picture.seek(frame)
+            pixels = np.asarray(picture)
+    except (OSError, ValueError, SyntaxError, EOFError) as error:
+        message = f"the picture is cut short or damaged: {(str(error).splitlines() or ['no reason given'])[0]}"
+        raise StimulusError.at(header.path, message, "copy or save it again") from error
+    return upright(pixels.reshape(*pixels.shape[:2], -1), header.orientation)
+
+
+def upright(pixels: Pixels, orientation: int) -> Pixels:
+    """Return pixels (height, width, ...) turned as an EXIF orientation of 1 to 8 asks."""
+    from stimuli.develop.metadata import EXIF_FLIPS, turned
+
+    return turned(pixels, EXIF_FLIPS[orientation])

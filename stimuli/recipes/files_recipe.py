@@ -1,0 +1,209 @@
+"""The base of recipes of files: one stimulus from a file or several, and the steps until it is shown."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby, product
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import AfterValidator, Field, StringConstraints
+
+from documents import Finding, InputError
+from documents.yaml import Path_
+from stimuli.errors import StimulusError
+from stimuli.pictures.stereo_image import Eye, View
+from stimuli.recipes.build_context import BuildContext, DisplaySetup, Factors, MadePicture, Progress
+from stimuli.recipes.recipe_kind import Fault, RecipeKind, stimulus_name, twin_names, twin_views
+from stimuli.recipes.steps_spec import StepsSpec
+from stimuli.recipes.values import MAX_STIMULI, Name, SeriesSpec, SeriesSpecs
+
+if TYPE_CHECKING:
+    from stimuli.recipes.view_sources import Source
+
+
+def _factor(key: str) -> str:
+    if key in ("image", "view", "series"):
+        raise ValueError(f"'{key}' is set by the recipe; give the factor another name")
+    return key
+
+
+FactorName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,59}$"), AfterValidator(_factor)]
+FactorValue = Annotated[str, StringConstraints(min_length=1, max_length=200)] | Annotated[float, Field(strict=True)]
+
+
+class FileStimulusSpec(StepsSpec):
+    """One stimulus from a file or several.
+
+    ``flat_eye`` makes the flat version where no centre view is; ``factors`` are what sets the stimulus apart, for
+    grouping and analysis.
+    """
+
+    name: Name
+    flat_eye: Eye | None = None
+    factors: Annotated[dict[FactorName, FactorValue], Field(default_factory=dict)]
+
+    @property
+    @abstractmethod
+    def files(self) -> dict[str, str]:
+        """The files by the key that names them."""
+
+    @abstractmethod
+    def stored_view(self) -> View | None:
+        """Return how it is shown by default; None if that is not known before the file is read."""
+
+
+@dataclass(frozen=True, slots=True)
+class FilePicture:
+    """One picture of a stimulus, which counts from 0: in a series, and in a view."""
+
+    name: str
+    stimulus: int
+    series: SeriesSpec | None
+    view: View | None
+    factors: Factors
+
+
+class FilesRecipe(RecipeKind, StepsSpec):
+    """Stimuli from files; with ``views``, each in each of them, and with ``series``, each in each."""
+
+    series: SeriesSpecs | None = None
+
+    @abstractmethod
+    def specs(self) -> Sequence[FileStimulusSpec]:
+        """Return the stimuli as the recipe lists them."""
+
+    @abstractmethod
+    def source(self, stimulus: int, folder: Path) -> Source:
+        """Return the reader of the views of stimulus number ``stimulus``, from 0; paths are relative to ``folder``."""
+
+    def shared_files(self) -> dict[str, Path_]:
+        """Return the files that all stimuli depend on, with their places in the recipe."""
+        return {}
+
+    def shared_key(self, context: BuildContext) -> dict[str, Any]:
+        """Return the values that all pictures depend on beside their own entries, for their keys."""
+        return {"needed": self.display_facts(context.setup), **self.observer_key()}
+
+    def own_key(self, spec: FileStimulusSpec) -> dict[str, Any]:
+        """Return the values of one stimulus that its pictures depend on."""
+        return spec.model_dump(mode="json", exclude={"name", "factors", "view"}) | spec.steps_over(self).steps_json()
+
+    def pictures(self) -> tuple[FilePicture, ...]:
+        """Return the pictures: stimulus by stimulus, series by series, view by view."""
+        all_series: tuple[SeriesSpec | None, ...] = self.series or (None,)
+        views: tuple[View | None, ...] = self.views or (None,)
+        pictures = []
+        for (index, spec), series, view in product(enumerate(self.specs()), all_series, views):
+            name = f"{spec.name}-{series.name}" if series else spec.name
+            factors: dict[str, str | float] = {"image": spec.name}
+            shown = view or spec.stored_view()
+            if series:
+                factors["series"] = series.name
+            if shown:
+                factors["view"] = shown
+            pictures.append(FilePicture(stimulus_name(name, view), index, series, shown, {**factors, **spec.factors}))
+        return tuple(pictures)
+
+    def factors(self) -> dict[str, Factors]:
+        """Return each stimulus's image, series, view and the factors that the recipe gives it."""
+        return {picture.name: picture.factors for picture in self.pictures()}
+
+    def faults(self) -> Iterator[Fault]:
+        """Yield names and views that stand twice or meet, and too many pictures."""
+        names = [spec.name for spec in self.specs()]
+        yield from twin_names(names, "stimuli")
+        yield from twin_views(self.views)
+        series = [named.name for named in self.series or ()]
+        yield from twin_names(series, "series")
+        made = [
+            "-".join(part for part in parts if part).casefold()
+            for parts in product(names, series or ("",), self.views or ("",))
+        ]
+        if len(made) > MAX_STIMULI:
+            yield Fault(("stimuli",), f"these are {len(made)} pictures", f"a recipe makes {MAX_STIMULI} at most")
+        for name, count in sorted(Counter(made).items()):
+            if count > 1 and series:
+                yield Fault(("series",), f"two pictures would be called '{name}'", "give one another name")
+
+    def inputs(self) -> dict[str, Path_]:
+        """Return each file that the recipe names, with the place in it that names it first."""
+        files = self.shared_files()
+        for index, spec in enumerate(self.specs()):
+            for key, file in spec.files.items():
+                files.setdefault(file, ("stimuli", index, key))
+        return files
+
+    def display_facts(self, setup: DisplaySetup | None) -> dict[str, Any]:
+        """Return the facts of ``setup`` that the steps depend on: the place of the eyes, and the display's range."""
+        if setup is None:
+            return {}
+        all_steps = [spec.steps_over(self) for spec in self.specs()]
+        needed: dict[str, Any] = {}
+        if any(steps.align or steps.toe_in or steps.resample for steps in all_steps):
+            needed["viewing"] = setup.viewing_json()
+        if any(steps.tone_map for steps in all_steps):
+            needed["range"] = setup.range_json()
+        return needed
+
+    def tasks(self, context: BuildContext) -> Iterator[Mapping[str, str]]:
+        """Yield each stimulus's pictures: its files are read, and its pair is aligned, once."""
+        shared = self.shared_key(context)
+        for index, pictures in groupby(self.pictures(), key=lambda picture: picture.stimulus):
+            spec = self.specs()[index]
+            own = self.own_key(spec)
+            yield {
+                picture.name: context.key(
+                    self.sparkles,
+                    shared=shared,
+                    own=own,
+                    view=picture.view,
+                    series=None if picture.series is None else picture.series.key(),
+                    contents=[context.file_hashes[file] for file in spec.files.values()],
+                )
+                for picture in pictures
+            }
+
+    def make(self, context: BuildContext, report: Progress, names: Collection[str]) -> Iterator[MadePicture]:
+        """Yield the stimuli of ``names``.
+
+        Each stimulus's files are read, and its pair is aligned, once for all series and views that show them. No more
+        than one stimulus's views are in memory at a time.
+
+        Raises
+        ------
+        InputError
+            If a file cannot be read or holds what must not reach an eye, or a step cannot be done: the finding names
+            the file, or the stimulus.
+        """
+        from stimuli.recipes.picture_steps import Prepared, finished_picture
+
+        wanted = [picture for picture in self.pictures() if picture.name in names]
+        pitch_mm, setup = context.pixel_pitch_mm, context.setup
+        done = 0
+        for index, pictures in groupby(wanted, key=lambda picture: picture.stimulus):
+            spec = self.specs()[index]
+            steps = spec.steps_over(self)
+            prepared = Prepared(self.source(index, context.folder), steps, spec.flat_eye, pitch_mm, setup)
+            for picture in pictures:
+                report(f"making {picture.name}", done, len(wanted))
+                try:
+                    image, before = prepared.picture(picture.view)
+                    image, after = finished_picture(image, steps, picture.series, pitch_mm, setup)
+                    coded = None if after else prepared.coded(picture.view)
+                except InputError as error:
+                    raise StimulusError([_of_stimulus(finding, spec.name) for finding in error.findings]) from error
+                factors = {"view": "flat" if image.is_flat else "stereo"} | dict(picture.factors)
+                yield MadePicture(picture.name, image, factors, (*before, *after), coded)
+                done += 1
+        report("done", done, done)
+
+
+def _of_stimulus(finding: Finding, stimulus: str) -> Finding:
+    """Return the finding with the stimulus in place of a file, where it names none."""
+    if finding.file is not None:
+        return finding
+    return Finding(f"the stimulus '{stimulus}': {finding.message}", remedy=finding.remedy)
