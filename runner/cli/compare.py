@@ -37,6 +37,12 @@ _HOLDS = click.Choice(["xyz", "rec709", "camera-rgb", "spectral"])
     "--rendering-holds", type=_HOLDS, help="Quantity of the values in RENDERING, if the file does not state it."
 )
 @click.option(
+    "--colour-space",
+    type=click.Choice(["declared", "srgb", "display-p3", "adobe-rgb", "rec2020", "icc"]),
+    help="Colour space of pictures such as PNG and JPEG, or what each declares.",
+)
+@click.option("--picture-white", type=float, metavar="CD_M2", help="Luminance of the white of such pictures.")
+@click.option(
     "--sensitivities", metavar="S.csv", help="Sensor table (wavelength_nm,red,green,blue) for a spectral rendering."
 )
 @click.option(
@@ -95,9 +101,9 @@ _HOLDS = click.Choice(["xyz", "rec709", "camera-rgb", "spectral"])
 def command(context: click.Context, /, photo: str, rendering: str, as_json: bool, **options: Any) -> None:
     """Compare a rendering with a photograph, and report whether it is validated.
 
-    PHOTO and RENDERING are OpenEXR or TIFF of XYZ or of camera RGB, raw photographs, or spectral pictures. They are
-    brought to one grid, and compared by regions, pixel by pixel, as the eye resolves them at the viewing distance, and
-    by their sparkles.
+    PHOTO and RENDERING are OpenEXR or TIFF of XYZ or of camera RGB, raw photographs, spectral pictures, or, with
+    --colour-space and --picture-white, pictures such as PNG and JPEG. They are brought to one grid, and compared by
+    regions, pixel by pixel, as the eye resolves them at the viewing distance, and by their sparkles.
 
     Exit status: 0 validated, 1 not validated or undecided, 2 the input was wrong, and nothing was written.
     """
@@ -169,12 +175,15 @@ def _compare_options(options: dict[str, Any]) -> CompareOptions:
     from devices.camera import parse_exposure, read_camera
     from devices.colour_matching import DEFAULT_OBSERVER
     from stimuli.comparison import CompareOptions, ReadOptions
+    from stimuli.pictures import Decoding
     from stimuli.spectral import Illumination
 
     corners_px = _corners(options["photo_corners"], options["rendering_corners"], options["registering"])
     viewing = _viewing(options)
     if (options["sensitivities"] is None) != (options["full_scale"] is None):
         raise click.UsageError("--sensitivities and --full-scale go together")
+    if (options["colour_space"] is None) != (options["picture_white"] is None):
+        raise click.UsageError("--colour-space and --picture-white go together, such as srgb and 100")
     reading = ReadOptions(
         camera=read_camera(Path(options["camera"])) if options["camera"] else None,
         exposure=parse_exposure(options["exposure"]) if options["exposure"] else None,
@@ -184,6 +193,11 @@ def _compare_options(options: dict[str, Any]) -> CompareOptions:
         light=Illumination(options["illuminant"], options["illuminant_luminance"]),
         quantity=options["quantity"],
         observer=options["observer"] or DEFAULT_OBSERVER,
+        decoding=(
+            None
+            if options["colour_space"] is None
+            else Decoding(options["colour_space"], options["picture_white"], negative="clip")
+        ),
     )
     return CompareOptions(
         reading=reading,

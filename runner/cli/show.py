@@ -12,6 +12,7 @@ import click
 
 if TYPE_CHECKING:
     from runner.presenter.show import ShownPicture
+    from stimuli.pictures import ColourSpace, Packing
 
 _BITS: Mapping[str, Literal[8, 10]] = MappingProxyType({"8": 8, "10": 10})
 
@@ -30,10 +31,27 @@ _BITS: Mapping[str, Literal[8, 10]] = MappingProxyType({"8": 8, "10": 10})
 @click.option("--windowed", is_flag=True, help="Use a window instead of the full screen.")
 @click.option(
     "--colour-space",
-    type=click.Choice(["xyz", "rec709"]),
-    help="Colour space of the file's values, if the file does not state it.",
+    type=click.Choice(["srgb", "display-p3", "adobe-rgb", "rec2020", "icc", "xyz", "rec709"]),
+    help="Colour space of the file, if it does not state it; xyz and rec709 are linear light.",
 )
-@click.option("--white-luminance", type=float, metavar="CD_M2", help="Luminance of the value 1.")
+@click.option(
+    "--white-luminance",
+    type=float,
+    metavar="CD_M2",
+    help="Luminance of the value 1, or of an ordinary picture's white.",
+)
+@click.option("--right", metavar="FILE", help="The right eye's file, if FILE is the left eye's alone.")
+@click.option(
+    "--packing",
+    metavar="LAYOUT",
+    help="How both eyes lie in an ordinary picture: side-by-side or top-bottom, then -half, -crossed or both.",
+)
+@click.option(
+    "--flat-eye", type=click.Choice(["left", "right"]), help="The eye whose picture both eyes see if the mode is flat."
+)
+@click.option(
+    "--alpha-background", type=float, metavar="CD_M2", help="Luminance of the grey behind a transparent picture."
+)
 @click.option("--clip-negative", is_flag=True, help="Set negative XYZ to 0 instead of refusing the picture.")
 @click.option("--flat", is_flag=True, help="Show the centre view to both eyes.")
 @click.option(
@@ -57,8 +75,12 @@ def command(
     headless: bool,
     backend: Literal["egl", "null"],
     windowed: bool,
-    colour_space: Literal["xyz", "rec709"] | None,
+    colour_space: ColourSpace | None,
     white_luminance: float | None,
+    right: str | None,
+    packing: Packing | None,
+    flat_eye: Literal["left", "right"] | None,
+    alpha_background: float | None,
     clip_negative: bool,
     flat: bool,
     mode_options: tuple[str, ...],
@@ -67,10 +89,10 @@ def command(
 ) -> None:
     """Show one stereo image with the display's response inverted.
 
-    FILE is an OpenEXR picture; it stands at 1:1 in the middle of each eye's area until Escape is pressed. The
-    shares of pixels that the display cannot show, and that keep a ghost of the other eye's picture, are printed for
-    each eye. Crosstalk and a gain map of the display file are compensated. Where both eyes see the same pixels, the
-    flat version is shown.
+    FILE is an OpenEXR picture, or a PNG, JPEG, TIFF, WebP, MPO or JPS with its --white-luminance. It stands at 1:1 in
+    the middle of each eye's area until Escape is pressed. The shares of pixels that the display cannot show, and that
+    keep a ghost of the other eye's picture, are printed for each eye. Crosstalk and a gain map of the display file are
+    compensated. Where both eyes see the same pixels, the flat version is shown.
     Of a screenshot of 10 bits, the upper 10 of each 16-bit value are the code.
     """
     from runner.cli.main import WorkError
@@ -89,6 +111,10 @@ def command(
         windowed=windowed,
         colour_space=colour_space,
         white_luminance_cd_m2=white_luminance,
+        right=right,
+        packing=packing,
+        flat_eye=flat_eye,
+        alpha_background_cd_m2=alpha_background,
         clip_negative=clip_negative,
         flat=flat,
         mode_options=dict(map(_option, mode_options)),

@@ -19,7 +19,7 @@ from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.screenshot import check_screenshot_path, write_screenshot
 from runner.presenter.surfaces.surface import SurfaceFacts, open_surface
-from stimuli.pictures import read_exr
+from stimuli.pictures import ColourSpace, Packing, read_picture
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,11 +37,19 @@ class ShowOptions:
     colour_space
         Colour space of the file's values, if it does not say.
     white_luminance_cd_m2
-        Luminance of the value 1.
+        Luminance of the value 1, or of an ordinary picture's white.
     clip_negative
         Whether to set negative XYZ to 0 in place of refusing the picture.
     flat
         Whether to show the centre view to both eyes.
+    right
+        The right eye's file, where each eye has one.
+    packing
+        How both eyes lie in one ordinary picture, such as ``side-by-side``.
+    flat_eye
+        The eye whose picture is the flat version of a pair without a centre view.
+    alpha_background_cd_m2
+        Luminance of the grey behind a partly transparent picture.
     mode_options
         Options of the stereo mode, as in a rig file.
     bits
@@ -55,10 +63,14 @@ class ShowOptions:
     screenshot: Path | None = None
     backend: Literal["window", "egl", "null"] = "window"
     windowed: bool = False
-    colour_space: Literal["xyz", "rec709"] | None = None
+    colour_space: ColourSpace | None = None
     white_luminance_cd_m2: float | None = None
     clip_negative: bool = False
     flat: bool = False
+    right: str | Path | None = None
+    packing: Packing | None = None
+    flat_eye: Eye | None = None
+    alpha_background_cd_m2: float | None = None
     mode_options: Mapping[str, object] | None = None
     bits: Bits | None = None
     notify: Callable[[str], None] = lambda line: None
@@ -96,7 +108,7 @@ class ShownPicture:
 def show_picture(
     file: str | Path, display_file: str | Path, mode: str, options: ShowOptions | None = None
 ) -> ShownPicture:
-    """Show an OpenEXR picture at 1:1 in the middle of each eye's area, with the display's response inverted.
+    """Show a picture at 1:1 in the middle of each eye's area, with the display's response inverted.
 
     In a window it stays until Escape is pressed. Crosstalk and a gain map of the display file are compensated. Where
     both eyes see the same pixels, the flat version is shown.
@@ -104,7 +116,7 @@ def show_picture(
     Parameters
     ----------
     file
-        OpenEXR picture in XYZ, or with a colour space.
+        OpenEXR picture in XYZ, or with a colour space; or a PNG, JPEG, TIFF, WebP, MPO or JPS.
     display_file
         Display file that was characterised in ``mode``.
     mode
@@ -148,10 +160,14 @@ def show_picture(
     panel = display.panel
     areas = stereo_mode.areas(panel.resolution_px)
     alike = stereo_mode.mixture(models) is None and any(len(area.eyes) > 1 for area in areas)
-    image = read_exr(
-        Path(file),
+    image = read_picture(
+        file,
         options.colour_space,
+        right=options.right,
+        packing=options.packing,
         flat=options.flat or alike,
+        flat_eye=options.flat_eye,
+        alpha_background_cd_m2=options.alpha_background_cd_m2,
         white_luminance_cd_m2=options.white_luminance_cd_m2,
         negative="clip" if options.clip_negative else "refuse",
         observer=display.observer(mode),

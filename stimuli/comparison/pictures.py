@@ -14,11 +14,14 @@ from documents import Finding, InputError
 from documents.files import looked_for
 from stimuli.comparison.rows import Mask, RowFile, RowsDone, bands
 from stimuli.errors import StimulusError
+from stimuli.pictures.picture_header import is_ordinary
 from stimuli.pictures.picture_input import opened
+from stimuli.pictures.stereo_image import XYZImage
 
 if TYPE_CHECKING:
     from devices.camera import CameraModel, Exposure
     from stimuli.pictures.exr_read import ColourSpace
+    from stimuli.pictures.ordinary import Decoding
     from stimuli.spectral.light import Illumination
     from stimuli.spectral.picture import Quantity
 
@@ -37,7 +40,8 @@ class ReadOptions:
 
     With ``sensitivities`` a spectral picture is taken by the camera's own sensor, whose channels
     ``full_scale_cd_m2`` of equal-energy light just fills, and goes through ``camera`` like a photograph; without, it is
-    summed for the colorimetric ``observer``.
+    summed for the colorimetric ``observer``. ``decoding`` says how the codes of ordinary pictures become light; without
+    it they are refused.
     """
 
     camera: CameraModel | None = None
@@ -48,6 +52,7 @@ class ReadOptions:
     light: Illumination | None = None
     quantity: Quantity | None = None
     observer: str = DEFAULT_OBSERVER
+    decoding: Decoding | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -113,6 +118,8 @@ def read_picture(path: Path, reading: ReadOptions, given: Holds | None, what: st
 
     if not path.is_file() and path.suffix.lower() != ".hdr":
         raise _wrong(path, f"there is no such {what}", looked_for(path))
+    if reading.decoding is not None and given is None and is_ordinary(path):
+        return _ordinary(path, reading.decoding, done)
     holds = given or what_it_holds(path)
     digest = sha256_of_file(path) if path.is_file() else ""
     if holds != "spectral":
@@ -146,6 +153,27 @@ def what_it_holds(path: Path) -> Holds:
         raise _wrong(path, "the picture is damaged: its header is not UTF-8 text", "write it again") from error
     finally:
         picture.close()
+
+
+def _ordinary(path: Path, decoding: Decoding, done: RowsDone) -> Picture:
+    """Read a PNG, JPEG or the like as the light of the display that its codes are for."""
+    from documents.files import sha256_of_file
+    from stimuli.pictures.ordinary import read_ordinary
+
+    read = read_ordinary([path], decoding)
+    image = read.image
+    done(image.height_px, image.height_px)
+    shown: dict[Eye, XYZImage] = {"both": image.left} if image.is_flat else {"left": image.left, "right": image.right}
+    views: dict[Eye, EyeView] = {eye: EyeView(RowFile.of(xyz), None) for eye, xyz in shown.items()}
+    note = f"{read.bits} bits of {read.colour_space}, white at {read.white_luminance_cd_m2:g} cd/m²"
+    step = {
+        "step": "read",
+        "file": path.name,
+        "colour_space": read.colour_space,
+        "white_luminance_cd_m2": read.white_luminance_cd_m2,
+        "packing": read.packing,
+    }
+    return Picture(path, sha256_of_file(path), "xyz", views, None, (note,), (step,))
 
 
 def _exr(path: Path, digest: str, given: Holds | None, done: RowsDone) -> Picture:
@@ -219,7 +247,8 @@ def _refuse_bytes(path: Path, what: str) -> None:
         raise _wrong(
             path,
             f"the {what} has 8 bits a channel, which are gamma-coded for a screen and are no light",
-            "render or export it linear: OpenEXR in XYZ or with its colour space, or float TIFF",
+            "add --colour-space srgb --picture-white 100 (cd/m²) to take it as the light of a display; or export it "
+            "linear, as OpenEXR or float TIFF",
         )
 
 

@@ -108,7 +108,9 @@ def read_ordinary(
         eye_size_px(header.size_px, used, header.path)
     if flat and pair and flat_eye is None:
         raise StimulusError.at(
-            header.path, "there is no centre view for the flat version", "name an eye: flat_eye: left"
+            header.path,
+            "there is no centre view for the flat version",
+            "name an eye: flat_eye: left, or --flat-eye left",
         )
     if len({(item.channels, item.has_alpha, item.bits) for item in headers}) > 1:
         message = "the two eyes' pictures are of different form: grey or colour, bits, or alpha"
@@ -230,13 +232,15 @@ def encoding_of(header: PictureHeader, decoding: Decoding) -> Encoding:
     elif header.declared in NAMED_SPACES:
         encoding = named_encoding(next(name for name in NAMED_SPACES if name == header.declared))
     else:
-        linear_too = " (or rec709, xyz: linear light)" if header.bits == 32 else ""
-        faults.append(("it declares no colour space", f"write colour_space: srgb, if that is what it is{linear_too}"))
+        also = ", or rec709 or xyz of linear light" if header.bits == 32 else ""
+        remedy = f"write colour_space: srgb{also}; on the command line --colour-space srgb"
+        faults.append(("it declares no colour space", remedy))
     if decoding.white_luminance_cd_m2 is None:
         faults.append(
             (
                 "the luminance of its white is not given",
-                "write white_luminance_cd_m2: 100, or that of your display's white",
+                "write white_luminance_cd_m2: 100, or that of your display's white; on the command line "
+                "--white-luminance 100",
             )
         )
     return _checked(encoding, header, faults)

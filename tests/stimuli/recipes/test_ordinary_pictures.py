@@ -50,6 +50,7 @@ def save_oiio(path: Path, values: Array, kind: str, **attributes: object) -> Pat
     for name, value in attributes.items():
         spec.attribute(name, value)
     output = oiio.ImageOutput.create(str(path))
+    assert output is not None
     assert output.open(str(path), spec)
     assert output.write_image(values)
     output.close()
