@@ -111,7 +111,7 @@ def command(
         if not as_json:
             _print(all_checked[-1])
     if as_json:
-        click.echo(json.dumps([report.to_json() for report in all_checked], ensure_ascii=False))
+        click.echo(json.dumps([report.to_json() for report in all_checked]))
     if any(report.errors for report in all_checked):
         sys.exit(2)
 

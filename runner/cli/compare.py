@@ -137,7 +137,7 @@ def command(context: click.Context, /, photo: str, rendering: str, as_json: bool
             raise WorkError(f"no room for temporary files, or a file cannot be read: {reason}") from error
         raise WorkError(f"{error.filename} cannot be read or written: {reason}") from error
     if as_json:
-        click.echo(json.dumps(report.to_json(), indent=2, allow_nan=False, ensure_ascii=False))
+        click.echo(json.dumps(report.to_json(), indent=2, allow_nan=False))
     else:
         click.echo("\n".join(report.lines()))
     sys.stdout.flush()

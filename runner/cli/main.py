@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import codecs
 import importlib
+import io
 import sys
 from collections.abc import Mapping
 from typing import Any
@@ -98,8 +100,52 @@ def group() -> None:
     """
 
 
+# What is written for signs that the encoding of a console or a pipe lacks, as those of Windows lack many.
+_SPELT = {
+    **{
+        "Δ": "d",
+        "λ": "lambda",
+        "→": "->",
+        "←": "<-",
+        "≤": "<=",
+        "≥": ">=",
+        "≠": "!=",
+        "≈": "~",
+        "×": "x",
+        "±": "+/-",
+        "°": " deg",
+    },
+    **{"−": "-", "–": "-", "—": "-", "·": "|", "…": "...", "•": "*", "“": '"', "”": '"', "‘": "'", "’": "'"},
+    **dict.fromkeys("━╸╺─", "-"),
+}
+
+
+def _spell(error: UnicodeError) -> tuple[str, int]:
+    """Return letters in place of what cannot be encoded, and where to continue."""
+    import unicodedata
+
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    letters = []
+    for sign in error.object[error.start : error.end]:
+        plain = _SPELT.get(sign) or unicodedata.normalize("NFKD", sign).encode("ascii", "ignore").decode()
+        name = unicodedata.name(sign, "")
+        greek = name.split()[-1].lower() if name.startswith("GREEK") else "?"
+        letters.append(plain or ("" if unicodedata.combining(sign) else greek))
+    return "".join(letters), error.end
+
+
+def _spell_out() -> None:
+    """Let all text be written, whatever the encoding of the console: nothing fails because a sign cannot be shown."""
+    codecs.register_error("cyclopean-spell", _spell)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="cyclopean-spell")
+
+
 def main() -> None:
     """Run the command line; what goes wrong ends with a line each and exit status 2, or 1 if it was not the input."""
+    _spell_out()
     try:
         group(prog_name="cyclopean")
     except Exception as error:

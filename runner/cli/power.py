@@ -191,7 +191,7 @@ def command(
     except OSError as error:
         raise WorkError(f"{error.filename} cannot be written: {error.strerror}") from error
     if as_json:
-        click.echo(json.dumps(study.to_json(), indent=2, allow_nan=False, ensure_ascii=False))
+        click.echo(json.dumps(study.to_json(), indent=2, allow_nan=False))
         return
     if to_terminal:
         write_csv(study.needed, sys.stdout)

@@ -119,7 +119,7 @@ def command(
             f"the report cannot be written to {error.filename or output or results[0]}: {error.strerror}"
         ) from error
     if as_json:
-        click.echo(json.dumps(written.to_json(), indent=2, allow_nan=False, ensure_ascii=False))
+        click.echo(json.dumps(written.to_json(), indent=2, allow_nan=False))
         return
     print_report(written.report)
     click.echo(f"The report: {written.page}")

@@ -16,4 +16,4 @@ def command(kind: FileKind) -> None:
 
     Save it and name it in your editor's settings for YAML. The editor then completes keys and marks mistakes.
     """
-    click.echo(json.dumps(json_schema(kind), indent=2, ensure_ascii=False))
+    click.echo(json.dumps(json_schema(kind), indent=2))

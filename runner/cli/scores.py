@@ -185,7 +185,7 @@ def command(
             print_scores(scores)
         values |= further(scores)
     if as_json:
-        click.echo(json.dumps(values, indent=2, allow_nan=False, ensure_ascii=False))
+        click.echo(json.dumps(values, indent=2, allow_nan=False))
     if problems:
         click.echo("\n".join([f"cyclopean: {problems[0]}", *problems[1:]]), err=True)
         sys.exit(1)
@@ -212,6 +212,6 @@ def _random_observers(
     if file is not None:
         write_whole(Path(file), observer_table(fit))
     if as_json:
-        click.echo(json.dumps(fit.to_json(), indent=2, allow_nan=False, ensure_ascii=False))
+        click.echo(json.dumps(fit.to_json(), indent=2, allow_nan=False))
     else:
         print_fit(fit)

@@ -91,7 +91,7 @@ def command(
         )
     if as_json:
         facts = [photograph.to_json() for photograph in report.photographs]
-        click.echo(json.dumps(facts, indent=2, allow_nan=False, ensure_ascii=False))
+        click.echo(json.dumps(facts, indent=2, allow_nan=False))
     elif report.photographs:
         _print(report.photographs)
     if report.findings:

@@ -122,7 +122,7 @@ def command(
         raise WorkError(f"{error.filename or output or report} cannot be written: {error.strerror}") from error
     if as_json:
         facts = {**result.to_json(), "written": output, "report": report}
-        click.echo(json.dumps(facts, indent=2, allow_nan=False, ensure_ascii=False))
+        click.echo(json.dumps(facts, indent=2, allow_nan=False))
         return
     _print(result.fit, result.notes)
     for what, path in (("Camera file", output), ("Report", report)):

@@ -96,7 +96,7 @@ def command(
         observer=observer,
     )
     if as_json:
-        click.echo(json.dumps(report.to_json(), indent=2, allow_nan=False, ensure_ascii=False))
+        click.echo(json.dumps(report.to_json(), indent=2, allow_nan=False))
         return
     if report.saturated_share is not None:
         shares = " ".join(f"{100 * share:.2f} %" for share in report.saturated_share)

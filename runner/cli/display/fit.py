@@ -124,7 +124,7 @@ def command(
     notes = [*fit.notes, *(written.notes if written else ())]
     if as_json:
         result = {"file": file, **fit.to_json(), "said": notes} | ({"written": written.words} if written else {})
-        click.echo(json.dumps(result, indent=2, allow_nan=False, ensure_ascii=False))
+        click.echo(json.dumps(result, indent=2, allow_nan=False))
         return
     for each, eye_fit in fit.eyes.items():
         if each != "both":
@@ -177,7 +177,7 @@ def _stated(
     written = stated.write(output, mode, panel, eye=eye, replace=replace) if output and mode else None
     if as_json:
         result = {"file": stated.file, "mode": mode, eye: stated.to_json()} | ({"written": written} if written else {})
-        click.echo(json.dumps(result, indent=2, allow_nan=False, ensure_ascii=False))
+        click.echo(json.dumps(result, indent=2, allow_nan=False))
         return
     white = " ".join(f"{value:.4g}" for value in stated.white_XYZ_cd_m2)
     click.echo(f"The profile's matrix and curves, as they are ({stated.kind}); its white: {white} cd/m²")

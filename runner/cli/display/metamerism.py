@@ -69,7 +69,7 @@ def command(
         file=str(readings),
     )
     if as_json:
-        click.echo(json.dumps(found.to_json(), indent=2, allow_nan=False, ensure_ascii=False))
+        click.echo(json.dumps(found.to_json(), indent=2, allow_nan=False))
         return
     who = "categorical observers" if categories else f"persons of {ages} years"
     click.echo(

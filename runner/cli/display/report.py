@@ -74,7 +74,7 @@ def command(
         raise WorkError(f"the report cannot be written to {page}: {error.strerror}") from error
     if as_json:
         result = {**verdicts.to_json(), "report": str(page)}
-        click.echo(json.dumps(result, indent=2, allow_nan=False, ensure_ascii=False))
+        click.echo(json.dumps(result, indent=2, allow_nan=False))
         return
     _print(verdicts)
     click.echo(f"The report: {page}")

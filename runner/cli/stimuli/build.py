@@ -70,7 +70,7 @@ def command(
             verify=verify,
         )
     if as_json:
-        click.echo(json.dumps(report.to_json(), indent=1, allow_nan=False, ensure_ascii=False))
+        click.echo(json.dumps(report.to_json(), indent=1, allow_nan=False))
     else:
         _print(report)
 
