@@ -194,7 +194,7 @@ def read_rig(
         """Read the file that the rig names, and keep what is wrong with it."""
         try:
             if not (path.parent / name).is_file():
-                wrong = Finding(f"there is no such {what}", name, remedy=looked_for(path.parent / name))
+                wrong = Finding(f"there is no such {what}", name, remedy=looked_for(path.parent / name, name))
                 raise located(InputError(wrong), key)
             return read(beside(path, name))
         except InputError as error:

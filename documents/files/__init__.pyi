@@ -9,6 +9,8 @@ from .json_lines import DamagedLineError as DamagedLineError
 from .json_lines import read_lines as read_lines
 from .paths import beside as beside
 from .paths import looked_for as looked_for
+from .paths import no_file_name as no_file_name
 from .paths import tidy as tidy
+from .paths import with_slashes as with_slashes
 from .tables import bounded_bytes as bounded_bytes
 from .tables import other_separator as other_separator

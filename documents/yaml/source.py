@@ -14,7 +14,7 @@ from typing import Any
 
 import yaml
 
-from documents.files.paths import looked_for
+from documents.files.paths import looked_for, with_slashes
 from documents.findings import Finding, InputError
 from documents.text.words import hidden_character
 
@@ -41,7 +41,7 @@ _REMEDIES = (
     (r"unexpected end of stream", "the quotation mark of line {line} is not closed"),
     (r"expected <block end>, but found '[}\]]'", "there is one '}}' or ']' too many"),
     (r"expected <block end>, but found '<scalar>'", "text continues after its quotation mark: write '' for ' in it"),
-    (r"unknown escape character", "use single quotes, in which a backslash is one"),
+    (r"unknown escape character", "write paths with forward slashes; other text with backslashes in single quotes"),
     (r"expected <block end>", "keys of one block, or the hyphens of one list, begin below one another"),
     (r"alias|anchor", "put text that begins with '*' or '&' in quotes"),
 )
@@ -138,7 +138,10 @@ def _walk(file: str, loader: _Loader, root: yaml.Node) -> YamlSource:
         hidden = hidden_character(str(node.value))
         if hidden is not None:
             what = f"a control character or a mark of direction (U+{ord(hidden):04X}) stands in the text"
-            raise fail(node, what, "remove it; it would hide or turn round what is read")
+            remedy = "remove it; it would hide or turn round what is read"
+            if node.style == '"' and with_slashes(str(node.value)) != node.value:
+                remedy = "between double quotes a backslash begins an escape: write paths with forward slashes"
+            raise fail(node, what, remedy)
 
     def visit(node: yaml.Node, path: Path_, ancestors: frozenset[int]) -> Any:
         nonlocal budget

@@ -13,7 +13,7 @@ from pydantic import AfterValidator, Field
 
 from devices.display import AskMonitor, Rig, read_rig
 from documents import Finding, InputError, load_document
-from documents.files import beside, looked_for
+from documents.files import beside, looked_for, no_file_name
 from documents.text import did_you_mean
 from documents.yaml import Path_, Strict, YamlSource
 from runner.blocks.block import Block, BlockSpec, Fault
@@ -49,6 +49,12 @@ def _margin(text: str) -> str:
     return text
 
 
+def _folder_name(name: str) -> str:
+    if why := no_file_name(name):
+        raise ValueError(f"sessions lie in a folder of this name, and {why}: choose another")
+    return name
+
+
 class AnalysisSpec(Strict):
     """How the report forms perceptual classes: level of the pairwise tests, their adjustment and standard errors.
 
@@ -67,7 +73,7 @@ class ExperimentSpec(Strict):
     """An experiment file. ``rig`` and ``stimuli`` are paths relative to it."""
 
     schema_version: Literal[1]
-    name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$", max_length=64)]
+    name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$", max_length=64), AfterValidator(_folder_name)]
     rig: str
     stimuli: str
     question: Line
@@ -268,7 +274,7 @@ def _make_blocks(
 
 def _existing(path: Path, key: str, value: str, source: YamlSource) -> Path:
     if not path.is_file():
-        raise SessionError(source.finding((key,), f"there is no such file: {value}", looked_for(path)))
+        raise SessionError(source.finding((key,), f"there is no such file: {value}", looked_for(path, value)))
     return path
 
 

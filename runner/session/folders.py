@@ -58,8 +58,21 @@ def _read_time(text: str) -> datetime:
 
 
 def observer_folder(results: Path, experiment: str, observer: str) -> Path:
-    """Return the folder of all of an observer's sessions."""
-    return results / experiment / f"sub-{observer}"
+    """Return the folder of all of an observer's sessions.
+
+    Raises
+    ------
+    SessionError
+        If there is one of a code that differs in capitals only: Windows and macOS take both folders for one.
+    """
+    folder = results / experiment / f"sub-{observer}"
+    for other in folder.parent.glob("sub-*"):
+        if other.name != folder.name and other.name.casefold() == folder.name.casefold():
+            twin = other.name.removeprefix("sub-")
+            remedy = f"write {twin}, or choose another code"
+            what = f"there are sessions of observer '{twin}', and '{observer}' differs from that in capitals only"
+            raise SessionError(Finding(what, str(other), remedy=remedy))
+    return folder
 
 
 def unfinished(results: Path, experiment: str, observer: str) -> SessionLog | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from pathlib import Path, PurePosixPath, PureWindowsPath
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, PositiveFloat, model_validator
@@ -18,19 +18,13 @@ from stimuli.pictures.stereo_image import View
 from stimuli.recipes.build_context import BuildContext
 from stimuli.recipes.files_recipe import FilesRecipe, FileStimulusSpec
 from stimuli.recipes.recipe_kind import Fault
-from stimuli.recipes.values import MAX_STIMULI, InsideFile
+from stimuli.recipes.values import MAX_STIMULI, InsideFile, relative_path
 
 if TYPE_CHECKING:
     from devices.camera import CameraModel
     from stimuli.recipes.view_sources import Source, ViewReader
 
 VIEW_KEYS = ("left", "right", "center")
-
-
-def _relative(value: str) -> str:
-    if not value or PurePosixPath(value).is_absolute() or PureWindowsPath(value).drive or "\\" in value:
-        raise ValueError("name the file relative to the recipe, with forward slashes")
-    return value
 
 
 class CameraExposureSpec(ExposureSpec):
@@ -113,7 +107,7 @@ class PhotographsRecipe(FilesRecipe):
     """
 
     kind: Literal["photographs"]
-    camera: Annotated[str, AfterValidator(_relative)] | None = None
+    camera: Annotated[str, AfterValidator(relative_path)] | None = None
     develop: DevelopSpec | None = None
     spectral: SpectralSpec | None = None
     stimuli: Annotated[tuple[PhotographSpec, ...], Field(min_length=1, max_length=MAX_STIMULI)]

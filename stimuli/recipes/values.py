@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+import sys
 from pathlib import PurePosixPath, PureWindowsPath
 from typing import Annotated, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, NonNegativeFloat, PositiveFloat, model_validator
 
+from documents.files import no_file_name, with_slashes
 from documents.yaml import Strict
 from stimuli.luminance.scale import greyscale, scaled
 from stimuli.pictures.stereo_image import View, XYZImage
@@ -35,14 +37,31 @@ def _name(value: object) -> str:
         raise ValueError(
             f"a name has 1 to {MAX_NAME} letters, digits, dots, hyphens or underscores, first a letter or digit"
         )
+    if why := no_file_name(value):
+        raise ValueError(f"pictures become files of this name, and {why}: choose another")
+    return value
+
+
+def relative_path(value: str) -> str:
+    """Return the path of a file, relative to the recipe's folder; backslashes separate folders on Windows only."""
+    if sys.platform == "win32":
+        value = value.replace("\\", "/")
+    if with_slashes(value) != value:
+        raise ValueError(f"write the path with forward slashes, which every system reads: {with_slashes(value)}")
+    if not value or PurePosixPath(value).is_absolute() or PureWindowsPath(value).drive:
+        raise ValueError("name the file relative to the recipe, with forward slashes")
     return value
 
 
 def _inside(value: str) -> str:
-    path = PurePosixPath(value)
-    if not value or path.is_absolute() or PureWindowsPath(value).drive or "\\" in value or ".." in path.parts:
+    if (
+        not value
+        or PurePosixPath(value).is_absolute()
+        or PureWindowsPath(value).drive
+        or ".." in re.split(r"[/\\]", value)
+    ):
         raise ValueError("name a file in the recipe's own folder or below it, without '..'; copy the picture there")
-    return value
+    return relative_path(value)
 
 
 # A file in the recipe's folder or below, so that the folder can be copied as a whole.

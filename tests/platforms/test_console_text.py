@@ -31,7 +31,7 @@ def said(encoding: str, *words: object, expect: int = 0) -> tuple[str, str]:
     texts = []
     for stream in (out, err):
         stream.flush()
-        texts.append(stream.buffer.getvalue().decode(encoding))  # type: ignore[attr-defined]  # a BytesIO
+        texts.append(stream.buffer.getvalue().decode(encoding))
     assert int(left.value.code or 0) == expect, texts[1]
     return texts[0], texts[1]
 

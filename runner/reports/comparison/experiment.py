@@ -11,15 +11,13 @@ import numpy as np
 
 from devices.colour_matching import DEFAULT_OBSERVER
 from documents import Finding, InputError
-from documents.files import whole_folder
+from documents.files import no_file_name, whole_folder
 from documents.text import visible
 from stimuli.comparison import Comparison, Rows
 from stimuli.pictures import StereoImage, write_exr
 
 PICTURES = ("photograph", "rendering")
 _NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,59}")
-# Names that Windows keeps for its devices, whatever follows the dot.
-_DEVICES = re.compile(r"con|prn|aux|nul|(com|lpt)[0-9]")
 _GAP_MM = 10.0
 # The band of the question above the pictures (`runner.blocks.layout`), in units of Style; the share of room used.
 _QUESTION_UNITS, _SHARE = 80.0, 0.98
@@ -28,8 +26,8 @@ _QUESTION_UNITS, _SHARE = 80.0, 0.98
 def checked_name(name: str, root: Path) -> None:
     """Refuse a name that no experiment can have, or one that is taken in ``root``. Raises InputError."""
     remedy = "1 to 60 small letters, digits, hyphens and underscores, first a letter or digit"
-    if _DEVICES.fullmatch(name):
-        remedy = "Windows keeps the name for a device"
+    if why := no_file_name(name):
+        remedy = why
     elif _NAME.fullmatch(name):
         remedy = ""
     if remedy:
