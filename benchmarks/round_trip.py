@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from devices.display.display_file import EyeModels, read_display
+from devices.display.nominal import Nominal
 from runner.presenter.depth import Bits, highest_code
 from runner.presenter.dithering import Dithering
 from runner.presenter.modes.mode import EyeArea, Mode
@@ -168,10 +169,38 @@ def measure(mode: Mode, models: EyeModels, way: Way) -> Row:
     }
 
 
+def own_codes(mode: Mode) -> Row:
+    """Show an sRGB picture on the nominal sRGB display of its white; the error is the share of codes that change."""
+    model = Nominal.of("srgb", 100.0).model()
+    row = {"series": "nominal sRGB, 8 bits, codes of an sRGB picture", "parameter": mode.name}
+    with open_surface("egl", SIZE_PX, windows=mode.windows) as surface:
+        why = mode.unavailable(SIZE_PX, stereo=surface.stereo, windows=surface.windows)
+        if why is not None:
+            return {**row, "seconds": None, "error": None, "note": f"left out: {why}"}
+        area = mode.areas(SIZE_PX)[0]
+        (width, height), (across, down) = area.view_px, area.squeeze
+        codes = np.random.default_rng(9).integers(0, 256, (height // down, width // across, 3))
+        image = StereoImage.flat(model.xyz(codes.repeat(down, 0).repeat(across, 1) / 255.0).astype(np.float32))
+        with Presenter(surface, mode, EyeModels(model, model), lambda _: image) as presenter:
+            times = []
+            for number in range(REPEATS + 1):
+                start = perf_counter()
+                presenter.show(Scene((Picture(str(number)),)))
+                times.append(perf_counter() - start)
+            shown = presenter.eye_view("left")
+    mine = np.ones(shown.shape[:2], dtype=bool) if area.weave is None else area.weave.mask(*shown.shape[:2])
+    changed = (shown != codes)[mine].any(axis=1)
+    note = f"{int(changed.sum())} of {changed.size} pixels changed; promised: none: "
+    note += "kept" if not changed.any() else "NOT KEPT"
+    return {**row, "seconds": median(times[1:]), "error": float(changed.mean()), "note": note}
+
+
 def run() -> dict[str, object]:
     """Measure every mode in every way."""
     models = read_display(ASUS).models("side-by-side")
     rows = [measure(mode(), models, way) for way in WAYS for mode in MODES.values()]
+    # An anaglyph mixes both views into other codes by design.
+    rows += [own_codes(mode()) for name, mode in MODES.items() if not name.startswith("anaglyph")]
     return {"title": f"From asked XYZ to a framebuffer of {SIZE_PX[0]} × {SIZE_PX[1]} and back, in ΔE00", "rows": rows}
 
 

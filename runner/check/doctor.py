@@ -9,12 +9,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from devices.display import Rig
+from devices.display import Rig, panel_of_monitor
+from documents import InputError
 from runner.check.signal_path import SignalFact, examine_signal_path
 from runner.presenter.counters import IntervalSummary
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.registry import MODES, available
-from runner.presenter.surfaces.screens import compositor, monitors
+from runner.presenter.surfaces.screens import Monitor, compositor, monitors
 from runner.presenter.surfaces.surface import BACKENDS, Buffer, SurfaceFacts, open_surface
 from runner.session.header import software
 from runner.session.timing_record import explain, judge, swap_intervals, swaps_per_second
@@ -55,11 +56,15 @@ class SurfaceReport:
 
 @dataclass(frozen=True, slots=True)
 class MonitorReport:
-    """A monitor: its name, its pixels and rate in a phrase, and in another the gamma table that is loaded on it."""
+    """A monitor: its name, and in phrases its pixels and rate, the gamma table that is loaded on it, and its size.
+
+    ``size`` says whether the panel of a nominal display can be taken from what the monitor reports.
+    """
 
     name: str
     mode: str
     gamma_table: str
+    size: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,7 +163,19 @@ def _monitors() -> tuple[MonitorReport, ...]:
         there = monitors()
     except PresentationError:
         return ()  # without a display server there are none
-    return tuple(MonitorReport(monitor.name, str(monitor), monitor.gamma_table.sentence()) for monitor in there)
+    return tuple(
+        MonitorReport(monitor.name, str(monitor), monitor.gamma_table.sentence(), _size(monitor)) for monitor in there
+    )
+
+
+def _size(monitor: Monitor) -> str:
+    """Return the size that a monitor reports, with the pixel pitch, or with why it cannot be true."""
+    reported = monitor.reported
+    size = f"{reported.size_mm[0]} x {reported.size_mm[1]} mm as it reports itself"
+    try:
+        return f"{size}: pixels of {panel_of_monitor(reported).pixel_pitch_mm:g} mm"
+    except InputError as error:
+        return f"{error.findings[0].message}; state the panel of a nominal display"
 
 
 def _surface(backend: str) -> SurfaceReport:

@@ -54,6 +54,7 @@ def _print(report: MachineReport) -> None:
         click.echo(f"  {name} {version}")
     for monitor in report.monitors:
         click.echo(f"\nMonitor '{monitor.name}'\n  {monitor.mode}\n  gamma table: {monitor.gamma_table}")
+        click.echo(f"  size: {monitor.size}")
     click.echo("\nFrom the framebuffer to the panel, as far as the system tells")
     for fact in report.signal_path:
         click.echo(f"  {'! ' if fact.doubt else ''}{fact.title}: {fact.words}")

@@ -53,6 +53,7 @@ def command(
             backend=backend,
             clipping=clipping,
             progress=step,
+            notify=lambda line: click.echo(line, err=True),
         )
     if as_json:
         click.echo(json.dumps([str(file) for file in files]))

@@ -189,6 +189,8 @@ def show_picture(
         if panel.bits < facts.bits == 10:
             bits = f"codes have {facts.bits} bits, and the panel has {panel.bits}"
             options.notify(f"warning: {bits} ({display_file})")
+        if nominal := display.nominal_in(mode):
+            options.notify(f"warning: {nominal.remark}")
         for remark in facts.remarks:
             options.notify(f"warning: {remark}")
         loaded = surface.gamma_tables()

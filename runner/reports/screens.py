@@ -48,6 +48,7 @@ def preview(
     backend: str = "egl",
     clipping: bool = False,
     progress: Progress = no_progress,
+    notify: Callable[[str], None] = lambda line: None,
 ) -> tuple[Path, ...]:
     """Write every screen that an observer would see, for each eye, as PNG files of the exact device codes.
 
@@ -69,6 +70,8 @@ def preview(
         Whether each screen is followed by one in which marks stand for the pixels outside the gamut.
     progress
         Called with what is being done, how much of it is done, and of how much.
+    notify
+        Called with each line that the user should read first: that the display was not measured.
 
     Returns
     -------
@@ -93,6 +96,8 @@ def preview(
     """
     design = read_experiment(experiment, mode, allow_uncharacterised=allow_uncharacterised)
     check_observer(observer)
+    if design.rig.nominal:
+        notify(f"warning: {design.rig.nominal.remark}")
     stimuli = build_stimuli(design, progress)
     folder = Path(folder)
     try:

@@ -32,6 +32,11 @@ class Monitor:
         rate = f" at {self.refresh_hz:g} Hz" if self.refresh_hz else ""
         return f"{self.size_px[0]} x {self.size_px[1]} px{rate}"
 
+    @property
+    def reported(self) -> ReportedMonitor:
+        """What it reports of itself, from which a panel can be known."""
+        return ReportedMonitor(self.name, self.size_px, self.size_mm, self.refresh_hz)
+
 
 def monitors() -> tuple[Monitor, ...]:
     """Return the screens, the primary one first.
@@ -69,9 +74,16 @@ def has_display() -> bool:
 
 
 def primary_monitor() -> ReportedMonitor | None:
-    """Return what the primary screen reports of itself; None without a display server, or where a window is open.
+    """Return what the primary screen reports of itself: whom `devices.display.read_rig` asks for a panel.
 
-    It is what `devices.display.read_rig` asks where a nominal display's panel is not stated.
+    Returns
+    -------
+    ReportedMonitor or None
+        Its pixels, its size in mm and its refresh rate; None without a display server, or where a window is open.
+
+    Examples
+    --------
+    ``read_rig(path, ask_monitor=primary_monitor)`` reads a rig that names a nominal display without its panel.
     """
     if not has_display():
         return None
@@ -79,7 +91,7 @@ def primary_monitor() -> ReportedMonitor | None:
         there = monitors()
     except PresentationError:
         return None
-    return ReportedMonitor(there[0].name, there[0].size_px, there[0].size_mm, there[0].refresh_hz) if there else None
+    return there[0].reported if there else None
 
 
 def compositor() -> str:

@@ -165,3 +165,35 @@ def test_sessions_before_and_after_a_measurement_are_told_apart(nominal: Study) 
     kinds = dict.fromkeys(("series", "ratings", "preferences", "factors", "observers"), False)
     methods = str(methods_section([log, measured], None, None, "", **kinds))
     assert "in some of the sessions" in methods
+
+
+def test_preview_and_show_say_it_too(nominal: Study, tmp_path: Path) -> None:
+    words = ("preview", nominal.experiment, "-o", tmp_path / "screens")
+    assert SAID in nominal.cyclopean(*words).stderr
+    display = tmp_path / "nominal.yaml"
+    nominal.cyclopean("display", "new", "-o", display, "--panel", "640x480,0.3")
+    picture = ("show", nominal.folder / "one.exr", "--display", display, "--mode", "side-by-side")
+    shown = nominal.cyclopean(*picture, "--headless", "--screenshot", tmp_path / "codes.png")
+    assert SAID in shown.stderr
+
+
+def test_where_the_panel_is_the_monitors_a_report_elsewhere_shows_the_pictures(
+    nominal: Study, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The panel is then that of the record: the report may be written on a machine without the monitor."""
+    from devices.display import ReportedMonitor
+    from runner.protocol import experiment
+    from runner.reports.thumbnails import find_shown
+    from runner.session.run import simulate
+
+    nominal.edit("rig.yaml", ", panel: {resolution_px: [640, 480], pixel_pitch_mm: 0.3}", "")
+    monitor = ReportedMonitor("DP-1", (640, 480), (192, 146), 60.0)
+    defaults = dict(experiment.read_experiment.__kwdefaults__ or {})
+    monkeypatch.setattr(experiment.read_experiment, "__kwdefaults__", defaults | {"ask_monitor": lambda: monitor})
+    simulate(nominal.experiment, nominal.observers, 1, results=nominal.results)
+    monkeypatch.setattr(experiment.read_experiment, "__kwdefaults__", defaults | {"ask_monitor": lambda: None})
+    header = _log(nominal).header
+    assert header.nominal["panel_from"] == "the monitor 'DP-1', 192 x 146 mm"
+    found = find_shown(header, nominal.experiment)
+    assert found is not None
+    assert found[0].rig.display.panel.model_dump(mode="json") == header.display["panel"]
