@@ -88,6 +88,11 @@ class Trial:
         return self.block, self.trial
 
     @property
+    def is_outcome(self) -> bool:
+        """Whether it states what came of a test, and is no answer."""
+        return self.kind == "screening" and ("outcome" in self.data or "screened_out" in self.data)
+
+    @property
     def nominal(self) -> str | None:
         """The standard that the display was taken for in this trial, such as ``srgb``; None if it was measured."""
         kind = self.data.get("nominal")

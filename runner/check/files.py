@@ -12,6 +12,7 @@ from analysis.records import FILE_NAME
 from devices.camera import read_camera
 from devices.display import EYES, Display, DisplayModel, pixels_per_degree, read_display, read_rig, read_verification
 from documents import Finding, InputError
+from documents.text import did_you_mean
 from documents.yaml import KIND_BY_KEY, read_yaml
 from runner.check.experiment import (
     SETTINGS_REMEDY,
@@ -24,6 +25,7 @@ from runner.check.experiment import (
 from runner.check.machine import check_screen
 from runner.check.report import CheckOptions, CheckReport
 from runner.observers.observer_file import KINDS, ScoredObserverSpec, read_observer
+from runner.presenter.modes.registry import MODES
 from runner.presenter.surfaces.screens import primary_monitor
 from stimuli.comparison import read_regions
 from stimuli.recipes import read_recipe
@@ -40,6 +42,11 @@ def check_display(report: CheckReport, options: CheckOptions) -> None:
     if display.nominal:
         modes.append("any other, nominal" if modes else "any, nominal")
         white[modes[-1]] = dict.fromkeys(EYES, display.nominal.white_cd_m2)
+    source = read_yaml(report.file)
+    for mode in (*display.modes, *display.lacking):
+        if mode not in MODES:
+            what = f"there is no stereo mode '{mode}'"
+            report.errors.append(source.finding(("modes", mode), what, did_you_mean(mode, MODES), key=True))
     report.facts.update({"kind": "display", "modes": modes, "white_luminance_cd_m2": white})
     report.facts.update(_contrasts(display))
     check_nominal(report, display.nominal)

@@ -187,9 +187,30 @@ def _blocks(blocks: Sequence[Mapping[str, Any]]) -> Iterator[str]:
             yield lead + line
             lead = " " * len(lead)
         more = {k: v for k, v in block.items() if k not in ("kind", "trials", "minutes", "keys")}
-        if more:
-            details = "; ".join(f"{key.replace('_', ' ')}: {_words('', value)}" for key, value in more.items())
-            yield f"{'':<{_LABEL + 17}}{details}"
+        if block["kind"] == "screening":
+            details = [_screening_words(test, facts) for test, facts in more.items()]
+        else:
+            details = ["; ".join(f"{key.replace('_', ' ')}: {_words('', value)}" for key, value in more.items())]
+        for detail in filter(None, details):
+            indent = " " * (_LABEL + 17)
+            width = max(40, shutil.get_terminal_size((110, 24)).columns - len(indent) - 2)
+            for line in textwrap.wrap(detail, width, break_long_words=False, break_on_hyphens=False):
+                yield indent + line
+
+
+_UNITS = {"arcsec": " arcsec", "logmar": " logMAR", "delta_uv": " of u'v'"}
+
+
+def _screening_words(test: str, facts: Mapping[str, Any]) -> str:
+    """Return a vision test in a sentence: what passes it, the levels from coarse to fine, and those left out."""
+    unit = facts["unit"]
+    levels, left_out = facts.get(f"levels_{unit}", []), facts.get(f"not_shown_{unit}", [])
+    words = f"{test.replace('_', ' ')}: passed at {facts['pass_mark']:g}{_UNITS.get(unit, f' {unit}')} or finer"
+    if levels:
+        words += f", shown from {max(levels):g} to {min(levels):g}"
+    if left_out:
+        words += f"; this screen cannot show {', '.join(f'{level:g}' for level in left_out)}"
+    return f"{words}."
 
 
 def _clipping(facts: Mapping[str, Any]) -> Iterator[str]:

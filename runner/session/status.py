@@ -63,13 +63,13 @@ class SessionStatus:
         """Count ``trial``, also one that a resumed session read from its log."""
         now_s = self.clock()
         took_s, self._before_s = now_s - self._before_s, now_s
-        if trial.attempt == 0:
+        if trial.attempt == 0 and not trial.is_outcome:
             self._answered.setdefault(trial.block, set()).add(trial.trial)
             self._block = max(self._block, trial.block)
         self._missed += sum(scene.get("missed_frames", 0) for scene in trial.data.get("timed", ()))
         block = self.blocks[trial.block]
-        if not block.trials or took_s < trial.response_time_s:
-            return  # a page of words; or read from the log, which takes no time
+        if not block.trials or trial.is_outcome or took_s < trial.response_time_s:
+            return  # a page of words, or what came of a test; or read from the log, which takes no time
         self._pace.append(took_s * block.trials / max(block.expected_s, 1e-9))
         again = " (again)" if trial.attempt else ""
         self._last.append(f"{_answer(trial)} {trial.response_time_s:.1f} s{again}")

@@ -54,8 +54,8 @@ class Screening(Block):
 
     @property
     def trials(self) -> int:
-        """Every presentation, which is what someone meets who sees everything, and an outcome for each test."""
-        return sum(test.presentations + 1 for test in self.tests)
+        """Every presentation, which is what someone meets who sees everything; a test's outcome is no trial."""
+        return sum(test.presentations for test in self.tests)
 
     @property
     def expected_s(self) -> float:

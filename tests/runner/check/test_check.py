@@ -304,3 +304,63 @@ def test_another_mode_than_the_rigs_can_be_checked(study: Study) -> None:
     assert rig.facts["mode"] == "quad-buffered"
     checked = _check(study, mode="top-bottom", allow_uncharacterised=True)
     assert not checked.errors
+
+
+def test_stereo_pictures_in_the_mode_flat_are_an_error(study: Study) -> None:
+    study.edit("display.yaml", "quad-buffered: {same_as", "flat: {same_as")
+    study.edit("rig.yaml", "mode: side-by-side", "mode: flat")
+    (error,) = _check(study).errors
+    assert "2 stimuli have a view for each eye: one, two; the mode 'flat' shows both eyes the same" in error.message
+    assert (error.file, error.line) == (str(study.experiment), 3)
+    study.edit("recipe.yaml", "  - {name: one, file: one.exr}\n  - {name: two, file: two.exr}\n", "")
+    assert not _check(study).errors
+
+
+LONG = "Which of the two pictures is closer to the plate on the table beside you in the way it shines? "
+
+
+def test_a_question_that_is_drawn_over_the_pictures_is_an_error_with_the_letters_that_fit(study: Study) -> None:
+    study.edit("display.yaml", "[640, 480]", "[1920, 1080]")
+    study.edit("small.yaml", "size_mm: [20, 10]", "size_mm: [20, 100]")
+    study.edit("small.yaml", "Which is closer?", (LONG * 4)[:290])
+    (error,) = _check(study).errors
+    assert "in block 2 (all_pairs) the words 'Which of the two pictures" in error.message
+    assert error.message.endswith("are drawn over a picture")
+    assert error.line == 5
+    fitting = int(str(error.remedy).split()[1])
+    study.edit("small.yaml", (LONG * 4)[:290], (LONG * 4)[:fitting])
+    assert not _check(study).errors
+
+
+def test_instructions_that_leave_the_view_are_an_error(study: Study) -> None:
+    study.edit("small.yaml", "text: Look at the two pictures.", f"text: {'|'.join('line' for _ in range(45))}")
+    study.edit("small.yaml", "line|", "line\\n")
+    study.edit("small.yaml", "text: line", 'text: "line')
+    study.edit("small.yaml", "line}", 'line"}')
+    (error,) = _check(study).errors
+    assert "in block 1 (instructions) the words 'line line" in error.message
+    assert "do not fit" in error.message
+    assert error.line == 8
+
+
+def test_a_mode_that_does_not_exist_is_found_in_a_display_file(study: Study) -> None:
+    study.edit("display.yaml", "quad-buffered:", "quad-bufferd:")
+    (error,) = check_file(study.folder / "display.yaml").errors
+    assert str(error).endswith("9:3: there is no stereo mode 'quad-bufferd' (did you mean 'quad-buffered'?)")
+
+
+def test_screening_is_a_sentence_and_its_outcome_no_trial(study: Study) -> None:
+    study.edit("display.yaml", "[640, 480]", "[1920, 1080]")
+    study.edit("display.yaml", "quad-buffered: {same_as", "anaglyph-red-cyan: {same_as")
+    tests = "[{test: near_acuity, pass_logmar: 0.5, levels_logmar: [0.6, 0.5, -0.9]}, {test: stereo_acuity}]"
+    study.edit("small.yaml", "blocks:\n", f"blocks:\n  - {{kind: screening, tests: {tests}}}\n")
+    assert _check(study, pictures=False).facts["blocks"][0]["trials"] == 2 * 5 + 8 * 4
+    said = study.cyclopean("check", study.experiment, "--no-pictures", "--no-screen").stdout
+    words = " ".join(said.split())
+    assert "near acuity: passed at 0.5 logMAR or finer, shown from 0.6 to 0.5; this screen cannot show -0.9." in words
+    assert "stereo acuity: passed at 140 arcsec or finer" in words
+    assert "colour gives the square away" not in words
+    study.edit("rig.yaml", "mode: side-by-side", "mode: anaglyph-red-cyan")
+    (warning,) = [w for w in _check(study, pictures=False).warnings if "stereo acuity" in w.message]
+    assert "colour gives the square away" in warning.message
+    assert warning.line == 8

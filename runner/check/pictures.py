@@ -1,0 +1,134 @@
+"""Check an experiment's pictures, built for its display: what of them cannot be shown, and what that costs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from functools import partial
+from typing import Any
+
+from devices.compensation import NOTICED_DELTA_E_00
+from documents.text import counted
+from documents.yaml import YamlSource
+from runner.check.report import CheckOptions, CheckReport
+from runner.protocol.experiment import Experiment
+from runner.session.clipping_costs import ClippingCosts
+from runner.session.picture_source import build_stimuli
+from stimuli.build import StimulusSet
+
+# A share of a picture's area: an odd pixel at its edge is nothing to warn of.
+LEAST_SEEN = 0.9
+
+
+def check_pictures(report: CheckReport, design: Experiment, source: YamlSource, options: CheckOptions) -> None:
+    """Build the stimuli, unless they are in the cache, and report what gamut clipping costs for each eye."""
+    stimuli = build_stimuli(design, options.progress)
+    if unequal := _unequal_views(design, stimuli):
+        report.errors.append(source.finding(("rig",), *unequal))
+        return
+    costs = ClippingCosts.of(design, stimuli, partial(stimuli.load, part=design.visible_part))
+    clipping = {}
+    for done, name in enumerate(stimuli.names, start=1):
+        clipping[name] = costs.description(name)["clipping"]
+        options.progress("Looking at stimuli", done, len(stimuli.names))
+    report.facts.update(asdict(costs.work))
+    report.facts["clipped_percent"] = _per_eye(clipping, "percent_any")
+    report.facts["clip_limit_percent"] = options.clip_limit_percent
+    report.facts["clipping_cost_mean_delta_e_00"] = _per_eye(clipping, "delta_e_00_mean")
+    if design.mode.mixture(design.rig.models) is not None:
+        report.facts["filters_cost_mean_delta_e_00"] = _per_eye(clipping, "projection_delta_e_00_mean")
+    ghosts = {name: costs["crosstalk"] for name, costs in clipping.items() if "crosstalk" in costs}
+    if ghosts:
+        short = _per_eye(ghosts, "percent_above_full")
+        report.facts["ghost_percent"] = {
+            name: [max(both) for both in zip(eyes, short[name], strict=True)]
+            for name, eyes in _per_eye(ghosts, "percent_negative").items()
+        }
+        report.facts["ghost_cost_max_delta_e_00"] = _per_eye(ghosts, "delta_e_00_max")
+        _ghosts(report, design, source)
+    worst = {name: max(eyes) for name, eyes in report.facts["clipped_percent"].items()}
+    over = {name: percent for name, percent in worst.items() if percent > options.clip_limit_percent}
+    if over:
+        most = max(over, key=lambda name: over[name])
+        what = (
+            f"more than {options.clip_limit_percent:g} % of an eye's pixels are outside the gamut in {len(over)} of "
+            f"{counted(len(worst), 'stimulus', 'stimuli')}: {_some(over)}; most in '{most}', {over[most]:.2f} %"
+        )
+        remedy = "`cyclopean preview --clipping` marks them; scale the luminance down, or accept it"
+        report.warnings.append(source.finding(("stimuli",), what, remedy))
+    _sizes(report, design, source, stimuli)
+    if design.rig.gain_map:
+        what = f"the gain map costs {100 * design.rig.gain_map.luminance_lost:.1f} % of the luminance"
+        report.warnings.append(source.finding(("rig",), what))
+
+
+def _unequal_views(design: Experiment, stimuli: StimulusSet) -> tuple[str, str] | None:
+    """Return that stereo pictures are to be shown in a mode in which both eyes see the same pixels, and a remedy."""
+    areas = design.mode.areas(design.rig.display.panel.resolution_px)
+    mixed = design.mode.mixture(design.rig.models) is not None
+    if mixed or not any(len(area.eyes) > 1 for area in areas):
+        return None
+    stereo = [name for name in stimuli.names if not stimuli.entry(name)["flat"]]
+    if not stereo:
+        return None
+    what = (
+        f"{counted(len(stereo), 'stimulus has', 'stimuli have')} a view for each eye: {_some(stereo)}; the mode "
+        f"'{design.rig.mode}' shows both eyes the same pixels"
+    )
+    return what, "choose a stereo mode in the rig, or with --mode, or show flat pictures"
+
+
+def _ghosts(report: CheckReport, design: Experiment, source: YamlSource) -> None:
+    """Warn of pictures that keep a ghost of the other eye's, where crosstalk cannot be cancelled."""
+    percents, costs = report.facts["ghost_percent"], report.facts["ghost_cost_max_delta_e_00"]
+    kept = [name for name, eyes in percents.items() if max(eyes) > 0.0 and max(costs[name]) >= NOTICED_DELTA_E_00]
+    if not kept:
+        return
+    most = max(kept, key=lambda name: max(percents[name]))
+    what = (
+        f"crosstalk cannot be cancelled everywhere in {len(kept)} of {counted(len(percents), 'stimulus', 'stimuli')}: "
+        f"{_some(kept)}; most in '{most}', where {max(percents[most]):.2f} % of an eye's pixels keep a ghost of the "
+        f"other's, and ΔE00 is at most {max(costs[most]):.1f}"
+    )
+    models, can_lift = design.rig.models, not design.rig.lift_black
+    can_lift = can_lift and models.left.additive and models.right.additive
+    remedy = "write lift_black: true in the rig file, or accept it" if can_lift else ""
+    report.warnings.append(source.finding(("stimuli",), what, remedy))
+
+
+def _sizes(report: CheckReport, design: Experiment, source: YamlSource, stimuli: StimulusSet) -> None:
+    aperture = design.aperture_px
+    small = [name for name in stimuli.names if any(a < b for a, b in zip(stimuli.size_px(name), aperture, strict=True))]
+    if small:
+        what = (
+            f"{counted(len(small), 'stimulus is', 'stimuli are')} smaller than the aperture of {aperture[0]} x "
+            f"{aperture[1]} px: {_some(small)}"
+        )
+        remedy = "black will surround them; make size_mm smaller, or the pictures larger"
+        report.warnings.append(source.finding(("layout", "size_mm"), what, remedy))
+    seen = {name: _seen_share(stimuli.size_px(name), aperture) for name in stimuli.names}
+    cut = {name: share for name, share in seen.items() if share < LEAST_SEEN}
+    if cut:
+        least = min(cut, key=lambda name: cut[name])
+        what = (
+            f"the aperture of {aperture[0]} x {aperture[1]} px shows the middle alone of "
+            f"{counted(len(cut), 'stimulus', 'stimuli')}: "
+            f"{_some(cut)}; least of '{least}', {100 * cut[least]:.0f} % of its area"
+        )
+        remedy = "make size_mm larger, resample the pictures, or accept it"
+        report.warnings.append(source.finding(("layout", "size_mm"), what, remedy))
+
+
+def _seen_share(size_px: tuple[int, int], aperture_px: tuple[int, int]) -> float:
+    """Return how much of a picture's area its aperture leaves to see."""
+    shares = [min(a / b, 1.0) for a, b in zip(aperture_px, size_px, strict=True)]
+    return shares[0] * shares[1]
+
+
+def _some(names: Any) -> str:
+    listed = list(names)
+    return ", ".join(listed[:5]) + (f" and {len(listed) - 5} more" if len(listed) > 5 else "")
+
+
+def _per_eye(clipping: Mapping[str, Mapping[str, Any]], key: str) -> dict[str, list[float]]:
+    return {name: [eyes["left"][key], eyes["right"][key]] for name, eyes in clipping.items()}
