@@ -71,7 +71,7 @@ def test_a_person_who_does_not_see_is_thanked_and_the_session_is_complete(person
     act(person, wrong, records=True)
     act(person, "space", records=True)
     told = person.leave()
-    assert "answers are in" in told
+    assert "1 answer is in" in told
     log = person.log()
     assert log.complete
     assert passed(log) is False
