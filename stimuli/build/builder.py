@@ -210,7 +210,7 @@ def _write(made: MadePicture, key: str, unfinished: UnfinishedSet, threshold: Th
     suffix = ".exr" if made.coded is None else CODED_SUFFIX
     picture = unfinished.picture(key, suffix)
     if made.coded is None:
-        write_exr(picture, made.image, observer)
+        write_exr(picture, made.image, observer, exact=made.exact)
     else:
         made.coded.save(picture)
     entry = {

@@ -19,6 +19,7 @@ from devices.display import Rig
 from documents import Finding, InputError
 from documents.files import sha256_of_json, whole_folder, write_whole
 from stimuli.build.cache import cache_folder
+from stimuli.build.export import export_exr
 from stimuli.build.recipe_to_set import build_set
 from stimuli.build.stimulus_set import MANIFEST, StimulusSet
 from stimuli.pictures.stereo_image import XYZImage
@@ -60,11 +61,12 @@ class BuiltStimulus:
 
 @dataclass(frozen=True, slots=True)
 class BuildReport:
-    """A built set and its stimuli; ``output`` is the folder that it was copied to."""
+    """A built set and its stimuli; ``output`` is the folder that it was copied to, ``exported`` that of OpenEXR."""
 
     built: StimulusSet
     stimuli: tuple[BuiltStimulus, ...]
     output: Path | None
+    exported: Path | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Return the facts as JSON."""
@@ -76,7 +78,8 @@ class BuildReport:
             "rendered": self.built.rendered,
             "stimuli": [stimulus.to_json() for stimulus in self.stimuli],
         }
-        return facts if self.output is None else {**facts, "output": str(self.output)}
+        folders = {"output": self.output, "exported": self.exported}
+        return {**facts, **{key: str(folder) for key, folder in folders.items() if folder is not None}}
 
 
 def build_report(
@@ -85,6 +88,7 @@ def build_report(
     rig: Rig | None = None,
     pixel_pitch_mm: float | None = None,
     output: Path | None = None,
+    exported: Path | None = None,
     progress: Callable[[str, int, int], None] = lambda doing, done, total: None,
     jobs: int = 1,
     force: bool = False,
@@ -102,6 +106,8 @@ def build_report(
         The pixel pitch of the display, where there is no ``rig``.
     output
         A new or empty folder, to which pictures, manifest and a contact sheet are copied.
+    exported
+        A new or empty folder, to which the pictures are written as OpenEXR, with a recipe that shows them.
     progress
         Called with a description of the work, how much of it is done, and of how much.
     jobs, force, verify
@@ -133,8 +139,9 @@ def build_report(
     """
     if (rig is None) == (pixel_pitch_mm is None):
         raise ValueError("give rig, or pixel_pitch_mm")
-    if output is not None:
-        _check_output(output)
+    for folder in (output, exported):
+        if folder is not None:
+            _check_output(folder)
     setup = None if rig is None else DisplaySetup.of(rig)
     pitch_mm = pixel_pitch_mm if rig is None else rig.display.panel.pixel_pitch_mm
     assert pitch_mm is not None
@@ -152,6 +159,8 @@ def build_report(
         saturated = saturated_percent(built, setup, lambda done, total: progress("Looking at stimuli", done, total))
     if output is not None:
         copy_set(built, output, saturated, lambda done, total: progress("Copying", done, total))
+    if exported is not None:
+        export_exr(built, exported, lambda done, total: progress("Writing OpenEXR", done, total))
     stimuli = tuple(
         BuiltStimulus(
             entry["name"],
@@ -164,7 +173,7 @@ def build_report(
         )
         for entry in built.manifest["stimuli"]
     )
-    return BuildReport(built, stimuli, output)
+    return BuildReport(built, stimuli, output, exported)
 
 
 def _notes(steps: list[Mapping[str, Any]]) -> list[str]:

@@ -25,7 +25,7 @@ class ExrPicture:
     """A picture, the views it was made of (left then right, or one), and how many pixels were clipped at 0.
 
     ``centre`` is true if the file has a view of neither eye, used or not. ``observer`` is the colorimetric observer of
-    the XYZ.
+    the XYZ, ``exact`` whether floats are to be kept as they are.
     """
 
     image: StereoImage
@@ -33,6 +33,7 @@ class ExrPicture:
     clipped_pixels: int
     centre: bool
     observer: str
+    exact: bool = False
 
 
 def read_exr(
@@ -146,7 +147,8 @@ def read_exr_counted(
         raise StimulusError(replace(mixed, file=str(path)))
     clipped = sum(pixels for _, pixels in converted)
     image, observer = StereoImage(images[0], images[-1]), views[names[0]].observer
-    return ExrPicture(image, names, clipped, _middle(views) is not None, observer)
+    exact = all(views[name].exact for name in names)
+    return ExrPicture(image, names, clipped, _middle(views) is not None, observer, exact)
 
 
 def _middle(names: Collection[str]) -> str | None:

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 # The header's name of the colorimetric observer of XYZ.
 OBSERVER_ATTRIBUTE = "colorimetricObserver"
+# Says that a picture of floats is to be kept in single precision, where no step changes it.
+EXACT_ATTRIBUTE = "cyclopean:exact"
 MAX_PIXELS = 100_000_000  # per view, so that a header of a few bytes cannot ask for all memory
 MAX_PARTS = 64
 MAX_CHANNELS = 256
@@ -45,7 +47,8 @@ class View:
     x, y of red, green, blue and white, shape (4, 2), or None if the file declares none; ``is_xyz`` is true if the
     channels are named X, Y, Z.
     ``white_luminance_cd_m2`` is the luminance of the value 1, or None. ``observer`` is the colorimetric observer of its
-    XYZ: that of the attribute ``colorimetricObserver``, else CIE 1931 2°.
+    XYZ: that of the attribute ``colorimetricObserver``, else CIE 1931 2°. ``exact`` is true of floats that are to be
+    kept as they are (`EXACT_ATTRIBUTE`).
     """
 
     name: str
@@ -56,6 +59,7 @@ class View:
     data_window_px: tuple[int, int, int, int]
     size_px: tuple[int, int]
     observer: str = DEFAULT_OBSERVER
+    exact: bool = False
 
 
 def read_views(path: Path, region: Region | None = None) -> Mapping[str, View]:
@@ -236,6 +240,7 @@ def _view(
         data_window_px=(left, top, spec.width, spec.height),
         size_px=(spec.full_width, spec.full_height),
         observer=declared_observer(spec, path),
+        exact=spec.getattribute(EXACT_ATTRIBUTE) == 1,
     )
 
 

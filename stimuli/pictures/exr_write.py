@@ -1,4 +1,4 @@
-"""From a picture for two eyes to an OpenEXR file: half float, lossless, its colour space declared."""
+"""From a picture for two eyes to an OpenEXR file: half float, zipped without loss, its colour space declared."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from documents import Finding
 from documents.files import whole_file
 from documents.text import counted
 from stimuli.errors import StimulusError
-from stimuli.pictures.exr_views import OBSERVER_ATTRIBUTE
+from stimuli.pictures.exr_views import EXACT_ATTRIBUTE, OBSERVER_ATTRIBUTE
 from stimuli.pictures.stereo_image import StereoImage
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ HALF_MAX = 65504.0
 _XYZ_CHROMATICITIES = (1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0 / 3.0, 1.0 / 3.0)
 
 
-def write_exr(path: Path, image: StereoImage, observer: str = DEFAULT_OBSERVER) -> None:
+def write_exr(path: Path, image: StereoImage, observer: str = DEFAULT_OBSERVER, *, exact: bool = False) -> None:
     """Write ``image`` to ``path``, as a whole or not at all.
 
     The file has a single part with ``multiView``: the views left and right, or center alone for a flat picture. Its
@@ -39,6 +39,8 @@ def write_exr(path: Path, image: StereoImage, observer: str = DEFAULT_OBSERVER) 
         XYZ in cd/m², 0 to 65504.
     observer
         The colorimetric observer of the XYZ. Another than CIE 1931 2° is declared as ``colorimetricObserver``.
+    exact
+        Whether to write single precision, and to mark the file as one whose pixels a recipe keeps as they are.
 
     Raises
     ------
@@ -68,11 +70,13 @@ def write_exr(path: Path, image: StereoImage, observer: str = DEFAULT_OBSERVER) 
             )
     first, *others = views
     names = [*"RGB", *(f"{view}.{channel}" for view in others for channel in "RGB")]
-    spec = oiio.ImageSpec(image.width_px, image.height_px, len(names), "half")
+    spec = oiio.ImageSpec(image.width_px, image.height_px, len(names), "float" if exact else "half")
     spec.channelnames = tuple(names)
     spec.attribute("multiView", f"string[{len(views)}]", (first, *others))
     spec.attribute("chromaticities", "float[8]", _XYZ_CHROMATICITIES)
     spec.attribute("whiteLuminance", 1.0)
+    if exact:
+        spec.attribute(EXACT_ATTRIBUTE, 1)
     if observer != DEFAULT_OBSERVER:
         spec.attribute(OBSERVER_ATTRIBUTE, colorimetric_observer(observer).name)
     write_pixels(path, spec, np.concatenate([np.asarray(xyz, dtype=np.float32) for xyz in views.values()], axis=-1))

@@ -81,7 +81,8 @@ class BuildContext:
 class MadePicture:
     """A stimulus before it is written: its picture, its factors, and the steps that led to it, for the manifest.
 
-    ``coded`` is the same picture as the codes of its file, if no step changed them.
+    ``coded`` is the same picture as the codes of its file, if no step changed them; of one that is ``exact``, single
+    precision is kept.
     """
 
     name: str
@@ -89,3 +90,4 @@ class MadePicture:
     factors: Factors
     steps: tuple[Step, ...]
     coded: CodedPicture | None = None
+    exact: bool = False

@@ -179,6 +179,7 @@ class FilesRecipe(RecipeKind, StepsSpec):
             If a file cannot be read or holds what must not reach an eye, or a step cannot be done: the finding names
             the file, or the stimulus.
         """
+        from stimuli.recipes.banding import banding
         from stimuli.recipes.picture_steps import Prepared, finished_picture
 
         wanted = [picture for picture in self.pictures() if picture.name in names]
@@ -193,11 +194,15 @@ class FilesRecipe(RecipeKind, StepsSpec):
                 try:
                     image, before = prepared.picture(picture.view)
                     image, after = finished_picture(image, steps, picture.series, pitch_mm, setup)
-                    coded = None if after else prepared.coded(picture.view)
+                    kept = None if after else prepared.kept(picture.view)
                 except InputError as error:
                     raise StimulusError([_of_stimulus(finding, spec.name) for finding in error.findings]) from error
                 factors = {"view": "flat" if image.is_flat else "stereo"} | dict(picture.factors)
-                yield MadePicture(picture.name, image, factors, (*before, *after), coded)
+                steps_done = (*before, *after, *banding(before, after))
+                if kept is None:
+                    yield MadePicture(picture.name, image, factors, steps_done)
+                else:
+                    yield MadePicture(picture.name, image, factors, steps_done, kept.coded, kept.exact)
                 done += 1
         report("done", done, done)
 

@@ -28,7 +28,6 @@ from stimuli.luminance.scale import (
     scaled_picture,
     white_luminance_cd_m2,
 )
-from stimuli.pictures.coded import CodedPicture
 from stimuli.pictures.resampling import resample_picture
 from stimuli.pictures.resolution import display_resolution
 from stimuli.pictures.stereo_image import Eye, StereoImage, View, XYZImage
@@ -70,7 +69,7 @@ class Prepared:
         self._pair: _Pair | None = None
         self._parallel: StoredPicture | None = None
         self._done: dict[View | None, tuple[StereoImage, tuple[Step, ...]]] = {}
-        self._coded: dict[View | None, CodedPicture | None] = {}
+        self._kept: dict[View | None, StoredPicture] = {}
 
     def picture(self, view: View | None) -> tuple[StereoImage, tuple[Step, ...]]:
         """Return the picture in ``view``, or as it is stored, and what led to it.
@@ -88,14 +87,15 @@ class Prepared:
             self._done[view] = image, steps
         return self._done[view]
 
-    def coded(self, view: View | None) -> CodedPicture | None:
-        """Return the picture in ``view`` as the codes of its file, once it is made; None if a step changed it."""
-        return self._coded.get(view)
+    def kept(self, view: View | None) -> StoredPicture | None:
+        """Return the picture in ``view`` as it was read, once it is made; None if a step changed it."""
+        return self._kept.get(view)
 
     def _aligned(self, view: View | None) -> tuple[StereoImage, tuple[Step, ...]]:
         if self._steps.align is None and self._steps.toe_in is None:
             read = {"stereo": self._source.stereo, "flat": self._source.flat, None: self._source.stored}[view]()
-            self._coded[view] = None if self._steps.crop else read.coded
+            if self._steps.crop is None:
+                self._kept[view] = read
             return read.image, read.steps
         if self._steps.align is None:
             if self._parallel is None:

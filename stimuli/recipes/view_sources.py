@@ -26,13 +26,15 @@ from stimuli.recipes.photographs import DevelopSpec, SpectralSpec
 class StoredPicture:
     """A picture as it was read; ``centre`` is true if there is a centre view; a flat picture is then that view.
 
-    ``coded`` is the same picture as the codes of its file, where these are exact.
+    ``coded`` is the same picture as the codes of its file, where these are all of it; ``exact`` is true if its single
+    precision is to be kept where no step changes it.
     """
 
     image: StereoImage
     steps: tuple[Step, ...]
     centre: bool
     coded: CodedPicture | None = None
+    exact: bool = False
 
 
 class Source(Protocol):
@@ -95,7 +97,7 @@ class MultiViewFile:
             "views": list(reading.views),
             "clipped_pixels": reading.clipped_pixels,
         } | ({} if reading.observer == DEFAULT_OBSERVER else {"observer": reading.observer})
-        return StoredPicture(reading.image, (step,), reading.centre)
+        return StoredPicture(reading.image, (step,), reading.centre, exact=reading.exact)
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,7 +142,7 @@ class OrdinaryFiles:
             "views": list(read.views),
             "clipped_pixels": read.clipped_pixels,
         }
-        return StoredPicture(read.image, (step,), read.views == ("center",), read.coded)
+        return StoredPicture(read.image, (step,), read.views == ("center",), read.coded, exact=True)
 
 
 class ViewReader(Protocol):

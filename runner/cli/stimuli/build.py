@@ -22,6 +22,9 @@ _NAMED = 3
 @click.option("--pixel-pitch-mm", type=float, metavar="MM", help="Pixel pitch of the display, if there is no rig.")
 @click.option("-o", "--output", metavar="FOLDER", help="New folder for a copy of pictures, manifest and contact sheet.")
 @click.option(
+    "--export-exr", "exported", metavar="FOLDER", help="New folder for the pictures as OpenEXR in XYZ, with a recipe."
+)
+@click.option(
     "--jobs", type=click.IntRange(1, 256), metavar="N", help="Number of threads that make pictures. Default: 2."
 )
 @click.option("--force", is_flag=True, help="Build all pictures again.")
@@ -32,6 +35,7 @@ def command(
     rig_file: str | None,
     pixel_pitch_mm: float | None,
     output: str | None,
+    exported: str | None,
     jobs: int | None,
     force: bool,
     verify: bool,
@@ -64,6 +68,7 @@ def command(
             rig=rig,
             pixel_pitch_mm=pixel_pitch_mm,
             output=None if output is None else Path(output),
+            exported=None if exported is None else Path(exported),
             progress=step,
             jobs=jobs or _cores(),
             force=force,
@@ -122,6 +127,8 @@ def _print(report: BuildReport) -> None:
     click.echo(f"Manifest: {built.manifest_path}")
     if report.output is not None:
         click.echo(f"Copied to: {report.output}")
+    if report.exported is not None:
+        click.echo(f"As OpenEXR, with a recipe that shows them: {report.exported}")
 
 
 def notes(stimuli: Sequence[BuiltStimulus]) -> Iterator[str]:

@@ -20,7 +20,7 @@ from devices.colour import WHITE_POINTS_XYZ, rgb_to_xyz_matrix, srgb_encoded
 from devices.colour.spaces import bradford_matrix
 from devices.profiles import profile_of_model
 from documents import InputError
-from stimuli.build import StimulusSet, build_set
+from stimuli.build import StimulusSet, build_set, export_exr
 from stimuli.pictures import StereoImage
 from stimuli.pictures.coded import decoded
 from stimuli.pictures.colour_spaces import NAMED_SPACES, NamedSpace, embedded_encoding, named_encoding
@@ -109,8 +109,8 @@ def test_a_float_tiff_of_codes_and_of_light(tmp_path: Path) -> None:
     values = np.random.default_rng(1).random((8, 12, 3)).astype(np.float32)
     file = save_oiio(tmp_path / "a.tif", values, "float")
     light = colour.models.eotf_sRGB(values.astype(np.float64))
-    np.testing.assert_allclose(read(tmp_path, file).left, light @ _SRGB.T * WHITE, rtol=2e-3)
-    np.testing.assert_allclose(read(tmp_path, file, colour_space="rec709").left, values @ _SRGB.T * WHITE, rtol=6e-4)
+    np.testing.assert_allclose(read(tmp_path, file).left, light @ _SRGB.T * WHITE, rtol=1e-6)
+    np.testing.assert_allclose(read(tmp_path, file, colour_space="rec709").left, values @ _SRGB.T * WHITE, rtol=1e-6)
     np.testing.assert_allclose(
         read(tmp_path, file, colour_space="xyz", white_luminance_cd_m2=None).left, values, rtol=6e-4
     )
@@ -264,7 +264,7 @@ def test_alpha(tmp_path: Path, suffix: str) -> None:
     assert "partly transparent (alpha)" in complaint(tmp_path, file)
     image = read(tmp_path, file, alpha_background_cd_m2=20)
     grey = 20 * _SRGB.sum(axis=1)
-    np.testing.assert_allclose(image.left, 0.2 * srgb_xyz(codes) + 0.8 * grey, rtol=1e-3)
+    np.testing.assert_allclose(image.left, 0.2 * srgb_xyz(codes) + 0.8 * grey, rtol=1e-6)
     codes = with_alpha(tmp_path / "opaque.png", 255)
     np.testing.assert_allclose(read(tmp_path, tmp_path / "opaque.png").left, srgb_xyz(codes), rtol=1e-6, atol=1e-9)
 
@@ -437,3 +437,48 @@ def test_photographs_send_a_developed_picture_to_kind_pictures(tmp_path: Path) -
     (tmp_path / "r.yaml").write_text(recipe, encoding="utf-8")
     with pytest.raises(InputError, match="write kind: pictures in the recipe, with colour_space: srgb"):
         build_set(tmp_path / "r.yaml", 0.25)
+
+
+def test_bands_are_named_where_codes_lie_far_apart(tmp_path: Path) -> None:
+    grey = np.repeat(np.arange(256, dtype=np.uint8)[None, :, None], 3, axis=2)
+    Image.fromarray(grey).save(tmp_path / "a.png")
+    save_oiio(tmp_path / "b.png", grey.astype(np.uint16) * 257, "uint16")
+
+    def bands(file: str, **steps: Any) -> list[dict[str, Any]]:
+        entry = built(tmp_path, {"name": "one", "file": file}, **steps).entry("one")
+        return [step for step in entry["steps"] if step["step"] == "banding"]
+
+    assert not bands("a.png")
+    assert not bands("a.png", luminance={"scale": 1.2})
+    assert not bands("b.png", luminance={"scale": 8})
+    (step,) = bands("a.png", luminance={"scale": 4})
+    assert "brightened 4 times, codes of 8 bits are up to ΔE00 0.71 apart" in step["said"][0]
+    # The difference that is named, between the two pictures that are shown.
+    shown = built(tmp_path, {"name": "one", "file": "a.png"}, luminance={"scale": 4}).load("one").left[0]
+    white = _SRGB.sum(axis=1) * WHITE
+    lab = colour.XYZ_to_Lab(shown[shown[:, 1] <= WHITE] / white[1], colour.XYZ_to_xy(white))
+    apart = colour.delta_E(lab[:-1], lab[1:], method="CIE 2000")
+    assert step["delta_e_00"] == pytest.approx(apart.max(), abs=0.02)
+
+
+def test_exported_pictures_read_back_as_the_same_pixels(tmp_path: Path) -> None:
+    for name, seed in (("a_L.png", 1), ("a_R.png", 2)):
+        Image.fromarray(pixels(seed)).save(tmp_path / name)
+    whole = np.dstack([pixels(3), np.full((8, 12), 100, np.uint8)])
+    Image.fromarray(whole).save(tmp_path / "alpha.png")
+    first = built(
+        tmp_path,
+        {"name": "a", "left": "a_L.png", "right": "a_R.png", "factors": {"paint": "red", "number": 2}},
+        {"name": "alpha", "file": "alpha.png"},
+        {"name": "small", "file": "a_L.png", "resample": {"width_mm": 1.5}},
+        alpha_background_cd_m2=10,
+    )
+    export_exr(first, tmp_path / "light")
+    again = build_set(tmp_path / "light" / "recipe.yaml", 0.25)
+    assert again.names == first.names
+    for name in first.names:
+        assert again.factors(name) == first.factors(name) | {"image": name}
+        one, other = first.load(name), again.load(name)
+        assert np.array_equal(one.left, other.left)
+        assert np.array_equal(one.right, other.right)
+        assert one.is_flat == other.is_flat
