@@ -477,7 +477,7 @@ def test_exported_pictures_read_back_as_the_same_pixels(tmp_path: Path) -> None:
     again = build_set(tmp_path / "light" / "recipe.yaml", 0.25)
     assert again.names == first.names
     for name in first.names:
-        assert again.factors(name) == first.factors(name) | {"image": name}
+        assert dict(again.factors(name)) == {**first.factors(name), "image": name}
         one, other = first.load(name), again.load(name)
         assert np.array_equal(one.left, other.left)
         assert np.array_equal(one.right, other.right)

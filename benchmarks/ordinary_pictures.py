@@ -1,0 +1,165 @@
+"""Pairs of JPEG of 2 megapixels to stimuli, beside decoding them, and sRGB to XYZ beside colour-science.
+
+`stimuli build` reads, decodes, makes XYZ and its statistics, and writes what is shown, hashed. Decoding is what
+OpenImageIO and Pillow take for the same files, in one thread, in the same run. The error is the largest relative
+difference from colour-science's decoding of sRGB in double precision.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import os
+import tempfile
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import colour
+import numpy as np
+import OpenImageIO as oiio
+from curves import Row, write
+from numpy.typing import NDArray
+from PIL import Image
+
+from stimuli.build import build_set
+from stimuli.pictures.coded import decoded
+from stimuli.pictures.colour_spaces import named_encoding
+
+SIZE = (1700, 1200)
+WHITE = 100.0
+
+
+def scene(seed: int) -> NDArray[np.uint8]:
+    """Return a picture of shadings, edges and noise, about as large as a photograph once it is JPEG."""
+    rng = np.random.default_rng(seed)
+    width, height = SIZE
+    y, x = np.mgrid[:height, :width].astype(np.float32)
+    shade = np.stack([np.sin(x / 170 + k) + np.cos(y / (130 + 20 * k)) for k in range(3)], axis=-1) * 50 + 120
+    boxes = 30 * ((x // 90 + y // 70) % 2)[..., None]
+    return np.clip(shade + boxes + rng.normal(0, 5, (height, width, 1)), 0, 255).astype(np.uint8)
+
+
+def save_pairs(folder: Path, pairs: int) -> list[Path]:
+    """Write so many pairs: four pictures, each file with its own bytes at its end, so that none is known already."""
+    kinds = []
+    for seed in range(4):
+        with io.BytesIO() as held:
+            Image.fromarray(scene(seed)).save(held, format="JPEG", quality=92)
+            kinds.append(held.getvalue())
+    files = []
+    for pair in range(pairs):
+        for eye in "LR":
+            files.append(folder / f"p{pair}_{eye}.jpg")
+            files[-1].write_bytes(kinds[len(files) % 4] + f"{pair}{eye}".encode())
+    return files
+
+
+def by_openimageio(file: Path) -> None:
+    """Decode a file by OpenImageIO."""
+    picture = oiio.ImageInput.open(str(file))
+    assert picture is not None
+    picture.read_image(0, 0, 0, 3, "uint8")
+    picture.close()
+
+
+def by_pillow(file: Path) -> None:
+    """Decode a file by Pillow."""
+    with Image.open(file) as picture:
+        np.asarray(picture)
+
+
+def timed(work: Callable[[], object]) -> float:
+    """Return how many seconds ``work`` takes."""
+    began = perf_counter()
+    work()
+    return perf_counter() - began
+
+
+def run(pairs: int) -> dict[str, Any]:
+    """Decode, build, and decode once more: what else the machine does changes meanwhile."""
+    rows: list[Row] = []
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        files = save_pairs(folder, pairs)
+        lines = [f"  - {{name: p{pair}, left: p{pair}_L.jpg, right: p{pair}_R.jpg}}" for pair in range(pairs)]
+        head = f"schema_version: 1\nkind: pictures\ncolour_space: srgb\nwhite_luminance_cd_m2: {WHITE}\nstimuli:\n"
+        (folder / "recipe.yaml").write_text(head + "\n".join(lines) + "\n", encoding="utf-8")
+        before = os.environ.get("CYCLOPEAN_CACHE")
+        seconds: dict[str, list[float]] = {"OpenImageIO decodes": [], "Pillow decodes": []}
+        try:
+            for jobs in (1, 2):
+                seconds["OpenImageIO decodes"].append(timed(lambda: [by_openimageio(file) for file in files]))
+                seconds["Pillow decodes"].append(timed(lambda: [by_pillow(file) for file in files]))
+                os.environ["CYCLOPEAN_CACHE"] = f"{name}/cache{jobs}"
+                label = f"stimuli build, {jobs} thread{'s' if jobs > 1 else ''}"
+                seconds[label] = [timed(partial(build_set, folder / "recipe.yaml", 0.25, jobs=jobs))]
+            error = relative_error(build_set(folder / "recipe.yaml", 0.25).load("p0").left, files[0])
+        finally:
+            os.environ.pop("CYCLOPEAN_CACHE", None)
+            if before is not None:
+                os.environ["CYCLOPEAN_CACHE"] = before
+    decode = min(seconds["Pillow decodes"])
+    for series, times in seconds.items():
+        built = series.startswith("stimuli build")
+        rows.append(
+            {
+                "series": series,
+                "parameter": f"{pairs} pairs of {SIZE[0]} × {SIZE[1]} px",
+                "seconds": min(times),
+                "error": error if built else 0.0,
+                "note": f"{min(times) / decode:.2f} times Pillow's decoding" if built else "",
+            }
+        )
+    rows += conversions()
+    return {"title": "Ordinary pictures to stimuli", "rows": rows}
+
+
+def by_colour_science(codes: NDArray[Any]) -> NDArray[np.float64]:
+    """Return XYZ of sRGB codes by colour-science, by the matrix of the rounded chromaticities."""
+    light = colour.models.eotf_sRGB(codes / np.iinfo(codes.dtype).max)
+    return np.asarray(light @ named_encoding("srgb").matrix.T * WHITE)
+
+
+def plain(codes: NDArray[Any]) -> NDArray[np.float64]:
+    """Return XYZ of sRGB codes as `Encoding.xyz` makes it."""
+    shares = codes.reshape(-1, 3) / np.iinfo(codes.dtype).max
+    return named_encoding("srgb").xyz(shares).reshape(codes.shape) * WHITE
+
+
+def relative_error(xyz: NDArray[Any], file: Path) -> float:
+    """Return the largest relative difference from colour-science's XYZ of the codes that Pillow decodes."""
+    with Image.open(file) as picture:
+        reference = by_colour_science(np.asarray(picture))
+    return float((np.abs(xyz - reference) / np.maximum(reference, 1e-9)).max())
+
+
+def conversions() -> list[Row]:
+    """Return time and error of XYZ from codes: the table, its plain twin, and colour-science."""
+    encoding = named_encoding("srgb")
+    rows: list[Row] = []
+    for bits, kind in ((8, np.uint8), (16, np.uint16)):
+        codes = np.random.default_rng(1).integers(0, 2**bits, (SIZE[1], SIZE[0], 3), dtype=kind)
+        full = 2**bits - 1
+        reference = by_colour_science(codes)
+        works: dict[str, Callable[[], NDArray[Any]]] = {
+            "table and matrix": partial(decoded, codes, encoding.tables(full + 1), encoding.matrix * WHITE),
+            "plain twin": partial(plain, codes),
+            "colour-science": partial(by_colour_science, codes),
+        }
+        for series, work in works.items():
+            seconds = min(timed(work) for _ in range(3))
+            error = float((np.abs(work() - reference) / np.maximum(reference, 1e-9)).max())
+            rows.append(
+                {"series": series, "parameter": f"2 megapixels of {bits} bits", "seconds": seconds, "error": error}
+            )
+    return rows
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="10 pairs in place of 100.")
+    result = run(10 if parser.parse_args().quick else 100)
+    write("ordinary_pictures", result["title"], result["rows"])
