@@ -15,5 +15,6 @@ from .scaling import power as power
 from .scaling import scores as scores
 from .sessions import check as check
 from .sessions import demo as demo
+from .sessions import new_study as new_study
 from .sessions import preview as preview
 from .sessions import simulate as simulate

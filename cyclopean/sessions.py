@@ -8,8 +8,54 @@ from typing import TYPE_CHECKING, Any
 from cyclopean.result import Result
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from runner.check import CheckReport
     from runner.reports import Demo
+    from runner.studies import Kind, NewStudy
+
+
+def new_study(
+    folder: str | Path,
+    pictures: Sequence[str | Path],
+    kind: Kind = "pairs",
+    *,
+    mode: str | None = None,
+    question: str | None = None,
+    panel: str | None = None,
+) -> NewStudy:
+    """Write a study of ordinary pictures, ready to run; nothing is overwritten.
+
+    Parameters
+    ----------
+    folder
+        The folder to make.
+    pictures
+        Picture files and folders of them.
+    kind
+        What observers do: ``pairs``, ``best``, ``rating`` or ``within-groups``.
+    mode
+        The stereo mode; None takes ``flat`` for flat pictures, else one that any screen shows.
+    question
+        What observers are asked; None takes one that suits ``kind``.
+    panel
+        Pixels and pixel pitch in mm of the screen, such as ``1920x1080,0.2768``; None asks the monitor.
+
+    Returns
+    -------
+    NewStudy
+        ``experiment`` is its file; ``notes`` say what was decided.
+
+    Raises
+    ------
+    InputError
+        If the folder is there already or a picture cannot be used; nothing is then written.
+    """
+    from runner.studies import StudyOptions, panel_of
+    from runner.studies import new_study as write_study
+
+    options = StudyOptions(kind, mode, question, panel=panel_of(panel) if panel else None)
+    return write_study(folder, pictures, options)
 
 
 def check(path: str | Path, *, pictures: bool = True) -> Result[CheckReport]:

@@ -13,6 +13,7 @@ import click
 
 # A command's module is runner.cli.<name>; the text is its line in the group's help.
 COMMANDS = {
+    "new": "Write a study of your own pictures, ready to run.",
     "check": "Check an experiment file and everything it names.",
     "run": "Run a session with an observer.",
     "report": "Write an HTML report on the results of one experiment.",

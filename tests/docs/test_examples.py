@@ -19,6 +19,7 @@ PRINTS = {
     "plan_observers.py": "80 % power",
     "score_a_table.py": "0.640",
     "simulate_a_study.py": "460 trials by 10 observers",
+    "ten_photographs.py": "ten pairs",
 }
 
 

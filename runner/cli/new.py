@@ -1,0 +1,136 @@
+"""`cyclopean new`: a study of one's own, from pictures or from an experiment that comes with cyclopean."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from documents.text import counted
+
+if TYPE_CHECKING:
+    from runner.studies import Kind
+
+KINDS = ("pairs", "best", "rating", "within-groups")
+
+
+@click.command(short_help="Write a study of your own pictures, ready to run.")
+@click.argument("study", required=False, type=click.Path(path_type=Path))
+@click.argument("pictures", nargs=-1, type=click.Path(path_type=Path))
+@click.option(
+    "--kind",
+    type=click.Choice(KINDS),
+    default="pairs",
+    show_default=True,
+    help="What observers do: compare pairs, choose the best of a series, rate single pictures, or compare pairs within "
+    "groups. A group is a folder, or the files whose names agree before the last underscore.",
+)
+@click.option("--mode", help="Stereo mode. Default: flat for flat pictures, anaglyph-red-cyan for stereo pictures.")
+@click.option("--question", help="What observers are asked. Default: a question that suits --kind.")
+@click.option(
+    "--display",
+    type=click.Path(path_type=Path),
+    help="Display or rig file of a display that was measured. Default: a nominal sRGB display.",
+)
+@click.option(
+    "--panel",
+    metavar="1920x1080,0.2768",
+    help="Pixels and pixel pitch in mm of the nominal display. Default: what the monitor reports.",
+)
+@click.option("--white", "white_cd_m2", type=float, help="Luminance of white in cd/m². Default: 100, or the display's.")
+@click.option("--distance", "distance_mm", type=float, help="From the eyes to the screen in mm. Default: 600.")
+@click.option("--from", "shipped", metavar="NAME", help="Copy an experiment that comes with cyclopean; see --list.")
+@click.option("--list", "as_list", is_flag=True, help="List the experiments that come with cyclopean.")
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
+def command(
+    study: Path | None,
+    pictures: tuple[Path, ...],
+    kind: Kind,
+    mode: str | None,
+    question: str | None,
+    display: Path | None,
+    panel: str | None,
+    white_cd_m2: float | None,
+    distance_mm: float | None,
+    shipped: str | None,
+    as_list: bool,
+    as_json: bool,
+) -> None:
+    """Write a study of your own pictures, ready to run.
+
+    STUDY is the folder to make. PICTURES are files and folders: PNG, JPEG, TIFF, WebP, MPO and JPS. Pairs are found by
+    name: plate_L.jpg and plate_R.jpg, or one name in folders left/ and right/. The pictures are copied; they are shown
+    pixel for pixel where they fit the screen. Nothing is overwritten.
+
+    \b
+    cyclopean new my_study photos/
+    cyclopean new my_study photos/*.png --kind rating --question "How natural does it look?"
+    cyclopean new my_study scenes/ --kind within-groups --mode side-by-side --panel 1920x1080,0.2768
+    cyclopean new --from dynamic_range my_study
+    """
+    if as_list:
+        _list(as_json)
+    elif shipped is not None:
+        if pictures:
+            raise click.UsageError("--from copies an experiment with its own pictures: name no others")
+        _copy(shipped, study or Path(shipped), as_json)
+    elif study is None:
+        raise click.UsageError("name the folder to make and the pictures: cyclopean new my_study photos/")
+    elif not pictures:
+        raise click.UsageError(f"name the pictures of the study: cyclopean new {study} photos/")
+    else:
+        from runner.cli.progress import progress_bar
+        from runner.studies import StudyOptions, new_study, panel_of
+
+        options = StudyOptions(
+            kind, mode, question, white_cd_m2, display, panel_of(panel) if panel else None, distance_mm
+        )
+        with progress_bar(quiet=as_json or not sys.stderr.isatty()) as step:
+            made = new_study(study, pictures, options, progress=step)
+        if as_json:
+            click.echo(json.dumps(made.to_json(), ensure_ascii=False))
+            return
+        about = f"{counted(made.pictures, 'picture', 'pictures')}, {counted(made.trials, 'trial', 'trials')}"
+        click.echo(f"{made.folder}: {about}, about {made.minutes:.0f} minutes for each observer.")
+        for note in made.notes:
+            click.echo(f"  {note}")
+        _print_commands(made.commands)
+
+
+def _list(as_json: bool) -> None:
+    from runner.studies import shipped_studies
+
+    titles = shipped_studies()
+    if as_json:
+        click.echo(json.dumps(titles))
+        return
+    for name, title in titles.items():
+        click.echo(f"{name:<18}{title}")
+
+
+def _copy(name: str, folder: Path, as_json: bool) -> None:
+    from runner.studies import copy_shipped
+
+    copied = copy_shipped(name, folder)
+    if as_json:
+        click.echo(json.dumps(copied.to_json(), ensure_ascii=False))
+        return
+    click.echo(f"{folder}: a copy of '{name}' with everything that it names.")
+    for note in copied.notes:
+        click.echo(f"  {note}")
+    _print_commands(copied.commands)
+
+
+def _print_commands(commands: tuple[tuple[str, ...], ...]) -> None:
+    """Print what to type next, with this program as it was called where the shell would not find it."""
+    from runner.studies import typed
+
+    called = sys.argv[0]
+    program = "cyclopean" if shutil.which("cyclopean") or Path(called).stem != "cyclopean" else called
+    click.echo("Next:")
+    for words in commands:
+        click.echo(f"  {typed([program, *words[1:]])}")

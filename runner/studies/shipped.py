@@ -1,0 +1,93 @@
+"""A copy of an experiment that comes with cyclopean, and what to type next."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from documents import load_document
+from runner.protocol import copy_experiment, read_experiment, shipped_experiment, shipped_experiments
+from runner.protocol.experiment import ExperimentSpec
+from runner.studies.contents import commands
+
+
+@dataclass(frozen=True, slots=True)
+class CopiedStudy:
+    """A copied experiment: its file, all files, what to type next, and ``notes`` on what to change."""
+
+    folder: Path
+    experiment: Path
+    files: tuple[Path, ...]
+    notes: tuple[str, ...]
+    commands: tuple[tuple[str, ...], ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it for programs."""
+        return {
+            "folder": str(self.folder),
+            "experiment": str(self.experiment),
+            "files": [str(file) for file in self.files],
+            "notes": list(self.notes),
+            "commands": [list(words) for words in self.commands],
+        }
+
+
+def shipped_studies() -> dict[str, str]:
+    """Return the question of each experiment that comes with cyclopean, by its name.
+
+    Returns
+    -------
+    dict
+        Names for `copy_shipped`, each with what observers are asked.
+
+    Examples
+    --------
+    >>> shipped_studies()["dynamic_range"]
+    'Which image is closer to the reference plate?'
+    """
+    return {name: load_document(file, ExperimentSpec)[0].question for name, file in shipped_experiments().items()}
+
+
+def copy_shipped(name: str, folder: str | Path) -> CopiedStudy:
+    """Copy an experiment with everything that it names: rig, display, recipe, pictures, simulated observers.
+
+    Parameters
+    ----------
+    name
+        One of `shipped_studies`, or an experiment file.
+    folder
+        The folder to make.
+
+    Returns
+    -------
+    CopiedStudy
+        Where the copy is, and the commands that follow.
+
+    Raises
+    ------
+    InputError
+        If there is no such experiment, or ``folder`` holds something already; nothing is written.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     copied = copy_shipped("dynamic_range", Path(place, "my_study"))
+    ...     copied.experiment.is_file(), copied.commands[1][:2]
+    (True, ('cyclopean', 'run'))
+    """
+    file = Path(name) if Path(name).suffix in (".yaml", ".yml") else shipped_experiment(name)
+    copied = copy_experiment(file, folder)
+    experiment = read_experiment(copied.experiment)
+    notes = []
+    if experiment.rig.nominal is None:
+        notes.append(
+            f"The rig {copied.rig} describes a display that was measured, which is not yours. "
+            "Name your own in it, or write display: {nominal: srgb, white_cd_m2: 100}"
+        )
+    if copied.observers:
+        notes.append(f"To try it without a person, add to 'run': --simulate {copied.observers[-1]}")
+    return CopiedStudy(
+        Path(folder), copied.experiment, copied.files, tuple(notes), commands(copied.experiment, experiment.spec.name)
+    )

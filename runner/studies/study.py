@@ -1,0 +1,251 @@
+"""A new study from pictures: recipe, rig, experiment and copies of the pictures, in a folder that can be moved."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import unicodedata
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from devices.display import PanelSpec, ReportedMonitor
+from documents import Finding, InputError, counted
+from documents.files import whole_folder
+from documents.text import did_you_mean
+from runner.presenter import find_mode
+from runner.presenter.surfaces.screens import primary_monitor
+from runner.protocol import Experiment, read_experiment
+from runner.session.picture_source import Progress, no_progress
+from runner.studies.contents import EXPERIMENT, KINDS, Kind, StudyDesign, commands, copies_of_pictures, written_files
+from runner.studies.gather import Member, by_folder, gather, groups_of_pairs
+from runner.studies.plan import plan_sizes
+from runner.studies.screen import DISTANCE_MM, StudyScreen, nominal_screen, screen_of_file
+
+NO_SPECIAL_SCREEN = "anaglyph-red-cyan"
+WHITE_CD_M2 = 100.0
+AskReported = Callable[[], ReportedMonitor | None]
+
+
+@dataclass(frozen=True, slots=True)
+class StudyOptions:
+    """How a new study differs from the default.
+
+    ``mode`` None is ``flat`` for flat pictures, and for stereo pictures a mode that any screen shows;
+    ``display`` is a display or rig file, None a nominal sRGB display of ``panel``, or of the monitor's panel where that
+    is None too. ``white_cd_m2`` is the luminance of the pictures' white, None that of the display's.
+    """
+
+    kind: Kind = "pairs"
+    mode: str | None = None
+    question: str | None = None
+    white_cd_m2: float | None = None
+    display: Path | None = None
+    panel: PanelSpec | None = None
+    distance_mm: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class NewStudy:
+    """A study that was written: its experiment file, what to type next, and ``notes`` on what was decided."""
+
+    folder: Path
+    experiment: Path
+    pictures: int
+    mode: str
+    trials: int
+    minutes: float
+    notes: tuple[str, ...]
+    commands: tuple[tuple[str, ...], ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it for programs."""
+        return {
+            "folder": str(self.folder),
+            "experiment": str(self.experiment),
+            "pictures": self.pictures,
+            "mode": self.mode,
+            "trials": self.trials,
+            "minutes": self.minutes,
+            "notes": list(self.notes),
+            "commands": [list(words) for words in self.commands],
+        }
+
+
+def new_study(
+    folder: str | Path,
+    pictures: Sequence[str | Path],
+    options: StudyOptions | None = None,
+    *,
+    ask_monitor: AskReported = primary_monitor,
+    progress: Progress = no_progress,
+) -> NewStudy:
+    """Write a study of ordinary pictures that passes `runner.check` and runs: nothing is overwritten or half-written.
+
+    No picture is decoded: sizes and colour spaces are read from the files' headers.
+
+    Parameters
+    ----------
+    folder
+        The folder to make; its name, as far as it can be, becomes the experiment's.
+    pictures
+        Picture files and folders of them, as `stimuli.pictures.find_pictures` takes them.
+    options
+        What differs from the default: pairs, on a nominal display.
+    ask_monitor
+        Called for what the monitor reports of itself, where neither a display file nor a panel is given.
+    progress
+        Called with what is being done, how much of it is done, and of how much.
+
+    Returns
+    -------
+    NewStudy
+        Where it is, how long a session takes, and the commands that follow.
+
+    Raises
+    ------
+    InputError
+        If the folder holds something already, a picture cannot be used, or an option is wrong; nothing is written.
+    OSError
+        If the disk is full or cannot be written; nothing is left then.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from PIL import Image
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     for name in ("dim.png", "bright.png", "grey.png"):
+    ...         Image.fromarray(np.zeros((40, 60, 3), np.uint8)).save(Path(place, name))
+    ...     study = new_study(Path(place, "my_study"), sorted(Path(place).glob("*.png")))
+    ...     study.mode, study.trials, sorted(file.name for file in study.folder.iterdir())[:3]
+    ('flat', 3, ['README.md', 'experiment.yaml', 'pictures'])
+    """
+    folder, options = Path(folder), options or StudyOptions()
+    _refuse_present(folder)
+    progress("reading the pictures' headers", 0, 1)
+    design = _design(folder, gather([Path(path) for path in pictures]), options, ask_monitor)
+    copies = copies_of_pictures(design) | dict(design.screen.copies)
+    files = written_files(design)
+    try:
+        with whole_folder(folder) as draft:
+            for name, text in files.items():
+                (draft / name).write_bytes(text.encode("utf-8"))
+            for name, source in design.screen.copies.items():
+                shutil.copyfile(source, draft / name)
+            experiment = _read(draft, folder)
+            (draft / "pictures").mkdir()
+            for done, (name, source) in enumerate(copies.items()):
+                progress("copying the pictures", done, len(copies))
+                shutil.copyfile(source, draft / name)
+            progress("copying the pictures", len(copies), len(copies))
+    except FileExistsError:
+        _refuse_present(folder)
+        raise
+    blocks = list(zip(experiment.spec.blocks, experiment.example_blocks, strict=True))
+    minutes = round(sum(block.expected_s for _, block in blocks) / 60, 1)
+    return NewStudy(
+        folder,
+        folder / EXPERIMENT,
+        len(design.members),
+        design.mode,
+        sum(block.trials for spec, block in blocks if spec.kind != "practice"),
+        minutes,
+        design.notes,
+        commands(folder / EXPERIMENT, design.label),
+    )
+
+
+def _design(folder: Path, members: tuple[Member, ...], options: StudyOptions, ask_monitor: AskReported) -> StudyDesign:
+    """Decide on mode, groups, sizes and light."""
+    kind = options.kind
+    if kind not in KINDS:
+        raise InputError(Finding(f"there is no kind of study '{kind}'", remedy=did_you_mean(kind, KINDS)))
+    if len(members) < 2 and kind != "rating":
+        message = "one picture is nothing to compare"
+        raise InputError(Finding(message, remedy="name two or more, or have it rated: --kind rating"))
+    if options.display is None:
+        screen = nominal_screen(options.panel, None if options.panel else ask_monitor())
+    elif options.panel is not None:
+        raise InputError(Finding("the display file states the panel", remedy="leave out --display or --panel"))
+    else:
+        screen = screen_of_file(options.display)
+    mode = _mode(members, options.mode, screen)
+    white = options.white_cd_m2 or screen.white_cd_m2.get(mode, WHITE_CD_M2)
+    if not 0 < white < 100_000:
+        raise InputError(Finding(f"a white of {white:g} cd/m² is none", remedy="such as --white 100"))
+    distance_mm = options.distance_mm or screen.distance_mm or DISTANCE_MM
+    grouping = groups_of_pairs(members) if kind == "within-groups" else by_folder(members) if kind == "best" else None
+    plan = plan_sizes(
+        [member.picture.size_px for member in members],
+        find_mode(mode),
+        screen.panel,
+        pairs=kind in ("pairs", "within-groups"),
+    )
+    called = folder.absolute().name
+    return StudyDesign(
+        called,
+        _label(called),
+        kind,
+        _line(options.question),
+        members,
+        grouping,
+        plan,
+        screen,
+        mode,
+        white,
+        distance_mm,
+    )
+
+
+def _mode(members: Sequence[Member], wanted: str | None, screen: StudyScreen) -> str:
+    """Return the stereo mode.
+
+    Raises
+    ------
+    InputError
+        If there is no such mode, the display was not measured in it, or it cannot show stereo pictures.
+    """
+    stereo = [member for member in members if member.picture.stereo]
+    mode = wanted or screen.mode or (NO_SPECIAL_SCREEN if stereo else "flat")
+    find_mode(mode)
+    if screen.white_cd_m2 and mode not in screen.white_cd_m2:
+        remedy = f"name one that it was measured in, such as --mode {next(iter(screen.white_cd_m2))}"
+        raise InputError(Finding(f"the display was not measured in the mode '{mode}'", remedy=remedy))
+    if stereo and mode == "flat":
+        message = f"{counted(len(stereo), 'picture is', 'pictures are')} stereo, such as '{stereo[0].name}', and the "
+        message += "mode 'flat' shows both eyes the same"
+        remedy = f"leave --mode out for {NO_SPECIAL_SCREEN}, or name the files of one eye only"
+        raise InputError(Finding(message, remedy=remedy))
+    return mode
+
+
+def _read(draft: Path, folder: Path) -> Experiment:
+    """Read the study as `cyclopean check` would; what is wrong names its place in ``folder``."""
+    try:
+        return read_experiment(draft / EXPERIMENT)
+    except InputError as error:
+        found = [
+            replace(finding, file=finding.file.replace(str(draft), str(folder)) if finding.file else None)
+            for finding in error.findings
+        ]
+        raise InputError(found) from error
+
+
+def _refuse_present(folder: Path) -> None:
+    if folder.is_dir() and not any(folder.iterdir()):
+        return
+    if folder.exists() or folder.is_symlink():
+        remedy = "nothing is overwritten: name a folder that is not there yet"
+        raise InputError(Finding("this is there already", str(folder), remedy=remedy))
+
+
+def _line(text: str | None) -> str | None:
+    return None if text is None else " ".join(text.split())
+
+
+def _label(name: str) -> str:
+    """Return a folder's name as an experiment may be called: lower case, digits, hyphens and underscores."""
+    plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode().lower()
+    return re.sub(r"[^a-z0-9_-]+", "_", plain).strip("_-")[:64] or "study"

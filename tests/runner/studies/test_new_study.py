@@ -1,0 +1,203 @@
+"""`new_study`: whatever it writes passes the check and runs; what it cannot use leaves nothing behind."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+from devices.display import PanelSpec, ReportedMonitor
+from documents import InputError
+from documents.yaml import read_yaml
+from runner.check import CheckOptions, check_file
+from runner.presenter.modes.registry import MODES
+from runner.protocol import read_experiment
+from runner.session import simulate
+from runner.studies import NewStudy, StudyOptions, copy_shipped, new_study, shipped_studies
+from runner.studies.contents import KINDS, Kind, typed
+from tests.runner.studies.drawn_pictures import draw, draw_flat, draw_pairs
+
+ROOT = Path(__file__).parents[3]
+PANEL = PanelSpec(resolution_px=(640, 480), pixel_pitch_mm=0.5)
+NAMES = ("church_dim", "church_bright", "beach_dim", "beach_bright")
+
+
+def _errors(study: NewStudy, *, pictures: bool = True) -> list[str]:
+    report = check_file(study.experiment, CheckOptions(screen="skip", pictures=pictures))
+    return [str(error) for error in report.errors]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("stereo", [False, True], ids=["flat", "stereo"])
+def test_a_new_study_passes_the_check_and_runs(tmp_path: Path, kind: Kind, stereo: bool) -> None:
+    pictures = (draw_pairs if stereo else draw_flat)(tmp_path / "photos", NAMES)
+    study = new_study(tmp_path / "my_study", [pictures], StudyOptions(kind, panel=PANEL))
+    assert study.mode == ("anaglyph-red-cyan" if stereo else "flat")
+    assert study.pictures == 4
+    assert _errors(study) == []
+    done = simulate(study.experiment, study.folder / "simulated.yaml", 1, results=tmp_path / "results")
+    assert len(done.folders) == 1
+    assert (done.folders[0] / "session.jsonl").read_text(encoding="utf-8").count('"nominal"') >= study.trials
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_sizes_and_modes(tmp_path: Path, mode: str) -> None:
+    folder = draw_flat(tmp_path / "photos", ("small",), (16, 16))
+    draw_flat(folder, ("portrait",), (300, 700))
+    draw_flat(folder, ("wide",), (2000, 100))
+    study = new_study(tmp_path / "my_study", [folder], StudyOptions(mode=mode, panel=PANEL))
+    assert _errors(study, pictures=False) == []
+    design = read_experiment(study.experiment)
+    assert design.rig.mode == mode
+    recipe = read_yaml(study.folder / "stimuli.yaml").data
+    assert ["resample" in entry for entry in recipe["stimuli"]] == [True, False, True]
+    assert "small" in {entry["name"] for entry in recipe["stimuli"]}
+
+
+def test_pictures_are_copied_byte_for_byte_under_plain_names(tmp_path: Path) -> None:
+    folder = draw_pairs(tmp_path / "photos", ("Blümchen 1.2", "b"))
+    study = new_study(tmp_path / "Mine & yours", [folder], StudyOptions(panel=PANEL))
+    copies = {file.read_bytes() for file in (study.folder / "pictures").iterdir()}
+    assert copies == {file.read_bytes() for file in folder.iterdir()}
+    assert all(file.name.isascii() and " " not in file.name for file in (study.folder / "pictures").iterdir())
+    assert "Blümchen 1.2_L.jpg" in (study.folder / "stimuli.yaml").read_text(encoding="utf-8")
+    assert read_experiment(study.experiment).spec.name == "mine_yours"
+    moved = study.folder.rename(tmp_path / "moved")
+    assert not check_file(moved / "experiment.yaml", CheckOptions(screen="skip")).errors
+
+
+def test_the_panel_is_asked_of_the_monitor(tmp_path: Path) -> None:
+    folder = draw_flat(tmp_path / "photos", ("a", "b"))
+
+    def panel(name: str, monitor: ReportedMonitor | None) -> tuple[PanelSpec, str]:
+        study = new_study(tmp_path / name, [folder], ask_monitor=lambda: monitor)
+        return read_experiment(study.experiment).rig.display.panel, " ".join(study.notes)
+
+    measured, words = panel("known", ReportedMonitor("DP-1", (2560, 1440), (597, 336), 75.0))
+    assert (measured.resolution_px, measured.refresh_hz) == ((2560, 1440), 75.0)
+    assert measured.pixel_pitch_mm == pytest.approx(0.2333, abs=0.001)
+    assert "DP-1" in words
+    assert "ASSUMED" not in words
+    guessed, words = panel("silent", ReportedMonitor("DP-2", (1280, 1024), (0, 0), None))
+    assert guessed.resolution_px == (1280, 1024)
+    assert "ASSUMED: the pixel pitch" in words
+    _, words = panel("none", None)
+    assert "ASSUMED: no monitor" in words
+
+
+def test_a_measured_display_goes_with_the_study(tmp_path: Path) -> None:
+    folder = draw_pairs(tmp_path / "photos", ("a", "b"))
+    rig = ROOT / "configs/rigs/asus_vg248qe_3dvision.yaml"
+    study = new_study(tmp_path / "by_rig", [folder], StudyOptions(display=rig))
+    design = read_experiment(study.experiment)
+    assert (design.rig.nominal, design.rig.mode, design.rig.glasses) == (None, "side-by-side", "Nvidia 3D Vision")
+    assert design.rig.distance_mm == 700
+    assert (study.folder / "display.yaml").is_file()
+    white = read_yaml(study.folder / "stimuli.yaml").data["white_luminance_cd_m2"]
+    shown = design.rig.models.left.shown_white_XYZ_cd_m2[1]
+    assert 0 <= shown - white < 0.1  # that of the display, not 100
+    assert "not measured" not in " ".join(study.notes)
+    display = ROOT / "configs/displays/asus_vg248qe.yaml"
+    by_display = new_study(tmp_path / "by_display", [folder], StudyOptions(mode="quad-buffered", display=display))
+    assert _errors(by_display, pictures=False) == []
+    with pytest.raises(InputError, match="not measured in the mode 'top-bottom'"):
+        new_study(tmp_path / "wrong", [folder], StudyOptions(mode="top-bottom", display=display))
+
+
+def test_groups_are_folders_or_the_names_before_the_last_underscore(tmp_path: Path) -> None:
+    def factors(name: str, *paths: Path) -> dict[str, tuple[str, str]]:
+        study = new_study(tmp_path / name, paths, StudyOptions("within-groups", panel=PANEL))
+        assert study.trials == 2  # a pair in each of two groups
+        stimuli = read_yaml(study.folder / "stimuli.yaml").data["stimuli"]
+        return {entry["name"]: (entry["factors"]["group"], entry["factors"]["version"]) for entry in stimuli}
+
+    by_name = draw_flat(tmp_path / "flat", NAMES)
+    expected = {name: tuple(name.split("_")) for name in NAMES}
+    assert factors("by_name", by_name) == expected
+    by_folder = draw_flat(tmp_path / "scenes", [name.replace("_", "/") for name in NAMES])
+    assert factors("by_folder", by_folder) == expected
+    assert factors("by_files", *sorted(by_folder.glob("*/*"))) == expected
+    with pytest.raises(InputError, match="one picture only, such as 'lonely'"):
+        factors("alone", by_name, draw(tmp_path / "flat" / "lonely_one.png"))
+
+
+@pytest.mark.parametrize(("count", "kind"), [(27, "all_pairs"), (28, "active_pairs")])
+def test_many_pictures_are_not_all_compared(tmp_path: Path, count: int, kind: str) -> None:
+    folder = draw_flat(tmp_path / "photos", [f"p{number}" for number in range(count)], (16, 16))
+    study = new_study(tmp_path / "my_study", [folder], StudyOptions(panel=PANEL))
+    assert read_experiment(study.experiment).spec.blocks[-1].kind == kind
+    assert _errors(study, pictures=False) == []
+
+
+def test_words_that_yaml_would_read_as_something_else(tmp_path: Path) -> None:
+    folder = draw_flat(tmp_path / "photos", ("1e-3", "no", "0x10", "null", "~t", "1.10", "12"))
+    question = 'Is it "real": 50 % #| or {not}? \n- yes'
+    study = new_study(tmp_path / "- [x]: #y", [folder], StudyOptions(question=question, panel=PANEL))
+    design = read_experiment(study.experiment)
+    assert set(design.stimulus_names) == {"1e-3", "no", "0x10", "null", "t", "1.10", "12"}
+    assert design.spec.question == " ".join(question.split())
+    assert _errors(study, pictures=False) == []
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (StudyOptions(mode="flat"), "shows both eyes the same"),
+        (StudyOptions(mode="anaglyph"), "no stereo mode 'anaglyph'"),
+        (StudyOptions(white_cd_m2=-3), "white of -3"),
+        (StudyOptions(distance_mm=-600), "distance_mm"),
+        (StudyOptions(question="why " * 100), "question"),
+        (StudyOptions(display=Path("none.yaml")), "none.yaml"),
+    ],
+)
+def test_wrong_options_leave_nothing(tmp_path: Path, options: StudyOptions, message: str) -> None:
+    folder = draw_pairs(tmp_path / "photos", ("a", "b"))
+    with pytest.raises(InputError, match=message) as caught:
+        new_study(tmp_path / "my_study", [folder], options)
+    assert ".part" not in str(caught.value)
+    assert [file.name for file in tmp_path.iterdir()] == ["photos"]
+
+
+def test_nothing_is_overwritten(tmp_path: Path) -> None:
+    folder = draw_flat(tmp_path / "photos", ("a", "b"))
+    (tmp_path / "my_study").mkdir()
+    new_study(tmp_path / "my_study", [folder], StudyOptions(panel=PANEL))
+    before = (tmp_path / "my_study" / "experiment.yaml").read_bytes()
+    with pytest.raises(InputError, match="there already"):
+        new_study(tmp_path / "my_study", [folder], StudyOptions("rating", panel=PANEL))
+    assert (tmp_path / "my_study" / "experiment.yaml").read_bytes() == before
+
+
+def test_one_picture_is_rated_or_refused(tmp_path: Path) -> None:
+    picture = draw(tmp_path / "a.png")
+    study = new_study(tmp_path / "rated", [picture], StudyOptions("rating", panel=PANEL))
+    assert _errors(study) == []
+    with pytest.raises(InputError, match="nothing to compare"):
+        new_study(tmp_path / "pairs", [picture], StudyOptions(panel=PANEL))
+
+
+def test_profiles_are_kept(tmp_path: Path) -> None:
+    from PIL import ImageCms
+
+    folder = draw_flat(tmp_path / "photos", ("a", "b"))
+    srgb = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
+    Image.open(folder / "a.png").save(folder / "a.png", icc_profile=srgb)
+    study = new_study(tmp_path / "my_study", [folder], StudyOptions(panel=PANEL))
+    assert "1 picture does not say which colour space" in " ".join(study.notes)
+    assert _errors(study) == []
+
+
+def test_shipped_experiments_are_copied_whole(tmp_path: Path) -> None:
+    for name in shipped_studies():
+        copied = copy_shipped(name, tmp_path / name)
+        report = check_file(copied.experiment, CheckOptions(screen="skip", pictures=False))
+        assert not report.errors
+        assert all(file.is_relative_to(tmp_path / name) for file in copied.files)
+    with pytest.raises(InputError, match="dynamic_range"):
+        copy_shipped("dynamic_rang", tmp_path / "wrong")
+
+
+def test_commands_are_quoted() -> None:
+    assert typed(("cyclopean", "check", "my study/experiment.yaml")).count("my study/") == 1
+    assert "my study/experiment.yaml cyclopean" not in typed(("my study/experiment.yaml", "cyclopean"))
