@@ -9,13 +9,14 @@ BIN = $(VENV)/bin
 WORKERS ?= 3
 ONE_THREAD = OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
-.PHONY: help env gl test-tools demo test check api bench bench-psychopy stress dither-mask test-quad validate-bids clean
+.PHONY: help env gl test-tools demo test check api docs bench bench-psychopy stress dither-mask test-quad validate-bids clean
 
 help:
 	@echo "make demo       build stimuli, run 30 simulated observers, write a report"
 	@echo "make test       run the tests"
 	@echo "make check      floors, lint, format, types"
 	@echo "make api        write docs/api.md from the docstrings"
+	@echo "make docs       the pages of docs/ as a site with search, into site/"
 	@echo "make bench      run time against error, peers beside (writes benchmarks/out)"
 	@echo "make bench-psychopy   trial switch beside PsychoPy, in an environment of its own"
 	@echo "make stress     slow sweeps to the edges"
@@ -58,6 +59,10 @@ check: env
 api: env
 	$(BIN)/python tools/api_page.py
 
+docs: env
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
+	@echo "Open site/index.html"
+
 bench: test-tools
 	@PIP_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[bench]'
 	@for file in $(filter-out benchmarks/curves.py benchmarks/simulated_studies.py,$(wildcard benchmarks/*.py)); do \
@@ -86,4 +91,4 @@ validate-bids: env
 	$(BIN)/bids-validator-deno --max-rows=-1 $(DATASET)
 
 clean:
-	rm -rf $(VENV) .cache .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) site .cache .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

@@ -51,6 +51,13 @@ def check(session: nox.Session) -> None:
 
 
 @nox.session
+def docs(session: nox.Session) -> None:
+    """The pages of docs/ as a site with search, into site/."""
+    _install(session, "[docs]")
+    session.run("python", "-m", "mkdocs", "build", "--strict", env={"NO_MKDOCS_2_WARNING": "1"})
+
+
+@nox.session
 def stress(session: nox.Session) -> None:
     """Slow sweeps to the edges."""
     _install(session, "[dev]")
