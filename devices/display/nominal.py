@@ -120,7 +120,8 @@ class Nominal:
     @property
     def remark(self) -> str:
         """Return the sentence for people and records, without its full stop: what it is, and the next step."""
-        return f"the display is {NOT_MEASURED} ({self.words}); its colours are those of a standard: {NEXT_STEP}"
+        what = f"the display is {NOT_MEASURED} ({self.words})"
+        return f"{what}: its colours are those of a standard. To know them, measure it with cyclopean display measure"
 
     @property
     def black_XYZ_cd_m2(self) -> Floats:

@@ -45,8 +45,8 @@ def compare_tables(measured: Mapping[Eye, GammaTable], loaded: Loaded) -> GammaV
             warnings[f"{what}; colours are right only if it is the one that the display was measured with"] = None
         elif before.unknown == NO_TABLE:
             if not there.table.is_identity:
-                what = f"the gamma table loaded on '{there.monitor}' changes codes: it is {there.table.sentence()}"
-                warnings[f"{what}; the nominal display does not take it into account"] = None
+                what = f"the gamma table loaded on '{there.monitor}' is {there.table.sentence()}"
+                warnings[f"{what}: it changes codes, and a nominal display does not take that into account"] = None
         elif same is None:
             what = f"the gamma table that the display was measured with is not known: {before.unknown}"
             warnings[f"{what}; loaded on '{there.monitor}' is {there.table.sentence()}"] = None

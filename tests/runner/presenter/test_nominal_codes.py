@@ -8,6 +8,7 @@ from typing import get_args
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from PIL import Image
 
 from devices.colour import D65_XY, SRGB_PRIMARIES_XY, rgb_to_xyz_matrix, srgb_decoded
 from devices.display import EYES, Eye, EyeModels, Nominal, NominalKind
@@ -16,6 +17,7 @@ from runner.presenter.modes.registry import MODES, find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces.surface import Surface, open_surface
+from stimuli.build import StimulusSet, build_set
 from stimuli.pictures import StereoImage
 
 # All grey levels, then colours drawn at random, in rows.
@@ -69,12 +71,29 @@ WHOLE = [
 ]
 
 
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StimulusSet]:
+    """Two PNG files of sRGB as a recipe makes stimuli of them: as a pair, and the left one flat."""
+    folder = tmp_path_factory.mktemp("pngs")
+    for name, seed in (("it_L", 1), ("it_R", 2)):
+        Image.fromarray(_codes(seed)).save(folder / f"{name}.png")
+    (folder / "recipe.yaml").write_text(
+        "schema_version: 1\nkind: pictures\ncolour_space: srgb\nwhite_luminance_cd_m2: 100\nstimuli:\n"
+        "  - {name: pair, left: it_L.png, right: it_R.png}\n  - {name: one, file: it_L.png}\n"
+    )
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("CYCLOPEAN_CACHE", str(folder / "cache"))
+        yield build_set(folder / "recipe.yaml", 0.3)
+
+
 @pytest.mark.parametrize("mode", WHOLE)
-def test_every_grey_and_ten_thousand_colours_come_back_exactly(mode: str, two_windows: Surface) -> None:
+def test_every_grey_and_ten_thousand_colours_of_a_PNG_come_back_exactly(
+    mode: str, two_windows: Surface, built: StimulusSet
+) -> None:
     model = Nominal.of("srgb", 100.0).model()
     codes = {"left": _codes(1), "right": _codes(1) if mode == "flat" else _codes(2)}
-    pictures = {eye: _xyz(its, 100.0) for eye, its in codes.items()}
-    image = StereoImage.flat(pictures["left"]) if mode == "flat" else StereoImage(pictures["left"], pictures["right"])
+    image = built.load("one" if mode == "flat" else "pair")
+    pictures = {"left": image.left, "right": image.right}
     seen = 0
     for eye, shown, mine in _shown(two_windows, mode, EyeModels(model, model), image, SIZE_PX):
         assert np.array_equal(shown[mine], codes[eye][mine])
