@@ -9,10 +9,6 @@ from typing import Any
 
 from devices.display import (
     CYCLES_PER_DEGREE,
-    NEXT_STEP,
-    NOT_MEASURED,
-    Nominal,
-    Rig,
     pixels_per_degree,
     read_rig,
     visual_angle_deg,
@@ -23,13 +19,13 @@ from documents.yaml import YamlSource, read_yaml
 from runner.blocks.block import Block
 from runner.blocks.message import CONTINUE_KEYS
 from runner.blocks.screening.block import ScreeningSpec
+from runner.check.display_facts import check_display_facts
 from runner.check.machine import check_results, check_screen
 from runner.check.pictures import check_pictures
 from runner.check.report import CheckOptions, CheckReport
 from runner.check.screens import check_screens
 from runner.presenter.surfaces.screens import primary_monitor
 from runner.protocol.experiment import Experiment, ExperimentSpec, read_experiment
-from runner.session.timing_record import NOT_VERIFIED
 from stimuli.recipes import read_recipe, unreadable
 
 # ITU-R BT.500: a session should last up to half an hour.
@@ -37,7 +33,6 @@ LONG_MINUTES = 30.0
 # One field of view: what the colorimetry of 2 and 10 degree observers is about.
 WIDEST_DEG = 10.0
 NARROWEST_DEG = 0.2
-SETTINGS_REMEDY = "set the monitor as it was measured, or measure it as it is used"
 
 
 def check_experiment(report: CheckReport, options: CheckOptions) -> None:
@@ -61,9 +56,7 @@ def check_experiment(report: CheckReport, options: CheckOptions) -> None:
     )
     check_blocks(report, design, source)
     check_screens(report, design, source)
-    check_nominal(report, design.rig.nominal)
-    check_onsets(report, design.rig)
-    check_settings(report, design.rig)
+    check_display_facts(report, design.rig)
     check_geometry(report, design, source)
     report.errors.extend(missing_pictures(design.recipe_file))
     if not report.errors and options.pictures:
@@ -186,34 +179,3 @@ def check_geometry(report: CheckReport, design: Experiment, source: YamlSource) 
         further_mm = distance_mm * 2 * CYCLES_PER_DEGREE / density
         remedy = f"they could not be from {further_mm / 10:.0f} cm, or with finer pixels"
         report.warnings.append(source.finding(("rig",), what, remedy))
-
-
-def check_nominal(report: CheckReport, nominal: Nominal | None) -> None:
-    """Report that a display is nominal, and warn of it: every colour depends on it."""
-    if nominal is None:
-        return
-    report.facts["display"] = f"{NOT_MEASURED}: {nominal.words}"
-    what = f"the display is {NOT_MEASURED}: its colours are those of a standard, not of this display"
-    report.warnings.append(Finding(what, str(report.file), remedy=NEXT_STEP))
-
-
-def check_onsets(report: CheckReport, rig: Rig) -> None:
-    """Report whether onsets were verified with a photodiode, and where that record differs from the rig."""
-    verification = rig.photodiode_verification
-    if verification is None:
-        report.facts["onsets"] = NOT_VERIFIED
-        return
-    differs = verification.mismatches(mode=rig.mode, refresh_hz=rig.display.panel.refresh_hz)
-    report.facts["onsets"] = NOT_VERIFIED if differs else verification.sentence()
-    if differs:
-        what = f"{Path(verification.file).name} does not hold for this rig: {'; '.join(differs)}"
-        report.warnings.append(Finding(what, rig.file, remedy="measure again, or leave it out"))
-
-
-def check_settings(report: CheckReport, rig: Rig) -> None:
-    """Report the monitor's settings, and where they differ from those measured with, or change the light."""
-    if rig.monitor_settings:
-        report.facts["monitor_settings"] = rig.monitor_settings.words
-    elif rig.measured_settings:
-        report.facts["monitor_settings"] = f"measured with {rig.measured_settings.words}; the rig does not state them"
-    report.warnings.extend([Finding(words, rig.file, remedy=SETTINGS_REMEDY) for words in rig.settings_doubts])

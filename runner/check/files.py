@@ -14,12 +14,9 @@ from devices.display import EYES, Display, DisplayModel, pixels_per_degree, read
 from documents import Finding, InputError
 from documents.text import did_you_mean
 from documents.yaml import KIND_BY_KEY, read_yaml
+from runner.check.display_facts import SETTINGS_REMEDY, check_display_facts, check_nominal
 from runner.check.experiment import (
-    SETTINGS_REMEDY,
     check_experiment,
-    check_nominal,
-    check_onsets,
-    check_settings,
     missing_pictures,
 )
 from runner.check.machine import check_screen
@@ -87,9 +84,7 @@ def check_rig(report: CheckReport, options: CheckOptions) -> None:
     density = pixels_per_degree(rig.display.panel.pixel_pitch_mm, rig.distance_mm)
     facts = {"kind": "rig", "mode": rig.mode, "observer": rig.observer, "pixels_per_degree": round(density, 2)}
     report.facts.update(facts)
-    check_nominal(report, rig.nominal)
-    check_onsets(report, rig)
-    check_settings(report, rig)
+    check_display_facts(report, rig)
     check_screen(report, rig, options)
 
 

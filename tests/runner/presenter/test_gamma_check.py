@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from devices.display import EYES, Eye, GammaTable
+from devices.display import EYES, NO_TABLE, Eye, GammaTable
 from runner.presenter.gamma_check import GammaWatch, compare_tables, table_of_record, tables_json
 from runner.presenter.surfaces.gamma_tables import LoadedTable
 
@@ -31,6 +31,15 @@ def measured(table: GammaTable, right: GammaTable | None = None) -> dict[Eye, Ga
 def test_the_same_table_is_let_pass_without_a_word(before: GammaTable, now: GammaTable) -> None:
     verdict = compare_tables(measured(before), on(now))
     assert (verdict.refusal, verdict.warning) == ("", "")
+
+
+@pytest.mark.parametrize("now", [power(1), power(1, 1024), power(1.2)])
+def test_a_nominal_display_was_measured_with_no_table(now: GammaTable) -> None:
+    """The identity is what it is taken for; another table changes codes, and the session may go on."""
+    never = GammaTable.unreadable(NO_TABLE)
+    verdict = compare_tables(measured(never), on(now))
+    assert not verdict.refusal
+    assert ("it changes codes" in verdict.warning) == (not now.is_identity)
 
 
 @pytest.mark.parametrize(
