@@ -216,6 +216,7 @@ class Person:
         self.screen = screen
         self.study = study
         self.process: subprocess.Popen[str] | None = None
+        self.before = ""  # Python to run in the session's process before it
         self._pointer_px = (0, 0)
 
     def sit_down(self, *more: str) -> None:
@@ -238,7 +239,7 @@ class Person:
         return [str(self.study.experiment), "--observer", "07", "--results", str(self.study.results)]
 
     def _start(self, *more: str) -> None:
-        code = "from runner.cli.main import main; main()"
+        code = f"{self.before}\nfrom runner.cli.main import main; main()"
         environment = {**os.environ, "DISPLAY": self.screen}
         environment.pop("WAYLAND_DISPLAY", None)
         self.process = subprocess.Popen(

@@ -56,7 +56,7 @@ class NominalSpec(Strict):
         refuse_black(self.white_cd_m2, self.black_cd_m2)
         return self
 
-    def with_panel(self, ask_monitor: AskMonitor | None) -> tuple[PanelSpec, str]:
+    def with_panel(self, ask_monitor: AskMonitor | None, monitors: tuple[str, ...] = ()) -> tuple[PanelSpec, str]:
         """Return the panel and, where ``ask_monitor`` returned it, whose it is.
 
         Raises
@@ -66,7 +66,7 @@ class NominalSpec(Strict):
         """
         if self.panel is not None:
             return self.panel, ""
-        monitor = ask_monitor() if ask_monitor else None
+        monitor = ask_monitor(monitors) if ask_monitor else None
         if monitor is None:
             what = "the panel is not stated, and there is no monitor here that could be asked for it"
             remedy = f"write it beside 'nominal': {PANEL_EXAMPLE}, the pitch being the picture's width in mm divided "

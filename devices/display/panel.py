@@ -84,8 +84,9 @@ class ReportedMonitor:
         return f"the monitor '{visible(self.name)}', {self.size_mm[0]} x {self.size_mm[1]} mm"
 
 
-# Returns the monitor that pictures are shown on, or its panel where that is known; None if there is no monitor.
-AskMonitor = Callable[[], ReportedMonitor | PanelSpec | None]
+# Given the monitors that the rig names, none if it names none: returns the one that pictures are shown on, or its panel
+# where that is known; None if there is no monitor.
+AskMonitor = Callable[[tuple[str, ...]], ReportedMonitor | PanelSpec | None]
 
 
 def panel_of_monitor(monitor: ReportedMonitor) -> PanelSpec:

@@ -27,6 +27,7 @@ from documents.files import beside, looked_for
 from documents.yaml import Strict
 
 Read = TypeVar("Read")
+MonitorName = Annotated[int, Field(ge=1)] | Annotated[str, Field(min_length=1)]
 
 
 class PerEyeAmbientSpec(Strict):
@@ -59,6 +60,13 @@ class RigSpec(Strict):
     gamma_table: Literal["identity"] | None = None
     monitor_settings: MonitorSettings | None = None
     ambient_XYZ_cd_m2: AmbientSpec | PerEyeAmbientSpec | None = None
+    monitor: MonitorName | Annotated[list[MonitorName], Field(min_length=2, max_length=2)] | None = None
+
+    @property
+    def monitors(self) -> tuple[str, ...]:
+        """The monitors by name or number: none, one, or the left eye's and the right eye's."""
+        named = self.monitor if isinstance(self.monitor, list) else [self.monitor]
+        return tuple(str(name) for name in named if name is not None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +80,8 @@ class Rig:
     dithered, and whether the eyes share the mask; ``photodiode_verification`` is the record of onsets checked with a
     photodiode, or None. ``observer`` is the colorimetric observer of all XYZ: of the display's and of the stimuli's.
     ``gamma_table`` is ``identity`` if that is to be loaded while a window shows something. ``monitor_settings`` are
-    those that the monitor is used with, or None where the rig does not state them.
+    those that the monitor is used with, or None where the rig does not state them. ``monitors`` are those that windows
+    open on, by name or number: none, one, or the left eye's and the right eye's.
     """
 
     file: str
@@ -90,6 +99,7 @@ class Rig:
     observer: str = DEFAULT_OBSERVER
     gamma_table: Literal["identity"] | None = None
     monitor_settings: MonitorSettings | None = None
+    monitors: tuple[str, ...] = ()
 
     @property
     def measured_settings(self) -> MonitorSettings | None:
@@ -149,6 +159,7 @@ def read_rig(
     *,
     allow_uncharacterised: bool = False,
     ask_monitor: AskMonitor | None = None,
+    monitors: tuple[str, ...] = (),
 ) -> Rig:
     """Read the rig file at ``path``, with ``mode`` in place of the file's own if given.
 
@@ -164,7 +175,9 @@ def read_rig(
     allow_uncharacterised
         Whether a mode that was not characterised may use the first mode's measurements.
     ask_monitor
-        Called for the monitor where a nominal display's panel is not stated. None: such a rig is refused.
+        Called with ``monitors`` for the one where a nominal display's panel is not stated. None: such a rig is refused.
+    monitors
+        Monitors in place of the file's own, by name or number.
 
     Returns
     -------
@@ -205,7 +218,7 @@ def read_rig(
     display: Display | None
     if isinstance(spec.display, NominalSpec):
         try:
-            display = _nominal_display(str(path), spec.display, ask_monitor)
+            display = _nominal_display(str(path), spec.display, ask_monitor, monitors or spec.monitors)
         except DeviceError as error:
             raise located(error, "display") from None
     else:
@@ -255,9 +268,12 @@ def read_rig(
         str(spec.observer),
         spec.gamma_table,
         spec.monitor_settings,
+        monitors or spec.monitors,
     )
 
 
-def _nominal_display(file: str, spec: NominalSpec, ask_monitor: AskMonitor | None) -> Display:
-    panel, panel_from = spec.with_panel(ask_monitor)
+def _nominal_display(
+    file: str, spec: NominalSpec, ask_monitor: AskMonitor | None, monitors: tuple[str, ...]
+) -> Display:
+    panel, panel_from = spec.with_panel(ask_monitor, monitors)
     return Display.of_nominal(file, panel, Nominal.of(spec.nominal, spec.white_cd_m2, spec.black_cd_m2, panel_from))

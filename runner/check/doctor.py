@@ -56,15 +56,23 @@ class SurfaceReport:
 
 @dataclass(frozen=True, slots=True)
 class MonitorReport:
-    """A monitor: its name, and in phrases its pixels and rate, the gamma table that is loaded on it, and its size.
+    """A monitor: what `--monitor` and a rig's ``monitor`` name it by, what it reports, and the gamma table on it.
 
-    ``size`` says whether the panel of a nominal display can be taken from what the monitor reports.
+    ``size_mm`` is None where the monitor does not report its size, ``refresh_hz`` where it does not report its rate;
+    ``line`` is all of it but the gamma table in a line. ``size`` says whether the panel of a nominal display can be
+    taken from what it reports.
     """
 
+    number: int
     name: str
-    mode: str
+    resolution_px: tuple[int, int]
+    size_mm: tuple[int, int] | None
+    refresh_hz: float | None
+    position_px: tuple[int, int]
+    primary: bool
     gamma_table: str
     size: str
+    line: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,17 +127,21 @@ def examine_machine() -> MachineReport:
     )
 
 
-def examine_timing(seconds: float, progress: Callable[[float], None], rig: Rig | None = None) -> TimingReport:
+def examine_timing(
+    seconds: float, progress: Callable[[float], None], rig: Rig | None = None, monitors: tuple[str, ...] = ()
+) -> TimingReport:
     """Open a window, swap its frames for ``seconds``, and return the intervals with what they mean.
 
-    With ``rig``, the report also says whether the rig's record of a photodiode's verification holds here.
+    With ``rig``, the report also says whether the rig's record of a photodiode's verification holds here. The window is
+    on the monitor that ``monitors`` or the rig names by name or number, else on the primary one.
 
     Raises
     ------
     InputError
-        If there is no screen.
+        If there is no screen, or no such monitor.
     """
-    with open_surface("window", _SIZE_PX, windowed=True) as surface:
+    chosen = (monitors or (rig.monitors if rig else ()))[:1]
+    with open_surface("window", _SIZE_PX, windowed=True, monitors=chosen) as surface:
         facts = surface.facts
 
         def frame() -> None:
@@ -164,7 +176,19 @@ def _monitors() -> tuple[MonitorReport, ...]:
     except PresentationError:
         return ()  # without a display server there are none
     return tuple(
-        MonitorReport(monitor.name, str(monitor), monitor.gamma_table.sentence(), _size(monitor)) for monitor in there
+        MonitorReport(
+            each.number,
+            each.name,
+            each.size_px,
+            each.size_mm if all(each.size_mm) else None,
+            each.refresh_hz,
+            each.position_px,
+            each.number == 1,
+            each.gamma_table.sentence(),
+            _size(each),
+            each.line,
+        )
+        for each in there
     )
 
 

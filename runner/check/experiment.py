@@ -38,7 +38,12 @@ NARROWEST_DEG = 0.2
 def check_experiment(report: CheckReport, options: CheckOptions) -> None:
     """Check an experiment file: the files it names, its blocks and pictures, the screen and the results folder."""
     try:
-        design = read_experiment(report.file, options.mode, allow_uncharacterised=options.allow_uncharacterised)
+        design = read_experiment(
+            report.file,
+            options.mode,
+            allow_uncharacterised=options.allow_uncharacterised,
+            monitors=options.monitors,
+        )
     except InputError as error:
         named = faults_of_named_files(report.file, options)
         more = [finding for finding in named if finding not in error.findings]

@@ -80,6 +80,7 @@ def check_rig(report: CheckReport, options: CheckOptions) -> None:
         options.mode,
         allow_uncharacterised=options.allow_uncharacterised,
         ask_monitor=primary_monitor,
+        monitors=options.monitors,
     )
     density = pixels_per_degree(rig.display.panel.pixel_pitch_mm, rig.distance_mm)
     facts = {"kind": "rig", "mode": rig.mode, "observer": rig.observer, "pixels_per_degree": round(density, 2)}

@@ -10,12 +10,19 @@ from analysis.errors import ResultsError
 from devices.display import EYES, GammaTable, Rig
 from documents import Finding, InputError
 from runner.check.report import CheckOptions, CheckReport
-from runner.presenter.errors import GraphicsError
+from runner.presenter.errors import GraphicsError, PresentationError
 from runner.presenter.gamma_check import REMEDY, compare_tables
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.surfaces.gamma_tables import LoadedTable
-from runner.presenter.surfaces.screens import Monitor, compositor, has_display, monitors
+from runner.presenter.surfaces.screens import (
+    Monitor,
+    compositor,
+    has_display,
+    monitors,
+    place_two_windows,
+    place_window,
+)
 from runner.presenter.surfaces.surface import SurfaceFacts, open_surface
 from runner.session.folders import is_running, unfinished
 
@@ -46,6 +53,7 @@ def check_screen(report: CheckReport, rig: Rig, options: CheckOptions) -> None:
             windowed=True,
             windows=mode.windows,
             bits=rig.output_bits,
+            monitors=rig.monitors[:1],
         ) as surface:
             facts = surface.facts
             reason = mode.unavailable(panel.resolution_px, stereo=surface.stereo, windows=surface.windows)
@@ -65,24 +73,21 @@ def check_screen(report: CheckReport, rig: Rig, options: CheckOptions) -> None:
     problems = (
         [] if reason is None else [(f"the mode '{rig.mode}' cannot be shown here: {reason}", "see cyclopean doctor")]
     )
-    problems += _monitor_faults(there, rig) + _surface_faults(facts, rig)
+    filled, misplaced = _place(there, rig, mode.windows)
+    problems += misplaced + _surface_faults(facts, rig)
     faults += [Finding(message, rig.file, remedy=remedy) for message, remedy in problems]
     restored = [Finding(remark, rig.file) for remark in facts.remarks if "gamma table" in remark]
     report.warnings.extend(restored)
-    check_gamma_table(report, rig, there, windows=mode.windows, accept=options.accept_gamma_table)
+    if filled:
+        check_gamma_table(report, rig, filled, accept=options.accept_gamma_table)
 
 
-def check_gamma_table(report: CheckReport, rig: Rig, there: tuple[Monitor, ...], *, windows: int, accept: bool) -> None:
-    """Compare the gamma table of the monitor that has the panel's resolution with the one that was measured with.
+def check_gamma_table(report: CheckReport, rig: Rig, filled: tuple[Monitor, ...], *, accept: bool) -> None:
+    """Compare the gamma tables of the monitors that a session fills with those that the display was measured with.
 
     Where the rig sets the identity, that is compared. An error if it is another, unless to ``accept``.
     """
-    fitting = [monitor for monitor in there if monitor.size_px == tuple(rig.display.panel.resolution_px)]
-    if len(fitting) < windows:
-        return
-    if windows > 1:
-        fitting.sort(key=lambda monitor: monitor.position_px)
-    loaded = {eye: _loaded(fitting[min(number, windows - 1)], rig) for number, eye in enumerate(EYES)}
+    loaded = {eye: _loaded(filled[min(number, len(filled) - 1)], rig) for number, eye in enumerate(EYES)}
     verdict = compare_tables(rig.measured_gamma_tables, loaded)
     if verdict.refusal:
         (report.warnings if accept else report.errors).append(Finding(verdict.refusal, rig.file, remedy=REMEDY))
@@ -98,19 +103,25 @@ def _loaded(monitor: Monitor, rig: Rig) -> LoadedTable:
     return LoadedTable(monitor.name, table)
 
 
-def _monitor_faults(there: tuple[Monitor, ...], rig: Rig) -> list[tuple[str, str]]:
+def _place(there: tuple[Monitor, ...], rig: Rig, windows: int) -> tuple[tuple[Monitor, ...], list[tuple[str, str]]]:
+    """Return the monitors that a session would fill, and what is wrong with where its window would be."""
     panel = rig.display.panel
-    fitting = [monitor for monitor in there if monitor.size_px == tuple(panel.resolution_px)]
-    if not fitting:
-        width, height = panel.resolution_px
-        listed = " and ".join(map(str, there)) or "none"
-        what = f"no screen here has the panel's {width} x {height} px (there: {listed})"
-        return [(what, "set the screen to it, without scaling")]
-    rates = [monitor.refresh_hz for monitor in fitting]
+    place = place_two_windows if windows > 1 else place_window
+    try:
+        placement = place(panel.resolution_px, there, rig.monitors)
+    except PresentationError as error:
+        remedy = "set the screen to the panel's resolution, without scaling"
+        return (), [(finding.message, finding.remedy or remedy) for finding in error.findings]
+    if placement.remark:
+        what, remedy = placement.remark.partition(";")[0], "set the screen to it, without scaling"
+        if placement.too_large:
+            what, remedy = f"{what}: a session is refused here", f"{remedy}; `run --wrong-screen` goes on all the same"
+        return (), [(what, remedy)]
+    rates = [monitor.refresh_hz for monitor in placement.monitors]
     if any(rate is None or abs(rate - panel.refresh_hz) <= 0.01 * panel.refresh_hz + 0.5 for rate in rates):
-        return []
+        return placement.monitors, []
     what = f"the screen refreshes at {rates[0]:g} Hz, the panel of the rig at {panel.refresh_hz:g} Hz"
-    return [(what, "set the screen's rate, or correct refresh_hz in the display file")]
+    return placement.monitors, [(what, "set the screen's rate, or correct refresh_hz in the display file")]
 
 
 def _surface_faults(facts: SurfaceFacts, rig: Rig) -> list[tuple[str, str]]:

@@ -22,6 +22,7 @@ class CheckOptions:
 
     A gamma table that is not the measured one is an error, unless ``accept_gamma_table``: then a warning.
     ``mode`` is shown instead of the rig's, and ``allow_uncharacterised`` lets it use another mode's measurements.
+    ``monitors`` are those for the window, by name or number, in place of the rig's.
     A stimulus of which more than ``clip_limit_percent`` of an eye's pixels are clipped gets a warning.
     """
 
@@ -33,6 +34,7 @@ class CheckOptions:
     mode: str | None = None
     allow_uncharacterised: bool = False
     progress: Callable[[str, int, int], None] = lambda what, done, of: None
+    monitors: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from runner.cli.monitor_option import monitor_option
+
 if TYPE_CHECKING:
     from runner.check.report import CheckReport
 
@@ -77,6 +79,7 @@ _APART = (
     is_flag=True,
     help="Use another mode's characterisation if this mode has none.",
 )
+@monitor_option
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     files: tuple[Path, ...],
@@ -87,6 +90,7 @@ def command(
     accept_gamma_table: bool,
     mode: str | None,
     allow_uncharacterised: bool,
+    monitors: tuple[str, ...],
     as_json: bool,
 ) -> None:
     """Check an experiment file and everything it names.
@@ -105,7 +109,15 @@ def command(
     for file in files:
         with progress_bar(quiet=as_json or not sys.stderr.isatty()) as step:
             options = CheckOptions(
-                results, looking[screen], not no_pictures, limit, accept_gamma_table, mode, allow_uncharacterised, step
+                results,
+                looking[screen],
+                not no_pictures,
+                limit,
+                accept_gamma_table,
+                mode,
+                allow_uncharacterised,
+                step,
+                monitors,
             )
             all_checked.append(check_file(file, options))
         if not as_json:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from runner.cli.monitor_option import monitor_option
+
 if TYPE_CHECKING:
     from runner.check.doctor import MachineReport
 
@@ -24,17 +26,21 @@ if TYPE_CHECKING:
     type=click.Path(path_type=Path),
     help="Rig whose photodiode record is compared with this machine, with --timing.",
 )
+@monitor_option
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
-def command(timing: bool, seconds: float, rig_file: Path | None, as_json: bool) -> None:
+def command(timing: bool, seconds: float, rig_file: Path | None, monitors: tuple[str, ...], as_json: bool) -> None:
     """Report what this machine can do.
 
     Opens each kind of surface, tries each stereo mode and codes of 10 bits on it, and gives the reason if one cannot
-    be shown. Prints each monitor's gamma table, and what else the system tells of what may change codes on their way to
-    the panel; '!' marks what may change them. With --timing it measures the intervals between frames instead.
+    be shown. Lists the monitors with the number and name by which --monitor and a rig file choose them, and their gamma
+    tables, and what else the system tells of what may change codes on their way to the panel; '!' marks what may change
+    them. With --timing it measures the intervals between frames instead.
     """
     if timing:
-        _timing(seconds, rig_file, as_json)
+        _timing(seconds, rig_file, monitors, as_json)
         return
+    if monitors:
+        raise click.UsageError("--monitor needs --timing: without it, all monitors are listed.")
     if rig_file is not None:
         raise click.UsageError("--rig needs --timing. To check a rig file, type: cyclopean check RIG")
     from runner.check.doctor import examine_machine
@@ -52,9 +58,10 @@ def _print(report: MachineReport) -> None:
         click.echo(f"  {name}: {package.problem or 'from ' + package.folder}")
     for name, version in report.software.items():
         click.echo(f"  {name} {version}")
+    click.echo("\nMonitors, by number and name" if report.monitors else "\nNo monitor")
     for monitor in report.monitors:
-        click.echo(f"\nMonitor '{monitor.name}'\n  {monitor.mode}\n  gamma table: {monitor.gamma_table}")
-        click.echo(f"  size: {monitor.size}")
+        click.echo(f"  {monitor.line}\n    gamma table: {monitor.gamma_table}")
+        click.echo(f"    size: {monitor.size}")
     click.echo("\nFrom the framebuffer to the panel, as far as the system tells")
     for fact in report.signal_path:
         click.echo(f"  {'! ' if fact.doubt else ''}{fact.title}: {fact.words}")
@@ -73,7 +80,7 @@ def _print(report: MachineReport) -> None:
         click.echo(f"  codes of 10 bits: {'yes' if ten_bits.given else f'no, {ten_bits.problem}'}")
 
 
-def _timing(seconds: float, rig_file: Path | None, as_json: bool) -> None:
+def _timing(seconds: float, rig_file: Path | None, monitors: tuple[str, ...], as_json: bool) -> None:
     from devices.display import read_rig
     from runner.check.doctor import examine_timing
     from runner.cli.progress import progress_bar
@@ -81,7 +88,9 @@ def _timing(seconds: float, rig_file: Path | None, as_json: bool) -> None:
 
     rig = read_rig(rig_file, ask_monitor=primary_monitor) if rig_file else None
     with progress_bar(quiet=as_json) as step:
-        report = examine_timing(seconds, lambda done_s: step("Swapping frames", round(done_s), round(seconds)), rig)
+        report = examine_timing(
+            seconds, lambda done_s: step("Swapping frames", round(done_s), round(seconds)), rig, monitors
+        )
     if as_json:
         click.echo(json.dumps(asdict(report), indent=2))
         return

@@ -18,6 +18,8 @@ from documents.text import counted
 @click.option(
     "--backend", type=click.Choice(["egl", "null", "window"]), default="egl", show_default=True, help="Where to draw."
 )
+@click.option("--sheet", is_flag=True, help="Write all screens on pages of small pictures instead, each screen once.")
+@click.option("--first", type=click.IntRange(1), metavar="N", help="Show the first N trials only.")
 @click.option("--clipping", is_flag=True, help="Also write each screen with the pixels outside the gamut marked.")
 @click.option(
     "--allow-uncharacterised",
@@ -31,14 +33,17 @@ def command(
     observer: str,
     mode: str | None,
     backend: str,
+    sheet: bool,
+    first: int | None,
     clipping: bool,
     allow_uncharacterised: bool,
     as_json: bool,
 ) -> None:
     """Write what each eye sees in every trial, as PNG.
 
-    The files hold the exact device codes of each eye's area, named by block, screen and eye. With --clipping, red marks
-    pixels that ask a channel for more light than it has, blue those that ask for less than none, magenta both.
+    The files hold the exact device codes of each eye's area, named by block, screen and eye. For a first look, --sheet
+    puts all screens on pages of small pictures instead. With --clipping, red marks pixels that ask a channel for more
+    light than it has, blue those that ask for less than none, magenta both.
     """
     from runner.cli.progress import progress_bar
     from runner.reports.screens import preview
@@ -52,6 +57,8 @@ def command(
             allow_uncharacterised=allow_uncharacterised,
             backend=backend,
             clipping=clipping,
+            sheet=sheet,
+            first=first,
             progress=step,
             notify=lambda line: click.echo(line, err=True),
         )

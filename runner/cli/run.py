@@ -20,6 +20,7 @@ import click
 
 from documents.platform import obeys_sequences, reads_terminal, wait_for_input
 from documents.text import counted, visible
+from runner.cli.monitor_option import monitor_option
 
 if TYPE_CHECKING:
     from runner.session.options import Backend
@@ -50,6 +51,12 @@ if TYPE_CHECKING:
 )
 @click.option("--mode", help="Stereo mode to use instead of the rig's.")
 @click.option("--windowed", is_flag=True, help="Use a window instead of the full screen.")
+@monitor_option
+@click.option(
+    "--wrong-screen",
+    is_flag=True,
+    help="Go on although the rig's panel is larger than the screen and a part is not seen; every record states it.",
+)
 @click.option(
     "--simulate",
     type=click.Path(path_type=Path),
@@ -86,6 +93,8 @@ def command(
     results: Path,
     mode: str | None,
     windowed: bool,
+    monitors: tuple[str, ...],
+    wrong_screen: bool,
     simulate: Path | None,
     replay: Path | None,
     backend: Backend | None,
@@ -145,6 +154,8 @@ def command(
             allow_uncharacterised=allow_uncharacterised,
             backend=backend,
             windowed=windowed,
+            monitors=monitors,
+            wrong_screen=wrong_screen,
             simulate=simulate,
             replay=replay,
             progress=step,

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
+from runner.cli.monitor_option import monitor_option
+
 if TYPE_CHECKING:
     from runner.presenter.show import ShownPicture
     from stimuli.pictures import ColourSpace, Packing
@@ -29,6 +31,7 @@ _BITS: Mapping[str, Literal[8, 10]] = MappingProxyType({"8": 8, "10": 10})
     "--backend", type=click.Choice(["egl", "null"]), default="egl", show_default=True, help="Where to draw if headless."
 )
 @click.option("--windowed", is_flag=True, help="Use a window instead of the full screen.")
+@monitor_option
 @click.option(
     "--colour-space",
     type=click.Choice(["srgb", "display-p3", "adobe-rgb", "rec2020", "icc", "xyz", "rec709"]),
@@ -75,6 +78,7 @@ def command(
     headless: bool,
     backend: Literal["egl", "null"],
     windowed: bool,
+    monitors: tuple[str, ...],
     colour_space: ColourSpace | None,
     white_luminance: float | None,
     right: str | None,
@@ -109,6 +113,7 @@ def command(
         screenshot=screenshot,
         backend=backend if headless else "window",
         windowed=windowed,
+        monitors=monitors,
         colour_space=colour_space,
         white_luminance_cd_m2=white_luminance,
         right=right,

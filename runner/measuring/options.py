@@ -18,6 +18,7 @@ class ShowOptions:
 
     ``seed`` shuffles their order, black and white come again after ``repeat_every`` of them (0: never), and each stands
     for ``settle_s`` before it is read. ``backend`` is ``window``, ``egl`` or ``null``; the last two have no keys.
+    ``monitors`` are those for the window, by name or number, in place of the rig's.
     """
 
     eye: PatchEye = "both"
@@ -26,6 +27,7 @@ class ShowOptions:
     settle_s: float = 1.0
     backend: str = "window"
     windowed: bool = False
+    monitors: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -166,6 +166,7 @@ def open_screen(
                 windows=mode.windows,
                 bits=panel.code_bits,
                 identity=target.identity,
+                monitors=show.monitors or target.monitors,
             )
         )
         if asked is None:

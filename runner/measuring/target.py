@@ -65,6 +65,7 @@ class Target:
     gamma_tables: Mapping[Eye, GammaTable] = field(default_factory=dict)
     identity: bool = False
     monitor_settings: MonitorSettings | None = None
+    monitors: tuple[str, ...] = ()
 
     @property
     def simulated(self) -> SimulatedDisplay | None:
@@ -143,6 +144,7 @@ def read_target(path: Path, mode: str | None = None) -> Target:
     options: dict[str, Any] = {}
     identity = False
     settings: MonitorSettings | None = None
+    monitors: tuple[str, ...] = ()
     display_file = path
     data = read_yaml(path).data
     if isinstance(data, dict) and "display" in data and "panel" not in data:
@@ -157,7 +159,7 @@ def read_target(path: Path, mode: str | None = None) -> Target:
             raise MeasuringError(source.finding(("display",), what, looked_for(display_file)))
         identity = rig.gamma_table == "identity"
         mode = mode or rig.mode
-        settings = rig.monitor_settings
+        settings, monitors = rig.monitor_settings, rig.monitors
     if mode is None:
         raise MeasuringError(
             Finding("a display file does not say in which stereo mode", str(path), remedy="add --mode")
@@ -169,7 +171,15 @@ def read_target(path: Path, mode: str | None = None) -> Target:
     display = read_display(display_file) if any((spec.model_extra or {})[key] for key in known) else None
     if display is None or (mode not in display.modes and not display.nominal_in(mode)):
         return Target(
-            path, display_file, spec.panel, stereo_mode, None, options, identity=identity, monitor_settings=settings
+            path,
+            display_file,
+            spec.panel,
+            stereo_mode,
+            None,
+            options,
+            identity=identity,
+            monitor_settings=settings,
+            monitors=monitors,
         )
     return Target(
         path,
@@ -184,6 +194,7 @@ def read_target(path: Path, mode: str | None = None) -> Target:
         {eye: display.gamma_table(mode, eye) for eye in EYES},
         identity,
         settings,
+        monitors,
     )
 
 
@@ -202,6 +213,7 @@ def _nominal_target(path: Path, rig: RigSpec, mode: str, options: dict[str, Any]
         gamma_tables=read.measured_gamma_tables,
         identity=rig.gamma_table == "identity",
         monitor_settings=rig.monitor_settings,
+        monitors=rig.monitors,
     )
 
 

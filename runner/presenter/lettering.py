@@ -101,7 +101,7 @@ class _Lines(NamedTuple):
 
 def _set(words: str, height_px: int, width_px: int) -> _Lines | None:
     """Return ``words`` in lines, and the size (width, height) of all of them."""
-    font = _font(height_px)
+    font = type_face(height_px)
     lines = break_lines(words, width_px, font.getlength)
     if not any(lines):
         return None
@@ -113,7 +113,7 @@ def _set(words: str, height_px: int, width_px: int) -> _Lines | None:
 
 
 @lru_cache(maxsize=16)
-def _font(height_px: int) -> ImageFont.FreeTypeFont:
+def type_face(height_px: int) -> ImageFont.FreeTypeFont:
     """DejaVu Sans as matplotlib carries it: it has Greek, Cyrillic, accents and arrows; Pillow's own has not even é."""
     spec = find_spec("matplotlib")  # located, not imported
     folders = spec.submodule_search_locations if spec else None

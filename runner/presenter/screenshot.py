@@ -20,6 +20,9 @@ from documents import Finding
 from runner.presenter.errors import PresentationError
 from runner.presenter.surfaces.gl_calls import Codes
 
+# Of zlib's 1 to 9: files of screens are 5 % larger than at its usual 6, and take half the time.
+_COMPRESSION = 2
+
 
 def screenshot_files(captured: Mapping[str, Codes], path: Path) -> dict[str, Path]:
     """Return where each buffer goes: ``path`` itself, or ``NAME.left.png`` and ``NAME.right.png`` beside it."""
@@ -58,7 +61,7 @@ def sixteen_bits(codes: NDArray[np.uint16]) -> NDArray[np.uint16]:
 
 def _write(codes: Codes, file: Path) -> None:
     if codes.dtype == np.uint8:
-        Image.fromarray(codes).save(file, format="PNG")
+        Image.fromarray(codes).save(file, format="PNG", compress_level=_COMPRESSION)
         return
     import OpenImageIO as oiio  # Pillow writes no colour of 16 bits
 

@@ -34,6 +34,8 @@ class ShowOptions:
         Where to draw: ``window``, ``egl`` (offscreen) or ``null`` (a window without a screen).
     windowed
         Whether to use a window in place of the full screen.
+    monitors
+        The monitor for the window, by name or number; two for a window for each eye.
     colour_space
         Colour space of the file's values, if it does not say.
     white_luminance_cd_m2
@@ -63,6 +65,7 @@ class ShowOptions:
     screenshot: Path | None = None
     backend: Literal["window", "egl", "null"] = "window"
     windowed: bool = False
+    monitors: tuple[str, ...] = ()
     colour_space: ColourSpace | None = None
     white_luminance_cd_m2: float | None = None
     clip_negative: bool = False
@@ -181,6 +184,7 @@ def show_picture(
             stereo=stereo_mode.needs_stereo,
             windows=stereo_mode.windows,
             windowed=options.windowed,
+            monitors=options.monitors,
             bits=options.bits or panel.code_bits,
         ) as surface,
         Presenter(surface, stereo_mode, models, lambda _: image, correction=correction) as presenter,

@@ -172,6 +172,7 @@ def read_experiment(
     *,
     allow_uncharacterised: bool = False,
     ask_monitor: AskMonitor = primary_monitor,
+    monitors: tuple[str, ...] = (),
 ) -> Experiment:
     """Read an experiment file and everything it names: rig, display and recipe.
 
@@ -185,6 +186,8 @@ def read_experiment(
         Whether to use another mode's characterisation if the mode has none, as `devices.display.rig_file.read_rig`.
     ask_monitor
         Called for the monitor where the rig does not state the panel of a nominal display.
+    monitors
+        Monitors in place of the rig's, by name or number.
 
     Returns
     -------
@@ -211,7 +214,9 @@ def read_experiment(
     recipe_file = beside(file, spec.stimuli)
     try:
         rig_file = _existing(beside(file, spec.rig), "rig", spec.rig, source)
-        rig = read_rig(rig_file, mode, allow_uncharacterised=allow_uncharacterised, ask_monitor=ask_monitor)
+        rig = read_rig(
+            rig_file, mode, allow_uncharacterised=allow_uncharacterised, ask_monitor=ask_monitor, monitors=monitors
+        )
         mode_options = ModeOptions.parse(rig.mode_options)
         view_px = find_mode(rig.mode, mode_options).areas(rig.display.panel.resolution_px)[0].view_px
     except InputError as error:

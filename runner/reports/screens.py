@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import shutil
+import sys
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+import numpy as np
+
 from devices.compensation import Compensation, Correction, Mixture, XYZImage, clip_marks
 from devices.display import EYES, EyeModels
 from documents import Finding
+from documents.files import whole_file
 from runner.blocks.block import Block, Draft
 from runner.errors import SessionError
 from runner.observers.walk import walk
@@ -17,25 +22,105 @@ from runner.presenter.modes.mode import Mode
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Offset
+from runner.presenter.scene import Offset, Scene
 from runner.presenter.screenshot import write_screenshot
 from runner.presenter.surfaces.surface import Surface, open_surface
 from runner.protocol.experiment import Experiment, check_observer, read_experiment
+from runner.reports.contact_sheet import Tile, write_sheets
 from runner.session.picture_source import PictureSource, Progress, build_stimuli, no_progress
 from stimuli.build import StimulusSet
 from stimuli.pictures import StereoImage
 
 
+@dataclass(frozen=True, slots=True)
+class _Screen:
+    """A screen of a session: its file's name, the kind of its block, and the trial that it is of, in words."""
+
+    name: str
+    kind: str
+    trial: str
+    scene: Scene
+
+
+def _screens(blocks: Sequence[Block], kinds: Sequence[str], first: int | None) -> Iterator[_Screen | None]:
+    """Yield the screens in order, and None after each trial; those of the ``first`` trials alone if that is given."""
+    trials = 0
+    for number, block in enumerate(blocks, start=1):
+        screen = 0
+        for step in walk(block):
+            if isinstance(step, Draft):
+                trials += bool(step.data)
+                yield None
+                if first is not None and trials >= first:
+                    return
+            else:
+                screen += 1
+                place = f"block {number}, trial {trials + 1}" if block.trials else f"block {number}"
+                name = f"block-{number:02d}_screen-{screen:03d}"
+                yield _Screen(name, kinds[number - 1].replace("_", " "), place, step.scene)
+
+
+Again = Callable[[_Screen], None]
+
+
 @dataclass(slots=True)
 class _Album:
-    """Writes each eye's view of a screen."""
+    """Writes each eye's view of every screen as PNG; what was written before is copied."""
 
     folder: Path
     files: list[Path] = field(default_factory=list)
 
-    def add(self, name: str, presenter: Presenter) -> None:
-        for eye in EYES:
-            self.files += write_screenshot({"screen": presenter.eye_view(eye)}, self.folder / f"{name}_{eye}.png")
+    def add(self, screen: _Screen, suffix: str, presenter: Presenter) -> Again:
+        """Write the presenter's views of ``screen``, and return what writes them again for an equal one."""
+        views = presenter.eye_views()
+        left, right = (self.folder / f"{screen.name}{suffix}_{eye}.png" for eye in EYES)
+        write_screenshot({"screen": views["left"]}, left)
+        if np.array_equal(views["left"], views["right"]):
+            _copy(left, right)
+        else:
+            write_screenshot({"screen": views["right"]}, right)
+        self.files += [left, right]
+
+        def again(other: _Screen) -> None:
+            for eye, before in zip(EYES, (left, right), strict=True):
+                self.files.append(_copy(before, self.folder / f"{other.name}{suffix}_{eye}.png"))
+
+        return again
+
+    def finish(self) -> tuple[Path, ...]:
+        """Return the files."""
+        return tuple(self.files)
+
+
+def _copy(before: Path, file: Path) -> Path:
+    with whole_file(file) as draft:
+        shutil.copyfile(before, draft)
+    return file
+
+
+@dataclass(slots=True)
+class _Sheets:
+    """Gathers each screen once, for contact sheets."""
+
+    folder: Path
+    tiles: list[Tile] = field(default_factory=list)
+
+    def add(self, screen: _Screen, suffix: str, presenter: Presenter) -> Again:
+        """Gather a screen, and return what notes where an equal one comes."""
+        areas = {eye: next(area for area in presenter.areas if eye in area.eyes) for eye in EYES}
+        tile = Tile.of(presenter.eye_views(), areas, screen.kind + suffix.replace("_", ", "))
+        self.tiles.append(tile)
+
+        def again(other: _Screen) -> None:
+            if other.trial not in tile.places:
+                tile.places.append(other.trial)
+
+        again(screen)
+        return again
+
+    def finish(self) -> tuple[Path, ...]:
+        """Write the sheets and return the files."""
+        return tuple(write_sheets(self.tiles, self.folder))
 
 
 def preview(
@@ -47,10 +132,14 @@ def preview(
     allow_uncharacterised: bool = False,
     backend: str = "egl",
     clipping: bool = False,
+    sheet: bool = False,
+    first: int | None = None,
     progress: Progress = no_progress,
     notify: Callable[[str], None] = lambda line: None,
 ) -> tuple[Path, ...]:
     """Write every screen that an observer would see, for each eye, as PNG files of the exact device codes.
+
+    Equal screens are drawn once.
 
     Parameters
     ----------
@@ -68,6 +157,11 @@ def preview(
         Where to draw: ``egl``, ``null`` or ``window``.
     clipping
         Whether each screen is followed by one in which marks stand for the pixels outside the gamut.
+    sheet
+        Whether to write contact sheets in place of them, ``sheet-1.png`` and so on: each screen once, reduced, for
+        both eyes, with its block and its trials.
+    first
+        How many trials to show, with the pages of words before them; all if None.
     progress
         Called with what is being done, how much of it is done, and of how much.
     notify
@@ -94,6 +188,8 @@ def preview(
     runner.errors.SessionError: configs/displays/asus_vg248qe.yaml: the display was not characterised in the mode
     'side by side' (did you mean 'side-by-side'? ...)
     """
+    if first is not None and first < 1:
+        raise SessionError(f"the number of trials to show is {first}: give 1 or more")
     design = read_experiment(experiment, mode, allow_uncharacterised=allow_uncharacterised)
     check_observer(observer)
     if design.rig.nominal:
@@ -104,20 +200,23 @@ def preview(
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise SessionError(Finding(f"the folder cannot be made: {error.strerror}", str(folder))) from error
-    return _write_screens(design, stimuli, design.blocks(observer), _Album(folder), backend, clipping, progress)
+    album = _Sheets(folder) if sheet else _Album(folder)
+    return _write_screens(design, stimuli, design.blocks(observer), album, backend, clipping, first, progress)
 
 
 def _write_screens(
     experiment: Experiment,
     stimuli: StimulusSet,
     blocks: Sequence[Block],
-    album: _Album,
+    album: _Album | _Sheets,
     backend: str,
     clipping: bool,
+    first: int | None,
     progress: Progress,
 ) -> tuple[Path, ...]:
     rig = experiment.rig
-    total = sum(block.trials for block in blocks)
+    total = min(sum(block.trials for block in blocks), first or sys.maxsize)
+    kinds = [block.kind for block in experiment.spec.blocks]
     mode = experiment.mode
     pictures = PictureSource(experiment, stimuli, blocks)
     resolution = rig.display.panel.resolution_px
@@ -140,21 +239,23 @@ def _write_screens(
         marking(surface) if clipping else nullcontext() as marker,
     ):
         shown = 0
-        for number, block in enumerate(blocks):
-            screen = 0
-            for step in walk(block):
-                if isinstance(step, Draft):
-                    shown += bool(step.data)
-                    progress("Previewing trials", shown, total)
-                else:
-                    presenter.show(step.scene)
-                    name = f"block-{number + 1:02d}_screen-{screen + 1:03d}"
-                    album.add(name, presenter)
-                    if marker is not None and set(step.scene.stimuli) & set(stimuli.names):
-                        marker.show(step.scene)
-                        album.add(f"{name}_clipping", marker)
-                    screen += 1
-    return tuple(album.files)
+        known: dict[Scene, list[Again]] = {}
+        # The photodiode's square is white and black in turn: no screen is then the same as one before it.
+        always = mode.patch(resolution) is not None
+        for screen in _screens(blocks, kinds, first):
+            if screen is None:
+                shown += 1
+                progress("Previewing trials", min(shown, total), total)
+            elif screen.scene in known and not always:
+                for again in known[screen.scene]:
+                    again(screen)
+            else:
+                presenter.show(screen.scene)
+                known[screen.scene] = [album.add(screen, "", presenter)]
+                if marker is not None and set(screen.scene.stimuli) & set(stimuli.names):
+                    marker.show(screen.scene)
+                    known[screen.scene].append(album.add(screen, "_clipping", marker))
+    return album.finish()
 
 
 def _marking(

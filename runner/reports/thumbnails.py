@@ -33,7 +33,7 @@ def find_shown(header: Header, file: Path) -> tuple[Experiment, StimulusSet] | N
         mode = header.display.get("mode")
         panel = PanelSpec.model_validate(header.display.get("panel"))
         experiment = read_experiment(
-            file, None if mode is None else str(mode), allow_uncharacterised=True, ask_monitor=lambda: panel
+            file, None if mode is None else str(mode), allow_uncharacterised=True, ask_monitor=lambda _: panel
         )
     except (InputError, ValueError):
         return None

@@ -42,6 +42,10 @@ class SessionOptions:
         a person, ``egl`` for others.
     windowed
         Whether to use a window in place of the full screen.
+    monitors
+        The monitor for the window, by name or number, in place of the rig's; two for a window for each eye.
+    wrong_screen
+        Whether to go on although the rig's panel is larger than the screen; every record then says so.
     simulate
         File of simulated observers who answer in place of a person.
     replay
@@ -65,6 +69,8 @@ class SessionOptions:
     allow_uncharacterised: bool = False
     backend: Backend | None = None
     windowed: bool = False
+    monitors: tuple[str, ...] = ()
+    wrong_screen: bool = False
     simulate: str | Path | None = None
     replay: str | Path | None = None
     progress: Progress = no_progress
@@ -96,4 +102,6 @@ def session_command(experiment: str | Path, observer: str, options: SessionOptio
         value = changed.get(name, getattr(options, name))
         if value != getattr(standard, name) and isinstance(value, bool | str | Path):
             words += [f"--{name.replace('_', '-')}", *([] if value is True else [str(value)])]
+        elif name == "monitors":
+            words += [word for monitor in value for word in ("--monitor", monitor)]
     return command_to_type(*words)

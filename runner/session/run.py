@@ -69,7 +69,12 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
     if options.resume and options.new:
         raise SessionError("a session is either resumed or new: give only one of these options")
     check_observer(observer)
-    design = read_experiment(experiment, options.mode, allow_uncharacterised=options.allow_uncharacterised)
+    design = read_experiment(
+        experiment,
+        options.mode,
+        allow_uncharacterised=options.allow_uncharacterised,
+        monitors=tuple(options.monitors),
+    )
     law = _law(options.simulate, design) if options.simulate else None
     recording = read_recording(Path(options.replay)) if options.replay else None
     results = Path(options.results)
@@ -95,6 +100,7 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
         backend,
         windowed=options.windowed,
         accept_gamma_table=options.accept_gamma_table,
+        wrong_screen=options.wrong_screen,
     ) as station:
         for remark in station.remarks:
             options.notify(f"warning: {remark}")

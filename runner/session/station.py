@@ -66,6 +66,7 @@ class Station:
         *,
         windowed: bool = False,
         accept_gamma_table: bool = False,
+        wrong_screen: bool = True,
     ) -> Station:
         """Open the surface and the presenter in the rig's stereo mode.
 
@@ -73,7 +74,8 @@ class Station:
         ------
         InputError
             If the surface cannot be opened or cannot do the mode, or, unless ``accept_gamma_table``, the gamma table
-            that is loaded is not the one that the display was measured with.
+            that is loaded is not the one that the display was measured with, or, unless ``wrong_screen``, the rig's
+            panel is larger than the screen.
         """
         rig = experiment.rig
         mode = experiment.mode
@@ -88,6 +90,8 @@ class Station:
             windows=mode.windows,
             bits=rig.output_bits,
             identity=rig.gamma_table == "identity",
+            monitors=rig.monitors,
+            refuse_larger=not wrong_screen,
         )
         try:
             watch = GammaWatch(surface.gamma_tables)
@@ -232,7 +236,7 @@ class Station:
                 answers,
                 recorder,
                 clip_costs=costs,
-                stamps=self.experiment.rig.stamps,
+                stamps=self._stamps,
                 logged=log.first_attempts if log else (),
                 pending=log.pending if log else pending,
                 on_trial=on_trial,
@@ -256,6 +260,12 @@ class Station:
         session.note(change, "program")
         if not self.accept_gamma_table:
             raise SessionStoppedError(f"{change}. Load that table again (docs/gamma_table.md)")
+
+    @property
+    def _stamps(self) -> dict[str, Any]:
+        """What every trial's record says of how it was shown."""
+        larger = {"wrong_screen": True} if self.surface.facts.larger_than_screen else {}
+        return {**self.experiment.rig.stamps, **larger}
 
     def _work(self) -> dict[str, int]:
         work = asdict(self.presenter.counters) | asdict(self.cost_work)

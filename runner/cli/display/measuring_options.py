@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from documents.text import counted
+from runner.cli.monitor_option import monitor_option
 from runner.measuring.options import Dialogue, InstrumentOptions, PatchOptions, ShowOptions
 
 if TYPE_CHECKING:
@@ -79,6 +80,7 @@ show_options = _gathered(
         help="Where to draw; without a window there are no keys.",
     ),
     click.option("--windowed", is_flag=True, help="Use a window instead of the full screen."),
+    monitor_option,
 )
 patch_options = _gathered(
     "patches",

@@ -23,6 +23,7 @@ from runner.presenter.surfaces.gl_calls import Codes, GlCalls
 from runner.presenter.surfaces.glfw_session import ContextLoader, GlfwSession, function_address
 from runner.presenter.surfaces.identity_tables import IdentityTables
 from runner.presenter.surfaces.input import PERIOD_S, Gamepads, Input, gamepad_names
+from runner.presenter.surfaces.screens import Monitor
 from runner.presenter.surfaces.surface import Buffer, SurfaceFacts
 
 _GL_DITHER = 0x0BD0
@@ -47,6 +48,8 @@ class GlfwSurface:
         self.on_point: Callable[[], object] | None = None
         self.gamepads = Gamepads()
         self.refresh_hz: float | None = None
+        self.on_monitors: tuple[Monitor, ...] = ()
+        self.too_large = False
         self._frame_due_s = 0.0
         self._identity = IdentityTables(set_tables)
         self._session = session
@@ -106,6 +109,8 @@ class GlfwSurface:
             gamepads=gamepad_names(),
             gamepad_resolution_ms=1000.0 * PERIOD_S,
             arithmetic=arithmetic_in_words(self.context),
+            monitors=tuple(monitor.line for monitor in self.on_monitors),
+            larger_than_screen=self.too_large,
         )
 
     def gamma_tables(self) -> Mapping[Eye, LoadedTable]:
@@ -226,8 +231,10 @@ class GlfwSurface:
             corner, size = glfw.get_monitor_pos(handle), glfw.get_video_mode(handle).size
             if all(start <= at < start + length for start, at, length in zip(corner, middle, size, strict=True)):
                 return name, handle
-        # A window larger than its screen has its middle elsewhere; it stands on the first.
-        return next(iter(there.items()), ("", None))
+        # A window larger than its screen has its middle elsewhere; it stands on the one it was placed on.
+        first = next(iter(there), "")
+        name = self.on_monitors[0].name if self.on_monitors else first
+        return name, there.get(name)
 
     def _buffer(self, buffer: Buffer) -> int:
         if buffer not in self._buffers:

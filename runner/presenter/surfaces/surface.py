@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol, Self
@@ -40,7 +40,8 @@ class SurfaceFacts:
 
     ``bits`` is what a channel's codes have; keys, wheel and mouse are stamped as they are reported, ``gamepads`` to
     ``gamepad_resolution_ms``. ``arithmetic`` is what colours are computed in; see
-    `runner.presenter.arithmetic_choice`.
+    `runner.presenter.arithmetic_choice`. ``monitors`` are those that it is on, each in a line; ``larger_than_screen``
+    is whether a part of it is on none.
     """
 
     backend: str
@@ -57,6 +58,8 @@ class SurfaceFacts:
     gamepads: tuple[str, ...] = ()
     gamepad_resolution_ms: float | None = None
     arithmetic: str = ""
+    monitors: tuple[str, ...] = ()
+    larger_than_screen: bool = False
 
 
 class Surface(Protocol):
@@ -142,6 +145,8 @@ def open_surface(
     windows: int = 1,
     bits: Bits = 8,
     identity: bool = False,
+    monitors: Sequence[str] = (),
+    refuse_larger: bool = False,
 ) -> Surface:
     """Open what scenes are drawn to: a window, or a framebuffer without one.
 
@@ -161,6 +166,11 @@ def open_surface(
         Bits of a channel's codes to ask for, 8 or 10. Where there are not 10, codes have 8, and ``facts`` has a remark.
     identity
         Whether a window's monitors get the identity as gamma table until it is closed; then what was there comes back.
+    monitors
+        The monitor for a window, or the two for two windows, the left eye's first, by name or number as
+        `cyclopean doctor` lists them. None named: the first of ``size_px``.
+    refuse_larger
+        Whether to refuse a window that is larger than its screen. If not, ``facts`` has a remark.
 
     Returns
     -------
@@ -170,8 +180,8 @@ def open_surface(
     Raises
     ------
     PresentationError
-        If there is no such backend, ``bits`` is neither 8 nor 10, or this machine cannot open it: with what to
-        install or use instead.
+        If there is no such backend or monitor, ``bits`` is neither 8 nor 10, or this machine cannot open it: with what
+        to install or use instead.
 
     Examples
     --------
@@ -191,5 +201,15 @@ def open_surface(
     if backend == "null":
         return on_glfw.NullWindowSurface(size_px, bits)
     if windows == 2:
-        return on_glfw.DualWindowSurface(size_px, windowed=windowed, bits=bits, identity=identity)
-    return on_glfw.WindowSurface(size_px, stereo=stereo, windowed=windowed, bits=bits, identity=identity)
+        return on_glfw.DualWindowSurface(
+            size_px, windowed=windowed, bits=bits, identity=identity, monitors=monitors, refuse_larger=refuse_larger
+        )
+    return on_glfw.WindowSurface(
+        size_px,
+        stereo=stereo,
+        windowed=windowed,
+        bits=bits,
+        identity=identity,
+        monitors=monitors,
+        refuse_larger=refuse_larger,
+    )

@@ -10,6 +10,7 @@ import moderngl
 
 from devices.compensation import Rectangle, Size
 from devices.display import Eye
+from documents import Finding
 from runner.ports import KeyPress, WindowClosed
 from runner.presenter.depth import Bits, code_texture, given_bits
 from runner.presenter.errors import PresentationError
@@ -19,6 +20,7 @@ from runner.presenter.surfaces.gamma_tables import LoadedTable
 from runner.presenter.surfaces.gl_calls import Codes, GlCalls
 from runner.presenter.surfaces.glfw_session import ContextLoader, GlfwSession, context_hints, function_address
 from runner.presenter.surfaces.glfw_surface import GlfwSurface
+from runner.presenter.surfaces.screens import Placement, listed_monitors, place_two_windows, place_window
 from runner.presenter.surfaces.surface import Buffer
 
 _TITLE = "cyclopean"
@@ -27,11 +29,12 @@ _TITLE = "cyclopean"
 class WindowSurface(GlfwSurface):
     """A window of the panel's resolution, with vertical sync and no cursor.
 
-    Where no monitor has that resolution, or ``windowed`` is true, it is an undecorated window at the top left of
-    the screen, and a remark says so. ``stereo`` asks for left and right buffers; if the driver has none, the window
-    opens without them and its ``stereo`` is false. ``bits`` asks for codes of 8 bits a channel or 10; if the driver has
-    not 10, the window opens with 8, and a remark says so. ``identity`` loads the identity as the monitor's gamma table
-    until it is closed.
+    It is on the monitor that ``monitors`` names, else on the first of that resolution. Where that monitor has another,
+    or ``windowed`` is true, it is an undecorated window at the top left of it, and a remark says so; with
+    ``refuse_larger``, a window of which screens show only a part is refused. ``stereo`` asks for left and right
+    buffers; if the driver has none, the window opens without them and its ``stereo`` is false. ``bits`` asks for codes
+    of 8 bits a channel or 10; if the driver has not 10, the window opens with 8, and a remark says so. ``identity``
+    loads the identity as the monitor's gamma table until it is closed.
     """
 
     backend = "window"
@@ -44,11 +47,16 @@ class WindowSurface(GlfwSurface):
         windowed: bool = False,
         bits: Bits = 8,
         identity: bool = False,
+        monitors: Sequence[str] = (),
+        refuse_larger: bool = False,
     ) -> None:
         session = GlfwSession()
         try:
+            there = listed_monitors(glfw)
+            placement = place_window(size_px, tuple(there), monitors, windowed=windowed)
+            _refuse_larger(placement, refuse=refuse_larger)
             restored = session.restore_tables()
-            monitor = None if windowed else _fitting_monitor(size_px)
+            monitor = there[placement.monitors[0]] if placement.full_screen else None
             window = _create_window(size_px, monitor, bits, stereo=stereo)
             if stereo and not window:
                 window = _create_window(size_px, monitor, bits, stereo=False)
@@ -56,15 +64,16 @@ class WindowSurface(GlfwSurface):
                 raise PresentationError(f"the window could not be opened: {session.why()}")
             super().__init__(session, window, size_px, vsync=True, bits=bits)
             self.remarks += restored
-            if monitor is None:
-                glfw.set_window_pos(window, 0, 0)
-            if monitor is None and not windowed:
-                self.remarks += (_not_full_screen(size_px),)
+            self.on_monitors, self.too_large = placement.monitors, placement.too_large
+            if not placement.full_screen:
+                glfw.set_window_pos(window, *(placement.monitors[0].position_px if placement.monitors else (0, 0)))
+            if placement.remark:
+                self.remarks += (placement.remark,)
             glfw.set_input_mode(window, glfw.CURSOR, glfw.CURSOR_HIDDEN)
             glfw.show_window(window)
             glfw.focus_window(window)
             session.complaints.clear()
-            self.refresh_hz = _refresh_hz(monitor)
+            self.refresh_hz = placement.monitors[0].refresh_hz if placement.monitors else None
             self._settle()
             self._check_size(glfw.get_framebuffer_size(window))
             if identity:
@@ -74,16 +83,16 @@ class WindowSurface(GlfwSurface):
             raise
 
 
-def _fitting_monitor(size_px: Size) -> Any:
-    """Return the first monitor whose mode has ``size_px``, or None."""
-    modes = ((monitor, glfw.get_video_mode(monitor)) for monitor in glfw.get_monitors())
-    return next((monitor for monitor, mode in modes if tuple(mode.size) == tuple(size_px)), None)
-
-
-def _refresh_hz(monitor: Any) -> float | None:
-    """Return the refresh rate that the monitor, or the first one, reports; None if it reports none."""
-    mode = glfw.get_video_mode(monitor or glfw.get_primary_monitor())
-    return float(mode.refresh_rate) or None if mode else None
+def _refuse_larger(placement: Placement, *, refuse: bool) -> None:
+    if refuse and placement.too_large:
+        remedy = (
+            "connect or choose the rig's own monitor (`cyclopean doctor` lists those that are there, --monitor NUMBER "
+        )
+        remedy += (
+            "takes one), set it to the panel's resolution, or name a rig for this screen; to go on although a part "
+        )
+        remedy += "is not seen, which every trial's record then states, add --wrong-screen"
+        raise PresentationError(Finding((placement.remark or "").partition(";")[0], remedy=remedy))
 
 
 def _create_window(size_px: Size, monitor: Any, bits: Bits, *, stereo: bool) -> Any:
@@ -94,15 +103,6 @@ def _create_window(size_px: Size, monitor: Any, bits: Bits, *, stereo: bool) -> 
     for hint, value in hints.items():
         glfw.window_hint(hint, value)
     return glfw.create_window(*size_px, _TITLE, monitor, None)
-
-
-def _not_full_screen(size_px: Size) -> str:
-    sizes = [tuple(glfw.get_video_mode(monitor).size) for monitor in glfw.get_monitors()]
-    screens = " and ".join(f"{width} × {height}" for width, height in sizes) or "none"
-    return (
-        f"no screen shows {size_px[0]} × {size_px[1]} px (there: {screens}); "
-        "the window stands at the top left of the screen and is not full-screen"
-    )
 
 
 class NullWindowSurface(GlfwSurface):
@@ -154,19 +154,37 @@ class DualWindowSurface(GlfwSurface):
     that the right window then copies. Only the left window waits for its screen, so that two screens that are out of
     step do not wait for one another. ``windowed`` puts two windows side by side on one screen.
 
-    Raises PresentationError where fewer than two monitors have the panel's resolution.
+    ``monitors`` names two others, the left eye's first. Raises PresentationError where fewer than two monitors have the
+    panel's resolution.
     """
 
     backend = "window"
     windows = 2
 
-    def __init__(self, size_px: Size, *, windowed: bool = False, bits: Bits = 8, identity: bool = False) -> None:
+    def __init__(
+        self,
+        size_px: Size,
+        *,
+        windowed: bool = False,
+        bits: Bits = 8,
+        identity: bool = False,
+        monitors: Sequence[str] = (),
+        refuse_larger: bool = False,
+    ) -> None:
         session = GlfwSession()
         try:
+            there = listed_monitors(glfw)
+            both_px = 2 * size_px[0], size_px[1]
+            placement = (
+                place_window(both_px, tuple(there), monitors, windowed=True)
+                if windowed
+                else place_two_windows(size_px, tuple(there), monitors)
+            )
+            _refuse_larger(placement, refuse=refuse_larger)
             restored = session.restore_tables()
-            monitors: Sequence[Any] = (None, None) if windowed else _two_monitors(size_px)
-            first = _create_for_eye(size_px, monitors[0], _TITLES[0], None, bits)
-            second = first and _create_for_eye(size_px, monitors[1], _TITLES[1], first, bits)
+            left, right = (None, None) if windowed else (there[monitor] for monitor in placement.monitors)
+            first = _create_for_eye(size_px, left, _TITLES[0], None, bits)
+            second = first and _create_for_eye(size_px, right, _TITLES[1], first, bits)
             if not second:
                 raise PresentationError(f"two windows could not be opened: {session.why()}")
             super().__init__(session, first, size_px, vsync=True, bits=bits)
@@ -176,12 +194,14 @@ class DualWindowSurface(GlfwSurface):
                 raise PresentationError(
                     f"the right window has {given[0]} bits a channel and the left one {self.bits} (ask for 8)"
                 )
-            self.remarks += restored
+            self.remarks += (*restored, *filter(None, (placement.remark,)))
+            self.on_monitors, self.too_large = placement.monitors, placement.too_large
             glfw.make_context_current(first)
+            corner_px = placement.monitors[0].position_px if placement.monitors else (0, 0)
             self._listen(second)
             for window, left_px in ((first, 0), (second, size_px[0])):
                 if windowed:
-                    glfw.set_window_pos(window, left_px, 0)
+                    glfw.set_window_pos(window, corner_px[0] + left_px, corner_px[1])
                 glfw.set_input_mode(window, glfw.CURSOR, glfw.CURSOR_HIDDEN)
                 glfw.show_window(window)
             glfw.focus_window(first)
@@ -259,17 +279,6 @@ class _RightWindow:
         """Free the context's objects."""
         glfw.make_context_current(self.window)
         self._context.release()
-
-
-def _two_monitors(size_px: Size) -> Sequence[Any]:
-    fitting = [monitor for monitor in glfw.get_monitors() if tuple(glfw.get_video_mode(monitor).size) == tuple(size_px)]
-    if len(fitting) < 2:
-        sizes = [tuple(glfw.get_video_mode(monitor).size) for monitor in glfw.get_monitors()]
-        screens = " and ".join(f"{width} × {height}" for width, height in sizes) or "none"
-        raise PresentationError(
-            f"a window for each eye needs two monitors of {size_px[0]} × {size_px[1]} px (there: {screens})"
-        )
-    return sorted(fitting, key=lambda monitor: tuple(glfw.get_monitor_pos(monitor)))[:2]
 
 
 def _create_for_eye(size_px: Size, monitor: Any, title: str, shared: Any, bits: Bits) -> Any:

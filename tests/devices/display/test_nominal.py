@@ -91,7 +91,7 @@ def test_taking_a_guessed_black_off_would_change_the_codes_of_an_sRGB_picture(tm
 
 def test_the_panel_comes_from_the_monitor_and_says_so(tmp_path: Path) -> None:
     file = _rig(tmp_path, "{nominal: srgb, white_cd_m2: 100}")
-    rig = read_rig(file, ask_monitor=lambda: DP)
+    rig = read_rig(file, ask_monitor=lambda _: DP)
     panel = rig.display.panel
     assert panel.resolution_px == (1920, 1080)
     assert panel.pixel_pitch_mm == pytest.approx(531 / 1920, rel=2e-3)
@@ -99,8 +99,8 @@ def test_the_panel_comes_from_the_monitor_and_says_so(tmp_path: Path) -> None:
     assert rig.nominal is not None
     assert "panel from the monitor 'DP-1', 531 x 299 mm" in rig.nominal.words
     known = PanelSpec(resolution_px=(800, 600), pixel_pitch_mm=0.3)
-    assert read_rig(file, ask_monitor=lambda: known).display.panel is known
-    for ask in (None, lambda: None):
+    assert read_rig(file, ask_monitor=lambda _: known).display.panel is known
+    for ask in (None, lambda _: None):
         with pytest.raises(InputError, match=r"rig.yaml:2:10.*panel: \{resolution_px: \[1920, 1080\]"):
             read_rig(file, ask_monitor=ask)
 

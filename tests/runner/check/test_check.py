@@ -183,11 +183,11 @@ def test_the_screen_is_held_against_the_rig(study: Study, xvfb: str, monkeypatch
     assert [monitor.size_px for monitor in monitors()] == [(1920, 1080)]
     checked = _check(study, screen="if present")
     assert checked.facts["screen"]["mode_possible"] is True
-    assert "no screen here has the panel's 640 x 480 px (there: 1920 x 1080 px" in _messages(checked)
+    assert "no screen shows 640 × 480 px (there: 1920 × 1080)" in _messages(checked)
     assert not checked.errors
-    assert "no screen here" in "\n".join(map(str, _check(study, screen="required").errors))
+    assert "no screen shows" in "\n".join(map(str, _check(study, screen="required").errors))
     study.edit("display.yaml", "[640, 480]", "[1920, 1080]")
-    assert "no screen here" not in _messages(_check(study, screen="if present"))
+    assert "no screen shows" not in _messages(_check(study, screen="if present"))
     study.edit("display.yaml", "pixel_pitch_mm: 0.25", "pixel_pitch_mm: 0.25, bits: 10, refresh_hz: 144")
     study.edit("rig.yaml", "mode: side-by-side", "mode: quad-buffered")
     checked = _check(study, screen="required")
