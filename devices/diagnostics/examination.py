@@ -158,7 +158,7 @@ def _models(file: Path, mode: str | None, sets: Sequence[MeasuredSet]) -> tuple[
             what = "the file has several modes, and the readings do not name theirs"
             remedy = f"name one with --mode: {', '.join(sorted(display.modes))}"
             raise DeviceError(Finding(what, str(file), remedy=remedy))
-    models, observer = display.models(mode), display.observer(mode)
+    models, observer = display.light_models(mode), display.observer(mode)
     bare = ", ".join(measured.label for measured in sets if measured.measurements.spectra is None)
     if observer != CIE_1931_2 and bare:
         what = f"the mode '{mode}' is for the observer {observer}; without spectra, XYZ are for {CIE_1931_2}: {bare}"

@@ -70,7 +70,7 @@ class NominalSpec(Strict):
         if monitor is None:
             what = "the panel is not stated, and there is no monitor here that could be asked for it"
             remedy = f"write it beside 'nominal': {PANEL_EXAMPLE}, the pitch being the picture's width in mm divided "
-            remedy += "by its pixels; for a command: --panel 1920x1080,0.2768"
+            remedy += "by its pixels"
             raise DeviceError(Finding(what, remedy=remedy))
         if isinstance(monitor, PanelSpec):
             return monitor, ""
@@ -213,7 +213,11 @@ def write_nominal_display(path: Path, spec: NominalSpec, ask_monitor: AskMonitor
     ...     read_display(file).nominal.words
     'sRGB: white 100 cd/m², black 0.1 cd/m², without glasses'
     """
-    panel, panel_from = spec.with_panel(ask_monitor)
+    try:
+        panel, panel_from = spec.with_panel(ask_monitor)
+    except DeviceError as error:
+        remedy = "give --panel 1920x1080,0.2768: its pixels, and the picture's width in mm divided by them"
+        raise DeviceError([Finding(finding.message, remedy=remedy) for finding in error.findings]) from error
     nominal = Nominal.of(spec.nominal, spec.white_cd_m2, spec.black_cd_m2, panel_from)
     black = f"black_cd_m2: {nominal.black_cd_m2:<8.10g}"
     text = _FILE.format(

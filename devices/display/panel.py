@@ -118,8 +118,7 @@ def panel_of_monitor(monitor: ReportedMonitor) -> PanelSpec:
         what = f"the monitor '{monitor.name}' reports {across} x {down} px and "
         what += f"{monitor.size_mm[0]} x {monitor.size_mm[1]} mm: {reason}"
         remedy = "write the panel beside 'nominal', with the width of the picture in mm as measured, divided by "
-        remedy += f"{across}, as its pitch: panel: {{resolution_px: [{across}, {down}], pixel_pitch_mm: 0.2768}}; "
-        remedy += f"for a command: --panel {across}x{down},0.2768"
+        remedy += f"{across}, as its pitch: panel: {{resolution_px: [{across}, {down}], pixel_pitch_mm: 0.2768}}"
         raise DeviceError(Finding(what, remedy=remedy))
     pitch_mm = _diagonal(monitor.size_mm) / _diagonal(monitor.size_px)
     refresh = {"refresh_hz": monitor.refresh_hz} if monitor.refresh_hz else {}

@@ -101,3 +101,5 @@ def _print(verdicts: Verdicts) -> None:
             limit = f"The limit: {check.source}." if check.source else ""
             click.echo(indent(fill(f"{check.words} {limit}", 100), 12 * " "))
     click.echo(verdicts.sentence)
+    for note in verdicts.notes:
+        click.echo(f"Note: {note}")

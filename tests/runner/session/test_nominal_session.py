@@ -189,9 +189,11 @@ def test_where_the_panel_is_the_monitors_a_report_elsewhere_shows_the_pictures(
     nominal.edit("rig.yaml", ", panel: {resolution_px: [640, 480], pixel_pitch_mm: 0.3}", "")
     monitor = ReportedMonitor("DP-1", (640, 480), (192, 146), 60.0)
     defaults = dict(experiment.read_experiment.__kwdefaults__ or {})
-    monkeypatch.setattr(experiment.read_experiment, "__kwdefaults__", defaults | {"ask_monitor": lambda: monitor})
+    monkeypatch.setattr(
+        experiment.read_experiment, "__kwdefaults__", defaults | {"ask_monitor": lambda names=(): monitor}
+    )
     simulate(nominal.experiment, nominal.observers, 1, results=nominal.results)
-    monkeypatch.setattr(experiment.read_experiment, "__kwdefaults__", defaults | {"ask_monitor": lambda: None})
+    monkeypatch.setattr(experiment.read_experiment, "__kwdefaults__", defaults | {"ask_monitor": lambda names=(): None})
     header = _log(nominal).header
     assert header.nominal["panel_from"] == "the monitor 'DP-1', 192 x 146 mm"
     found = find_shown(header, nominal.experiment)

@@ -48,12 +48,12 @@ def test_the_panel_comes_from_the_monitor_or_is_asked_for(
     tmp_path: Path, cyclopean: Cyclopean, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = tmp_path / "monitor.yaml"
-    monkeypatch.setattr("runner.presenter.primary_monitor", lambda: None, raising=False)
+    monkeypatch.setattr("runner.presenter.primary_monitor", lambda names=(): None, raising=False)
     refused = cyclopean("display", "new", "-o", file, expect=2)
     assert "--panel 1920x1080,0.2768" in refused.stderr
     assert not file.exists()
     monitor = ReportedMonitor("DP-1\nx", (2560, 1440), (597, 336), 144.0)
-    monkeypatch.setattr("runner.presenter.primary_monitor", lambda: monitor)
+    monkeypatch.setattr("runner.presenter.primary_monitor", lambda names=(): monitor)
     done = json.loads(cyclopean("display", "new", "-o", file, "--black-cd-m2", "0.3", "--json").stdout)
     assert done["panel"]["resolution_px"] == [2560, 1440]
     assert done["nominal"]["panel_from"] == "the monitor 'DP-1 x', 597 x 336 mm"
