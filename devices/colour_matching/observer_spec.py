@@ -26,7 +26,7 @@ def _name(value: str | Cie2006Spec) -> str:
         return canonical_name(value)
     except DeviceError as error:
         finding = error.findings[0]
-        raise ValueError(f"{finding.message}; expected {finding.remedy}") from error
+        raise ValueError(finding.remedy or finding.message) from error
 
 
 ObserverSpec = Annotated[str | Cie2006Spec, AfterValidator(_name)]

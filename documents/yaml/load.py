@@ -45,7 +45,7 @@ _CALLED = MappingProxyType(
     }
 )
 # What only a file of the wanted kind has: with it, it is that kind, and has faults.
-_OWN = MappingProxyType({"rig": ("display",), "recipe": ("kind",)})
+_OWN = MappingProxyType({"rig": ("display",), "recipe": ("kind",), "display": ("modes", "panel")})
 _WANTED = MappingProxyType({**_CALLED, "recipe": "a recipe"})
 
 

@@ -36,6 +36,7 @@ _REMEDIES = (
         r"mapping values are not allowed",
         "put text that holds a colon in quotes; keys that belong together begin below one another",
     ),
+    (r"but got '\?'", "put text that ends with '?' in quotes"),
     (r"could not find expected ':'", "write 'key: value', with a space after the colon"),
     (r"expected ',' or '([}\]])'", "the '{open}' of line {line} is not closed, or a comma is missing"),
     (r"unexpected end of stream", "the quotation mark of line {line} is not closed"),

@@ -79,7 +79,11 @@ def homes_of(model: type[BaseModel], key: str, location: Location) -> list[str]:
 def in_words(model: type[BaseModel], nodes: Sequence[Node]) -> str:
     """Return what may stand there: ``a number above 0``, ``true or false``, ``all, or a list of texts``."""
     kept = [node for node in nodes if node.get("type") != "null"] or list(nodes)
-    return ", or ".join(dict.fromkeys(_words(model, node) for node in kept))
+    mappings = [node for node in kept if node.get("type") == "object"]
+    if len(mappings) > 2:
+        kept = [node for node in kept if node not in mappings[1:]]
+    words = ", or ".join(dict.fromkeys(_words(model, node) for node in kept))
+    return f"such as {words}" if len(mappings) > 2 else words
 
 
 def as_written(model: type[BaseModel], nodes: Sequence[Node], value: object = None) -> str | None:

@@ -31,6 +31,20 @@ from documents.yaml.wanted import (
 
 _SHOWN = 60
 _NUMBER = re.compile(r"\s*([-+]?\d+)(?:([.,])(\d+))?\s*([^\d\s.,].{0,20})?")
+# What a unit is in that of a key, which is the end of its name.
+_UNITS = ("mm", "um", "cm", "px", "s", "hz", "deg")
+_IN_UNITS = {
+    ("cm", "mm"): 10.0,
+    ("m", "mm"): 1000.0,
+    ("in", "mm"): 25.4,
+    ("inch", "mm"): 25.4,
+    ("ms", "s"): 0.001,
+    ("min", "s"): 60.0,
+    ("%", "percent"): 1.0,
+    ("%", ""): 0.01,
+    ("Hz", "hz"): 1.0,
+    ("°", "deg"): 1.0,
+}
 _NUMBERS = ("number", "integer")
 _LENGTHS = ("too_short", "too_long", "string_too_short", "string_too_long")
 
@@ -97,7 +111,9 @@ class _Fault:
             many = len(_held(self.source.data, self.path))
             return self._found(f"holds {counted(many, 'value', 'values')}", self._instead())
         remedy = f"add '{self.key}:'"
-        if example := example_of(self.nodes):
+        if self.nodes and all("const" in node for node in self.nodes):
+            remedy = f"add '{self._line(in_words(self.model, self.nodes))}'"
+        elif example := example_of(self.nodes):
             remedy = f"add '{self.key}:', such as {self.key}: {example}"
         elif (words := in_words(self.model, self.nodes)) not in ("text", "a value"):
             remedy += f", {words}"
@@ -111,11 +127,11 @@ class _Fault:
             return f"did you mean '{near}'?"
         if homes := homes_of(self.model, key, above):
             return f"it belongs below '{homes[0]}:'"
-        outer = _real_path(above, self.source.data)
-        if outer and key in keys_at(self.model, above[:-1]):
-            return (
-                f"it belongs beside '{outer[-1]}:', not below it" if isinstance(outer[-1], str) else "it belongs above"
-            )
+        outer = self.path[:-1]
+        if outer and isinstance(outer[-1], str) and key in keys_at(self.model, outer[:-1]):
+            return f"it belongs beside '{outer[-1]}:', not below it"
+        if key.isdecimal():
+            return "a comma separates entries: write a decimal point, such as 0.5"
         return did_you_mean(key, known, None if known else "remove it")
 
     def _kind_of_entry(self) -> Finding:
@@ -170,8 +186,8 @@ class _Fault:
             return "write a finite number"
         if self.kind == "int_from_float":
             return f"write {in_words(self.model, self.nodes)}"
-        if isinstance(self.value, str) and (number := _number(self.value)) and self._wants_number():
-            return f"write the number alone: {self._line(number)}"
+        if isinstance(self.value, str) and self._wants_number() and (number := self._number(self.value)):
+            return number
         return self._instead()
 
     def _instead(self) -> str:
@@ -188,6 +204,20 @@ class _Fault:
             return f"write {self._line(words)}"
         example = example_of(nodes)
         return f"write {words}" + (f", such as {self._line(example)}" if example else "")
+
+    def _number(self, text: str) -> str | None:
+        """Return what to write for a text such as ``70 cm`` or ``0,27``; None if it holds no number."""
+        match = _NUMBER.fullmatch(text)
+        if not match:
+            return None
+        number, unit = float(match[1] + (f".{match[3]}" if match[3] else "")), (match[4] or "").strip()
+        name = next((part for part in reversed(self.path) if isinstance(part, str)), "")
+        wanted = name.rpartition("_")[2]
+        if not unit or unit == wanted:
+            return f"write the number alone: {self._line(f'{number:.12g}')}"
+        if (factor := _IN_UNITS.get((unit, wanted)) or _IN_UNITS.get((unit, ""))) is not None:
+            return f"write the number alone: {self._line(f'{number * factor:.12g}')}"
+        return "write the number alone" + (f", in {wanted}" if wanted in _UNITS else "")
 
     def _line(self, value: str) -> str:
         return f"{self.key}: {value}" if isinstance(self.key, str) and self.key else value
@@ -220,7 +250,6 @@ def _one_of_each_union(errors: list[ErrorDetails], data: Any) -> list[ErrorDetai
         for start, tag in enumerate(place):
             if isinstance(tag, str) and not _stands(error["loc"][:start], tag, data):
                 by_union.setdefault(error["loc"][:start], {}).setdefault(tag, []).append(error)
-                break
     dropped: list[int] = []
     for union, by_tag in by_union.items():
         if len(by_tag) < 2:
@@ -269,12 +298,6 @@ def _real_path(location: Location, data: Any) -> Path_:
 def _called(path: Path_) -> str:
     """Return a place in words, entries of lists counted from 1: ``blocks.2.text``."""
     return ".".join(_short(str(part + 1 if isinstance(part, int) else part)) for part in path)
-
-
-def _number(text: str) -> str | None:
-    """Return the number in a text such as ``700 mm`` or ``0,27``; None if there is none."""
-    match = _NUMBER.fullmatch(text)
-    return match[1] + (f".{match[3]}" if match[3] else "") if match else None
 
 
 def _short(text: str) -> str:

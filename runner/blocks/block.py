@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field
 
-from documents.text import did_you_mean
+from documents.text import counted, did_you_mean
 from documents.yaml import Strict
 from runner.blocks.setting import Setting, Stimuli
 from runner.ports import Ask
@@ -159,7 +159,7 @@ def name_faults(names: StimulusNames, stimuli: Stimuli, *path: str | int, at_lea
                 yield Fault(f"the stimulus '{name}' stands twice", (*path, index), "remove one")
     count = len(chosen(names, stimuli))
     if count < at_least:
-        yield Fault(f"{count} stimuli are too few", path, f"name {at_least} or more")
+        yield Fault(f"{counted(count, 'stimulus is', 'stimuli are')} too few", path, f"name {at_least} or more")
 
 
 def _nearest(name: str, known: Sequence[str]) -> str:

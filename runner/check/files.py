@@ -12,7 +12,7 @@ from analysis.records import FILE_NAME
 from devices.camera import read_camera
 from devices.display import EYES, Display, DisplayModel, pixels_per_degree, read_display, read_rig, read_verification
 from documents import Finding, InputError
-from documents.text import did_you_mean
+from documents.text import did_you_mean, nearest
 from documents.yaml import KIND_BY_KEY, read_yaml
 from runner.check.display_facts import SETTINGS_REMEDY, check_display_facts, check_nominal
 from runner.check.experiment import (
@@ -136,7 +136,8 @@ def check_regions(report: CheckReport, options: CheckOptions) -> None:
 
 def check_recipe_or_observers(report: CheckReport, options: CheckOptions) -> None:
     """Check a recipe, or a file of simulated observers."""
-    if read_yaml(report.file).data.get("kind") in KINDS:
+    kind = str(read_yaml(report.file).data.get("kind"))
+    if nearest(kind, KINDS):
         spec = read_observer(report.file)
         scored = {"stimuli": len(spec.stimuli)} if isinstance(spec, ScoredObserverSpec) else {}
         report.facts.update({"kind": "observers", **scored})
@@ -243,7 +244,9 @@ def check_file(path: Path, options: CheckOptions | None = None) -> CheckReport:
             next((kind for key, kind in KIND_BY_KEY.items() if key in data), None) if isinstance(data, dict) else None
         )
         if kind is None:
-            report.errors.append(Finding("this is not a kind of file that cyclopean reads", str(path), remedy=_UNKNOWN))
+            keys = [key for key in data if nearest(str(key), KIND_BY_KEY, cutoff=0.8)] if isinstance(data, dict) else []
+            remedy = f"did you mean '{nearest(keys[0], KIND_BY_KEY)}:' for '{keys[0]}:'?" if keys else _UNKNOWN
+            report.errors.append(Finding("this is not a kind of file that cyclopean reads", str(path), remedy=remedy))
         else:
             _CHECKS[kind](report, options or CheckOptions())
     except InputError as error:

@@ -45,7 +45,7 @@ def _margin(text: str) -> str:
     try:
         parse_margin(text)
     except InputError as error:
-        raise ValueError(str(error)) from error
+        raise ValueError(error.findings[0].remedy or str(error)) from error
     return text
 
 
