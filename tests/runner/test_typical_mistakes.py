@@ -32,7 +32,7 @@ def told(study: Study, mistake: Mapping[str, Any]) -> list[str]:
     """Return what is said of a mistake, without the folder's path."""
     if "type" in mistake:
         done = study.cyclopean(*mistake["type"].split()[1:], expect=None)
-        said = [line for line in done.stderr.splitlines() if line.strip() and not line.startswith(("Usage", "Try", " "))]
+        said = [line for line in done.stderr.splitlines() if line.startswith(("error", "Error", "cyclopean:"))]
     else:
         path = study.folder / mistake["file"]
         text = path.read_text(encoding="utf-8")
