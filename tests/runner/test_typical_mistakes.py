@@ -89,7 +89,7 @@ SHIPPED: Mapping[FileKind, str] = {
     "camera": "configs/cameras/*.yaml",
     "regions": "configs/regions/*.yaml",
 }
-WRONG = (None, "red", 2.2, [], {}, [1], {"a": 1}, True, -1, "", [["x", "y"]], "x" * 5000)
+WRONG: tuple[Any, ...] = (None, "red", 2.2, [], {}, [1], {"a": 1}, True, -1, "", [["x", "y"]], "x" * 5000)
 
 
 def _places(data: Any, above: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
@@ -103,7 +103,7 @@ def _places(data: Any, above: tuple[str | int, ...] = ()) -> Iterator[tuple[str 
 def _changed(data: Any, place: tuple[str | int, ...], value: object) -> Any:
     if not place:
         return value
-    copy = dict(data) if isinstance(data, dict) else list(data)
+    copy: Any = dict(data) if isinstance(data, dict) else list(data)
     copy[place[0]] = _changed(copy[place[0]], place[1:], value)
     return copy
 
