@@ -54,6 +54,8 @@ _DISPLAY = {
 _WHOLE: Mapping[str, Callable[[Any], Any]] = {
     "blocks": lambda part: {**_EXPERIMENT, **part},
     "analysis": lambda part: {**_EXPERIMENT, **part},
+    "style": lambda part: {**_EXPERIMENT, **part},
+    "keys": lambda part: {**_EXPERIMENT, **part},
     "psychometric": lambda part: {**_OBSERVERS, **part},
     "mode_options": lambda part: {**_RIG, **part},
     "photodiode_verification": lambda part: {**_RIG, **part},

@@ -347,8 +347,14 @@ class Person:
         pytest.fail(f"waited in vain for {what}; the program said: {told}")
 
     def leave(self) -> str:
-        """Wait for the program to end and return what it said."""
+        """Leave the page after the last answer, wait for the program to end and return what it said."""
         assert self.process is not None
+        end = time.monotonic() + PATIENCE_S
+        while self.process.poll() is None and time.monotonic() < end:
+            files = sorted(session_files(self.study.results)) if self.study.results.exists() else []
+            if files and read_session(files[-1]).complete:
+                self.press("space")
+            time.sleep(0.1)
         try:
             told, _ = self.process.communicate(timeout=PATIENCE_S)
         except subprocess.TimeoutExpired:

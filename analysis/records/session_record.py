@@ -32,7 +32,8 @@ class Header:
     ``stimuli`` holds one mapping per stimulus: ``name``, ``factors`` (such as image and view), ``flat`` and
     ``clipping`` with, per eye, ``percent_red``, ``percent_green``, ``percent_blue``, ``percent_any``,
     ``percent_above_full``, ``delta_e_00_mean`` and ``delta_e_00_max``. ``analysis`` holds the experiment's
-    options: ``alpha`` and ``adjust``. ``hashes`` identifies the experiment, stimuli and display by SHA-256.
+    options: ``alpha`` and ``adjust``. ``interface`` holds the ``language``, and the ``style``, ``keys`` and ``words``
+    that the experiment sets. ``hashes`` identifies the experiment, stimuli and display by SHA-256.
     """
 
     experiment: str
@@ -49,6 +50,7 @@ class Header:
     software: Json
     presentation: Json
     remarks: tuple[str, ...] = ()
+    interface: Json = field(default_factory=dict)
     schema_version: int = SCHEMA_VERSION
 
     @property

@@ -109,7 +109,7 @@ class ActivePairs(Block):
             scenes = [view.pair(self.stimuli[first], self.stimuli[second]) for first, second in pairs]
             for number, (first, second) in enumerate(pairs):
                 if self.break_every and done and done % self.break_every == 0:
-                    words = f"Time for a break.\n{done} of {self.trials_wanted} comparisons are done."
+                    words = self.style.say("comparisons_done", done=done, all=self.trials_wanted)
                     yield replace(page(words, self.style), upcoming=scenes[number])
                 yield from self._before(scenes[number], first_of_all=done == 0)
                 names = self.stimuli[first], self.stimuli[second]

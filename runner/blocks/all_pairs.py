@@ -29,7 +29,7 @@ from runner.blocks.layout import PairLayout, SingleLayout
 from runner.blocks.message import page
 from runner.blocks.orders import grouped_order, pair_order
 from runner.blocks.pair_groups import PairGroups, group_faults, pair_groups
-from runner.blocks.pair_views import SEQUENCE_WORDS, SequenceView, SimultaneousView, Ties, present
+from runner.blocks.pair_views import SequenceView, SimultaneousView, Ties, present, sequence_page
 from runner.blocks.scale import Scale, ScaleSpec, rate, scale_faults
 from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import FULL_HD_HALF, Style
@@ -189,10 +189,10 @@ class AllPairs(Block):
         """Ask for every pair and record each answer."""
         view, trials = self.view, self.comparisons()
         if isinstance(view, SequenceView):
-            yield replace(page(SEQUENCE_WORDS, self.style), upcoming=view.pair(trials[0].first, trials[0].second))
+            yield replace(sequence_page(self.style), upcoming=view.pair(trials[0].first, trials[0].second))
         for number, trial in enumerate(trials):
             if self.break_every and number and number % self.break_every == 0:
-                words = f"Time for a break.\n{number} of {len(trials)} comparisons are done."
+                words = self.style.say("comparisons_done", done=number, all=len(trials))
                 yield replace(page(words, self.style), upcoming=view.pair(trial.first, trial.second))
             following = trials[number + 1] if number + 1 < len(trials) else None
             yield from self._before(view, first_of_all=number == 0)

@@ -11,6 +11,7 @@ from pydantic import Field, PositiveInt
 
 from runner.blocks.block import SECONDS_PER_TRIAL, Block, BlockSpec, Draft, Fault, Response, Steps, answer
 from runner.blocks.field_types import Line
+from runner.blocks.interface import Interface
 from runner.blocks.layout import SingleLayout
 from runner.blocks.message import page
 from runner.blocks.orders import spaced
@@ -30,17 +31,19 @@ from runner.blocks.tasks import Browse
 from runner.ports import Ask
 from runner.presenter.scene import Offset, Scene
 
+
+def usual_scale(name: str, interface: Interface) -> Scale:
+    """Return the scale of ``similarity``, ``quality`` or ``difficulty`` that a choice is rated on by default."""
+    low, high = interface.say(f"{name}_low"), interface.say(f"{name}_high")
+    return Scale(name, interface.say(name), low_anchor=low, high_anchor=high)
+
+
+# The thesis's two, as files of before have them.
 SIMILARITY = Scale(
     "similarity",
     "How similar is the image that you chose to the reference?",
     low_anchor="not similar at all",
     high_anchor="looks the same",
-)
-QUALITY = Scale(
-    "quality",
-    "How good is the image that you chose?",
-    low_anchor="bad",
-    high_anchor="excellent",
 )
 DIFFICULTY = Scale(
     "difficulty",
@@ -133,7 +136,7 @@ class BestOfSeries(Block):
         starts = [rng.randrange(len(series.stimuli)) if self.start == "random" else 0 for series in order]
         for number, (series, start) in enumerate(zip(order, starts, strict=True)):
             if self.break_every and number and number % self.break_every == 0:
-                words = f"Time for a break.\n{number} of {len(order)} series are done."
+                words = self.style.say("series_done", done=number, all=len(order))
                 yield replace(page(words, self.style), upcoming=self._scene(series, start, frozenset({start})))
             choice = yield from self._browse(series, start)
             chosen = series.stimuli[choice.index]
@@ -210,9 +213,7 @@ class BestOfSeries(Block):
 
     def _scene(self, series: Series, index: int, seen: frozenset[int]) -> Scene:
         ready = not self.see_all or len(seen) == len(series.stimuli)
-        hint = (
-            "Arrows: leaf through.  Enter: choose this one" if ready else "Arrows: leaf through.  Look at all of them"
-        )
+        hint = self.style.say("leaf_or_choose" if ready else "leaf")
         return series_scene(
             series.stimuli,
             index,
@@ -269,7 +270,8 @@ class BestOfSeriesSpec(BlockSpec):
         """Return the scales that are written, or those that suit the experiment."""
         if "ratings" in self.model_fields_set:
             return tuple(scale.make() for scale in self.ratings)
-        return SIMILARITY if setting.has_reference else QUALITY, DIFFICULTY
+        names = "similarity" if setting.has_reference else "quality", "difficulty"
+        return tuple(usual_scale(name, setting.style.interface) for name in names)
 
     def faults(self, stimuli: Stimuli) -> Iterator[Fault]:
         """Yield wrong stimuli or factors, series of one picture, and scales of one name."""

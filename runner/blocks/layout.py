@@ -182,8 +182,9 @@ def _px(length_mm: float, panel: PanelSpec) -> int:
 
 
 def _refuse_if_too_large(what: str, wide: int, high: int, style: Style) -> None:
-    if wide > style.view_px[0] or high > style.view_px[1]:
-        view = f"{style.view_px[0]} x {style.view_px[1]} px"
+    room = style.room_px
+    if wide > room[0] or high > room[1]:
+        view = f"{room[0]} x {room[1]} px" + (" beside the progress" if room != style.view_px else "")
         raise LayoutError(
             Finding(
                 f"{what}, with the words, need {wide} x {high} px, but an eye's view has {view}",

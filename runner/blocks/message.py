@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from runner.blocks.block import Block, BlockSpec, Draft, Steps, answer
@@ -10,27 +10,31 @@ from runner.blocks.field_types import Words
 from runner.blocks.setting import Setting
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.text_entry import button
-from runner.ports import Ask
+from runner.ports import Ask, Target
+from runner.presenter.lettering import text_area
 from runner.presenter.scene import Scene
 
+PAGES = ("instructions", "break")
 CONTINUE_KEYS = {"space": "continue", "enter": "continue", "pad_a": "continue"}
-_TYPE, _LINE, _LETTERS_PER_LINE = 26, 34, 62
-_HINT = "Press the space bar to go on"
+_TYPE, _WIDTH, _HINT_BELOW, _HINT_ROOM = 26, 860, 60, 20
 
 
-def page(words: str, style: Style, hint: str = _HINT) -> Ask:
-    """Return a page that waits for the space bar, Enter, a gamepad's first button or a click on the hint."""
-    lines = sum(1 + len(line) // _LETTERS_PER_LINE for line in words.rstrip().split("\n"))
-    below = lines * _LINE / 2 + 60
+def page(words: str, style: Style, hint: str = "press_space") -> Ask:
+    """Return a page that waits for the space bar, Enter, a gamepad's first button or a click on the ``hint``.
+
+    The hint is one of the interface's words: ``press_space``, ``next_page``, ``begin`` or ``finish``.
+    """
+    text = style.text(words.rstrip(), height=_TYPE, width=_WIDTH)
+    area = text_area(text)
+    # In the middle, or higher where the hint would not fit below.
+    below = (area.bottom if area else 0) + style.px(_HINT_BELOW)
+    up = max(0, below + style.px(_HINT_ROOM) - style.room_px[1] // 2)
+    told = style.text(style.say(hint), height=20, share=0.2)
+    place = 0, below - up
     return Ask(
-        Scene(
-            (
-                style.text(words.rstrip(), height=_TYPE, width=860),
-                style.text(hint, y=below, height=20, share=0.2),
-            )
-        ),
+        Scene((replace(text, offset_px=(0, -up)), replace(told, offset_px=place))),
         CONTINUE_KEYS,
-        targets={"continue": style.target(0, below, 400, 50)},
+        targets={"continue": Target(place, (style.px(400), style.px(50)))},
     )
 
 
@@ -41,6 +45,7 @@ class Message(Block):
     kind: str
     words: str
     style: Style = FULL_HD_HALF
+    hint: str = "press_space"
 
     @property
     def expected_s(self) -> float:
@@ -49,7 +54,7 @@ class Message(Block):
 
     def steps(self) -> Steps:
         """Show the page and record that it was read."""
-        response = answer((yield page(self.words, self.style)))
+        response = answer((yield page(self.words, self.style, self.hint)))
         yield Draft(self.kind, response_time_s=response.time_s, repeatable=False)
 
 
@@ -61,7 +66,7 @@ class InstructionsSpec(BlockSpec):
 
     def make(self, setting: Setting) -> Message:
         """Return the page."""
-        return Message(self.kind, self.text, setting.style)
+        return Message(self.kind, self.text, setting.style, setting.hint)
 
 
 class BreakSpec(BlockSpec):
@@ -71,18 +76,12 @@ class BreakSpec(BlockSpec):
     text: Words = "Time for a break."
 
     def make(self, setting: Setting) -> Message:
-        """Return the page."""
-        return Message(self.kind, self.text, setting.style)
+        """Return the page, in the interface's words if it has none of its own."""
+        words = self.text if "text" in self.model_fields_set else setting.style.say("break_page")
+        return Message(self.kind, words, setting.style)
 
 
 _OPTIONS = {"c": "continue", "r": "repeat", "n": "note", "s": "stop"}
-_WORDS = {
-    "continue": "Continue",
-    "repeat": "Repeat the last trial",
-    "note": "Write a note",
-    "stop": "Stop the session",
-}
-_KEPT = "Every answer so far is kept; a stopped session can be resumed."
 _TOP, _ROW = -80.0, 72.0
 
 
@@ -95,16 +94,16 @@ def pause_menu(style: Style, *, can_repeat: bool) -> Ask:
         item
         for key, y in rows.items()
         for item in (
-            *button(style, key.upper(), -190, y, 52, 52),
-            *button(style, _WORDS[keys[key]], 35, y, 370, 52),
+            *button(style, style.interface.key(key), -190, y, 52, 52),
+            *button(style, style.say(f"menu_{keys[key]}"), 35, y, 370, 52),
         )
     ]
     return Ask(
         Scene(
             (
-                style.text("Pause", y=_TOP - 90, height=36),
+                style.text(style.say("pause"), y=_TOP - 90, height=36),
                 *buttons,
-                style.text(_KEPT, y=below, height=20, share=0.2),
+                style.text(style.say("menu_kept"), y=below, height=20, share=0.2),
             )
         ),
         {**keys, "escape": "continue"},

@@ -11,7 +11,7 @@ from typing import Literal
 
 from runner.blocks.block import Hold, Response, answer
 from runner.blocks.layout import PairLayout, SingleLayout
-from runner.blocks.message import CONTINUE_KEYS
+from runner.blocks.message import CONTINUE_KEYS, page
 from runner.blocks.style import Style
 from runner.ports import Ask, Target
 from runner.presenter.scene import Item, Offset, Picture, Scene, Text
@@ -19,7 +19,6 @@ from runner.presenter.scene import Item, Offset, Picture, Scene, Text
 Ties = Literal["none", "no_difference", "not_sure", "both"]
 TIES = ("no_difference", "not_sure")
 _TIE_KEYS = {"no_difference": "n", "not_sure": "u"}
-_TIE_WORDS = {"no_difference": "N: no difference", "not_sure": "U: not sure"}
 _APART, _WIDTH, _HEIGHT = 220.0, 210.0, 30.0  # units of Style
 
 
@@ -36,7 +35,8 @@ def tie_keys(ties: Ties) -> dict[str, str]:
 def tie_words(ties: Ties, middle_px: Offset, style: Style) -> tuple[Text, ...]:
     """Return the answers in small words, side by side about a place."""
     places = _tie_places(ties, middle_px, style)
-    return tuple(Text(_TIE_WORDS[m], place, style.px(17), style.px(_WIDTH), 0.2) for m, place in places.items())
+    said = {m: style.say(m, key=style.interface.key(_TIE_KEYS[m])) for m in places}
+    return tuple(Text(said[m], place, style.px(17), style.px(_WIDTH), 0.2) for m, place in places.items())
 
 
 def tie_targets(ties: Ties, middle_px: Offset, style: Style) -> dict[str, Target]:
@@ -202,8 +202,10 @@ class SequenceView:
         return self.layout.picture_px
 
 
-SEQUENCE_WORDS = "You will see two pictures, one after the other.\nThen comes the question."
-_OWN_PACE_HINT = "Press the space bar to go on"
+def sequence_page(style: Style) -> Ask:
+    """Return the page before a sequence."""
+    return page(style.say("sequence_page"), style, "begin")
+
 
 Showing = Generator[Ask | Hold, Response | None, list[float]]
 
@@ -236,8 +238,9 @@ def _intervals(
         if exposure_s is not None:
             yield Hold(view.position_names[number], view.interval(number, stimulus), exposure_s)
             continue
-        scene = view.interval(number, stimulus, hint=_OWN_PACE_HINT)
-        upcoming = view.interval(1, second, hint=_OWN_PACE_HINT) if number == 0 else None
+        hint = view.style.say("press_space")
+        scene = view.interval(number, stimulus, hint=hint)
+        upcoming = view.interval(1, second, hint=hint) if number == 0 else None
         picture = Target(view.layout.picture_px, view.layout.aperture_px)
         response = answer((yield Ask(scene, CONTINUE_KEYS, upcoming, targets={"continue": picture})))
         dwell_s.append(response.time_s)

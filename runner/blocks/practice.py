@@ -11,6 +11,7 @@ from pydantic import Field, PositiveInt
 
 from documents.yaml import Strict
 from runner.blocks.block import Block, BlockSpec, Draft, Fault, Hold, Response, Steps, answer
+from runner.blocks.interface import ENGLISH
 from runner.blocks.message import page
 from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import FULL_HD_HALF, Style
@@ -24,16 +25,16 @@ if TYPE_CHECKING:
 Feedback = Literal["none", "correctness", "choice"]
 _FEEDBACK_S = 2.0
 _PLACES = {
-    ("top", "first"): "the upper picture",
-    ("top", "second"): "the lower picture",
-    ("left", "first"): "the left picture",
-    ("left", "second"): "the right picture",
+    ("top", "first"): "upper_picture",
+    ("top", "second"): "lower_picture",
+    ("left", "first"): "left_picture",
+    ("left", "second"): "right_picture",
 }
 _ANSWERS = {
-    "first": "the first picture",
-    "second": "the second picture",
-    "no_difference": "no difference",
-    "not_sure": "not sure",
+    "first": "first_picture",
+    "second": "second_picture",
+    "no_difference": "answer_no_difference",
+    "not_sure": "answer_not_sure",
 }
 
 
@@ -109,7 +110,7 @@ class Practice(Block):
             else:
                 if isinstance(step.data.get("correct"), bool):
                     correct = step.data["correct"]
-                words = feedback_words(step.data, correct, self.feedback)
+                words = feedback_words(step.data, correct, self.feedback, self.style.say)
                 if words:
                     yield page(words, self.style)
                 done += 1
@@ -126,16 +127,18 @@ class Practice(Block):
         return self.until is not None and len(right) == self.until.of and sum(right) >= self.until.share * self.until.of
 
 
-def feedback_words(data: Mapping[str, Any], correct: bool | None, feedback: Feedback) -> str:
+def feedback_words(
+    data: Mapping[str, Any], correct: bool | None, feedback: Feedback, say: Callable[..., str] = ENGLISH.say
+) -> str:
     """Return the feedback on an answer, ``correct`` or not if that is known; empty where there is none."""
     if feedback == "correctness":
-        return "" if correct is None else "That was right." if correct else "That was not right."
+        return "" if correct is None else say("right" if correct else "wrong")
     if feedback == "choice":
         given = data.get("answer")
         if given is None:
-            return "Your answer was taken down."
-        words = _PLACES.get((str(data.get("first_position")), str(given))) or _ANSWERS.get(str(given)) or str(given)
-        return f"Your answer: {words}."
+            return say("answer_kept")
+        name = _PLACES.get((str(data.get("first_position")), str(given))) or _ANSWERS.get(str(given))
+        return say("your_answer", answer=say(name) if name else given)
     return ""
 
 

@@ -19,7 +19,7 @@ from runner.blocks.field_types import Line, Seconds, ShortSeconds
 from runner.blocks.layout import PairLayout, SingleLayout
 from runner.blocks.message import page
 from runner.blocks.orders import spread
-from runner.blocks.pair_views import SEQUENCE_WORDS, SequenceView, SimultaneousView, present
+from runner.blocks.pair_views import SequenceView, SimultaneousView, present, sequence_page
 from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.tasks import Compare
@@ -114,10 +114,10 @@ class Preference(Block):
             (pair.stereo, pair.flat) if stereo_first else (pair.flat, pair.stereo) for pair, stereo_first in order
         ]
         if isinstance(view, SequenceView):
-            yield replace(page(SEQUENCE_WORDS, self.style), upcoming=view.pair(*trials[0]))
+            yield replace(sequence_page(self.style), upcoming=view.pair(*trials[0]))
         for number, (first, second) in enumerate(trials):
             if self.break_every and number and number % self.break_every == 0:
-                words = f"Time for a break.\n{number} of {len(trials)} comparisons are done."
+                words = self.style.say("comparisons_done", done=number, all=len(trials))
                 yield replace(page(words, self.style), upcoming=view.pair(first, second))
             if self.blank_s and number:
                 yield Hold("blank", Scene(), self.blank_s)

@@ -71,23 +71,24 @@ class Choice:
         """Return the question above a row for each option; arrows mark a row, round and round, and Enter takes it."""
         keys = self.keys
         pitch = _PITCH if len(keys) <= _ROOMY else _NARROW_PITCH
-        prompt = lines_needed(self.question, _PROMPT, _WIDE) * _PROMPT * 1.25
+        wide = min(_WIDE, style.width - 40)
+        prompt = lines_needed(self.question, _PROMPT, wide) * _PROMPT * 1.25
         height = prompt + 50 + pitch * len(keys) + 60
         top = -height / 2 + prompt + 50
         heights = {meaning: top + pitch * (row + 0.5) for row, meaning in enumerate(keys.values())}
-        items: list[Item] = [style.text(self.question, y=-height / 2 + prompt / 2, height=_PROMPT, width=_WIDE)]
+        items: list[Item] = [style.text(self.question, y=-height / 2 + prompt / 2, height=_PROMPT, width=wide)]
         for key, meaning in keys.items():
-            words = "No answer" if meaning == NO_ANSWER else self.options[int(meaning) - 1]
+            words = style.say("no_answer") if meaning == NO_ANSWER else self.options[int(meaning) - 1]
             lit = meaning == marked
-            items += button(style, words, 0, heights[meaning], _WIDE, _HIGH * pitch, lit=lit)
-            items.append(style.text(key.upper(), -_WIDE / 2 + 30, heights[meaning], height=22, share=0.25))
-        hint = "Enter takes the one that is marked" if marked else "Press its key, or click on it"
+            items += button(style, words, 0, heights[meaning], wide, _HIGH * pitch, lit=lit)
+            items.append(style.text(style.interface.key(key), -wide / 2 + 30, heights[meaning], height=22, share=0.25))
+        hint = style.say("take_option" if marked else "choose_option")
         items.append(style.text(hint, y=height / 2 - 20, height=20, share=0.2))
         return Ask(
             Scene(tuple(items)),
             {**keys, **_MOVES, **(dict.fromkeys(_TAKE, marked) if marked else {})},
             task=Choose(self.name, tuple(keys.values())),
-            targets={meaning: style.target(0, y, _WIDE, pitch) for meaning, y in heights.items()},
+            targets={meaning: style.target(0, y, wide, pitch) for meaning, y in heights.items()},
         )
 
 

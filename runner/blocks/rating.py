@@ -80,7 +80,7 @@ class Rating(Block):
         order = repeated(self.stimuli, self.repeats, random.Random(self.seed))
         for number, stimulus in enumerate(order):
             if self.break_every and number and number % self.break_every == 0:
-                words = f"Time for a break.\n{number} of {len(order)} images are done."
+                words = self.style.say("images_done", done=number, all=len(order))
                 yield replace(page(words, self.style), upcoming=self._scene(stimulus))
             if self.blank_s and number:
                 yield Hold("blank", Scene(), self.blank_s)

@@ -18,7 +18,7 @@ from runner.ports import Ask, Target
 from runner.presenter.scene import Item, Scene, Text
 
 MOST_POINTS = 11
-_LINE, _END = 40.0, 360.0  # from the top of the scale to its line, from its middle to either end
+_LINE, _END, _BESIDE = 40.0, 360.0, 118.0  # from its top to its line, its middle to either end, and for words there
 _NUMBERS, _ANCHORS, _HINT = 78.0, 122.0, 178.0
 _CLEAR = 46.0  # what the marker's number needs to either side
 _PLAIN, _CHOSEN, _SMALL = 0.25, 0.6, 0.2  # shares of white
@@ -160,18 +160,19 @@ def scale_items(
 ) -> tuple[Item, ...]:
     """Return the question, the scale and, if it stands at ``current``, its marker."""
     top = _top(style, layout)
-    line = top + _LINE
-    items: list[Item] = [_question(scale, style, top, layout), style.box(0, line, 2 * _END, 3, _PLAIN)]
+    line, end = top + _LINE, _end(style)
+    items: list[Item] = [_question(scale, style, top, layout), style.box(0, line, 2 * end, 3, _PLAIN)]
+    at = {number: end * (2 * scale.place(number) - 1) for number in scale.numbers}
     for number in scale.numbered:
-        items.append(style.box(_x(scale, number), line, 3, 22, _PLAIN))
-        if current is None or abs(_x(scale, number) - _x(scale, current)) > _CLEAR:
-            items.append(style.text(str(number), _x(scale, number), top + _NUMBERS, height=24, share=_PLAIN))
+        items.append(style.box(at[number], line, 3, 22, _PLAIN))
+        if current is None or abs(at[number] - at[current]) > _CLEAR:
+            items.append(style.text(str(number), at[number], top + _NUMBERS, height=24, share=_PLAIN))
     if current is not None:
-        items.append(style.box(_x(scale, current), line, 16, 40, _CHOSEN))
-        items.append(style.text(str(current), _x(scale, current), top + _NUMBERS, height=30, share=_CHOSEN))
-    anchors = ((scale.low_anchor, -_END), (scale.middle_anchor, 0.0), (scale.high_anchor, _END))
+        items.append(style.box(at[current], line, 16, 40, _CHOSEN))
+        items.append(style.text(str(current), at[current], top + _NUMBERS, height=30, share=_CHOSEN))
+    anchors = ((scale.low_anchor, -end), (scale.middle_anchor, 0.0), (scale.high_anchor, end))
     items += [style.text(words, x, top + _ANCHORS, height=20, width=230, share=_SMALL) for words, x in anchors if words]
-    items.append(style.text(_hint(scale, current), 0, top + _HINT, height=20, share=_SMALL))
+    items.append(style.text(style.say(_hint(scale, current)), 0, top + _HINT, height=20, share=_SMALL))
     return tuple(items)
 
 
@@ -180,10 +181,11 @@ def scale_targets(
 ) -> dict[str, Target]:
     """Return where each number can be clicked, and where the marker's number can be accepted."""
     top = _top(style, layout)
-    width = 2 * _END / (scale.highest - scale.lowest)
+    end = _end(style)
+    width = 2 * end / (scale.highest - scale.lowest)
     high = _NUMBERS - _LINE
     targets = {
-        str(number): style.target(_x(scale, number), top + _LINE + high / 2, width, 2 * high)
+        str(number): style.target(end * (2 * scale.place(number) - 1), top + _LINE + high / 2, width, 2 * high)
         for number in scale.numbers
     }
     if current is not None:
@@ -195,8 +197,9 @@ def _top(style: Style, layout: SingleLayout | None) -> float:
     return -20.0 if layout is None else layout.below_px / style.unit_px
 
 
-def _x(scale: Scale, number: int) -> float:
-    return _END * (2 * scale.place(number) - 1)
+def _end(style: Style) -> float:
+    """Return how far from its middle a scale may end, with room for words there."""
+    return min(_END, style.width / 2 - _BESIDE)
 
 
 def _question(scale: Scale, style: Style, top: float, layout: SingleLayout | None) -> Text:
@@ -207,10 +210,10 @@ def _question(scale: Scale, style: Style, top: float, layout: SingleLayout | Non
 
 def _hint(scale: Scale, current: int | None) -> str:
     if current is not None:
-        return "Enter when done"
+        return "scale_done"
     if scale.is_slider:
-        return "Click, or press a number or the arrows"
-    return "Press a number" if set(scale.number_keys.values()) else "Press the arrows"
+        return "scale_slider"
+    return "scale_number" if set(scale.number_keys.values()) else "scale_arrows"
 
 
 WIDEST = 100

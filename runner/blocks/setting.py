@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 from devices.display import Rig
 from runner.blocks.layout import NO_REFERENCE, LayoutSpec, PairLayout, SingleLayout, pair_layout, single_layout
@@ -35,7 +36,7 @@ class Stimuli:
 class Setting:
     """An experiment as one block, number ``index`` in the file, and one ``observer`` meet it.
 
-    ``view_px`` is the size of an eye's view in pixels of the panel.
+    ``style`` is how words look in an eye's view; ``followed_by`` says what comes after the block.
     """
 
     experiment: str
@@ -43,15 +44,16 @@ class Setting:
     question: str
     layout: LayoutSpec
     rig: Rig
-    view_px: tuple[int, int]
+    style: Style
     stimuli: Stimuli
     observer: str
     index: int = 0
+    followed_by: Literal["page", "trials", "nothing"] = "trials"
 
     @property
-    def style(self) -> Style:
-        """How words look."""
-        return Style(self.view_px)
+    def hint(self) -> str:
+        """What a page says to press the space bar for, by its name among the interface's words."""
+        return {"page": "next_page", "trials": "begin", "nothing": "finish"}[self.followed_by]
 
     @property
     def reference(self) -> str | None:

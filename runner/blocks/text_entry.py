@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from decimal import Decimal
+from typing import TypeAlias
 
 from runner.blocks.block import Response, answer
+from runner.blocks.interface import ENGLISH
 from runner.blocks.style import Style
 from runner.blocks.tasks import Write
 from runner.ports import Ask
 from runner.presenter.scene import Box, Item, Scene
 
+Say: TypeAlias = Callable[..., str]  # the interface's words by their name
 LONGEST = 500
 LONGEST_NUMBER = 24
 _NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)")
@@ -25,11 +28,11 @@ class Words:
 
     longest: int = LONGEST
 
-    def refusal(self, longer: str) -> str:
+    def refusal(self, longer: str, say: Say = ENGLISH.say) -> str:
         """Say why ``longer`` cannot be typed; nothing if it can."""
-        return f"There is room for {self.longest} characters" if len(longer) > self.longest else ""
+        return say("no_room", count=self.longest) if len(longer) > self.longest else ""
 
-    def fault(self, typed: str) -> str:
+    def fault(self, typed: str, say: Say = ENGLISH.say) -> str:
         """Say what is wrong with an answer that is not empty; nothing if it will do."""
         return ""
 
@@ -37,10 +40,9 @@ class Words:
         """Return the answer."""
         return typed.strip()
 
-    @property
-    def wanted(self) -> str:
-        """What to type."""
-        return "Type your answer"
+    def wanted(self, say: Say = ENGLISH.say) -> str:
+        """Return what to type."""
+        return say("type_words")
 
     @property
     def example(self) -> str:
@@ -57,40 +59,40 @@ class Number:
     highest: float | None = None
     whole: bool = False
 
-    def refusal(self, longer: str) -> str:
+    def refusal(self, longer: str, say: Say = ENGLISH.say) -> str:
         """Say why ``longer`` cannot be typed; nothing if it can."""
         sign = "" if self.lowest is not None and self.lowest >= 0 else "[+-]?"
         fraction = "" if self.whole else r"([.,]\d*)?"
         if re.fullmatch(rf"{sign}\d*{fraction}", longer, re.ASCII) is None:
-            return "Digits only" if self.whole and not sign else "A number only"
-        return "That number is too long" if len(longer) > LONGEST_NUMBER else ""
+            return say("digits_only" if self.whole and not sign else "number_only")
+        return say("number_too_long") if len(longer) > LONGEST_NUMBER else ""
 
-    def fault(self, typed: str) -> str:
+    def fault(self, typed: str, say: Say = ENGLISH.say) -> str:
         """Say what is wrong with an answer that is not empty; nothing if it will do."""
+        wanted = self.wanted(say)
         if _NUMBER.fullmatch(typed) is None:
-            return self.wanted
+            return wanted
         number = self.value(typed)
         low = self.lowest is not None and number < self.lowest
         high = self.highest is not None and number > self.highest
-        return f"{typed} is too {'low' if low else 'high'}: {_lower(self.wanted)}" if low or high else ""
+        return say("too_low" if low else "too_high", typed=typed, wanted=_lower(wanted)) if low or high else ""
 
     def value(self, typed: str) -> float | int:
         """Return the answer; a decimal comma counts as a point."""
         plain = typed.replace(",", ".")
         return int(plain) if plain.lstrip("+-").isdigit() else float(plain)
 
-    @property
-    def wanted(self) -> str:
-        """What to type."""
+    def wanted(self, say: Say = ENGLISH.say) -> str:
+        """Return what to type."""
+        kind = "type_whole" if self.whole else "type_number"
         unit = f" {self.unit}" if self.unit else ""
-        kind = "whole number" if self.whole else "number"
         if self.lowest is not None and self.highest is not None:
-            return f"Type a {kind} from {written(self.lowest)} to {written(self.highest)}{unit}"
+            return say(f"{kind}_between", lowest=written(self.lowest), highest=written(self.highest), unit=unit)
         if self.lowest is not None:
-            return f"Type a {kind}, {written(self.lowest)}{unit} or more"
+            return say(f"{kind}_above", lowest=written(self.lowest), unit=unit)
         if self.highest is not None:
-            return f"Type a {kind}, {written(self.highest)}{unit} or less"
-        return f"Type a {kind}{f' ({self.unit})' if self.unit else ''}"
+            return say(f"{kind}_below", highest=written(self.highest), unit=unit)
+        return say(kind, unit=f" ({self.unit})" if self.unit else "")
 
     @property
     def example(self) -> str:
@@ -162,7 +164,7 @@ def typed(
     took_s = 0.0
     presses = 0
     while True:
-        fault = _fault(words, field, required=required)
+        fault = _fault(words, field, style.say, required=required)
         # Every press changes the page, if only how bright a word is: each screen has an onset of its own.
         bright = 0.5 + 0.1 * (presses % 2)
         response = answer((yield _page(prompt, words, style, name, field, fault, (message, bright), required=required)))
@@ -174,18 +176,18 @@ def typed(
         if response.meaning == "refuse":
             message = fault
         elif response.meaning == "erase":
-            message = "" if words else "Nothing is typed yet"
+            message = "" if words else style.say("nothing_typed")
             words = words[:-1]
         else:
             longer = words + response.meaning.removeprefix("text ")
-            message = field.refusal(longer)
+            message = field.refusal(longer, style.say)
             words = words if message else longer
 
 
-def _fault(words: str, field: Words | Number, *, required: bool) -> str:
+def _fault(words: str, field: Words | Number, say: Say, *, required: bool) -> str:
     if not words.strip():
-        return field.wanted if required else ""
-    return field.fault(words.strip())
+        return field.wanted(say) if required else ""
+    return field.fault(words.strip(), say)
 
 
 def _page(
@@ -201,25 +203,27 @@ def _page(
 ) -> Ask:
     """Return the prompt above a field with what was typed so far, and below it a button and what is to be done."""
     number = isinstance(field, Number)
-    rows = 1 if isinstance(field, Number) else max(2, lines_needed(words + _CARET, _TYPE, _WIDTH))
+    width = min(_WIDTH, style.width - 100)
+    rows = 1 if isinstance(field, Number) else max(2, lines_needed(words + _CARET, _TYPE, width))
     high = 28 + rows * _TYPE * _LINE_SPACING
-    wide = 420 if number else _WIDTH + 60
-    prompt_lines = lines_needed(prompt, _PROMPT, _WIDTH)
+    wide = min(420, width) if number else width + 60
+    prompt_lines = lines_needed(prompt, _PROMPT, width)
     above = -high / 2 - 44 - prompt_lines * _PROMPT * _LINE_SPACING / 2
     done = high / 2 + 64
-    hint = field.wanted if fault else "Press Enter when you are done"
+    wanted = field.wanted(style.say)
+    hint = wanted if fault else style.say("press_when_done")
     if not words.strip() and not required:
-        hint = f"{field.wanted}, or press Enter to leave it empty"
+        hint = style.say("or_leave_empty", wanted=wanted)
     accept = "refuse" if fault else "accept"
     return Ask(
         Scene(
             (
-                style.text(prompt, y=above, height=_PROMPT, width=_WIDTH),
+                style.text(prompt, y=above, height=_PROMPT, width=width),
                 *frame(style, 0, 0, wide, high, 0.3),
-                style.text(f"{words}{_CARET}", height=_TYPE, width=_WIDTH),
-                *button(style, "Done", 0, done, 180, 52, lit=not fault),
+                style.text(f"{words}{_CARET}", height=_TYPE, width=width),
+                *button(style, style.say("done"), 0, done, 180, 52, lit=not fault),
                 style.text(
-                    message[0] or hint, y=done + 70, height=20, width=_WIDTH, share=message[1] if message[0] else 0.2
+                    message[0] or hint, y=done + 70, height=20, width=width, share=message[1] if message[0] else 0.2
                 ),
             )
         ),

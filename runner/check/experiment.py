@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,8 @@ from runner.check.machine import check_results, check_screen
 from runner.check.pictures import check_pictures
 from runner.check.report import CheckOptions, CheckReport
 from runner.check.screens import check_screens
+from runner.ports import Ask
+from runner.presenter.scene import Scene
 from runner.presenter.surfaces.screens import primary_monitor
 from runner.protocol.experiment import Experiment, ExperimentSpec, read_experiment
 from stimuli.recipes import read_recipe, unreadable
@@ -107,13 +109,19 @@ def _rig_faults(options: CheckOptions, file: Path) -> list[Finding]:
 
 def check_blocks(report: CheckReport, design: Experiment, source: YamlSource) -> None:
     """Report the number of trials, their time and what the keys do, for each block and in total."""
-    blocks = design.example_blocks
+    blocks, interface = design.example_blocks, design.style.interface
+
+    def pressed(keys: Mapping[str, str]) -> Mapping[str, str]:
+        return interface.listening(Ask(Scene(), keys)).keys
+
     minutes = sum(block.expected_s for block in blocks) / 60
     report.facts["trials"] = sum(block.trials for block in blocks)
     report.facts["minutes"] = round(minutes, 1)
-    report.facts["blocks"] = [_block(spec, block) for spec, block in zip(design.spec.blocks, blocks, strict=True)]
-    everywhere = {"space": "continue", "escape": "pause"}
-    report.facts["keys"] = {key: what for block in blocks for key, what in block.keys.items()} | everywhere
+    report.facts["blocks"] = [
+        _block(spec, block, pressed) for spec, block in zip(design.spec.blocks, blocks, strict=True)
+    ]
+    everywhere = {**pressed({"space": "continue"}), "escape": "pause"}
+    report.facts["keys"] = {key: what for block in blocks for key, what in pressed(block.keys).items()} | everywhere
     if minutes > LONG_MINUTES:
         what = f"a session takes about {minutes:.0f} minutes, and ITU-R BT.500 has half an hour at most"
         report.warnings.append(source.finding(("blocks",), what, "split it, or let observers rest"))
@@ -129,12 +137,12 @@ def check_blocks(report: CheckReport, design: Experiment, source: YamlSource) ->
         report.warnings.append(source.finding(("blocks",), what, "add a block such as all_pairs"))
 
 
-def _block(spec: Any, block: Block) -> dict[str, Any]:
+def _block(spec: Any, block: Block, pressed: Callable[[Mapping[str, str]], Mapping[str, str]]) -> dict[str, Any]:
     return {
         "kind": spec.kind,
         "trials": block.trials,
         "minutes": round(block.expected_s / 60, 2),
-        "keys": dict(block.keys) or ({} if block.trials else dict.fromkeys(CONTINUE_KEYS, "continue")),
+        "keys": dict(pressed(block.keys or ({} if block.trials else dict.fromkeys(CONTINUE_KEYS, "continue")))),
         **_particulars(spec, block),
     }
 

@@ -10,6 +10,7 @@ from typing import TypeAlias
 import moderngl
 
 from devices.compensation import Rectangle
+from runner.presenter.ground import Inks
 from runner.presenter.modes.mode import EyeArea, Weave
 from runner.presenter.scene import Box, Picture, Scene, Text
 from runner.presenter.shaders import compile_program, set_uniform, shader_file
@@ -48,11 +49,12 @@ class Plan:
 
 @dataclass(frozen=True, slots=True)
 class Drawing:
-    """Draws with ``painter`` and ``words`` on ``surface``."""
+    """Draws with ``painter`` and ``words`` on ``surface``; on black where there is no background of ``inks``."""
 
     surface: Surface
     painter: Painter
     words: Words
+    inks: Inks | None = None
 
     def plan(
         self,
@@ -84,6 +86,8 @@ class Drawing:
                 self.painter.fill(target, plan.square, WHITE if lit else BLACK)
 
     def _steps(self, scene: Scene, area: EyeArea, pictures: Mapping[Picture, PictureCodes]) -> Iterator[Step]:
+        if self.inks is not None and self.inks.ground.background is not None:
+            yield partial(self._background, area=area)
         for item in scene.items:
             if isinstance(item, Picture):
                 codes = pictures[item].eye(area.eyes[0])
@@ -95,6 +99,10 @@ class Drawing:
             line = Rectangle(0, area.sync_line.top, self.surface.size_px[0], area.sync_line.height)
             yield partial(self.painter.fill, place=line, codes=BLACK)
             yield partial(self.painter.fill, place=area.sync_line, codes=BLUE)
+
+    def _background(self, target: moderngl.Framebuffer, area: EyeArea) -> None:
+        """Fill an eye's own pixels with plain words that have no letters: ink of share 0 is the background."""
+        self.painter.cover(target, self.words.whole(), self.words.ink(area.eyes[0], 0.0), area)
 
     def _covered(self, areas: Sequence[EyeArea], scene: Scene, pictures: Mapping[Picture, PictureCodes]) -> bool:
         """Whether pictures will cover every pixel of a buffer, so that it need not be cleared."""
@@ -193,6 +201,16 @@ class Painter:
         ink.use(1)
         self._text_area.render(moderngl.TRIANGLE_STRIP, vertices=4)
         self._context.disable(moderngl.BLEND)
+
+    def cover(
+        self, target: moderngl.Framebuffer, whole: moderngl.Texture, ink: moderngl.Texture, area: EyeArea
+    ) -> None:
+        """Cover all of an eye's area with ``ink``; ``whole`` is the coverage of one pixel."""
+        _aim(self._text, target, area.rectangle, area.weave)
+        _map(self._text, (0, 0), (0, 0))
+        whole.use(0)
+        ink.use(1)
+        self._text_area.render(moderngl.TRIANGLE_STRIP, vertices=4)
 
     def fill(self, target: moderngl.Framebuffer, place: Rectangle, codes: tuple[float, float, float]) -> None:
         """Fill ``place`` with codes in 0..1, as they are."""

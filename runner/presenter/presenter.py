@@ -13,6 +13,7 @@ from runner.presenter.counters import Counters, SwapLog, Work, missed_frames
 from runner.presenter.dithering import Dithering
 from runner.presenter.drawing import Drawing, Painter, Plan
 from runner.presenter.errors import GraphicsError, PresentationError
+from runner.presenter.ground import Ground, Inks
 from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.modes.registry import require
 from runner.presenter.pictures import PictureKey, Pictures
@@ -57,6 +58,8 @@ class Presenter:
         as the picture is decoded. Words and marks stay as they are.
     prepare
         Changes a picture for the place at which it is shown, an offset in pixels from the middle of the eyes' views.
+    ground
+        The background and the light of words; black, and shares of the display's white if None.
 
     Raises
     ------
@@ -76,6 +79,7 @@ class Presenter:
         dithering: Dithering | None = None,
         correction: Correction | None = None,
         prepare: Callable[[StereoImage, Offset], StereoImage] | None = None,
+        ground: Ground | None = None,
     ) -> None:
         require(mode, surface)
         self.surface = surface
@@ -113,9 +117,13 @@ class Presenter:
             surface.context, views, load, self._work, picture_budget_bytes, prepare=prepare, decoded=surface.wake
         )
         weave = self.areas[0].weave
-        self._words = Words(surface.context, models, self._work, TEXT_BUDGET_BYTES, squeeze, mixture, bits, weave)
+        leaks = correction and Correction(correction.crosstalk, lift_share=correction.lift_share)
+        inks = None
+        if ground is not None:
+            inks = Inks(ground, mode.compensation(models, surface.size_px, leaks or Correction()))
+        self._words = Words(surface.context, models, self._work, TEXT_BUDGET_BYTES, squeeze, mixture, bits, weave, inks)
         self._painter = Painter(surface.context, surface.calls)
-        self._drawing = Drawing(surface, self._painter, self._words)
+        self._drawing = Drawing(surface, self._painter, self._words, inks)
         self._swaps = SwapLog()
         self._scene: Scene | None = None
         self._upcoming: tuple[PictureKey, ...] = ()

@@ -13,6 +13,7 @@ from devices.compensation import Mixture
 from devices.display import DisplayModel, Eye, EyeModels
 from runner.presenter.counters import Work
 from runner.presenter.depth import Bits, highest_code
+from runner.presenter.ground import Inks
 from runner.presenter.lettering import coverage
 from runner.presenter.modes.mode import Weave
 from runner.presenter.scene import Box, Text
@@ -91,8 +92,10 @@ class Words:
         mixture: Mixture | None = None,
         bits: Bits = 8,
         weave: Weave | None = None,
+        inks: Inks | None = None,
     ) -> None:
         self._weave = weave
+        self._by_ground = inks
         self._context = context
         self._models = models
         self._mixture = mixture
@@ -100,7 +103,8 @@ class Words:
         self._squeeze = squeeze
         self._bits = bits
         self._sheets: LruCache[tuple[str, int, int], Sheet] = LruCache(budget_bytes)
-        self._inks: LruCache[tuple[int, float], Sheet] = LruCache(1 << 20)
+        self._inks: LruCache[tuple[int | str, float], Sheet] = LruCache(1 << 20)
+        self._whole: Sheet | None = None
 
     def coverage(self, item: Text | Box) -> Sheet | None:
         """Return the coverage of ``item``, top row first; None if there is nothing to see."""
@@ -117,14 +121,26 @@ class Words:
 
     def ink(self, eye: Eye, luminance_share: float) -> moderngl.Texture:
         """Return the ramp of ink of ``luminance_share`` for ``eye``, 256 texels wide."""
-        model = self._models.eye(eye)
-        key = id(model), luminance_share
-        sheet = self._inks.get(key, lambda: self._ramp(self._ink_codes(model, luminance_share)))
+        model, inks = self._models.eye(eye), self._by_ground
+        key = (id(model) if inks is None else eye), luminance_share
+        if inks is None:
+            sheet = self._inks.get(key, lambda: self._ramp(self._ink_codes(model, luminance_share)))
+        else:
+            sheet = self._inks.get(key, lambda: self._floats(inks.ramp(eye, luminance_share)))
         self._inks.trim({key})
         return sheet.texture
 
+    def whole(self) -> moderngl.Texture:
+        """Return the coverage of a pixel that is all ink."""
+        if self._whole is None:
+            self._whole = self._sheet(np.full((1, 1), 255, np.uint8), 1)
+        return self._whole.texture
+
     def release(self) -> None:
         """Free everything."""
+        if self._whole is not None:
+            self._whole.release()
+            self._whole = None
         self._sheets.clear()
         self._inks.clear()
 
@@ -149,7 +165,10 @@ class Words:
         """Return the codes as a texture: bytes where 8 bits hold them, else floats, as 10 bits are blended from."""
         if codes.dtype == np.uint8:
             return self._sheet(codes[np.newaxis], 3)
-        return self._sheet((codes / highest_code(self._bits)).astype(np.float32)[np.newaxis], 3, "f4")
+        return self._floats(codes / highest_code(self._bits))
+
+    def _floats(self, codes: NDArray[np.float64]) -> Sheet:
+        return self._sheet(codes.astype(np.float32)[np.newaxis], 3, "f4")
 
     def _sheet(self, pixels: NDArray[Any], components: int, dtype: str = "f1") -> Sheet:
         height, width = pixels.shape[:2]

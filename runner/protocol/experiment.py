@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
 
@@ -19,16 +19,28 @@ from documents.yaml import Path_, Strict, YamlSource
 from runner.blocks.block import Block, BlockSpec, Fault
 from runner.blocks.field_types import Line
 from runner.blocks.layout import NO_REFERENCE, PHYSICAL, LayoutError, LayoutSpec, aperture_px, visible_part
+from runner.blocks.message import PAGES
 from runner.blocks.registry import AnyBlockSpec
 from runner.blocks.setting import Factors, Setting, Stimuli
 from runner.blocks.style import Style
 from runner.errors import SessionError
 from runner.presenter.dithering import Dithering
+from runner.presenter.ground import Ground
 from runner.presenter.modes.mode import Mode
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.scene import Offset
 from runner.presenter.surfaces.screens import primary_monitor
+from runner.protocol.appearance import (
+    OwnKeys,
+    OwnStyle,
+    OwnWords,
+    StyleSpec,
+    interface_faults,
+    interface_of,
+    key_clashes,
+    light_faults,
+)
 from stimuli.build import other_observer
 from stimuli.pictures import Part
 from stimuli.recipes import read_recipe
@@ -81,6 +93,9 @@ class ExperimentSpec(Strict):
     blocks: Annotated[list[AnyBlockSpec], Field(min_length=1)]
     seed: int = 0
     analysis: AnalysisSpec = AnalysisSpec()
+    style: OwnStyle = StyleSpec()
+    keys: OwnKeys = Field(default_factory=dict)
+    words: OwnWords = Field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,8 +131,21 @@ class Experiment:
 
     @property
     def style(self) -> Style:
-        """How words look."""
-        return Style(self.view_px)
+        """How words look, and what they are."""
+        return _style(self.spec, self.rig, self.view_px)
+
+    @property
+    def ground(self) -> Ground | None:
+        """The background and the light of words; None where the experiment sets neither."""
+        return self.spec.style.ground
+
+    @property
+    def end_page(self) -> str | None:
+        """What a page says after the last block, None if there is no such page."""
+        ends_in_words = self.spec.blocks[-1].kind in PAGES
+        wanted = self.spec.style.end_page
+        shown = not ends_in_words if wanted is None else wanted
+        return self.style.say("thanks") if shown else None
 
     @property
     def visible_part(self) -> Part | None:
@@ -241,12 +269,18 @@ def read_experiment(
                 findings.append(source.finding(("blocks", index, *fault.path), fault.message, fault.remedy))
     if not rig or not view_px:
         raise SessionError(findings)
+    said = list(interface_faults(spec.words, spec.keys))
+    findings += _at(source, said)
+    if said:
+        raise SessionError(findings)
     blocks, wrong = _make_blocks(spec, _settings(spec, rig, view_px, stimuli or Stimuli({}), "01"), source)
     findings += wrong
+    findings += _at(source, light_faults(spec.style, rig))
+    findings += _at(source, key_clashes(_style(spec, rig, view_px).interface, blocks))
     faults = list(_too_large(rig.display.panel.resolution_px))
     if not findings and not faults:
         faults += _too_many(spec.blocks, blocks)
-    findings += [source.finding(fault.path, fault.message, fault.remedy) for fault in faults]
+    findings += _at(source, faults)
     if findings or stimuli is None:
         raise SessionError(findings)
     return Experiment(file, spec, rig, recipe_file, stimuli, view_px, blocks)
@@ -256,8 +290,16 @@ def _settings(
     spec: ExperimentSpec, rig: Rig, view_px: tuple[int, int], stimuli: Stimuli, observer: str
 ) -> list[Setting]:
     """Return what ``observer`` meets each block in."""
-    common = spec.name, spec.seed, spec.question, spec.layout, rig, view_px, stimuli
-    return [Setting(*common, observer, index) for index in range(len(spec.blocks))]
+    common = spec.name, spec.seed, spec.question, spec.layout, rig, _style(spec, rig, view_px), stimuli
+    kinds = [block.kind for block in spec.blocks]
+    following = ["page" if kind in (*PAGES, "screening") else "trials" for kind in kinds[1:]]
+    after: list[Any] = [*following, "nothing"]
+    return [Setting(*common, observer, index, after[index]) for index in range(len(kinds))]
+
+
+def _style(spec: ExperimentSpec, rig: Rig, view_px: tuple[int, int]) -> Style:
+    interface = interface_of(spec.words, spec.keys)
+    return spec.style.make(view_px, interface, rig.display.panel.pixel_pitch_mm, rig.distance_mm)
 
 
 def _make_blocks(
@@ -275,6 +317,10 @@ def _make_blocks(
         except InputError as error:
             findings += _placed(error, source, ("blocks", setting.index))
     return tuple(blocks), [*findings, *unfit]
+
+
+def _at(source: YamlSource, faults: Iterable[Fault]) -> list[Finding]:
+    return [source.finding(fault.path, fault.message, fault.remedy) for fault in faults]
 
 
 def _existing(path: Path, key: str, value: str, source: YamlSource) -> Path:

@@ -16,6 +16,7 @@ from devices.display import EYES, EyeModels
 from documents import Finding
 from documents.files import whole_file
 from runner.blocks.block import Block, Draft
+from runner.blocks.message import page
 from runner.errors import SessionError
 from runner.observers.walk import walk
 from runner.presenter.modes.mode import Mode
@@ -42,14 +43,19 @@ class _Screen:
     scene: Scene
 
 
-def _screens(blocks: Sequence[Block], kinds: Sequence[str], first: int | None) -> Iterator[_Screen | None]:
+def _screens(
+    experiment: Experiment, blocks: Sequence[Block], kinds: Sequence[str], first: int | None
+) -> Iterator[_Screen | None]:
     """Yield the screens in order, and None after each trial; those of the ``first`` trials alone if that is given."""
     trials = 0
+    style = experiment.style
+    counts = [block.trials for block in blocks]
     for number, block in enumerate(blocks, start=1):
-        screen = 0
+        screen = done = 0
         for step in walk(block):
             if isinstance(step, Draft):
                 trials += bool(step.data)
+                done = min(done + 1, block.trials)
                 yield None
                 if first is not None and trials >= first:
                     return
@@ -57,7 +63,12 @@ def _screens(blocks: Sequence[Block], kinds: Sequence[str], first: int | None) -
                 screen += 1
                 place = f"block {number}, trial {trials + 1}" if block.trials else f"block {number}"
                 name = f"block-{number:02d}_screen-{screen:03d}"
-                yield _Screen(name, kinds[number - 1].replace("_", " "), place, step.scene)
+                scene = step.scene
+                if block.trials:
+                    scene = style.with_progress(scene, sum(counts[: number - 1]) + done, sum(counts))
+                yield _Screen(name, kinds[number - 1].replace("_", " "), place, scene)
+    if experiment.end_page:
+        yield _Screen("end", "end", "end", page(experiment.end_page, style, "finish").scene)
 
 
 Again = Callable[[_Screen], None]
@@ -234,7 +245,13 @@ def _write_screens(
             backend, resolution, stereo=mode.needs_stereo, windows=mode.windows, bits=rig.output_bits
         ) as surface,
         Presenter(
-            surface, mode, rig.models, pictures.load, dithering=experiment.dithering, correction=compensation.correction
+            surface,
+            mode,
+            rig.models,
+            pictures.load,
+            dithering=experiment.dithering,
+            correction=compensation.correction,
+            ground=experiment.ground,
         ) as presenter,
         marking(surface) if clipping else nullcontext() as marker,
     ):
@@ -242,7 +259,7 @@ def _write_screens(
         known: dict[Scene, list[Again]] = {}
         # The photodiode's square is white and black in turn: no screen is then the same as one before it.
         always = mode.patch(resolution) is not None
-        for screen in _screens(blocks, kinds, first):
+        for screen in _screens(experiment, blocks, kinds, first):
             if screen is None:
                 shown += 1
                 progress("Previewing trials", min(shown, total), total)

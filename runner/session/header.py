@@ -17,7 +17,7 @@ from analysis.records import Header
 from devices.display import Plvc, Rig
 from documents import Finding
 from runner.errors import SessionError
-from runner.protocol.experiment import Experiment
+from runner.protocol.experiment import Experiment, ExperimentSpec
 from stimuli.build import StimulusSet
 
 _NOTABLE = ("cyclopean", "numpy", "moderngl", "glfw", "OpenImageIO", "scipy")
@@ -143,7 +143,19 @@ def make_header(
         software=software(),
         presentation=dict(presentation),
         remarks=remarks,
+        interface=_interface(experiment.spec),
     )
+
+
+def _interface(spec: ExperimentSpec) -> dict[str, Any]:
+    """Return the language of what observers read, and what the experiment sets of how it looks and of its keys."""
+    own = {name: words for name, words in spec.words.items() if name != "language"}
+    return {
+        "language": spec.words.get("language", "en"),
+        "style": spec.style.model_dump(mode="json", exclude_defaults=True),
+        "keys": dict(spec.keys),
+        "words": own,
+    }
 
 
 def _room(rig: Rig) -> dict[str, Any]:

@@ -12,17 +12,19 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from analysis.records import Mark, Note, Trial
 from documents import Finding
 from runner.blocks.block import Block, Draft, Ended, Hold, Response
-from runner.blocks.message import pause_menu
+from runner.blocks.message import page, pause_menu
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.text_entry import typed
 from runner.errors import SessionError
-from runner.ports import Ask, Holding, KeyPress, Observer, Presenter, Sink
+from runner.ports import Ask, Holding, KeyPress, Observer, Presenter, Sink, WindowClosed
+from runner.presenter.scene import Scene
 from runner.session.clocks import SteadyClock
 
 Place = tuple[int, int]
@@ -72,6 +74,7 @@ class Session:
     closing_facts: Callable[[], Mapping[str, Any]] = dict
     utc: Callable[[], str] = field(default_factory=SteadyClock)
     style: Style = FULL_HD_HALF
+    screened_out: bool = field(init=False, default=False)
     _state: _RunState = field(init=False)
     _marked: list[Place] = field(init=False)
     _latest: Place | None = field(init=False, default=None)
@@ -106,6 +109,13 @@ class Session:
         while self._marked and not ended:  # marked when their block was over
             self._repeat(self._marked[0])
         self.sink.end({**self.closing_facts(), **ended})
+        self.screened_out = bool(ended.get("screened_out"))
+
+    def show_end_page(self, words: str) -> None:
+        """Show ``words`` until someone goes on; nothing is recorded, and the session is complete before."""
+        ask = self.style.interface.listening(page(words, self.style, "finish"))
+        with suppress(WindowClosed, KeyboardInterrupt):
+            self._show_and_wait(ask)
 
     def note(self, words: str, by: str) -> None:
         """Record a note, with its place in the session; from any thread."""
@@ -145,9 +155,20 @@ class Session:
                     return
                 trial += 1
             elif isinstance(step, Hold):
-                self._hold(step)
+                self._hold(replace(step, scene=self._with_progress(step.scene)))
             else:
-                response = self._respond(step)
+                response = self._respond(self._as_asked(step))
+
+    def _as_asked(self, ask: Ask) -> Ask:
+        """Return ``ask`` with the experiment's keys, and with the progress if it is wanted."""
+        return replace(self.style.interface.listening(ask), scene=self._with_progress(ask.scene))
+
+    def _with_progress(self, scene: Scene) -> Scene:
+        number, trial = self._place
+        if self.style.progress == "none" or not self.blocks[number].trials:
+            return scene
+        counts = [block.trials for block in self.blocks]
+        return self.style.with_progress(scene, sum(counts[:number]) + min(trial, counts[number]), sum(counts))
 
     def _respond(self, ask: Ask) -> Response:
         state = self._state
@@ -201,7 +222,8 @@ class Session:
 
     def _pause(self) -> None:
         while True:
-            menu = pause_menu(self.style, can_repeat=self._latest is not None and self._state.attempt == 0)
+            can_repeat = self._latest is not None and self._state.attempt == 0
+            menu = self.style.interface.listening(pause_menu(self.style, can_repeat=can_repeat))
             meaning = menu.meaning(self._show_and_wait(menu)[0].key)
             if meaning == "stop":
                 raise Left
@@ -217,11 +239,11 @@ class Session:
 
     def _take_note(self) -> None:
         """Let a note be typed; Escape cancels it."""
-        page = typed("A note on the session", self.style, name="note", required=False)
+        writing = typed(self.style.say("note"), self.style, name="note", required=False)
         response: Response | None = None
         while True:
             try:
-                ask = page.send(response)
+                ask = writing.send(response)
             except StopIteration as written:
                 words, _ = written.value
                 if words:

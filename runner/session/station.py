@@ -99,7 +99,13 @@ class Station:
             if verdict.refusal and not accept_gamma_table:
                 raise SessionError(Finding(verdict.refusal, rig.file, remedy=REMEDY))
             presenter = Presenter(
-                surface, mode, rig.models, pictures.load, dithering=experiment.dithering, correction=correction
+                surface,
+                mode,
+                rig.models,
+                pictures.load,
+                dithering=experiment.dithering,
+                correction=correction,
+                ground=experiment.ground,
             )
             descriptions = []
             for name in stimuli.names:
@@ -250,6 +256,8 @@ class Station:
             except GraphicsError as error:
                 session.note(f"the session stopped: {error}", "program")
                 raise
+        if self.experiment.end_page and not simulated and not session.screened_out:
+            session.show_end_page(self.experiment.end_page)  # all is on disk, and the log is closed
         return recorder.folder
 
     def _check_gamma_table(self, session: Session, *, begins: bool) -> None:

@@ -53,6 +53,7 @@ BLOCKS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "questionnaire": (
             "questions: [{name: age, question: How old, kind: number, lowest: 1, highest: 99}, "
             "{name: hand, question: Which hand, kind: choice, options: [left, right]}, "
+            "{name: other, question: Which hand, kind: choice, options: [left, right], required: false}, "
             "{name: words, question: What else, kind: text, required: false}]",
         ),
         "practice": (
@@ -71,8 +72,8 @@ BLOCKS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 OPEN_ENDED = ("practice", "screening")
 
 
-def experiment(folder: Path, *blocks: str) -> Experiment:
-    """Write an experiment of ``blocks`` to ``folder`` and read it."""
+def experiment(folder: Path, *blocks: str, more: str = "", rig: Path | None = None) -> Experiment:
+    """Write an experiment of ``blocks`` to ``folder``, with ``more`` keys, and read it."""
     folder.mkdir(exist_ok=True, parents=True)
     pictures = "".join(
         f"  - {{name: {name}, file: {name}.exr, factors: {{scene: {scene}, codec: {codec}}}}}\n"
@@ -82,10 +83,11 @@ def experiment(folder: Path, *blocks: str) -> Experiment:
     file = folder / "every_kind.yaml"
     file.write_text(
         "schema_version: 1\nname: every_kind\n"
-        f"rig: {ROOT / 'configs/rigs/asus_vg248qe_3dvision.yaml'}\n"
+        f"rig: {rig or ROOT / 'configs/rigs/asus_vg248qe_3dvision.yaml'}\n"
         "stimuli: recipe.yaml\nquestion: Which is closer?\n"
         "layout: {arrangement: vertical, size_mm: [60, 40], gap_mm: 10}\nblocks:\n"
         + "".join(f"  - {{{block}}}\n" for block in blocks)
+        + more
     )
     return read_experiment(file)
 

@@ -73,6 +73,8 @@ def test_notes_and_marks_are_typed_while_the_observer_answers(person: Person) ->
     person.until(lambda: person.answers() == 6, "all pairs to be answered")
     person.until(lambda: len(person.log().answers) == 7, "the last answer to be on disk")
     person.press("Up")  # the marked one again
+    person.until(lambda: person.log().complete, "the end to be on disk")
+    person.press("space")  # the page that thanks
     person.process.wait(timeout=30)
     sees("6 answers are in")
     log = person.log()

@@ -37,11 +37,6 @@ LogMAR = Annotated[float, Field(ge=-1, le=2)]
 Sizes = Annotated[tuple[LogMAR, ...], Field(min_length=1, max_length=20)]
 GROUND_DEG = 6.0
 NEAR_GROUND_SHARE, RING_SHARE = 0.80, 0.02
-_NEAR_WORDS = (
-    "Fine detail\n\nYou will see a small ring with a gap, like the letter C, in the middle of a bright square.\n\n"
-    "Press the arrow key that points to the gap: up, down, left or right. The rings get smaller. "
-    "Stay where you sit. If you cannot tell, guess."
-)
 
 
 def finest_logmar(screen: Screen) -> float:
@@ -105,8 +100,8 @@ class NearAcuitySpec(VisionTestSpec):
             NEAR,
             "logmar",
             self.pass_logmar,
-            _NEAR_WORDS,
-            "Where is the gap in the ring?",
+            "near_page",
+            "gap_question",
             side,
             (_series(NEAR, self, levels, presentation),),
             facts,
@@ -123,12 +118,6 @@ FIELD_DEG, TARGET_SHARE, OFFSET_SHARE = 10.0, 0.26, 0.30
 _DOTS_PER_SQUARE_DEG, _SPOT_ARCMIN = 40.0, 1.0
 # Dots brighter than a ground that is not black: what leaks from a dot to the other eye can be taken off the ground.
 STEREO_GROUND_SHARE, DOT_SHARE = 0.10, 0.70
-_STEREO_WORDS = (
-    "Stereo vision\n\nYou will see a square full of dots. In it, above, below, left or right of the cross, "
-    "a smaller square floats in front of the other dots, or lies behind them.\n\n"
-    "Look at the cross, and take your time. Press the arrow key that points to the smaller square, or click on it. "
-    "It gets harder. If you see none, guess."
-)
 _MEASURED = "measured back from codes of 8 bits, a parallax errs by less than 0.02 px; the panel and the eyes were not"
 
 
@@ -210,8 +199,8 @@ class StereoAcuitySpec(VisionTestSpec):
             STEREO,
             "arcsec",
             self.pass_arcsec,
-            _STEREO_WORDS,
-            "Where is the smaller square?",
+            "stereo_page",
+            "stereo_question",
             field.side_px,
             (_series(STEREO, self, levels, presentation),),
             facts,

@@ -34,7 +34,6 @@ KEYS: Mapping[str, str] = MappingProxyType({f"{where}{side}": side for where in 
 STOP_WORDS = "Thank you. That is all for today.\n\nPlease call the experimenter."
 _SECONDS_PER_PRESENTATION = 3.5
 _SECONDS_PER_PAGE = 10.0
-_HINT = "Arrow keys point to it"
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +81,9 @@ class Screening(Block):
         """Ask until each series is lost or at its end, and record the answers and outcomes."""
         for test in self.tests:
             first = next(_presentations(test.series))
-            yield replace(page(test.words, self.style), upcoming=self._scene(test, first))
+            yield replace(
+                page(self.style.interface.pointing(test.page), self.style, "begin"), upcoming=self._scene(test, first)
+            )
             all_answers = []
             for number, series in enumerate(test.series):
                 after = next(_presentations(test.series[number + 1 :]), None)
@@ -90,7 +91,7 @@ class Screening(Block):
             outcome = _outcome(test, all_answers)
             yield Draft(KIND, outcome, repeatable=False)
             if self.on_fail == "stop" and not outcome["outcome"]["passed"]:
-                response = answer((yield page(self.stop_words, self.style)))
+                response = answer((yield page(self.stop_words, self.style, "finish")))
                 data = {"test": test.name, "screened_out": True}
                 yield Draft(KIND, data, response_time_s=response.time_s, repeatable=False)
                 raise Ended({"screened_out": True})
@@ -137,10 +138,10 @@ class Screening(Block):
     def _scene(self, test: VisionTest, presentation: Presentation) -> Scene:
         half = test.side_px / 2 / self.style.unit_px
         items: tuple[Item, ...] = (
-            self.style.text(test.question, y=-half - 54, height=28),
+            self.style.text(self.style.say(test.question), y=-half - 54, height=28),
             Picture(presentation.picture),
             *test.marks,
-            self.style.text(_HINT, y=half + 46, height=20, share=0.2),
+            self.style.text(self.style.say("point_to_it"), y=half + 46, height=20, share=0.2),
         )
         return Scene(items)
 
@@ -224,7 +225,9 @@ class ScreeningSpec(BlockSpec):
         """Return the block, with pictures of this observer's own."""
         screen = _screen(self.tests, setting)
         tests = tuple(test.make(screen, setting.own_seed) for test in self.tests)
-        return Screening(tests, self.on_fail, self.stop_words, setting.style)
+        written = "stop_words" in self.model_fields_set
+        stop_words = self.stop_words if written else setting.style.say("screened_out")
+        return Screening(tests, self.on_fail, stop_words, setting.style)
 
 
 def _screen(tests: list[AnyTestSpec], setting: Setting) -> Screen:
@@ -239,7 +242,7 @@ def _screen(tests: list[AnyTestSpec], setting: Setting) -> Screen:
     if "colour_vision" in names and mixed:
         raise _impossible("colour_vision", mode, "its filters change colours", "use printed plates")
     return Screen(
-        setting.view_px,
+        setting.style.view_px,
         rig.display.panel.pixel_pitch_mm,
         rig.distance_mm,
         rig.interpupillary_distance_mm,

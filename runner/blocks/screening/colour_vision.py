@@ -27,11 +27,6 @@ NAME = "colour_vision"
 PLATE_DEG = 10.0
 # How much lighter the ring of a control plate is than its ground: more than the dots differ among themselves.
 _CONTROL_SCALE = 0.25
-_WORDS = (
-    "Colours\n\nYou will see a plate of dots. Some of them make a ring with a gap, like the letter C.\n\n"
-    "Press the arrow key that points to the gap, or click where it is: above, below, left or right. "
-    "If you see no ring, guess."
-)
 
 
 class ColourVisionSpec(VisionTestSpec):
@@ -110,8 +105,8 @@ class ColourVisionSpec(VisionTestSpec):
             NAME,
             "delta_uv",
             self.pass_delta_uv,
-            _WORDS,
-            "Where is the gap in the ring?",
+            "colour_page",
+            "gap_question",
             plate.side_px,
             tuple(series),
             facts,

@@ -114,14 +114,15 @@ class Series:
 class VisionTest:
     """One test: its series, one after the other, all of which must reach ``pass_mark``.
 
-    ``words`` are read before it, ``question`` stands above each picture of ``side_px``, with ``marks`` on it and
-    ``targets`` to click. ``facts`` say what the screen can show of it and stand in the record.
+    The interface's words called ``page`` are read before it, those called ``question`` stand above each picture of
+    ``side_px``, with ``marks`` on it and ``targets`` to click. ``facts`` say what the screen can show of it and stand
+    in the record.
     """
 
     name: str
     unit: str
     pass_mark: float
-    words: str
+    page: str
     question: str
     side_px: int
     series: tuple[Series, ...]

@@ -79,7 +79,7 @@ def test_preview_holds_the_exact_codes_of_each_eye(study: Study) -> None:
     assert result.exit_code == 0, result.output
     files = sorted(output.glob("*.png"))
     # Instructions, six pairs and one break, for two eyes.
-    assert len(files) == len(json.loads(result.stdout)) == 16
+    assert len(files) == len(json.loads(result.stdout)) == 18
     model = read_display(study.folder / "display.yaml").models("side-by-side").left
     block = read_experiment(study.experiment).blocks("01")[1]
     (first, _second) = next(iter(block.steps())).scene.stimuli  # type: ignore[union-attr]  # an Ask or a Hold

@@ -112,7 +112,7 @@ def test_observers_without_a_valid_code_are_refused_before_anything_is_made(stud
 
 def test_every_screen_is_previewed_for_each_eye(study: Study) -> None:
     files = preview(study.experiment, study.folder / "screens")
-    assert len(files) == len(set(files)) == 2 * (1 + 6 + 1)  # instructions, six pairs, a break
+    assert len(files) == len(set(files)) == 2 * (1 + 6 + 1 + 1)  # instructions, six pairs, a break, the end
     assert all(file.is_file() for file in files)
     assert files[0].name == "block-01_screen-001_left.png"
 

@@ -1,0 +1,132 @@
+"""Every word of the interface in its language, and the keys that observers press: what a block says and listens to.
+
+The words are in `languages/`, one file for each language; an experiment may set any of them, and any key.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cache
+from importlib.resources import files
+from types import MappingProxyType
+from typing import Any, Literal, get_args
+
+from documents.text import did_you_mean
+from documents.yaml import read_yaml
+from runner.ports import Ask
+
+Language = Literal["en", "de", "fr"]
+LANGUAGES: tuple[Language, ...] = get_args(Language)
+_IN_BRACES = re.compile(r"\{(\w+)\}")
+_ARROWS = ("up", "down", "left", "right")
+# What blocks listen to, for which an experiment may give other keys. Escape always opens the pause menu.
+KEYS = (*_ARROWS, "space", "enter", "home", "end", "page_up", "page_down", *"0123456789", *"abcdefghijkl", *"nrsu")
+PRESSES = (
+    *KEYS,
+    *("tab", "backspace", "delete", "insert", "wheel_up", "wheel_down"),
+    *(f"f{number}" for number in range(1, 13)),
+    *(f"pad_{name}" for name in ("a", "b", "x", "y", "left_bumper", "right_bumper", "start", *_ARROWS)),
+)
+
+
+@cache
+def words_of(language: Language) -> Mapping[str, str]:
+    """Return every word of ``language`` by its name."""
+    source = read_yaml(files("runner.blocks") / "languages" / f"{language}.yaml")  # type: ignore[arg-type]
+    words: dict[str, str] = source.data
+    return MappingProxyType(words)
+
+
+@dataclass(frozen=True, slots=True)
+class Interface:
+    """Words in ``language`` but for those that are an experiment's ``own``, and the keys in place of others."""
+
+    language: Language = "en"
+    own: Mapping[str, str] = field(default_factory=dict)
+    keys: Mapping[str, Sequence[str]] = field(default_factory=dict)
+
+    def say(self, name: str, **values: Any) -> str:
+        """Return the words called ``name``, with the keys' names and ``values`` in their places."""
+        return _IN_BRACES.sub(lambda brace: self._value(brace[1], values), self._words(name))
+
+    def key(self, name: str) -> str:
+        """Return what the key that observers press for ``name`` is called."""
+        press = self.keys.get(name, (name,))[0]
+        if f"key_{press}" in words_of(self.language):
+            return self._words(f"key_{press}")
+        return press.upper() if len(press) == 1 else press.replace("_", " ").capitalize()
+
+    def pointing(self, page: str) -> str:
+        """Return the words of a page that speaks of arrow keys, and of the keys in their place if there are any."""
+        words = self.say(page)
+        return words if not set(_ARROWS) & set(self.keys) else f"{words}\n\n{self.say('keys_instead')}"
+
+    def listening(self, ask: Ask) -> Ask:
+        """Return ``ask`` as it is answered with these keys; where words are typed, every key is itself."""
+        if not self.keys or ask.typing:
+            return ask
+        keys: dict[str, str] = {}
+        for key, meaning in ask.keys.items():
+            for press in self.keys.get(key, (key,)):
+                if press not in keys or key in self.keys:
+                    keys[press] = meaning
+        return replace(ask, keys=keys)
+
+    def conflicts(self, ask: Ask) -> Iterator[tuple[str, str]]:
+        """Yield the keys that would mean two things here: the key in place of which it stands, and the press."""
+        if ask.typing:
+            return
+        for key, presses in self.keys.items():
+            for press in presses if key in ask.keys else ():
+                means = {m for k, m in ask.keys.items() if press in self.keys.get(k, (k,))}
+                if len(means) > 1:
+                    yield key, press
+
+    def _words(self, name: str) -> str:
+        return self.own.get(name) or words_of(self.language)[name]
+
+    def _value(self, name: str, values: Mapping[str, Any]) -> str:
+        if name in values:
+            return str(values[name])
+        keys = _ARROWS if name == "arrow_keys" else _ARROWS[2:]
+        if name in ("arrow_keys", "arrows", "the_arrows"):
+            return " / ".join(map(self.key, keys)) if set(keys) & set(self.keys) else self._words(name)
+        return self.key(name)
+
+
+ENGLISH = Interface()
+
+
+def word_faults(words: Mapping[str, str]) -> Iterator[tuple[str, str, str]]:
+    """Yield what is wrong with an experiment's own words: the name, the fault and its remedy."""
+    english = words_of("en")
+    for name, text in words.items():
+        if name == "language":
+            if text not in LANGUAGES:
+                yield name, f"there is no language '{text}'", did_you_mean(text, LANGUAGES)
+        elif name not in english:
+            yield name, f"the interface has no words called '{name}'", did_you_mean(name, english)
+        elif not text.strip():
+            yield name, f"'{name}' is empty", "leave it out, or write words"
+        else:
+            known = [*_IN_BRACES.findall(english[name]), *KEYS[:6]]
+            for brace in _IN_BRACES.findall(text):
+                if brace not in known:
+                    remedy = did_you_mean(brace, known, f"there can be: {', '.join(f'{{{k}}}' for k in known)}")
+                    yield name, f"nothing is called {{{brace}}} in '{name}'", remedy
+
+
+def key_faults(keys: Mapping[str, Sequence[str]]) -> Iterator[tuple[tuple[str | int, ...], str, str]]:
+    """Yield what is wrong with an experiment's keys: the place below ``keys``, the fault and its remedy."""
+    for key, presses in keys.items():
+        if key == "escape":
+            yield (key,), "Escape always opens the pause menu", "leave it out"
+        elif key not in KEYS:
+            yield (key,), f"no screen asks for the key '{key}'", did_you_mean(key, KEYS)
+        for index, press in enumerate(presses):
+            if press == "escape":
+                yield (key, index), "Escape always opens the pause menu", "name another key"
+            elif press not in PRESSES and (len(press) != 1 or not press.isprintable() or press != press.lower()):
+                yield (key, index), f"there is no key '{press}'", did_you_mean(press.lower(), PRESSES)
