@@ -94,8 +94,7 @@ class WorkError(click.ClickException):
 def group() -> None:
     """Show colorimetrically exact stereo pictures to observers, and score what they answer.
 
-    Start with `cyclopean demo`. Then open experiments/dynamic_range.yaml, change it, and let
-    `cyclopean check` read it.
+    Start with `cyclopean demo`. Then make a study of your own: `cyclopean new my_study photos/`.
 
     Exit status: 0 done, 1 the work failed, 2 the input was wrong.
     """

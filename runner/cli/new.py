@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from documents.text import counted
+from runner.cli.monitor_option import monitor_option
 
 if TYPE_CHECKING:
     from runner.studies import Kind
@@ -41,6 +42,7 @@ KINDS = ("pairs", "best", "rating", "within-groups")
     metavar="1920x1080,0.2768",
     help="Pixels and pixel pitch in mm of the nominal display. Default: what the monitor reports.",
 )
+@monitor_option
 @click.option("--white", "white_cd_m2", type=float, help="Luminance of white in cd/m². Default: 100, or the display's.")
 @click.option("--distance", "distance_mm", type=float, help="From the eyes to the screen in mm. Default: 600.")
 @click.option("--from", "shipped", metavar="NAME", help="Copy an experiment that comes with cyclopean; see --list.")
@@ -54,6 +56,7 @@ def command(
     question: str | None,
     display: Path | None,
     panel: str | None,
+    monitors: tuple[str, ...],
     white_cd_m2: float | None,
     distance_mm: float | None,
     shipped: str | None,
@@ -81,7 +84,8 @@ def command(
     elif study is None:
         raise click.UsageError("name the folder to make and the pictures: cyclopean new my_study photos/")
     elif not pictures:
-        raise click.UsageError(f"name the pictures of the study: cyclopean new {study} photos/")
+        words = f"my_study {study}" if study.exists() else f"{study} photos/"
+        raise click.UsageError(f"name the folder to make and the pictures: cyclopean new {words}")
     else:
         from runner.cli.progress import progress_bar
         from runner.studies import StudyOptions, new_study, panel_of

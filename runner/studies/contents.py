@@ -72,6 +72,7 @@ class StudyDesign:
     mode: str
     white_cd_m2: float
     distance_mm: float
+    monitors: tuple[str, ...] = ()
 
     @property
     def question(self) -> str:
@@ -191,6 +192,9 @@ def _values(design: StudyDesign) -> dict[str, Any]:
     widths = {plan.width_mm(n) if not p.is_pixel_for_pixel else None for n, p in enumerate(plan.pictures)}
     shared_mm = next(iter(widths)) if len(widths) == 1 else None
     trials = len(design.members) if design.kind == "rating" else design.pairs
+    chosen = (
+        {"monitor": design.monitors[0] if len(design.monitors) == 1 else design.monitors} if design.monitors else {}
+    )
     three = commands(PurePath(design.folder, EXPERIMENT), design.label)
     return {
         "design": design,
@@ -212,7 +216,10 @@ def _values(design: StudyDesign) -> dict[str, Any]:
         "scores": {
             name: round(2.0 ** (2 - 4 * n / max(1, len(design.names) - 1)), 3) for n, name in enumerate(design.names)
         },
-        "rig": dict(screen.rig) | {"mode": design.mode, "distance_mm": design.distance_mm} if screen.rig else None,
+        "rig": dict(screen.rig) | {"mode": design.mode, "distance_mm": design.distance_mm} | chosen
+        if screen.rig
+        else None,
+        "monitor": chosen.get("monitor"),
         "trial": f"{typed(three[1])} --simulate {design.place(SIMULATED)} --results trial",
         "commands": [typed(words) for words in three],
     }

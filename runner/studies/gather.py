@@ -57,6 +57,9 @@ def gather(paths: Sequence[Path]) -> tuple[Member, ...]:
         With all that is wrong with the pictures, as `stimuli.pictures.find_pictures` does.
     """
     by_folder: dict[Path, list[Path]] = {}
+    if exr := [path for path in paths if path.suffix.lower() == ".exr"]:
+        remedy = "name PNG or JPEG files; for OpenEXR write a recipe (docs/stimuli.md)"
+        raise InputError([Finding("a new study is of ordinary pictures", str(path), remedy=remedy) for path in exr])
     for path in paths:
         for folder, inside in _folders(path):
             by_folder.setdefault(folder, []).append(inside)

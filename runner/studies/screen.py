@@ -51,7 +51,7 @@ def panel_of(text: str) -> PanelSpec:
         raise InputError(Finding(f"'{text}' is no panel", remedy=remedy)) from error
 
 
-def nominal_screen(panel: PanelSpec | None, monitor: ReportedMonitor | None) -> StudyScreen:
+def nominal_screen(panel: PanelSpec | None, monitor: ReportedMonitor | PanelSpec | None) -> StudyScreen:
     """Return a nominal display with ``panel``, else with what ``monitor`` reports, else of a common size, as it says.
 
     Parameters
@@ -61,9 +61,10 @@ def nominal_screen(panel: PanelSpec | None, monitor: ReportedMonitor | None) -> 
     monitor
         What the monitor reports of itself, where there is one to ask.
     """
-    if panel is not None:
-        return StudyScreen(panel, "The panel is as it was given.", nominal=True)
-    if monitor is None or min(monitor.size_px) < 1:
+    known = panel or (monitor if isinstance(monitor, PanelSpec) else None)
+    if known is not None:
+        return StudyScreen(known, "The panel is as it was given.", nominal=True)
+    if not isinstance(monitor, ReportedMonitor) or min(monitor.size_px) < 1:
         size = f"{COMMON_PANEL.resolution_px[0]} x {COMMON_PANEL.resolution_px[1]} px"
         source = f"ASSUMED: no monitor could be asked, so a panel of {size} is taken. Correct it if yours is another."
         return StudyScreen(COMMON_PANEL, source, nominal=True)

@@ -5,15 +5,16 @@ from __future__ import annotations
 import re
 import shutil
 import unicodedata
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from devices.display import PanelSpec, ReportedMonitor
+from devices.display import AskMonitor, PanelSpec
 from documents import Finding, InputError, counted
 from documents.files import whole_folder
 from documents.text import did_you_mean
+from runner.check import CheckOptions, check_file
 from runner.presenter import find_mode
 from runner.presenter.surfaces.screens import primary_monitor
 from runner.protocol import Experiment, read_experiment
@@ -25,7 +26,6 @@ from runner.studies.screen import DISTANCE_MM, StudyScreen, nominal_screen, scre
 
 NO_SPECIAL_SCREEN = "anaglyph-red-cyan"
 WHITE_CD_M2 = 100.0
-AskReported = Callable[[], ReportedMonitor | None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +34,8 @@ class StudyOptions:
 
     ``mode`` None is ``flat`` for flat pictures, and for stereo pictures a mode that any screen shows;
     ``display`` is a display or rig file, None a nominal sRGB display of ``panel``, or of the monitor's panel where that
-    is None too. ``white_cd_m2`` is the luminance of the pictures' white, None that of the display's.
+    is None too. ``white_cd_m2`` is the luminance of the pictures' white, None that of the display's. ``monitors`` are
+    those that the rig will name, by name or number: at most one, or two in the mode dual-window.
     """
 
     kind: Kind = "pairs"
@@ -44,6 +45,7 @@ class StudyOptions:
     display: Path | None = None
     panel: PanelSpec | None = None
     distance_mm: float | None = None
+    monitors: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +80,7 @@ def new_study(
     pictures: Sequence[str | Path],
     options: StudyOptions | None = None,
     *,
-    ask_monitor: AskReported = primary_monitor,
+    ask_monitor: AskMonitor = primary_monitor,
     progress: Progress = no_progress,
 ) -> NewStudy:
     """Write a study of ordinary pictures that passes `runner.check` and runs: nothing is overwritten or half-written.
@@ -134,12 +136,12 @@ def new_study(
                 (draft / name).write_bytes(text.encode("utf-8"))
             for name, source in design.screen.copies.items():
                 shutil.copyfile(source, draft / name)
-            experiment = _read(draft, folder)
             (draft / "pictures").mkdir()
             for done, (name, source) in enumerate(copies.items()):
                 progress("copying the pictures", done, len(copies))
                 shutil.copyfile(source, draft / name)
             progress("copying the pictures", len(copies), len(copies))
+            experiment = _checked(draft, folder)
     except FileExistsError:
         _refuse_present(folder)
         raise
@@ -157,7 +159,7 @@ def new_study(
     )
 
 
-def _design(folder: Path, members: tuple[Member, ...], options: StudyOptions, ask_monitor: AskReported) -> StudyDesign:
+def _design(folder: Path, members: tuple[Member, ...], options: StudyOptions, ask_monitor: AskMonitor) -> StudyDesign:
     """Decide on mode, groups, sizes and light."""
     kind = options.kind
     if kind not in KINDS:
@@ -166,7 +168,7 @@ def _design(folder: Path, members: tuple[Member, ...], options: StudyOptions, as
         message = "one picture is nothing to compare"
         raise InputError(Finding(message, remedy="name two or more, or have it rated: --kind rating"))
     if options.display is None:
-        screen = nominal_screen(options.panel, None if options.panel else ask_monitor())
+        screen = nominal_screen(options.panel, None if options.panel else ask_monitor(options.monitors))
     elif options.panel is not None:
         raise InputError(Finding("the display file states the panel", remedy="leave out --display or --panel"))
     else:
@@ -196,6 +198,7 @@ def _design(folder: Path, members: tuple[Member, ...], options: StudyOptions, as
         mode,
         white,
         distance_mm,
+        options.monitors,
     )
 
 
@@ -221,16 +224,13 @@ def _mode(members: Sequence[Member], wanted: str | None, screen: StudyScreen) ->
     return mode
 
 
-def _read(draft: Path, folder: Path) -> Experiment:
-    """Read the study as `cyclopean check` would; what is wrong names its place in ``folder``."""
-    try:
-        return read_experiment(draft / EXPERIMENT)
-    except InputError as error:
-        found = [
-            replace(finding, file=finding.file.replace(str(draft), str(folder)) if finding.file else None)
-            for finding in error.findings
-        ]
-        raise InputError(found) from error
+def _checked(draft: Path, folder: Path) -> Experiment:
+    """Return the study in ``draft`` after `cyclopean check`; what is wrong names its place in ``folder``."""
+    report = check_file(draft / EXPERIMENT, CheckOptions(screen="skip", pictures=False))
+    if report.errors:
+        errors = [(finding, (finding.file or "").replace(str(draft), str(folder))) for finding in report.errors]
+        raise InputError([replace(finding, file=file or None) for finding, file in errors])
+    return read_experiment(draft / EXPERIMENT)
 
 
 def _refuse_present(folder: Path) -> None:

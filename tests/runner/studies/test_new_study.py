@@ -71,7 +71,7 @@ def test_the_panel_is_asked_of_the_monitor(tmp_path: Path) -> None:
     folder = draw_flat(tmp_path / "photos", ("a", "b"))
 
     def panel(name: str, monitor: ReportedMonitor | None) -> tuple[PanelSpec, str]:
-        study = new_study(tmp_path / name, [folder], ask_monitor=lambda: monitor)
+        study = new_study(tmp_path / name, [folder], ask_monitor=lambda wanted: monitor)
         return read_experiment(study.experiment).rig.display.panel, " ".join(study.notes)
 
     measured, words = panel("known", ReportedMonitor("DP-1", (2560, 1440), (597, 336), 75.0))
@@ -84,6 +84,20 @@ def test_the_panel_is_asked_of_the_monitor(tmp_path: Path) -> None:
     assert "ASSUMED: the pixel pitch" in words
     _, words = panel("none", None)
     assert "ASSUMED: no monitor" in words
+
+
+def test_the_monitor_is_chosen(tmp_path: Path) -> None:
+    folder = draw_flat(tmp_path / "photos", ("a", "b"))
+    screens = {(): (640, 480), ("DP-2",): (2560, 1440)}
+
+    def ask(wanted: tuple[str, ...]) -> ReportedMonitor:
+        return ReportedMonitor("a monitor", screens[wanted], (0, 0))
+
+    study = new_study(tmp_path / "my_study", [folder], StudyOptions(monitors=("DP-2",)), ask_monitor=ask)
+    rig = read_experiment(study.experiment).rig
+    assert (rig.monitors, rig.display.panel.resolution_px) == (("DP-2",), (2560, 1440))
+    options = StudyOptions(display=ROOT / "configs/rigs/asus_vg248qe_3dvision.yaml", monitors=("2",))
+    assert read_experiment(new_study(tmp_path / "measured", [folder], options).experiment).rig.monitors == ("2",)
 
 
 def test_a_measured_display_goes_with_the_study(tmp_path: Path) -> None:
@@ -148,6 +162,7 @@ def test_words_that_yaml_would_read_as_something_else(tmp_path: Path) -> None:
         (StudyOptions(white_cd_m2=-3), "white of -3"),
         (StudyOptions(distance_mm=-600), "distance_mm"),
         (StudyOptions(question="why " * 100), "question"),
+        (StudyOptions("rating", question="why is it so " * 22, mode="side-by-side"), "drawn over a picture"),
         (StudyOptions(display=Path("none.yaml")), "none.yaml"),
     ],
 )
