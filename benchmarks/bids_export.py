@@ -24,7 +24,7 @@ def _leave(folder: Path, sessions: int, trials: int) -> None:
         header = Header("bench", label, f"s{number}", started, 0, "Which?", True, described, {}, {}, {}, {}, {})
         file = folder / f"sub-{label}" / FILE_NAME
         file.parent.mkdir(parents=True)
-        with open(file, "w") as stream:
+        with open(file, "w", encoding="utf-8") as stream:
             stream.write(json.dumps(header.to_json()) + "\n")
             for trial in range(trials):
                 first, second = STIMULI[trial % 10], STIMULI[(trial + 3) % 10]

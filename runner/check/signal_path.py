@@ -185,7 +185,7 @@ def _property(outputs: Mapping[str, Mapping[str, str]], names: tuple[str, ...]) 
 def _said(*command: str) -> str | None:
     """Return what a program prints, None if it is not there or fails."""
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=_PATIENCE_S)
+        done = subprocess.run(command, capture_output=True, encoding="utf-8", errors="replace", timeout=_PATIENCE_S)
     except (OSError, subprocess.TimeoutExpired, UnicodeDecodeError):
         return None
     return done.stdout if done.returncode == 0 else None

@@ -156,7 +156,11 @@ def test_nothing_is_computed_that_the_scene_does_not_need(demo: tuple[dict[str, 
 
 
 def test_doctor_finds_the_packages_where_they_are_installed(installed: Installed, tmp_path: Path) -> None:
+    git = ["git", "-C", str(installed.packages), "-c", "user.name=A", "-c", "user.email=a@example.org"]
+    for words in (["init", "--quiet"], ["commit", "--quiet", "--allow-empty", "-m", "of a study"]):
+        subprocess.run([*git, *words], check=True)
     report = json.loads(installed.run(tmp_path, "doctor", "--json", of_module=True))
+    assert "commit" not in report["software"]  # that of the repository around it is not ours
     for package in report["packages"].values():
         assert package["problem"] is None
         assert Path(package["folder"]).resolve() == installed.packages.resolve()

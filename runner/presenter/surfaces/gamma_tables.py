@@ -105,9 +105,10 @@ def set_tables(tables: Mapping[str, Entries]) -> None:
             command,
             input=json.dumps(order),
             capture_output=True,
-            text=True,
+            encoding="utf-8",
+            errors="replace",
             timeout=_PATIENCE_S,
-            env={**os.environ, "PYTHONPATH": paths},
+            env={**os.environ, "PYTHONPATH": paths, "PYTHONIOENCODING": "utf-8"},
         )
     except (OSError, subprocess.TimeoutExpired) as error:
         raise PresentationError(f"the gamma table could not be set: {error}") from error
