@@ -1,11 +1,13 @@
-"""An offscreen surface on EGL: no window, no display server, any driver."""
+"""An offscreen surface without a window: on EGL, which needs no display server; on Windows and macOS on WGL and CGL."""
 
 from __future__ import annotations
 
 import ctypes
+import sys
 from collections.abc import Callable, Mapping
-from typing import Self
+from typing import Any, Self
 
+import glcontext
 import moderngl
 import numpy as np
 
@@ -25,20 +27,21 @@ _GL_DITHER = 0x0BD0
 _LIBRARY = "libEGL.so.1"
 
 
-def _function_address(name: str) -> int:
-    """Return the address of an OpenGL function in EGL's current context, 0 if it has none."""
-    find = ctypes.CDLL(_LIBRARY).eglGetProcAddress
-    find.restype, find.argtypes = ctypes.c_void_p, [ctypes.c_char_p]
-    return find(name.encode()) or 0
+def _open_context() -> Any:
+    """Return a context of its own, with a loader of OpenGL functions, as moderngl takes it."""
+    on_linux = sys.platform == "linux"
+    backend = glcontext.get_backend_by_name("egl") if on_linux else glcontext.default_backend()
+    return backend(mode="standalone", glversion=330)
 
 
 def _leave_thread() -> None:
     """Release EGL's context in this thread, which moderngl leaves current; until then no window can make its own."""
-    ctypes.CDLL(_LIBRARY).eglReleaseThread()
+    if sys.platform == "linux":
+        ctypes.CDLL(_LIBRARY).eglReleaseThread()
 
 
 class EglSurface:
-    """A framebuffer on an EGL context of its own, two in place of two windows. It has no keys.
+    """A framebuffer on an offscreen context of its own, two in place of two windows. It has no keys.
 
     ``bits`` asks for codes of 8 bits a channel or 10; what there is, its ``bits`` and ``facts`` say.
     """
@@ -55,11 +58,12 @@ class EglSurface:
         self.on_frame: Callable[[], object] | None = None
         self.on_point: Callable[[], object] | None = None
         try:
-            # The stubs know no backends.
-            self.context = moderngl.create_context(standalone=True, backend="egl")  # type: ignore[arg-type]
+            loader = _open_context()
+            self.context = moderngl.create_context(standalone=True, context=loader)
         except Exception as error:  # the loader raises bare Exceptions
+            install = "libegl1 and libgl1-mesa-dri" if sys.platform == "linux" else "the graphics card's driver"
             raise PresentationError(
-                f"EGL gives no OpenGL 3.3 context: {error} (install libegl1 and libgl1-mesa-dri, or another backend)"
+                f"there is no OpenGL 3.3 context without a window: {error} (install {install}, or take another backend)"
             ) from error
         limit = int(self.context.info["GL_MAX_RENDERBUFFER_SIZE"])
         if max(size_px) > limit or min(size_px) < 1:
@@ -67,7 +71,7 @@ class EglSurface:
             raise PresentationError(
                 f"a surface of {size_px[0]} × {size_px[1]} px cannot be made; this driver goes to {limit} × {limit}"
             )
-        self.calls = GlCalls(_function_address)
+        self.calls = GlCalls(loader.load_opengl_function)
         self.context.disable_direct(_GL_DITHER)
         self._colour = _attachment(self.context, size_px, bits)
         self._framebuffer = self.context.framebuffer([self._colour])
@@ -88,7 +92,7 @@ class EglSurface:
         """What to record of it."""
         info = self.context.info
         return SurfaceFacts(
-            backend="egl",
+            backend={"linux": "egl", "win32": "wgl", "darwin": "cgl"}.get(sys.platform, sys.platform),
             display_server="none",
             vendor=str(info["GL_VENDOR"]),
             renderer=str(info["GL_RENDERER"]),
@@ -154,7 +158,7 @@ class EglSurface:
 
     def _of(self, buffer: Buffer) -> moderngl.Framebuffer:
         if buffer not in self._framebuffers:
-            raise PresentationError(f"an EGL surface has no buffer '{buffer.value}': it is not stereo")
+            raise PresentationError(f"an offscreen surface has no buffer '{buffer.value}': it is not stereo")
         return self._framebuffers[buffer]
 
 

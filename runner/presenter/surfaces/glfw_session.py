@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import socket
+import sys
 import threading
 from collections.abc import Callable
 from ctypes import c_void_p
@@ -181,6 +182,8 @@ def context_hints(bits: Bits = 8) -> dict[int, int]:
         glfw.CONTEXT_VERSION_MAJOR: 3,
         glfw.CONTEXT_VERSION_MINOR: 3,
         glfw.OPENGL_PROFILE: glfw.OPENGL_CORE_PROFILE,
+        # macOS has a core profile without what is deprecated, and no other.
+        **({glfw.OPENGL_FORWARD_COMPAT: glfw.TRUE} if sys.platform == "darwin" else {}),
         glfw.RED_BITS: bits,
         glfw.GREEN_BITS: bits,
         glfw.BLUE_BITS: bits,

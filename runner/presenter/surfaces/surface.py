@@ -153,7 +153,8 @@ def open_surface(
     Parameters
     ----------
     backend
-        ``egl`` (offscreen), ``null`` (a window without a screen) or ``window``.
+        ``egl`` (offscreen; on Windows and macOS this is WGL or CGL), ``null`` (a window without a screen) or
+        ``window``.
     size_px
         Width and height in pixels.
     stereo
