@@ -15,7 +15,7 @@ def test_a_surface_is_drawn_to_and_read_without_egl(xvfb: str, monkeypatch: pyte
     """By the system's own library, as on Windows and macOS: here that is GLX."""
     monkeypatch.setenv("DISPLAY", xvfb)
     monkeypatch.setattr(egl, "sys", type("System", (), {"platform": "darwin"}))
-    monkeypatch.setattr(egl.ctypes, "CDLL", lambda name: pytest.fail(f"{name} is called"))
+    monkeypatch.setattr("ctypes.CDLL", lambda name: pytest.fail(f"{name} is called"))
     with egl.EglSurface((16, 8), 2, 10 if bits == 10 else 8) as surface:
         assert surface.facts.backend == "cgl"
         for buffer, red in ((Buffer.BACK_LEFT, 1.0), (Buffer.BACK_RIGHT, 0.2)):
