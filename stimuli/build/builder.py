@@ -20,6 +20,7 @@ from stimuli.build.stimulus_set import MANIFEST, SUFFIXES, digest_of, known_hash
 from stimuli.errors import StimulusError
 from stimuli.luminance.statistics import picture_statistics
 from stimuli.pictures.coded import SUFFIX as CODED_SUFFIX
+from stimuli.pictures.coded import CodedPicture
 from stimuli.pictures.exr_write import write_exr
 from stimuli.recipes.build_context import BuildContext, MadePicture, Progress
 from stimuli.recipes.recipe_kind import RecipeKind
@@ -67,7 +68,7 @@ class UnfinishedSet:
             for suffix in SUFFIXES:
                 self.picture(key, suffix).unlink(missing_ok=True)
             self._entry_file(key).unlink(missing_ok=True)
-        for left in (*self.folder.glob(".*.exr"), *self.folder.glob(".*.npz"), *self.folder.glob("*.part")):
+        for left in (*self.folder.glob(".*.exr"), *self.folder.glob(f".*{CODED_SUFFIX}"), *self.folder.glob("*.part")):
             left.unlink(missing_ok=True)
         if self.folder.is_dir() and not any(self.folder.iterdir()):
             self.folder.rmdir()
@@ -207,16 +208,17 @@ class Builder:
 
 
 def _write(made: MadePicture, key: str, unfinished: UnfinishedSet, threshold: Threshold | None, observer: str) -> Entry:
-    suffix = ".exr" if made.coded is None else CODED_SUFFIX
+    suffix = CODED_SUFFIX if isinstance(made.image, CodedPicture) else ".exr"
     picture = unfinished.picture(key, suffix)
-    if made.coded is None:
-        write_exr(picture, made.image, observer, exact=made.exact)
+    if isinstance(made.image, CodedPicture):
+        digest = made.image.save(picture)
     else:
-        made.coded.save(picture)
+        write_exr(picture, made.image, observer, exact=made.exact)
+        digest = sha256_of_file(picture)
     entry = {
         "key": key,
         "suffix": suffix,
-        "sha256": sha256_of_file(picture),
+        "sha256": digest,
         "flat": made.image.is_flat,
         "size_px": [made.image.width_px, made.image.height_px],
         "statistics": _statistics(made, threshold),

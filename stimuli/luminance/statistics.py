@@ -12,12 +12,14 @@ from numpy.typing import NDArray
 
 from devices.display import EyeModels
 from stimuli.luminance.saturation import Saturation, measure_saturation
+from stimuli.pictures.coded import CodedPicture
 from stimuli.pictures.stereo_image import Eye, StereoImage
 from stimuli.sparkle.measures.find import Threshold
 from stimuli.sparkle.measures.measure import PixelScale, SparkleMeasures, measure_sparkles
 
 # A picture's extremes are single pixels; its robust range leaves out the darkest and the brightest thousandth.
 ROBUST_PERCENTILES = (0.1, 99.9)
+_SOME = 64
 _EYES: tuple[Eye, Eye] = ("left", "right")
 _ROWS = 256
 
@@ -96,7 +98,7 @@ class PictureStatistics:
 
 
 def picture_statistics(
-    image: StereoImage,
+    image: StereoImage | CodedPicture,
     models: EyeModels | None = None,
     *,
     exposure_s: float | None = None,
@@ -109,7 +111,7 @@ def picture_statistics(
     Parameters
     ----------
     image
-        XYZ in cd/m².
+        XYZ in cd/m², or codes.
     models
         The display's models for both eyes, to count the pixels that it cannot show bright enough.
     exposure_s, luminance_scale
@@ -144,29 +146,40 @@ def picture_statistics(
 
 
 def _statistics(
-    image: StereoImage, eye: Eye, models: EyeModels | None, threshold: Threshold | None, scale: PixelScale | None
+    image: StereoImage | CodedPicture,
+    eye: Eye,
+    models: EyeModels | None,
+    threshold: Threshold | None,
+    scale: PixelScale | None,
 ) -> EyeStatistics:
-    xyz = image.eye(eye)
-    luminance: NDArray[np.float32] = np.ascontiguousarray(xyz[..., 1])
+    luminance = image.luminance_cd_m2(eye)
     mean = float(luminance.mean(dtype=np.float64))
-    variance = sum(
-        float(((luminance[first : first + _ROWS].astype(np.float64) - mean) ** 2).sum())
-        for first in range(0, len(luminance), _ROWS)
-    )
-    low, high = _nearest(luminance)
+    variance = 0.0
+    for first in range(0, len(luminance), _ROWS):
+        from_mean = luminance[first : first + _ROWS].astype(np.float64).ravel() - mean
+        variance += float(from_mean @ from_mean)
+    least, low, high, most = _ends(luminance.ravel())
     return EyeStatistics(
         mean,
-        float(luminance.max()),
-        DynamicRange(float(luminance.min()), float(luminance.max())),
+        most,
+        DynamicRange(least, most),
         DynamicRange(float(low), float(high)),
         math.sqrt(variance / luminance.size) / mean if mean > 0 else 0.0,
-        None if models is None else measure_saturation(xyz, models.eye(eye)),
+        None if models is None else measure_saturation(image.eye(eye), models.eye(eye)),
         None if threshold is None else measure_sparkles(luminance, threshold, scale),
     )
 
 
-def _nearest(luminance: NDArray[np.float32]) -> tuple[float, float]:
-    """Return the values nearest to the robust percentiles, as ``np.percentile`` does, in a third of its time."""
-    ordered = np.sort(luminance, axis=None)
-    low, high = (ordered[round(percent / 100 * (ordered.size - 1))] for percent in ROBUST_PERCENTILES)
-    return float(low), float(high)
+def _ends(values: NDArray[np.float32]) -> tuple[float, float, float, float]:
+    """Return the least, the two robust percentiles (nearest, as ``np.percentile``), and the most of ``values`` (n,).
+
+    Only what lies beyond bounds that every 64th value suggests is sorted: a quarter of the time of sorting all.
+    """
+    last = values.size - 1
+    low, high = (round(percent / 100 * last) for percent in ROBUST_PERCENTILES)
+    some = np.sort(values[::_SOME])
+    inside = min(4 * low // _SOME + 8, some.size - 1)
+    dark, bright = np.sort(values[values <= some[inside]]), np.sort(values[values >= some[-1 - inside]])
+    if dark.size <= low or bright.size <= last - high:
+        dark = bright = np.sort(values)
+    return float(dark[0]), float(dark[low]), float(bright[high - last - 1]), float(bright[-1])

@@ -6,7 +6,9 @@ step changes it: half floats of XYZ would move the dark channels of saturated co
 
 from __future__ import annotations
 
-import zipfile
+import hashlib
+import io
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,9 +19,9 @@ from numpy.typing import NDArray
 from documents.files import whole_file
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_views import Region
-from stimuli.pictures.stereo_image import StereoImage, XYZImage
+from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 
-SUFFIX = ".npz"
+SUFFIX = ".codes"
 Codes = NDArray[np.uint8] | NDArray[np.uint16]
 # Rows converted at a time: what stays in the processor's cache.
 _ROWS = 16
@@ -39,27 +41,65 @@ class CodedPicture:
     matrix: NDArray[np.float64]
 
     @property
-    def size_px(self) -> tuple[int, int]:
-        """Width and height."""
-        return int(self.left.shape[1]), int(self.left.shape[0])
+    def is_flat(self) -> bool:
+        """Whether both eyes see the same codes."""
+        return self.left is self.right
+
+    @property
+    def height_px(self) -> int:
+        """Rows."""
+        return int(self.left.shape[0])
+
+    @property
+    def width_px(self) -> int:
+        """Columns."""
+        return int(self.left.shape[1])
+
+    def eye(self, eye: Eye) -> XYZImage:
+        """Return XYZ in cd/m² that ``eye`` sees, float32 (height, width, 3)."""
+        return decoded(self.left if eye == "left" else self.right, self.light, self.matrix)
+
+    def luminance_cd_m2(self, eye: Eye) -> NDArray[np.float32]:
+        """Return the luminance that ``eye`` sees, (height, width): the second channel of `eye`, without the others."""
+        codes = self.left if eye == "left" else self.right
+        return decoded(codes, self.light, self.matrix[1:2])[..., 0]
 
     def image(self, region: Region | None = None) -> StereoImage:
         """Return the picture, or a region of it, in XYZ."""
-        eyes = [self.left] if self.left is self.right else [self.left, self.right]
+        eyes = [self.left] if self.is_flat else [self.left, self.right]
         shown = [_part(codes, region) for codes in eyes]
         images = [decoded(codes, self.light, self.matrix) for codes in shown]
         return StereoImage(images[0], images[-1])
 
-    def save(self, path: Path) -> None:
-        """Write the codes to ``path``, as a whole or not at all; StimulusError if that cannot be."""
-        arrays: dict[str, NDArray[Any]] = {"left": self.left, "light": self.light, "matrix": self.matrix}
-        if self.right is not self.left:
-            arrays["right"] = self.right
+    def save(self, path: Path) -> str:
+        """Write the codes to ``path``, as a whole or not at all, and return the file's SHA-256.
+
+        Arrays in NumPy's format, one after the other: CRC-32 of the codes, light, matrix, and the codes of each eye.
+
+        Raises
+        ------
+        StimulusError
+            If it cannot be written.
+        """
+        eyes = [np.ascontiguousarray(codes) for codes in ([self.left] if self.is_flat else [self.left, self.right])]
+        sums = np.array([zlib.crc32(codes.data) for codes in eyes], np.uint32)
+        digest = hashlib.sha256()
         try:
-            with whole_file(path, keep_suffix=True, make_folder=False) as draft:
-                np.savez(draft, allow_pickle=False, **arrays)
+            with whole_file(path, keep_suffix=True, make_folder=False) as draft, draft.open("wb", 0) as file:
+                for array in map(np.ascontiguousarray, (sums, self.light, self.matrix, *eyes)):
+                    for part in (_header(array), array.data):
+                        digest.update(part)
+                        file.write(part)
         except OSError as error:
             raise StimulusError.at(path, f"the picture cannot be written: {error.strerror}", "make room") from error
+        return digest.hexdigest()
+
+
+def _header(array: NDArray[Any]) -> bytes:
+    """Return what stands before an array's numbers in NumPy's format."""
+    with io.BytesIO() as held:
+        np.lib.format.write_array_header_1_0(held, np.lib.format.header_data_from_array_1_0(array))
+        return held.getvalue()
 
 
 def _part(codes: Codes, region: Region | None) -> Codes:
@@ -69,17 +109,21 @@ def _part(codes: Codes, region: Region | None) -> Codes:
 def read_coded(path: Path) -> CodedPicture:
     """Read what `CodedPicture.save` wrote; StimulusError if it is damaged."""
     try:
-        with np.load(path, allow_pickle=False) as arrays:
-            left, light, matrix = arrays["left"], arrays["light"], arrays["matrix"]
-            right = arrays.get("right", left)
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-        message = f"the picture is damaged: {(str(error).splitlines() or ['cut short'])[0]}"
-        raise StimulusError.at(path, message, "build the stimuli again") from error
-    return CodedPicture(left, right, light, matrix)
+        with path.open("rb") as file:
+            sums, light, matrix = (np.load(file, allow_pickle=False) for _ in range(3))
+            eyes = [np.load(file, allow_pickle=False) for _ in range(len(sums))]
+        damaged = [zlib.crc32(codes) for codes in eyes] != sums.tolist() or not 1 <= len(eyes) <= 2
+    except (OSError, ValueError, EOFError, TypeError) as error:
+        raise StimulusError.at(path, f"the picture is damaged: {error}", "build the stimuli again") from error
+    if damaged:
+        raise StimulusError.at(path, "the picture is damaged: its checksum differs", "build the stimuli again")
+    return CodedPicture(eyes[0], eyes[-1], light, matrix)
 
 
 def decoded(codes: Codes, light: NDArray[np.float64], matrix: NDArray[np.float64]) -> XYZImage:
     """Return XYZ in cd/m², float32 (height, width, 3), of codes (height, width, 3 or 1).
+
+    Of a ``matrix`` (1, 3), its one channel, (height, width, 1).
 
     A table for each channel and a matrix in single precision, some rows at a time: within 5e-7 of the value of
     `stimuli.pictures.colour_spaces.Encoding.xyz` in double precision.
@@ -87,16 +131,15 @@ def decoded(codes: Codes, light: NDArray[np.float64], matrix: NDArray[np.float64
     import cv2
 
     height, width, channels = codes.shape
-    grey = channels == 1
     # Of grey, each code has its own XYZ.
-    table = light @ matrix.T if grey else light
-    tables = np.ascontiguousarray(table, dtype=np.float32).reshape(len(table), 1, 3)
+    table = light @ matrix.T if channels == 1 else light
+    tables = np.ascontiguousarray(table, dtype=np.float32)
     rows = matrix.astype(np.float32)
-    out = np.empty((height, width, 3), np.float32)
+    out = np.empty((height, width, len(matrix)), np.float32)
     for first in range(0, height, _ROWS):
         band: NDArray[Any] = np.ascontiguousarray(codes[first : first + _ROWS])
-        if grey:
-            out[first : first + _ROWS] = tables[band[..., 0], 0]
+        if channels == 1:
+            out[first : first + _ROWS] = tables[band[..., 0]]
         else:
-            cv2.transform(cv2.LUT(band, tables), rows, dst=out[first : first + _ROWS])
+            cv2.transform(cv2.LUT(band, tables[:, None]), rows, dst=out[first : first + _ROWS])
     return out

@@ -45,29 +45,24 @@ class Decoding:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class OrdinaryPicture:
-    """A picture, as ``coded`` where its codes suffice, else as ``xyz``; a flat one has one array for both eyes.
+    """A picture, ``held`` as codes where these suffice, else in XYZ; a flat one has one array for both eyes.
 
-    ``views`` are those that the files hold, ``colour_space`` what was used, ``light`` and ``matrix`` as in
-    `CodedPicture` (None of floats and tables), ``clipped_pixels`` those whose XYZ below 0 was set to 0.
+    ``views`` are those that the files hold, ``colour_space`` what was used, ``clipped_pixels`` those whose XYZ below 0
+    was set to 0.
     """
 
-    coded: CodedPicture | None
-    xyz: StereoImage | None
+    held: StereoImage | CodedPicture
     views: tuple[str, ...]
     colour_space: str
     bits: int
     white_luminance_cd_m2: float
-    steps_cd_m2: NDArray[np.float64] | None
     packing: Packing | None
     clipped_pixels: int
 
     @property
     def image(self) -> StereoImage:
         """The picture in XYZ."""
-        if self.xyz is not None:
-            return self.xyz
-        assert self.coded is not None
-        return self.coded.image()
+        return self.held.image() if isinstance(self.held, CodedPicture) else self.held
 
 
 def read_ordinary(
@@ -151,13 +146,12 @@ def _made(
     whole = all(np.issubdtype(codes.dtype, np.unsignedinteger) for codes in eyes)
     light = encoding.tables(int(_full(eyes[0])) + 1) if whole and encoding.table is None else None
     half = packing is not None and "half" in packing
-    steps = None if light is None else light @ matrix[1]
-    facts = (views, encoding.name, header.bits, white, steps, packing)
+    facts = (views, encoding.name, header.bits, white, packing)
     if light is not None and opaque and not half and not (matrix < 0).any():
         coded = CodedPicture(np.ascontiguousarray(eyes[0]), np.ascontiguousarray(eyes[-1]), light, matrix)
         if len(eyes) == 1:
             coded = replace(coded, right=coded.left)
-        return OrdinaryPicture(coded, None, *facts, 0)
+        return OrdinaryPicture(coded, *facts, 0)
     background = decoding.alpha_background_cd_m2 or 0.0
     images, below = [], 0
     for codes in eyes:
@@ -167,7 +161,7 @@ def _made(
     image = StereoImage(images[0], images[-1])
     if half and packing is not None:
         image = stretched(image, packing)
-    return OrdinaryPicture(None, image, *facts, below)
+    return OrdinaryPicture(image, *facts, below)
 
 
 def light_of(

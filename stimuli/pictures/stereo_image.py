@@ -69,6 +69,10 @@ class StereoImage:
         """Columns."""
         return int(self.left.shape[1])
 
+    def luminance_cd_m2(self, eye: Eye) -> NDArray[np.float32]:
+        """Return the luminance that ``eye`` sees, (height, width), in rows that lie one after the other."""
+        return np.ascontiguousarray(self.eye(eye)[..., 1])
+
     def eye(self, eye: Eye) -> XYZImage:
         """Return the array that ``eye`` sees."""
         return self.left if eye == "left" else self.right

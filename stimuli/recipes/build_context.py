@@ -81,13 +81,11 @@ class BuildContext:
 class MadePicture:
     """A stimulus before it is written: its picture, its factors, and the steps that led to it, for the manifest.
 
-    ``coded`` is the same picture as the codes of its file, if no step changed them; of one that is ``exact``, single
-    precision is kept.
+    It is the codes of its file if no step changed them; of one that is ``exact``, single precision is kept.
     """
 
     name: str
-    image: StereoImage
+    image: StereoImage | CodedPicture
     factors: Factors
     steps: tuple[Step, ...]
-    coded: CodedPicture | None = None
     exact: bool = False

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby, product
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -192,17 +192,17 @@ class FilesRecipe(RecipeKind, StepsSpec):
             for picture in pictures:
                 report(f"making {picture.name}", done, len(wanted))
                 try:
-                    image, before = prepared.picture(picture.view)
-                    image, after = finished_picture(image, steps, picture.series, pitch_mm, setup)
-                    kept = None if after else prepared.kept(picture.view)
+                    kept = None if picture.series else prepared.unchanged(picture.view)
+                    if kept is None:
+                        image, before = prepared.picture(picture.view)
+                        image, after = finished_picture(image, steps, picture.series, pitch_mm, setup)
+                        made = MadePicture(picture.name, image, {}, (*before, *after, *banding(before, after)))
+                    else:
+                        made = MadePicture(picture.name, kept.held, {}, kept.steps, kept.exact)
                 except InputError as error:
                     raise StimulusError([_of_stimulus(finding, spec.name) for finding in error.findings]) from error
-                factors = {"view": "flat" if image.is_flat else "stereo"} | dict(picture.factors)
-                steps_done = (*before, *after, *banding(before, after))
-                if kept is None:
-                    yield MadePicture(picture.name, image, factors, steps_done)
-                else:
-                    yield MadePicture(picture.name, image, factors, steps_done, kept.coded, kept.exact)
+                factors = {"view": "flat" if made.image.is_flat else "stereo"} | dict(picture.factors)
+                yield replace(made, factors=factors)
                 done += 1
         report("done", done, done)
 

@@ -69,7 +69,6 @@ class Prepared:
         self._pair: _Pair | None = None
         self._parallel: StoredPicture | None = None
         self._done: dict[View | None, tuple[StereoImage, tuple[Step, ...]]] = {}
-        self._kept: dict[View | None, StoredPicture] = {}
 
     def picture(self, view: View | None) -> tuple[StereoImage, tuple[Step, ...]]:
         """Return the picture in ``view``, or as it is stored, and what led to it.
@@ -87,15 +86,16 @@ class Prepared:
             self._done[view] = image, steps
         return self._done[view]
 
-    def kept(self, view: View | None) -> StoredPicture | None:
-        """Return the picture in ``view`` as it was read, once it is made; None if a step changed it."""
-        return self._kept.get(view)
+    def unchanged(self, view: View | None) -> StoredPicture | None:
+        """Return the picture in ``view`` as it is stored, or None if a step is to change it."""
+        return None if self._steps.steps_json() != StepsSpec().steps_json() else self._read(view)
+
+    def _read(self, view: View | None) -> StoredPicture:
+        return {"stereo": self._source.stereo, "flat": self._source.flat, None: self._source.stored}[view]()
 
     def _aligned(self, view: View | None) -> tuple[StereoImage, tuple[Step, ...]]:
         if self._steps.align is None and self._steps.toe_in is None:
-            read = {"stereo": self._source.stereo, "flat": self._source.flat, None: self._source.stored}[view]()
-            if self._steps.crop is None:
-                self._kept[view] = read
+            read = self._read(view)
             return read.image, read.steps
         if self._steps.align is None:
             if self._parallel is None:

@@ -26,15 +26,19 @@ from stimuli.recipes.photographs import DevelopSpec, SpectralSpec
 class StoredPicture:
     """A picture as it was read; ``centre`` is true if there is a centre view; a flat picture is then that view.
 
-    ``coded`` is the same picture as the codes of its file, where these are all of it; ``exact`` is true if its single
-    precision is to be kept where no step changes it.
+    It is held in XYZ, or as the codes of its file where these are all of it; ``exact`` is true if its single precision
+    is to be kept where no step changes it.
     """
 
-    image: StereoImage
+    held: StereoImage | CodedPicture
     steps: tuple[Step, ...]
     centre: bool
-    coded: CodedPicture | None = None
     exact: bool = False
+
+    @property
+    def image(self) -> StereoImage:
+        """The picture in XYZ; of codes it is made at each call."""
+        return self.held.image() if isinstance(self.held, CodedPicture) else self.held
 
 
 class Source(Protocol):
@@ -117,7 +121,7 @@ class OrdinaryFiles:
     def stereo(self) -> StoredPicture:
         """Read left and right."""
         read = self._read(flat=False)
-        if read.image.is_flat:
+        if read.held.is_flat:
             message = "the picture has one view, and stereo needs the views left and right"
             remedy = "name a file for each eye (left:, right:), or say how both lie in it: packing: side-by-side"
             raise StimulusError.at(self.paths[0], message, remedy)
@@ -142,7 +146,7 @@ class OrdinaryFiles:
             "views": list(read.views),
             "clipped_pixels": read.clipped_pixels,
         }
-        return StoredPicture(read.image, (step,), read.views == ("center",), read.coded, exact=True)
+        return StoredPicture(read.held, (step,), read.views == ("center",), exact=True)
 
 
 class ViewReader(Protocol):

@@ -13,7 +13,7 @@ import pytest
 
 from devices.display.display_file import EyeModels, read_display
 from stimuli.luminance.scale import factor_to, scaled_picture
-from stimuli.luminance.statistics import DynamicRange, picture_statistics
+from stimuli.luminance.statistics import DynamicRange, _ends, picture_statistics
 from stimuli.pictures.stereo_image import StereoImage
 from stimuli.sparkle.measures.find import Threshold
 from stimuli.sparkle.measures.measure import PixelScale
@@ -109,3 +109,17 @@ def test_what_of_table_4_3_can_be_recomputed() -> None:
     # Were the same pixels full in all, luminance times exposure would be the same.
     full_well = [most[name] * float(Fraction(rows[name]["exposure_s"])) for name in ("1.1", "2.1", "3.1")]
     assert full_well == pytest.approx([13.69, 13.09, 15.65], abs=0.005)
+
+
+@pytest.mark.parametrize("size", [1, 2, 63, 64, 500, 501, 1000, 12345])
+@pytest.mark.parametrize("kind", ["random", "even", "steps", "rising"])
+def test_the_ends_are_those_of_all_values_sorted(size: int, kind: str) -> None:
+    rng = np.random.default_rng(size)
+    values = {
+        "random": rng.random(size) ** 3,
+        "even": np.full(size, 2.5),
+        "steps": rng.integers(0, 3, size),
+        "rising": np.arange(size),
+    }[kind].astype(np.float32)
+    low, high = np.percentile(values, (0.1, 99.9), method="nearest")
+    assert _ends(values) == (values.min(), low, high, values.max())

@@ -21,7 +21,7 @@ from devices.colour.spaces import bradford_matrix
 from devices.profiles import profile_of_model
 from documents import InputError
 from stimuli.build import StimulusSet, build_set, export_exr
-from stimuli.pictures import StereoImage
+from stimuli.pictures import Region, StereoImage
 from stimuli.pictures.coded import decoded
 from stimuli.pictures.colour_spaces import NAMED_SPACES, NamedSpace, embedded_encoding, named_encoding
 
@@ -482,3 +482,26 @@ def test_exported_pictures_read_back_as_the_same_pixels(tmp_path: Path) -> None:
         assert np.array_equal(one.left, other.left)
         assert np.array_equal(one.right, other.right)
         assert one.is_flat == other.is_flat
+
+
+def test_codes_that_were_damaged_are_made_again(tmp_path: Path) -> None:
+    codes = pixels(size=(50, 40))
+    Image.fromarray(codes).save(tmp_path / "a.png")
+    stimuli = built(tmp_path, {"name": "one", "file": "a.png"})
+    whole = stimuli.path("one").read_bytes()
+    stimuli.path("one").write_bytes(whole[:-10] + bytes(10))
+    with pytest.raises(InputError, match="its checksum differs"):
+        stimuli.load("one")
+    stimuli.path("one").write_bytes(whole[:-10])
+    with pytest.raises(InputError, match="the picture is damaged"):
+        stimuli.load("one")
+    again = built(tmp_path, {"name": "one", "file": "a.png"})
+    assert (again.rendered, again.digest) == (1, stimuli.digest)
+    np.testing.assert_allclose(again.load("one").left, srgb_xyz(codes), rtol=1e-6, atol=1e-9)
+
+
+def test_a_region_of_codes_is_read_as_a_part_of_the_whole(tmp_path: Path) -> None:
+    Image.fromarray(pixels(size=(50, 40))).save(tmp_path / "a.png")
+    stimuli = built(tmp_path, {"name": "one", "file": "a.png"})
+    part = stimuli.load("one", lambda size: Region(5, 3, size[0] - 20, 7))
+    np.testing.assert_allclose(part.left, stimuli.load("one").left[3:10, 5:35], rtol=1e-6)
