@@ -9,6 +9,7 @@ from devices.colour.spaces import bradford_matrix, rgb_to_xyz_matrix
 
 Floats = NDArray[np.float64]
 SRGB_PRIMARIES_XY = ((0.64, 0.33), (0.30, 0.60), (0.15, 0.06))
+DISPLAY_P3_PRIMARIES_XY = ((0.680, 0.320), (0.265, 0.690), (0.150, 0.060))
 D65_XY = (0.3127, 0.3290)
 _STRAIGHT_TO = 0.0031308  # of light
 

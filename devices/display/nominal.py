@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import NonNegativeFloat, PositiveFloat, model_validator
 
-from devices.colour import D65_XY, SRGB_PRIMARIES_XY, rgb_to_xyz_matrix
+from devices.colour import D65_XY, DISPLAY_P3_PRIMARIES_XY, SRGB_PRIMARIES_XY, rgb_to_xyz_matrix
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.display.model import DisplayModel
 from devices.display.panel import PANEL_EXAMPLE, AskMonitor, PanelSpec, panel_of_monitor
@@ -34,7 +34,6 @@ NOT_MEASURED = "nominal, not measured"
 NOMINAL_OBSERVER = DEFAULT_OBSERVER  # that of the chromaticities of the standards
 NEXT_STEP = "measure it: cyclopean display measure"
 _BLACK_SHARE = 0.001
-_DISPLAY_P3_PRIMARIES_XY = ((0.680, 0.320), (0.265, 0.690), (0.150, 0.060))
 _NAMES: Mapping[str, str] = MappingProxyType(
     {"srgb": "sRGB", "gamma2.2": "gamma 2.2", "bt1886": "BT.1886", "display-p3": "Display P3"}
 )
@@ -130,7 +129,7 @@ class Nominal:
 
     @property
     def _matrix(self) -> Floats:
-        primaries = _DISPLAY_P3_PRIMARIES_XY if self.kind == "display-p3" else SRGB_PRIMARIES_XY
+        primaries = DISPLAY_P3_PRIMARIES_XY if self.kind == "display-p3" else SRGB_PRIMARIES_XY
         return rgb_to_xyz_matrix(*primaries, D65_XY)
 
     def model(self) -> DisplayModel:

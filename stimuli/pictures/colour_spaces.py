@@ -16,7 +16,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from devices.colour import rgb_to_xyz_matrix, srgb_decoded
+from devices.colour import D65_XY, DISPLAY_P3_PRIMARIES_XY, SRGB_PRIMARIES_XY, rgb_to_xyz_matrix, srgb_decoded
 from devices.errors import DeviceError
 from devices.profiles import profile_encoding
 from stimuli.errors import StimulusError
@@ -27,8 +27,6 @@ NamedSpace = Literal["srgb", "display-p3", "adobe-rgb", "rec2020"]
 NAMED_SPACES: tuple[NamedSpace, ...] = get_args(NamedSpace)
 
 _Primaries = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
-_D65 = (0.3127, 0.3290)
-_REC709 = ((0.64, 0.33), (0.30, 0.60), (0.15, 0.06))
 
 
 def _power(gamma: float) -> Curve:
@@ -41,8 +39,8 @@ def _power(gamma: float) -> Curve:
 
 # Primaries and curve. Rec.2020 is shown by BT.1886 of no black, a power of 2.4 [BT2020], as CSS Color 4 decodes it.
 _SPACES: dict[str, tuple[_Primaries, Curve]] = {
-    "srgb": (_REC709, srgb_decoded),
-    "display-p3": (((0.680, 0.320), (0.265, 0.690), (0.150, 0.060)), srgb_decoded),
+    "srgb": (SRGB_PRIMARIES_XY, srgb_decoded),
+    "display-p3": (DISPLAY_P3_PRIMARIES_XY, srgb_decoded),
     "adobe-rgb": (((0.64, 0.33), (0.21, 0.71), (0.15, 0.06)), _power(563 / 256)),
     "rec2020": (((0.708, 0.292), (0.170, 0.797), (0.131, 0.046)), _power(2.4)),
 }
@@ -85,7 +83,7 @@ class Encoding:
 def named_encoding(name: NamedSpace) -> Encoding:
     """Return the encoding of a named colour space."""
     primaries, curve = _SPACES[name]
-    return Encoding(name, rgb_to_xyz_matrix(*primaries, _D65), (curve, curve, curve))
+    return Encoding(name, rgb_to_xyz_matrix(*primaries, D65_XY), (curve, curve, curve))
 
 
 def embedded_encoding(data: bytes, path: Path) -> Encoding:

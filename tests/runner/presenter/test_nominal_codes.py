@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import get_args
 
 import numpy as np
@@ -71,28 +72,35 @@ WHOLE = [
 ]
 
 
-@pytest.fixture(scope="module")
-def built(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StimulusSet]:
-    """Two PNG files of sRGB as a recipe makes stimuli of them: as a pair, and the left one flat."""
-    folder = tmp_path_factory.mktemp("pngs")
+def _built(folder: Path, colour_space: str) -> StimulusSet:
+    """Two PNG files as a recipe makes stimuli of them: as a pair, and the left one flat."""
     for name, seed in (("it_L", 1), ("it_R", 2)):
         Image.fromarray(_codes(seed)).save(folder / f"{name}.png")
     (folder / "recipe.yaml").write_text(
-        "schema_version: 1\nkind: pictures\ncolour_space: srgb\nwhite_luminance_cd_m2: 100\nstimuli:\n"
+        f"schema_version: 1\nkind: pictures\ncolour_space: {colour_space}\nwhite_luminance_cd_m2: 100\nstimuli:\n"
         "  - {name: pair, left: it_L.png, right: it_R.png}\n  - {name: one, file: it_L.png}\n"
     )
+    return build_set(folder / "recipe.yaml", 0.3)
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, StimulusSet]]:
+    """The same PNG files as pictures of sRGB and of Display P3."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("CYCLOPEAN_CACHE", str(folder / "cache"))
-        yield build_set(folder / "recipe.yaml", 0.3)
+        patch.setenv("CYCLOPEAN_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield {space: _built(tmp_path_factory.mktemp(space), space) for space in ("srgb", "display-p3")}
 
 
-@pytest.mark.parametrize("mode", WHOLE)
+@pytest.mark.parametrize(
+    ("mode", "kind"),
+    [*((mode, "srgb") for mode in WHOLE), ("side-by-side", "display-p3"), ("checkerboard", "display-p3")],
+)
 def test_every_grey_and_ten_thousand_colours_of_a_PNG_come_back_exactly(
-    mode: str, two_windows: Surface, built: StimulusSet
+    mode: str, kind: NominalKind, two_windows: Surface, built: dict[str, StimulusSet]
 ) -> None:
-    model = Nominal.of("srgb", 100.0).model()
+    model = Nominal.of(kind, 100.0).model()
     codes = {"left": _codes(1), "right": _codes(1) if mode == "flat" else _codes(2)}
-    image = built.load("one" if mode == "flat" else "pair")
+    image = built[kind].load("one" if mode == "flat" else "pair")
     pictures = {"left": image.left, "right": image.right}
     seen = 0
     for eye, shown, mine in _shown(two_windows, mode, EyeModels(model, model), image, SIZE_PX):
