@@ -10,6 +10,9 @@ from collections.abc import Mapping
 from typing import Any
 
 import click
+from click.shell_completion import CompletionItem
+
+from runner.cli.examples import EXAMPLES
 
 # A command's module is runner.cli.<name>; the text is its line in the group's help.
 COMMANDS = {
@@ -29,6 +32,8 @@ COMMANDS = {
     "demo": "Repeat the thesis's second experiment with simulated observers.",
     "doctor": "Report what this machine can do.",
     "schema": "Print the JSON Schema of a file that you write.",
+    "completion": "Print what makes a shell complete commands at Tab.",
+    "help": "Print the help text of a command.",
 }
 
 
@@ -52,7 +57,17 @@ class LazyGroup(click.Group):
         if cmd_name not in self._commands_help:
             return None
         command: click.Command = importlib.import_module(f"{self._package}.{cmd_name}").command
+        called = f"{self.name} {cmd_name}" if self.name in COMMANDS else cmd_name
+        if (examples := EXAMPLES.get(called)) and not command.epilog:
+            command.epilog = "\b\nExamples:\n" + "\n".join(f"  {line}" for line in examples)
         return command
+
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        """Return the commands that begin so, without loading them."""
+        if incomplete.startswith("-"):
+            return super().shell_complete(ctx, incomplete)
+        found = [(name, line) for name, line in self._commands_help.items() if name.startswith(incomplete)]
+        return [CompletionItem(name, help=line) for name, line in found]
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
