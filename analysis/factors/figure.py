@@ -10,7 +10,7 @@ from analysis.errors import ResultsError
 from analysis.factors.result import Effect, FactorEffects
 from analysis.factors.values import Factor
 from documents import Finding
-from documents.pages import FAINT, INK, Drawing, drawing, drawn
+from documents.pages import FAINT, INK, Drawing, drawing, drawn, short
 
 EFFECT, LONGEST_NAME = "#165466", 34
 
@@ -187,5 +187,4 @@ def _places(rows: Sequence[DrawnRow]) -> list[float]:
 
 
 def _label(row: DrawnRow) -> str:
-    text = f"{row.factor}: {row.level}"
-    return text if len(text) <= LONGEST_NAME else text[: LONGEST_NAME - 1] + "…"
+    return short(f"{row.factor}: {row.level}", LONGEST_NAME)

@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 
 from analysis.series.observer_means import Estimate
-from documents.pages import FAINT, HATCHES, INK, SERIES_COLOURS, Drawing, drawing, drawn
+from documents.pages import FAINT, HATCHES, INK, SERIES_COLOURS, Drawing, drawing, drawn, short
 from documents.text import json_fields
 
 _LIGHT = (2, 4)  # series whose hatch is dark
 _LETTER_IN = 0.085
+LONGEST_NAME = 18
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +69,7 @@ class BarFigure:
                     x,
                     heights,
                     width * 0.92,
-                    label=_short(bar),
+                    label=short(bar, LONGEST_NAME),
                     color=SERIES_COLOURS[number % len(SERIES_COLOURS)],
                     hatch=HATCHES[number % len(HATCHES)],
                     edgecolor=INK if number % len(SERIES_COLOURS) in _LIGHT else "white",
@@ -81,12 +82,12 @@ class BarFigure:
                         axes.plot([place, place], ends, color="white", linewidth=3.2, zorder=3)
                         axes.plot([place, place], ends, color=INK, linewidth=1.2, zorder=4)
                         axes.plot([place, place], ends, "_", color=INK, markersize=5, zorder=4)
-            names = [_short(group) for group in self.groups]
+            names = [short(group, LONGEST_NAME) for group in self.groups]
             crowded = _LETTER_IN * (max(map(len, names), default=0) + 1) * len(names) > width_in - 0.8
             turned: dict[str, Any] = {"rotation": 40, "ha": "right", "rotation_mode": "anchor"} if crowded else {}
             axes.set_xticks(np.arange(len(self.groups)), names, **turned)
-            axes.set_xlabel(self.group_title, color=INK)
-            axes.set_ylabel(self.unit, color=INK)
+            axes.set_xlabel(short(self.group_title, int(9 * (width_in - 1.2))), color=INK)
+            axes.set_ylabel(short(self.unit, 28), color=INK)
             axes.grid(axis="y", color=FAINT, linewidth=0.7, zorder=1)
             axes.set_axisbelow(True)
             axes.tick_params(axis="x", length=0, colors=INK)
@@ -94,7 +95,7 @@ class BarFigure:
             axes.spines[["top", "right", "left"]].set_visible(False)
             axes.spines["bottom"].set_color(INK)
             if len(self.bars) > 1:
-                longest = max(len(_short(bar)) for bar in self.bars)
+                longest = max(len(short(bar, LONGEST_NAME)) for bar in self.bars)
                 columns = max(1, min(len(self.bars), int((width_in - 0.2) / (0.75 + _LETTER_IN * longest))))
                 figure.legend(loc="outside upper left", ncols=columns, frameon=False, labelcolor=INK)
             return drawn(figure, self.title)
@@ -108,7 +109,3 @@ def cell(estimate: Estimate | None, digits: int = 2) -> str:
     if estimate.low is not None and estimate.high is not None:
         text += f" ({estimate.low:.{digits}f} to {estimate.high:.{digits}f})"
     return text.replace("-", "−")
-
-
-def _short(name: str) -> str:
-    return name if len(name) <= 18 else name[:17] + "…"

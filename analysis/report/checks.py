@@ -52,7 +52,8 @@ def _one_scale(compared: Summary | GroupedSummary) -> Iterator[FailedCheck]:
     parts = compared.groups if isinstance(compared, GroupedSummary) else (("", compared),)
     for name, part in parts:
         fits = part.one_scale
-        if fits is not None and fits.p < LEVEL and part.estimate.method == "ml":
+        # Bonferroni's correction for the number of groups.
+        if fits is not None and fits.p < LEVEL / len(parts) and part.estimate.method == "ml":
             where = f" of {name}" if name else ""
             yield FailedCheck(
                 f"One scale fits all answers{where}",

@@ -230,6 +230,6 @@ def draw_dots(rows: Sequence[Row], axis: str, title: str, width_in: float, refer
             axes.axvline(reference, color=INK, linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
         axes.set_yticks(range(len(rows)), [short(row[0]) for row in rows])
         axes.set_ylim(len(rows) - 0.4, -0.6)
-        axes.set_xlabel(axis, color=INK)
+        axes.set_xlabel(short(axis, int(9 * (width_in - 2.3))), color=INK)
         rows_only(axes, len(rows))
         return drawn(figure, title)

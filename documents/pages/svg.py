@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+import unicodedata
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -225,24 +226,45 @@ def rows_only(axes: Axes, rows: int) -> None:
     axes.spines["bottom"].set_color(INK)
 
 
-def short(name: str) -> str:
+def short(name: str, longest: int = LONGEST_NAME) -> str:
     """Return a name that fits beside a row.
 
     Parameters
     ----------
     name
         A name of any length.
+    longest
+        The room that there is, in letters of usual width, at least 2.
 
     Returns
     -------
     str
-        The name, cut to 26 characters, with an ellipsis last, where it is longer.
+        The name, cut where it takes more room, with an ellipsis last: after 26 letters, and after fewer wide ones.
 
     Examples
     --------
     >>> short("manitoba")
     'manitoba'
-    >>> len(short("a" * 40))
-    26
+    >>> len(short("a" * 40)), len(short("W" * 40))
+    (26, 16)
     """
-    return name if len(name) <= LONGEST_NAME else name[: LONGEST_NAME - 1] + "…"
+    if len(name) <= longest and _letters(name) <= longest:
+        return name
+    kept = name[: longest - 1]
+    while kept and _letters(kept) > longest - 1:
+        kept = kept[:-1]
+    return kept + "…"
+
+
+def _letters(text: str) -> float:
+    """Return the width of ``text`` in letters of usual width."""
+    return sum(
+        1.8
+        if unicodedata.east_asian_width(letter) in "FW"
+        else 1.6
+        if letter in "WM@%"
+        else 1.15
+        if letter.isupper()
+        else 1
+        for letter in text
+    )

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import html
 import json
 import random
+import re
+import unicodedata
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -119,6 +122,39 @@ def test_tables_and_pdf_are_written_beside_the_page(results: Path, tmp_path: Pat
     assert (tmp_path / "out.pdf").read_bytes().startswith(b"%PDF-")
     head = (tmp_path / "tables" / "scores.csv").read_text(encoding="utf-8").splitlines()[0]
     assert head == ("stimulus,class,score,log10_score,log10_score_low,log10_score_high,se_nats,wins,comparisons")
+
+
+def test_printed_pages_keep_headings_with_what_follows_and_tables_whole(tmp_path: Path) -> None:
+    if find_browser() is None:
+        pytest.skip("no Chromium is installed: nothing is printed")
+    from pypdf import PdfReader
+
+    for number in range(1, 46):
+        write_session(tmp_path / "results", f"{number:02d}")
+    done = run(tmp_path / "results", "--pdf", "--csv", tmp_path / "csv")
+    assert done.exit_code == 0, done.output
+    page = (tmp_path / "results" / "report.html").read_text(encoding="utf-8")
+    reader = PdfReader(tmp_path / "results" / "report.pdf")
+    assert [round(float(side)) for side in reader.pages[0].mediabox[2:]] == [595, 842]  # A4 in points
+    # The font has ligatures.
+    texts = [unicodedata.normalize("NFKC", page.extract_text()) for page in reader.pages]
+    printed = [[line.strip() for line in text.splitlines() if line.strip()] for text in texts]
+    headings = [html.unescape(words) for words in re.findall(r"<h[23]>([^<]*)</h[23]>", page)]
+    assert len(headings) > 6
+    for heading in headings:
+        last = [len(lines) - 1 - number for lines in printed for number, line in enumerate(lines) if line == heading]
+        assert last, heading
+        assert min(last) >= 2, f"'{heading}' is near the end of its page, away from what follows"
+    # A short table is whole: its caption and each of its rows are on one page.
+    (scores,) = [lines for lines in printed if "Scores, best first" in lines]
+    below = scores[scores.index("Scores, best first") :]
+    assert all(any(line.startswith(f"{name} ") for line in below) for name in NAMES)
+    # A long one has its head on each page that it reaches.
+    rows = [[line for line in lines if re.match(r"\d\d (–|\d|[a-z]).* 1\.00$", line)] for lines in printed]
+    assert sum(map(len, rows)) == 45
+    reached = [lines for lines, own in zip(printed, rows, strict=True) if own]
+    assert len(reached) > 1
+    assert all(any(line.startswith("Observer Flags") for line in lines) for lines in reached)
 
 
 def test_pictures_are_taken_for_what_they_are_worth(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
