@@ -346,14 +346,14 @@ class Person:
         told = self.leave()
         pytest.fail(f"waited in vain for {what}; the program said: {told}")
 
-    def leave(self) -> str:
-        """Leave the page after the last answer, wait for the program to end and return what it said."""
+    def leave(self, press: str = "space") -> str:
+        """Leave the page after the last answer by ``press``, wait for the program to end and return what it said."""
         assert self.process is not None
         end = time.monotonic() + PATIENCE_S
         while self.process.poll() is None and time.monotonic() < end:
             files = sorted(session_files(self.study.results)) if self.study.results.exists() else []
             if files and read_session(files[-1]).complete:
-                self.press("space")
+                self.press(press)
             time.sleep(0.1)
         try:
             told, _ = self.process.communicate(timeout=PATIENCE_S)

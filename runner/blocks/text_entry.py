@@ -120,8 +120,11 @@ _LETTER_WIDTHS = (("WM@%mw", 0.95), ("iljtfr.,:;'|!I ()[]", 0.4))
 
 
 def frame(style: Style, x: float, y: float, width: float, height: float, share: float = 0.25) -> tuple[Box, Box]:
-    """Return a thin frame about a place, black inside."""
-    return style.box(x, y, width, height, share), style.box(x, y, width - 4, height - 4, 0.0)
+    """Return a thin frame about a place, inside as the background; its four sides are equally thick."""
+    outside = style.box(x, y, width, height, share)
+    both_sides = 2 * max(1, style.px(2))
+    size = max(1, outside.size_px[0] - both_sides), max(1, outside.size_px[1] - both_sides)
+    return outside, Box(outside.offset_px, size, 0.0)
 
 
 def button(
