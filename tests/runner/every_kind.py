@@ -74,6 +74,13 @@ OPEN_ENDED = ("practice", "screening")
 
 def experiment(folder: Path, *blocks: str, more: str = "", rig: Path | None = None) -> Experiment:
     """Write an experiment of ``blocks`` to ``folder``, with ``more`` keys, and read it."""
+    return read_experiment(write(folder, *blocks, more=more, rig=rig))
+
+
+def write(
+    folder: Path, *blocks: str, more: str = "", rig: Path | None = None, layout: str = "size_mm: [60, 40]"
+) -> Path:
+    """Write an experiment of ``blocks`` and return its file."""
     folder.mkdir(exist_ok=True, parents=True)
     pictures = "".join(
         f"  - {{name: {name}, file: {name}.exr, factors: {{scene: {scene}, codec: {codec}}}}}\n"
@@ -85,11 +92,11 @@ def experiment(folder: Path, *blocks: str, more: str = "", rig: Path | None = No
         "schema_version: 1\nname: every_kind\n"
         f"rig: {rig or ROOT / 'configs/rigs/asus_vg248qe_3dvision.yaml'}\n"
         "stimuli: recipe.yaml\nquestion: Which is closer?\n"
-        "layout: {arrangement: vertical, size_mm: [60, 40], gap_mm: 10}\nblocks:\n"
+        f"layout: {{arrangement: vertical, {layout}, gap_mm: 10}}\nblocks:\n"
         + "".join(f"  - {{{block}}}\n" for block in blocks)
         + more
     )
-    return read_experiment(file)
+    return file
 
 
 def written(kind: str, variant: int) -> str:
