@@ -8,177 +8,27 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, TypeVar
+from typing import TypeVar
 
-import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import BaseModel, Discriminator, Field, NonNegativeFloat, PositiveFloat, Tag, model_validator
 
-from devices.colour_matching import DEFAULT_OBSERVER, mixed_observers
 from devices.compensation.crosstalk import Crosstalk, check_leakage
 from devices.compensation.gain_map import GainMap
+from devices.display.display_spec import BothEyesSpec, DisplaySpec, PerEyeSpec, SameAsSpec
 from devices.display.gamma_table import GammaTable
-from devices.display.gamma_table_spec import GammaTableSpec
-from devices.display.model import DisplayModel
-from devices.display.model_spec import AmbientSpec, CrosstalkSpec, GainMapSpec, ModelSpec
+from devices.display.model import EYES as EYES
+from devices.display.model import Eye as Eye
+from devices.display.model import EyeModels as EyeModels
 from devices.display.monitor_settings import MonitorSettings
-from devices.display.nominal import NOMINAL_OBSERVER, NOT_MEASURED, Nominal, NominalKind, refuse_black
+from devices.display.nominal import NOMINAL_OBSERVER, NOT_MEASURED, Nominal
 from devices.display.panel import PanelSpec
 from devices.errors import DeviceError
 from documents import Finding, load_document
 from documents.text import did_you_mean
-from documents.yaml import Strict, YamlSource
+from documents.yaml import YamlSource
 
 NO_TABLE = "the display was not measured"
-Eye = Literal["left", "right"]
-EYES: tuple[Eye, Eye] = ("left", "right")
 Made = TypeVar("Made")
-
-
-class SameAsSpec(Strict):
-    """A mode whose light is that of another mode: same panel state and glasses, other signal."""
-
-    same_as: str
-
-
-class _ExtrasSpec(Strict):
-    """What a mode holds of both eyes at once."""
-
-    crosstalk: CrosstalkSpec | None = None
-    gain_map: GainMapSpec | None = None
-    monitor_settings: MonitorSettings | None = None
-
-
-class BothEyesSpec(ModelSpec, _ExtrasSpec):
-    """A mode with one characterisation for both eyes."""
-
-    def eye_models(self) -> EyeModels:
-        """Return the model, the same object for both eyes."""
-        model = self.model()
-        return EyeModels(model, model)
-
-    def ambient_specs(self) -> dict[Eye, AmbientSpec | None]:
-        """Return the mode's own word on the room's light, for each eye."""
-        return dict.fromkeys(EYES, self.ambient_XYZ_cd_m2)
-
-    def gamma_table_specs(self) -> dict[Eye, GammaTableSpec | None]:
-        """Return what is said of the gamma table, for each eye."""
-        return dict.fromkeys(EYES, self.gamma_table)
-
-
-class PerEyeSpec(_ExtrasSpec):
-    """A mode characterised through each lens, or through one so far: then no session can use it yet."""
-
-    left: ModelSpec | None = None
-    right: ModelSpec | None = None
-
-    @property
-    def source(self) -> str:
-        """Where the numbers come from."""
-        return next((spec.source for spec in (self.left, self.right) if spec), "")
-
-    @property
-    def observer(self) -> str:
-        """The colorimetric observer of the XYZ."""
-        return next((str(spec.observer) for spec in (self.left, self.right) if spec), DEFAULT_OBSERVER)
-
-    def lacking(self) -> tuple[Eye, ...]:
-        """Return the eyes without a model; each that has one is tried."""
-        made = {"left": self.left and self.left.model(), "right": self.right and self.right.model()}
-        return tuple(eye for eye in EYES if made[eye] is None)
-
-    def eye_models(self) -> EyeModels:
-        """Return each eye's model; DeviceError if one is lacking, or the two are for different observers."""
-        if self.left is None or self.right is None:
-            raise DeviceError(f"the {' and '.join(self.lacking())} eye has no characterisation")
-        observers = [("the left eye", str(self.left.observer)), ("the right eye", str(self.right.observer))]
-        if mixed := mixed_observers(observers):
-            raise DeviceError(mixed)
-        return EyeModels(self.left.model(), self.right.model())
-
-    def ambient_specs(self) -> dict[Eye, AmbientSpec | None]:
-        """Return the mode's own word on the room's light, for each eye."""
-        left, right = (None if spec is None else spec.ambient_XYZ_cd_m2 for spec in (self.left, self.right))
-        return {"left": left, "right": right}
-
-    def gamma_table_specs(self) -> dict[Eye, GammaTableSpec | None]:
-        """Return what is said of the gamma table that each eye was measured with."""
-        left, right = (None if spec is None else spec.gamma_table for spec in (self.left, self.right))
-        return {"left": left, "right": right}
-
-
-def _shape(value: Any) -> str:
-    keys = value if isinstance(value, dict) else {}
-    if isinstance(value, BaseModel):
-        keys = dict.fromkeys(type(value).model_fields)
-    return "same" if "same_as" in keys else "eyes" if "left" in keys or "right" in keys else "model"
-
-
-ModeSpec = Annotated[
-    Annotated[SameAsSpec, Tag("same")] | Annotated[PerEyeSpec, Tag("eyes")] | Annotated[BothEyesSpec, Tag("model")],
-    Discriminator(_shape),
-]
-
-
-class DisplaySpec(Strict):
-    """A display file: modes that were measured, or a nominal display for all that were not, or both."""
-
-    schema_version: Literal[1]
-    panel: PanelSpec
-    ambient_XYZ_cd_m2: AmbientSpec | None = None
-    modes: dict[str, ModeSpec] = Field(default_factory=dict)
-    nominal: NominalKind | None = None
-    white_cd_m2: PositiveFloat | None = None
-    black_cd_m2: NonNegativeFloat | None = None
-
-    @model_validator(mode="after")
-    def _has_modes(self) -> Self:
-        if self.nominal is None and not self.modes:
-            raise ValueError(
-                "a display file needs 'modes:' that were measured, or 'nominal: srgb' and 'white_cd_m2: 100'"
-            )
-        if self.nominal is None and (self.white_cd_m2, self.black_cd_m2) != (None, None):
-            raise ValueError("white_cd_m2 and black_cd_m2 are those of a nominal display: add 'nominal: srgb'")
-        if self.nominal is not None and self.white_cd_m2 is None:
-            raise ValueError("a nominal display needs its white: add 'white_cd_m2: 100'")
-        refuse_black(self.white_cd_m2, self.black_cd_m2)
-        return self
-
-    @property
-    def nominal_display(self) -> Nominal | None:
-        """The nominal display, None where the file has none."""
-        if self.nominal is None or self.white_cd_m2 is None:
-            return None
-        return Nominal.of(self.nominal, self.white_cd_m2, self.black_cd_m2)
-
-
-@dataclass(frozen=True, slots=True)
-class EyeModels:
-    """What each eye sees of the display in one stereo mode; the same object where one model serves both."""
-
-    left: DisplayModel
-    right: DisplayModel
-
-    def eye(self, eye: Eye) -> DisplayModel:
-        """Return the model for ``eye``."""
-        return self.left if eye == "left" else self.right
-
-    def in_room(self, left_XYZ_cd_m2: ArrayLike, right_XYZ_cd_m2: ArrayLike) -> EyeModels:
-        """Return the same display in a room of which each eye gets so much light, (3,), from the screen while off.
-
-        Raises
-        ------
-        DeviceError
-            If it is not three finite numbers of at least 0.
-        """
-        left = self.left.in_room(left_XYZ_cd_m2)
-        same = self.left is self.right and np.array_equal(left_XYZ_cd_m2, right_XYZ_cd_m2)
-        return EyeModels(left, left if same else self.right.in_room(right_XYZ_cd_m2))
-
-    @property
-    def normalised(self) -> EyeModels:
-        """The same in units of what codes 0 and 1 give, see `DisplayModel.normalised`."""
-        return EyeModels(self.left.normalised, self.right.normalised)
 
 
 def nominal_models(nominal: Nominal, ambient_XYZ_cd_m2: ArrayLike | None = None) -> EyeModels:

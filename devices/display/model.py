@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,6 +24,8 @@ from devices.errors import DeviceError
 
 Floats = NDArray[np.float64]
 
+Eye = Literal["left", "right"]
+EYES: tuple[Eye, Eye] = ("left", "right")
 # Linear light may leave its limits by this much before it counts as out of gamut, or by more where rounding does.
 GAMUT_TOLERANCE = 1e-6
 # Pictures are stored in float32. Half a unit in the last place of each of X, Y and Z, and as much for their sums.
@@ -184,6 +187,35 @@ class DisplayModel:
     def clipping(self, xyz_cd_m2: ArrayLike) -> Clipping:
         """Count the pixels of XYZ in cd/m², shape (..., 3), outside the gamut: below code 0 or above code 1."""
         return outside_limits(self.linear(xyz_cd_m2), self.limits, self.gamut_tolerance)
+
+
+@dataclass(frozen=True, slots=True)
+class EyeModels:
+    """What each eye sees of the display in one stereo mode; the same object where one model serves both."""
+
+    left: DisplayModel
+    right: DisplayModel
+
+    def eye(self, eye: Eye) -> DisplayModel:
+        """Return the model for ``eye``."""
+        return self.left if eye == "left" else self.right
+
+    def in_room(self, left_XYZ_cd_m2: ArrayLike, right_XYZ_cd_m2: ArrayLike) -> EyeModels:
+        """Return the same display in a room of which each eye gets so much light, (3,), from the screen while off.
+
+        Raises
+        ------
+        DeviceError
+            If it is not three finite numbers of at least 0.
+        """
+        left = self.left.in_room(left_XYZ_cd_m2)
+        same = self.left is self.right and np.array_equal(left_XYZ_cd_m2, right_XYZ_cd_m2)
+        return EyeModels(left, left if same else self.right.in_room(right_XYZ_cd_m2))
+
+    @property
+    def normalised(self) -> EyeModels:
+        """The same in units of what codes 0 and 1 give, see `DisplayModel.normalised`."""
+        return EyeModels(self.left.normalised, self.right.normalised)
 
 
 def curve_limits(curves: Sequence[Curve]) -> tuple[Floats, Floats]:
