@@ -1,8 +1,11 @@
 from .filters import Filter as Filter
 from .filters import keep as keep
+from .screening import Outcome as Outcome
 from .screening import check_tests as check_tests
+from .screening import failed_tests as failed_tests
 from .screening import outcomes as outcomes
 from .screening import screened as screened
+from .screening import screened_out as screened_out
 from .screening import threshold_estimate as threshold_estimate
 from .table import ObserverTable as ObserverTable
 from .table import observers_in_comparisons as observers_in_comparisons

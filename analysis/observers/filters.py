@@ -8,7 +8,7 @@ from typing import Any
 
 from analysis.errors import ResultsError
 from analysis.observers.responses import catch_answers
-from analysis.observers.screening import Unscreened, passed_screening
+from analysis.observers.screening import Unscreened, failed_tests, passed_screening
 from analysis.records.results import sessions_by_observer
 from analysis.records.session_record import SessionLog
 from documents import Finding
@@ -135,7 +135,11 @@ def _reasons(name: str, sessions: Sequence[SessionLog], rule: Filter) -> tuple[s
     if rule.screening is not None:
         verdict = passed_screening(sessions, rule.screening)
         if verdict is False:
-            reasons.append("failed the vision screening")
+            failed = [outcome.test for outcome in failed_tests(sessions).get(name, ())]
+            named = [test.replace("_", " ") for test in failed if test in (rule.screening or failed)]
+            reasons.append(
+                f"failed the vision screening: {' and '.join(named)}" if named else "failed the vision screening"
+            )
         elif verdict is None and rule.unscreened == "leave_out":
             reasons.append("was not screened")
     return tuple(reasons)

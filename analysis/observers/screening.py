@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from analysis.errors import ResultsError
+from analysis.records.results import sessions_by_observer
 from analysis.records.session_record import SessionLog
 from documents import Finding
 
@@ -20,7 +21,10 @@ Unscreened = Literal["keep", "leave_out"]
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """One test's outcome; ``threshold`` is the finest level passed, in ``unit``; None if no level was passed."""
+    """A vision test's outcome; ``threshold`` is the finest level passed, in ``unit``; None if no level was passed.
+
+    ``controls_seen`` is whether control plates, which everyone sees, were seen.
+    """
 
     observer: str
     session: str
@@ -30,6 +34,21 @@ class Outcome:
     estimate: float | None
     pass_mark: float
     unit: str
+    controls_seen: bool = True
+
+    @property
+    def reached(self) -> str:
+        """What was reached, such as "passed 200 arcsec, pass mark 140 arcsec"."""
+        unit = {"arcsec": " arcsec", "logmar": " logMAR", "delta_uv": " in u′v′"}.get(self.unit, f" {self.unit}")
+        reached = "no level passed" if self.threshold is None else f"passed {self.threshold:g}{unit}"
+        if not self.controls_seen:
+            reached += ", missed control plates that everyone sees"
+        return f"{reached}, pass mark {self.pass_mark:g}{unit}"
+
+    @property
+    def words(self) -> str:
+        """The test and what was reached in it, such as "stereo acuity: passed 200 arcsec, pass mark 140 arcsec"."""
+        return f"{self.test.replace('_', ' ')}: {self.reached}"
 
 
 def outcomes(log: SessionLog) -> tuple[Outcome, ...]:
@@ -78,6 +97,7 @@ def outcomes(log: SessionLog) -> tuple[Outcome, ...]:
                     _number(outcome["estimate"]),
                     float(outcome["pass_mark"]),
                     str(outcome["unit"]),
+                    bool(outcome.get("controls_seen", True)),
                 )
             )
         except (KeyError, TypeError, ValueError) as error:
@@ -169,6 +189,67 @@ def passed_screening(sessions: Sequence[SessionLog], tests: Sequence[str] = ()) 
     in_time = sorted(sessions, key=lambda session: session.header.started_utc)
     verdicts = [verdict for session in in_time if (verdict := passed(session, tests)) is not None]
     return verdicts[-1] if verdicts else None
+
+
+def failed_tests(sessions: Sequence[SessionLog]) -> dict[str, tuple[Outcome, ...]]:
+    """Return the tests that each observer failed, by observer, without those who failed none.
+
+    Of each observer the last session with a test counts, and of a test taken twice in it the last outcome.
+
+    Parameters
+    ----------
+    sessions
+        Sessions of any observers.
+
+    Returns
+    -------
+    dict[str, tuple[Outcome, ...]]
+        The outcomes of the failed tests.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from analysis.records import Header, SessionLog, Trial
+    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, (), {}, {}, {}, {}, {})
+    >>> result = {"passed": False, "threshold": 200, "estimate": None, "pass_mark": 140, "unit": "arcsec"}
+    >>> data = {"test": "stereo_acuity", "outcome": result}
+    >>> trial = Trial(0, 0, "screening", (), 1.2, "2026-01-31T09:31:00Z", data)
+    >>> log = SessionLog(Path("session.jsonl"), header, (trial,), complete=True)
+    >>> [outcome.words for outcome in failed_tests([log])["01"]]
+    ['stereo acuity: passed 200 arcsec, pass mark 140 arcsec']
+    """
+    failed = {}
+    for observer, own in sessions_by_observer(sessions).items():
+        tested = [taken for log in sorted(own, key=lambda log: log.header.started_utc) if (taken := outcomes(log))]
+        last = {outcome.test: outcome for outcome in tested[-1]} if tested else {}
+        if wrong := tuple(outcome for outcome in last.values() if not outcome.passed):
+            failed[observer] = wrong
+    return failed
+
+
+def screened_out(log: SessionLog) -> bool:
+    """Return whether the session ended at a vision test that was failed (``on_fail: stop``).
+
+    Parameters
+    ----------
+    log
+        One session.
+
+    Returns
+    -------
+    bool
+        Whether its record says so.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from analysis.records import Header, SessionLog, Trial
+    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, (), {}, {}, {}, {}, {})
+    >>> ended = Trial(0, 0, "screening", (), 1.2, "2026-01-31T09:31:00Z", {"screened_out": True})
+    >>> screened_out(SessionLog(Path("session.jsonl"), header, (ended,), complete=True))
+    True
+    """
+    return any(trial.kind == KIND and trial.data.get("screened_out") for trial in log.trials)
 
 
 def _number(value: object) -> float | None:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from analysis.observers.screening import outcomes
+from analysis.observers.screening import failed_tests, screened_out
 from analysis.observers.table import ObserverTable
 from analysis.ratings.ratings import RatingSummary
 from analysis.records.session_record import SessionLog
@@ -77,16 +77,16 @@ def _side(compared: Answered) -> Iterator[FailedCheck]:
 
 
 def _vision(sessions: Sequence[SessionLog]) -> Iterator[FailedCheck]:
-    last = {(result.observer, result.test): result for session in sessions for result in outcomes(session)}
+    ended = {session.header.observer for session in sessions if screened_out(session)}
     failed: dict[str, list[str]] = {}
-    for (observer, test), result in last.items():
-        if not result.passed:
-            finest = f"finest passed {result.threshold:g}" if result.threshold is not None else "no level passed"
-            failed.setdefault(test, []).append(f"{observer} ({finest}, pass mark {result.pass_mark:g} {result.unit})")
+    for observer, wrong in failed_tests(sessions).items():
+        for outcome in wrong:
+            more = "; the session ended there" if observer in ended else ""
+            failed.setdefault(outcome.test, []).append(f"{observer} ({outcome.reached}{more})")
     for test, who in failed.items():
         yield FailedCheck(
             f"Vision test {test.replace('_', ' ')}",
-            f"Not passed by {some(who)}.",
+            f"Not passed by {some(who)}. Their answers are included.",
             f"Test them again, or leave them out (--passed {test}).",
         )
 

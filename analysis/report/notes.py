@@ -9,7 +9,7 @@ from analysis.observers.responses import catch_results
 from analysis.ratings.preferences import preferences
 from analysis.records.session_record import SessionLog
 from analysis.report.estimate import Estimate
-from analysis.report.words import some
+from analysis.report.words import counted, some
 from analysis.scaling.departure import OneScale
 
 FEWEST_FOR_CHOSEN_PAIRS = 5
@@ -61,6 +61,9 @@ def on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
     if incomplete:
         what = "session was" if incomplete == 1 else "sessions were"
         notes.append(f"{incomplete} {what} not completed; the answers given until then are counted.")
+    unseen = sum(bool(trial.data.get("wrong_screen")) for session in sessions for trial in session.trials)
+    if unseen:
+        notes.append(f"In {counted(unseen, 'trial')} the panel was larger than the screen: a part was not seen.")
     torn = sum(bool(session.torn_tail) for session in sessions)
     if torn:
         notes.append(f"{torn} {'log ends' if torn == 1 else 'logs end'} in an incomplete line, which is not counted.")

@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
+from analysis.observers import Outcome
 from documents.platform import command_to_type
 from runner.session.picture_source import Progress, no_progress
 from runner.session.session import Session
@@ -81,17 +82,24 @@ class SessionOptions:
 
 @dataclass(frozen=True, slots=True)
 class SessionResult:
-    """How a session ended: ``answered`` of ``trials`` scored trials are on disk; ``folder`` is None if it stopped."""
+    """How a session ended: ``answered`` of ``trials`` scored trials are on disk; ``folder`` is None if it stopped.
+
+    ``failed_tests`` are the vision tests that the observer failed; ``screened_out`` is whether the session ended there.
+    """
 
     ending: Ending
     answered: int
     trials: int
     folder: Path | None
+    failed_tests: tuple[Outcome, ...] = ()
+    screened_out: bool = False
 
     def to_json(self) -> dict[str, Any]:
         """Return all of it as plain JSON."""
         folder = str(self.folder) if self.folder else None
-        return {"ending": self.ending, "answered": self.answered, "trials": self.trials, "folder": folder}
+        counts = {"ending": self.ending, "answered": self.answered, "trials": self.trials, "folder": folder}
+        failed = [{"test": outcome.test, "words": outcome.words} for outcome in self.failed_tests]
+        return {**counts, "failed_tests": failed, "screened_out": self.screened_out}
 
 
 def session_command(experiment: str | Path, observer: str, options: SessionOptions, **changed: bool) -> str:

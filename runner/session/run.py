@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from analysis.records import Trial
+from analysis.observers import failed_tests, screened_out
+from analysis.records import FILE_NAME, Trial, read_session
 from documents import Finding
 from documents.text import counted
 from runner.errors import SessionError, SessionStoppedError
@@ -148,7 +149,11 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
             raise kind(f"{why}. Every answer before this is saved. Continue: {again}") from error
     if status is None:  # interrupted before it began
         return SessionResult(ending, 0, sum(block.trials for block in design.example_blocks), folder)
-    return SessionResult(ending, status.answered, status.trials, folder)
+    if station.session_folder is None:
+        return SessionResult(ending, status.answered, status.trials, folder)
+    log = read_session(station.session_folder / FILE_NAME)
+    failed = failed_tests([log]).get(observer, ())
+    return SessionResult(ending, status.answered, status.trials, folder, failed, screened_out(log))
 
 
 @dataclass(frozen=True, slots=True)

@@ -310,7 +310,7 @@ class Session:
             )
 
 
-_CIRCUMSTANCES = ("clipping", "timed", "interruptions", "nominal", "uncharacterised")
+_CIRCUMSTANCES = ("clipping", "timed", "interruptions", "nominal", "uncharacterised", "wrong_screen")
 
 
 def _identity(trial: Trial) -> tuple[Any, ...]:

@@ -55,6 +55,7 @@ class Station:
     cost_work: CostWork
     watch: GammaWatch
     accept_gamma_table: bool = False
+    session_folder: Path | None = None  # of the session that runs, or ran last
 
     @classmethod
     def open(
@@ -232,6 +233,7 @@ class Station:
             recorder, log = self._resume(observer, accept_changes=accept_changes)
         else:
             recorder = self._begin(observer, simulated, remarks)
+        self.session_folder = recorder.folder
         blocks = self.experiment.blocks(observer)
         self.pictures.add(blocks)
         costs = {description["name"]: description["clipping"] for description in self.descriptions}

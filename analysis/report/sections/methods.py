@@ -15,7 +15,7 @@ from analysis.report.blocks import Block, Facts, Numbered, Paragraph, Section
 from analysis.report.grouped import GroupedSummary
 from analysis.report.notes import nominal_words
 from analysis.report.references import Citations
-from analysis.report.sections.observers import left_out_words
+from analysis.report.sections.observers import left_out_words, screening_words
 from analysis.report.sections.shown import clipping_rows, timing_facts
 from analysis.report.summary import Answered, Summary
 from analysis.report.words import counted, fixed, key_words, listed, plain
@@ -68,7 +68,7 @@ def _people(sessions: Sequence[SessionLog], kept: Kept | None) -> str:
     incomplete = sum(not session.complete for session in sessions)
     if incomplete:
         words += f"; {counted(incomplete, 'session')} ended early; the answers until then are included"
-    return f"{words}. {left_out_words(kept)}"
+    return " ".join(filter(None, (f"{words}.", screening_words(sessions), left_out_words(kept))))
 
 
 def _settings_words(settings: Mapping[str, Mapping[str, Any]]) -> str:

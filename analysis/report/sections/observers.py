@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from analysis.observers.filters import Kept
-from analysis.observers.screening import outcomes
+from analysis.observers.screening import failed_tests, outcomes
 from analysis.observers.table import ObserverLine, ObserverTable
 from analysis.records.session_record import SessionLog, Trial
 from analysis.report.blocks import Block, Cell, Column, Paragraph, Section, Table
-from analysis.report.words import counted
+from analysis.report.words import counted, listed
 
 _COLUMNS = (
     Column("Observer", "observer"),
@@ -103,10 +103,26 @@ def vision_section(sessions: Sequence[SessionLog]) -> Section | None:
         )
         for outcome in taken
     )
-    failed = len(dict.fromkeys(outcome.observer for outcome in taken if not outcome.passed))
-    words = f"{counted(failed, 'observer')} failed a test." if failed else "All tests were passed."
+    words = screening_words(sessions)
     table = Table("vision", counted(len(taken), "vision test"), columns, rows, folded=len(rows) > 20)
     return Section("vision", "Vision tests", (Paragraph(words), table))
+
+
+def screening_words(sessions: Sequence[SessionLog]) -> str:
+    """Say whose vision was tested and who failed, of those whose answers are included; empty without a test."""
+    taken = [outcome for session in sessions for outcome in outcomes(session)]
+    if not taken:
+        return ""
+    tested = len({outcome.observer for outcome in taken})
+    tests = listed(dict.fromkeys(outcome.test.replace("_", " ") for outcome in taken))
+    words = f"The vision of {counted(tested, 'observer')} was tested before the trials ({tests})"
+    failed = failed_tests(sessions)
+    if not failed:
+        return f"{words}; all passed."
+    names = listed(
+        f"{name} ({', '.join(outcome.test.replace('_', ' ') for outcome in wrong)})" for name, wrong in failed.items()
+    )
+    return f"{words}; {len(failed)} failed, and their answers are included: {names}."
 
 
 QUESTIONNAIRE = "questionnaire"

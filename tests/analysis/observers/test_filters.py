@@ -69,16 +69,20 @@ def test_nobody_is_left_out_without_being_asked(four: list[SessionLog]) -> None:
             Filter(most_missed=0),
             {"02": ("missed 2 of 3 obvious catch trials",), "03": ("missed 1 of 1 obvious catch trials",)},
         ),
-        (Filter(screening=()), {"02": ("failed the vision screening",)}),
-        (Filter(screening=("stereo_acuity",)), {"02": ("failed the vision screening",)}),
+        (Filter(screening=()), {"02": ("failed the vision screening: stereo acuity",)}),
+        (Filter(screening=("stereo_acuity",)), {"02": ("failed the vision screening: stereo acuity",)}),
         (Filter(screening=("near_acuity",)), {}),
         (
             Filter(screening=(), unscreened="leave_out"),
-            {"02": ("failed the vision screening",), "03": ("was not screened",), "04": ("was not screened",)},
+            {
+                "02": ("failed the vision screening: stereo acuity",),
+                "03": ("was not screened",),
+                "04": ("was not screened",),
+            },
         ),
         (
             Filter(without=("02",), most_missed=1, screening=()),
-            {"02": ("by hand", "missed 2 of 3 obvious catch trials", "failed the vision screening")},
+            {"02": ("by hand", "missed 2 of 3 obvious catch trials", "failed the vision screening: stereo acuity")},
         ),
     ],
 )

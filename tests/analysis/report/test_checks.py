@@ -55,7 +55,7 @@ def test_each_failure_has_a_reason_and_a_remedy_everywhere(make_session: Maker) 
     assert failed["One scale fits all answers"].reason.startswith("The answers depart from a single scale (p")
     assert failed["No position is preferred"].reason.startswith("100.0 % of the answers chose the first position")
     vision = failed["Vision test stereo acuity"]
-    assert vision.reason == "Not passed by 03 (finest passed 400, pass mark 60 arcsec)."
+    assert vision.reason == "Not passed by 03 (passed 400 arcsec, pass mark 60 arcsec). Their answers are included."
     assert "--passed stereo_acuity" in vision.remedy
     assert failed["Timed scenes"].reason.startswith("8 of 16 timed scenes missed 16 frames")
     text, page = printed(report), html.unescape(render(report))

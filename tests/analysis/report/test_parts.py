@@ -211,7 +211,10 @@ def test_vision_tests_stand_on_every_report(preferring: Sessions) -> None:
     (section,) = (one for one in sections_of(report, {}, {}) if one.key == "vision")
     (table,) = section.tables()
     assert table.rows == (("02", "stereo acuity", "failed", None, 310.0, 200.0, "arcsec"),)
-    assert "1 observer failed a test." in Page(render(report)).text
+    assert (
+        "tested before the trials (stereo acuity); 1 failed, and their answers are included: 02"
+        in Page(render(report)).text
+    )
     kept = describe(sessions, rule=Filter(screening=("stereo_acuity",)))
     assert "vision" not in keys(kept)
-    assert kept.kept.left_out == {"02": ("failed the vision screening",)}
+    assert kept.kept.left_out == {"02": ("failed the vision screening: stereo acuity",)}

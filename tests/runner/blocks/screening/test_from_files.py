@@ -68,6 +68,51 @@ def test_who_sees_well_continues_and_who_does_not_is_screened_out(study: Study) 
     assert screened([good, bad]) == (good,)
 
 
+def told_by_run(study: Study, observer: str, psychometric: str = "{}") -> str:
+    """Return what ``run`` prints at the end of a simulated observer's session."""
+    told = study.observers.read_text()
+    observers = study.folder / f"observers-{observer}.yaml"
+    observers.write_text(told.replace("kind: bradley_terry\n", f"kind: bradley_terry\npsychometric: {psychometric}\n"))
+    words = ["run", study.experiment, "--observer", observer, "--simulate", observers, "--results", study.results]
+    return str(study.cyclopean(*words).stdout)
+
+
+def test_who_failed_is_named_at_the_end_of_run_and_in_the_report_with_what_becomes_of_the_answers(study: Study) -> None:
+    screen(study, "on_fail: stop", "on_fail: continue")
+    assert "vision test" not in told_by_run(study, "01")
+    told = told_by_run(study, "02", "{near_acuity: {threshold: 1e6}}")
+    assert "Observer 02 failed a vision test: near acuity: no level passed, pass mark 0.2 logMAR." in told
+    assert "no diagnosis" in told
+    assert "A report includes the answers and names the observer; to leave them out, add --passed near_acuity" in told
+    assert "The session ended there" not in told
+    report = study.cyclopean("report", study.results, "--no-thumbnails")
+    lines = " ".join(report.stdout.split())
+    note = "Not passed by 02 (no level passed, pass mark 0.2 logMAR). Their answers are included."
+    assert "Vision test near acuity" in lines
+    assert note in lines
+    page = (study.results / "report.html").read_text()
+    assert note in page
+    methods = (
+        "of 2 observers was tested before the trials (stereo acuity, colour vision and near acuity); 1 failed, and "
+    )
+    assert f"{methods}their answers are included: 02 (near acuity)." in page
+    study.cyclopean("report", study.results, "--no-thumbnails", "--passed", "near_acuity")
+    page = (study.results / "report.html").read_text()
+    assert "Left out: 02 (failed the vision screening: near acuity)." in page
+    assert (
+        "of 1 observer was tested before the trials (stereo acuity, colour vision and near acuity); all passed." in page
+    )
+    assert note not in page
+
+
+def test_who_was_screened_out_is_told_that_the_session_is_complete(study: Study) -> None:
+    screen(study)
+    told = told_by_run(study, "02", "{stereo_acuity: {threshold: 1e6}}")
+    assert "Observer 02 failed a vision test: stereo acuity: no level passed, pass mark 140 arcsec." in told
+    assert "The session ended there, as the experiment says (on_fail: stop), and is complete." in told
+    assert "Continue:" not in told
+
+
 def test_a_simulated_protan_fails_that_axis_alone(study: Study) -> None:
     screen(study, "on_fail: stop", "on_fail: continue")
     _, log = simulate(study, "03", "{colour_vision_protan: {threshold: 10}}")
