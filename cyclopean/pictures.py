@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from devices.display import Display
     from stimuli.build import StimulusSet
     from stimuli.comparison import Comparison
-    from stimuli.pictures import StereoImage
+    from stimuli.pictures import ColourSpace, Packing, StereoImage
 
 
 def display(path: str | Path) -> Result[Display]:
@@ -132,15 +132,32 @@ def fit_display(
     return Result(fitted, rows, f"Display fitted to {Path(measurements).name}; {chosen}")
 
 
-def read_picture(path: str | Path, *, observer: str = "CIE 1931 2") -> StereoImage:
-    """Read an OpenEXR picture, in absolute XYZ.
+def read_picture(
+    path: str | Path,
+    colour_space: ColourSpace | None = None,
+    white_luminance_cd_m2: float | None = None,
+    *,
+    right: str | Path | None = None,
+    packing: Packing | None = None,
+    observer: str = "CIE 1931 2",
+) -> StereoImage:
+    """Read a picture, in absolute XYZ: OpenEXR, or PNG, JPEG, TIFF, WebP, MPO or JPS.
 
     Parameters
     ----------
     path
-        The file, with a left and a right view, or with one view for both eyes.
+        The file: of one view or both, or the left eye's where ``right`` is given.
+    colour_space
+        ``srgb``, ``display-p3``, ``adobe-rgb``, ``rec2020`` or ``icc`` (the file's profile) of an ordinary picture,
+        ``xyz`` or ``rec709`` of linear light; None takes what the file states.
+    white_luminance_cd_m2
+        Luminance of an ordinary picture's white, or of the value 1.
+    right
+        The right eye's file.
+    packing
+        How both eyes lie in one ordinary picture, such as ``side-by-side``; None takes what the file states.
     observer
-        The colorimetric observer of the XYZ; a file of another is refused.
+        The colorimetric observer whose XYZ are wanted, such as ``CIE 2015 10``: a file of another is refused.
 
     Returns
     -------
@@ -150,7 +167,8 @@ def read_picture(path: str | Path, *, observer: str = "CIE 1931 2") -> StereoIma
     Raises
     ------
     InputError
-        If the file cannot be read, is of another observer, lacks a view, or holds what must not reach an eye.
+        If the file cannot be read, is of another observer, lacks a view, or holds what must not reach an eye; if its
+        colour space or white is not known.
 
     Examples
     --------
@@ -164,9 +182,16 @@ def read_picture(path: str | Path, *, observer: str = "CIE 1931 2") -> StereoIma
     >>> picture.is_flat, picture.left.shape
     (True, (4, 6, 3))
     """
-    from stimuli.pictures import read_exr
+    from stimuli.pictures import read_picture as read
 
-    return read_exr(Path(path), observer=observer)
+    return read(
+        path,
+        colour_space,
+        right=right,
+        packing=packing,
+        white_luminance_cd_m2=white_luminance_cd_m2,
+        observer=observer,
+    )
 
 
 def write_picture(

@@ -18,7 +18,8 @@ def decode(header: PictureHeader, frame: int = 0) -> Pixels:
     """Return the pixels of a file, upright, (height, width, channels), uint8, uint16 or float32; alpha last."""
     import OpenImageIO as oiio
 
-    if frame or header.frames == 2:
+    # OpenImageIO reads one picture of an MPO, and libpng writes its complaints past it to the terminal.
+    if header.frames == 2 or (header.kind == "png" and header.bits == 8):
         return _decode_by_pillow(header, frame)
     hint = oiio.ImageSpec()
     hint.attribute("oiio:UnassociatedAlpha", 1)
@@ -42,7 +43,8 @@ def _decode_by_pillow(header: PictureHeader, frame: int) -> Pixels:
     try:
         with Image.open(header.path) as picture:
             picture.seek(frame)
-            pixels = np.asarray(picture)
+            form = ("L" if header.channels == 1 else "RGB") + ("A" if header.has_alpha else "")
+            pixels = np.asarray(picture if picture.mode == form else picture.convert(form))
     except (OSError, ValueError, SyntaxError, EOFError) as error:
         message = f"the picture is cut short or damaged: {(str(error).splitlines() or ['no reason given'])[0]}"
         raise StimulusError.at(header.path, message, "copy or save it again") from error
