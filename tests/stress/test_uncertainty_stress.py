@@ -51,6 +51,14 @@ def test_the_single_step_controls_the_level_with_few_observers(observers: int, o
     assert 0.005 < found.false_difference <= 0.05 + 3 * 0.013
 
 
+@pytest.mark.parametrize("observers", [2, 3, 4])
+@pytest.mark.parametrize("observer_sd", [0.0, 0.7, 1.5])
+def test_two_to_four_observers_report_no_false_differences(observers: int, observer_sd: float) -> None:
+    found = decisions(Design(np.zeros(10), observers, observer_sd), studies=1000)
+    assert found.false_difference < 0.02
+    assert found.differences > 0.95
+
+
 def test_a_hundred_items_fit_into_bounded_memory() -> None:
     """The counts of 1000 replicates alone would take 80 MB, what fitting them together needs ten times as much."""
     program = """

@@ -14,6 +14,7 @@ from analysis.scaling import sandwich as sandwich_module
 from analysis.scaling.fitting import fit_model
 from analysis.scaling.laws import Logistic
 from analysis.scaling.shrinkage import CLUSTERED, Clustered, Spread, shrink
+from benchmarks.simulated_studies import Design, decisions
 
 Floats = NDArray[np.float64]
 Drawer = Callable[..., Comparisons]
@@ -166,8 +167,15 @@ def test_a_covariance_by_observer_needs_two_and_a_known_name(draw: Drawer) -> No
         fit_model(alone, covariance="robust")  # type: ignore[arg-type]  # wrong on purpose
 
 
-def test_a_spread_of_two_observers_is_the_sandwich() -> None:
+def test_a_spread_of_two_observers_is_a_third_the_scaled_covariance() -> None:
     model, pulled = contributed(4, 2)
     found: Spread = shrink(model, pulled, freedom=1)
-    assert found.share[0] == 0
-    np.testing.assert_allclose(found.covariance, pulled.transpose(0, 2, 1) @ pulled)
+    assert found.share[0] == pytest.approx(1 / 3)
+    sandwich = pulled.transpose(0, 2, 1) @ pulled
+    np.testing.assert_allclose(found.covariance, 2 / 3 * sandwich + found.scale[0] / 3 * model)
+
+
+def test_two_observers_who_agree_about_a_pair_do_not_set_it_apart() -> None:
+    found = decisions(Design(np.zeros(10), 2), studies=300)
+    assert found.false_difference < 0.02  # 0.067 by the sandwich
+    assert found.differences > 0.95  # 0.887 by the sandwich
