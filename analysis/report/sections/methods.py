@@ -112,10 +112,7 @@ def _display(sessions: Sequence[SessionLog], cited: Citations) -> str:
     words += "."
     words += _settings_words(display.get("monitor_settings") or {})
     if nominal := nominal_words(sessions):
-        words += (
-            f" The display was not measured: its colours are nominal, not measured, those of a standard display "
-            f"({nominal})"
-        )
+        words += f" The display is nominal, not measured: its colours are those of a standard ({nominal})"
         every = all(session.header.nominal for session in sessions)
         words += "." if every else ", in some of the sessions; in the others it was measured."
     elif display.get("source"):
