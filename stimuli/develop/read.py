@@ -63,6 +63,6 @@ def read_camera_image(
                 raise StimulusError.at(
                     path,
                     f"the picture is {name}: the camera's tone curve is in it, and cannot be taken out",
-                    "give the raw file",
+                    "give the raw file; or show the picture as it is, by a recipe of kind: pictures",
                 )
     return read_raw(path, demosaic=demosaic, levels=levels, rotate=rotate, exposure=exposure)

@@ -241,7 +241,10 @@ def _matrix(view: View, file: str, colour_space: ColourSpace | None) -> NDArray[
     chromaticities = given if declared is None else declared
     if chromaticities is None:
         raise _wrong(
-            view, file, "it does not declare its chromaticities", "write 'colour_space: rec709' or 'colour_space: xyz'"
+            view,
+            file,
+            "it does not declare its chromaticities",
+            "write 'colour_space: rec709' or 'colour_space: xyz', in a recipe of kind: pictures",
         )
     if declared is not None and given is not None and not np.allclose(declared, given, rtol=0, atol=_SAME):
         raise _wrong(

@@ -202,6 +202,8 @@ def _checked(
     mine = [headers[path] for path in paths]
     try:
         spaces = [declared_space(header) for header in mine]
+        packing = None if file is None or mine[0].packing == "none" else mine[0].packing
+        size = mine[0].size_px if packing is None else eye_size_px(mine[0].size_px, packing, paths[0])
     except StimulusError as error:
         findings += error.findings
         return []
@@ -216,8 +218,6 @@ def _checked(
         message = f"the left eye's picture declares the colour space {words[0]} and the right eye's {words[1]}"
         findings.append(Finding(message, str(paths[-1]), remedy="save them alike"))
         return []
-    packing = None if file is None or first.packing == "none" else first.packing
-    size = first.size_px if packing is None else eye_size_px(first.size_px, packing, paths[0])
     stem = without_packing(file.stem) if file is not None else _eye_of(paths[0].stem)[1]
     stereo = file is None or first.is_pair
     return [FoundPicture(_name(stem or paths[0].parent.name), left, right, file, packing, size, stereo, spaces[0])]

@@ -65,6 +65,62 @@ class OrdinaryPicture:
         return self.held.image() if isinstance(self.held, CodedPicture) else self.held
 
 
+@dataclass(frozen=True, slots=True)
+class _Plan:
+    """What the headers of a picture's files show: how its codes become light, and where its eyes are."""
+
+    headers: tuple[PictureHeader, ...]
+    encoding: Encoding
+    packing: Packing | None
+
+    @property
+    def is_pair(self) -> bool:
+        return len(self.headers) == 2 or self.headers[0].frames == 2 or self.packing is not None
+
+
+def check_ordinary(
+    files: Sequence[Path],
+    decoding: Decoding,
+    packing: Packing | None = None,
+    *,
+    flat: bool = False,
+    flat_eye: Eye | None = None,
+) -> _Plan:
+    """Check all of a picture that its files' headers show, without decoding it; as `read_ordinary`.
+
+    Raises
+    ------
+    StimulusError
+        As `read_ordinary`, but for what only the pixels show: damage, and transparent pixels.
+    """
+    headers = [read_header(path) for path in files]
+    given: Packing | None = "none" if len(headers) == 2 else packing
+    if given is not None:
+        if given not in PACKINGS:
+            raise StimulusError.at(files[0], f"there is no packing '{given}'", f"one of {', '.join(PACKINGS)}")
+        headers = [replace(header, packing=given, frames=1) for header in headers]
+    header, last = headers[0], headers[-1]
+    if header.size_px != last.size_px:
+        sizes = [f"{item.size_px[0]} × {item.size_px[1]}" for item in headers]
+        message = f"the views differ in size: 'left' is {sizes[0]}, 'right' is {sizes[1]}"
+        raise StimulusError.at(last.path, message, "crop or save them alike")
+    if (header.channels, header.has_alpha, header.bits) != (last.channels, last.has_alpha, last.bits):
+        message = "the two eyes' pictures are of different form: grey or colour, bits, or alpha"
+        raise StimulusError.at(last.path, message, "save them alike")
+    used = None if header.frames == 2 or header.packing == "none" else header.packing
+    if used is not None:
+        eye_size_px(header.size_px, used, header.path)
+    spaces = [encoding_of(item, decoding) for item in headers]
+    if not _alike(spaces[0], spaces[-1]):
+        message = "the two eyes' pictures have different colour spaces"
+        raise StimulusError.at(last.path, message, "convert them to one, such as sRGB")
+    plan = _Plan(tuple(headers), spaces[0], used)
+    if flat and plan.is_pair and flat_eye is None:
+        message = "there is no centre view for the flat version"
+        raise StimulusError.at(header.path, message, "name an eye: flat_eye: left, or --flat-eye left")
+    return plan
+
+
 def read_ordinary(
     files: Sequence[Path],
     decoding: Decoding,
@@ -83,47 +139,19 @@ def read_ordinary(
     StimulusError
         If a file cannot be read or shown, declares another colour space, or neither it nor ``decoding`` states one.
     """
-    headers = [read_header(path) for path in files]
-    if len(headers) == 2:
-        headers = [replace(header, packing="none", frames=1) for header in headers]
-        first, second = (header.size_px for header in headers)
-        if first != second:
-            message = (
-                f"the views differ in size: 'left' is {first[0]} × {first[1]}, 'right' is {second[0]} × {second[1]}"
-            )
-            raise StimulusError.at(headers[1].path, message, "crop or save them alike")
-    header = headers[0]
-    if packing is not None:
-        if packing not in PACKINGS:
-            raise StimulusError.at(header.path, f"there is no packing '{packing}'", f"one of {', '.join(PACKINGS)}")
-        header = headers[0] = replace(header, packing=packing, frames=1 if packing != "none" else header.frames)
-    used = None if header.frames == 2 or header.packing == "none" else header.packing
-    pair = len(headers) == 2 or header.frames == 2 or used is not None
-    if used is not None:
-        eye_size_px(header.size_px, used, header.path)
-    if flat and pair and flat_eye is None:
-        raise StimulusError.at(
-            header.path,
-            "there is no centre view for the flat version",
-            "name an eye: flat_eye: left, or --flat-eye left",
-        )
-    if len({(item.channels, item.has_alpha, item.bits) for item in headers}) > 1:
-        message = "the two eyes' pictures are of different form: grey or colour, bits, or alpha"
-        raise StimulusError.at(headers[1].path, message, "save them alike")
-    spaces = [encoding_of(item, decoding) for item in headers]
-    if len(spaces) == 2 and not _alike(spaces[0], spaces[1]):
-        message = "the two eyes' pictures have different colour spaces"
-        raise StimulusError.at(headers[1].path, message, "convert them to one, such as sRGB")
-    encoding = spaces[0]
-    eyes: list[Pixels] = [decode(item) for item in headers]
-    if header.frames == 2 and used is None:
-        eyes.append(decode(header, frame=1))
-    elif used is not None:
-        eyes = list(unpacked(eyes[0], used))
+    plan = check_ordinary(files, decoding, packing, flat=flat, flat_eye=flat_eye)
+    wanted = plan.headers
+    if flat and len(wanted) == 2:
+        wanted = wanted[:1] if flat_eye == "left" else wanted[1:]
+    eyes: list[Pixels] = [decode(item) for item in wanted]
+    if wanted[0].frames == 2:
+        eyes.append(decode(wanted[0], frame=1))
+    elif plan.packing is not None:
+        eyes = list(unpacked(eyes[0], plan.packing))
     if flat and len(eyes) == 2:
-        eyes = [eyes[0 if flat_eye == "left" else 1]]
-    views = ("left", "right") if len(eyes) == 2 else ((str(flat_eye),) if flat and pair else ("center",))
-    return _made(eyes, header, encoding, decoding, used, views)
+        eyes = eyes[:1] if flat_eye == "left" else eyes[1:]
+    views = ("left", "right") if len(eyes) == 2 else ((str(flat_eye),) if plan.is_pair else ("center",))
+    return _made(eyes, plan.headers[0], plan.encoding, decoding, plan.packing, views)
 
 
 def _made(

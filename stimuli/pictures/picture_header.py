@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_views import MAX_PIXELS
-from stimuli.pictures.packing import Packing, eye_size_px, named_packing
+from stimuli.pictures.packing import Packing, named_packing
 from stimuli.pictures.picture_input import opened
 from stimuli.pictures.resampling import MAX_PIXELS as MAX_SIDE_PX
 
@@ -96,8 +96,9 @@ def read_header(path: Path) -> PictureHeader:
 
 def _refuse_size(header: PictureHeader) -> None:
     width, height = header.size_px
-    if header.frames == 1 and header.packing is not None:
-        width, height = eye_size_px((width, height), header.packing, header.path)
+    if header.frames == 1 and header.packing not in (None, "none"):
+        across = str(header.packing).startswith("side-by-side")
+        width, height = (width // 2, height) if across else (width, height // 2)
     if max(width, height) > MAX_SIDE_PX or header.stored_px[0] * header.stored_px[1] > MAX_PIXELS:
         limit = f"{MAX_SIDE_PX} a side and {MAX_PIXELS // 10**6} megapixels are the most"
         message = f"a picture of {width} × {height} pixels is too large: {limit}"

@@ -13,7 +13,7 @@ from documents.yaml import Strict
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_read import ColourSpace, Negative
 from stimuli.pictures.packing import Packing
-from stimuli.pictures.picture_header import is_ordinary, read_header
+from stimuli.pictures.picture_header import is_ordinary
 from stimuli.pictures.stereo_image import View
 from stimuli.recipes.files_recipe import FilesRecipe, FileStimulusSpec
 from stimuli.recipes.recipe_kind import Fault
@@ -121,17 +121,24 @@ class PicturesRecipe(FilesRecipe, LightSpec):
 
     def file_findings(self, folder: Path) -> list[Finding]:
         """Return what the headers of ordinary pictures show to be wrong, without decoding them."""
-        from stimuli.pictures.ordinary import encoding_of
+        from stimuli.pictures.ordinary import check_ordinary
+        from stimuli.recipes.view_sources import one_view
 
-        findings: list[Finding] = []
+        findings: dict[Finding, None] = {}
         for spec in self.stimuli:
-            if spec.is_ordinary:
+            if not spec.is_ordinary:
+                continue
+            paths = [folder / file for file in spec.files.values()]
+            for view in self.views or (spec.view,):
                 try:
-                    for file in spec.files.values():
-                        encoding_of(read_header(folder / file), self._decoding(spec))
+                    plan = check_ordinary(
+                        paths, self._decoding(spec), spec.packing, flat=view == "flat", flat_eye=spec.flat_eye
+                    )
+                    if view == "stereo" and not plan.is_pair:
+                        raise one_view(paths[0])
                 except StimulusError as error:
-                    findings += error.findings
-        return findings
+                    findings |= dict.fromkeys(error.findings)
+        return list(findings)
 
     def _decoding(self, spec: PictureSpec) -> Decoding:
         from stimuli.pictures.ordinary import Decoding

@@ -122,9 +122,7 @@ class OrdinaryFiles:
         """Read left and right."""
         read = self._read(flat=False)
         if read.held.is_flat:
-            message = "the picture has one view, and stereo needs the views left and right"
-            remedy = "name a file for each eye (left:, right:), or say how both lie in it: packing: side-by-side"
-            raise StimulusError.at(self.paths[0], message, remedy)
+            raise one_view(self.paths[0])
         return read
 
     def flat(self) -> StoredPicture:
@@ -147,6 +145,13 @@ class OrdinaryFiles:
             "clipped_pixels": read.clipped_pixels,
         }
         return StoredPicture(read.held, (step,), read.views == ("center",), exact=True)
+
+
+def one_view(path: Path) -> StimulusError:
+    """Return the error that a picture of one view is to be shown in stereo."""
+    message = "the picture has one view, and stereo needs the views left and right"
+    remedy = "name a file for each eye (left:, right:), or say how both lie in it: packing: side-by-side"
+    return StimulusError.at(path, message, remedy)
 
 
 class ViewReader(Protocol):

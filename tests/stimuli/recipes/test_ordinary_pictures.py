@@ -505,3 +505,37 @@ def test_a_region_of_codes_is_read_as_a_part_of_the_whole(tmp_path: Path) -> Non
     stimuli = built(tmp_path, {"name": "one", "file": "a.png"})
     part = stimuli.load("one", lambda size: Region(5, 3, size[0] - 20, 7))
     np.testing.assert_allclose(part.left, stimuli.load("one").left[3:10, 5:35], rtol=1e-6)
+
+
+def test_check_finds_what_headers_show(tmp_path: Path) -> None:
+    from runner.check import check_file
+
+    Image.fromarray(pixels()).save(tmp_path / "a.png")
+    Image.fromarray(pixels(size=(13, 8))).save(tmp_path / "odd_sbs.png")
+    Image.fromarray(pixels()).convert("CMYK").save(tmp_path / "c.jpg")
+    stimuli = [
+        {"name": "one", "file": "a.png", "view": "stereo"},
+        {"name": "two", "left": "a.png", "right": "odd_sbs.png"},
+        {"name": "three", "file": "c.jpg"},
+        {"name": "four", "file": "odd_sbs.png"},
+        {"name": "five", "file": "odd_sbs.png", "packing": "none"},
+    ]
+    recipe = {"schema_version": 1, "kind": "pictures", "colour_space": "srgb", "white_luminance_cd_m2": 80}
+    (tmp_path / "r.yaml").write_text(json.dumps({**recipe, "stimuli": stimuli}), encoding="utf-8")
+    messages = [finding.message for finding in check_file(tmp_path / "r.yaml").errors]
+    assert [message[:30] for message in messages] == [
+        "the picture has one view, and ",
+        "the views differ in size: 'lef",
+        "the picture is CMYK, inks for ",
+        "its 13 columns cannot be divid",
+    ]
+
+
+def test_packing_none_shows_the_whole_picture(tmp_path: Path) -> None:
+    codes = pixels(size=(13, 8))
+    Image.fromarray(codes).save(tmp_path / "odd_sbs.png")
+    image = built(tmp_path, {"name": "one", "file": "odd_sbs.png", "packing": "none"}).load("one")
+    np.testing.assert_allclose(image.left, srgb_xyz(codes), rtol=1e-6, atol=1e-9)
+    first = Image.fromarray(pixels(1, (16, 16)))
+    first.save(tmp_path / "b.mpo", save_all=True, append_images=[Image.fromarray(pixels(2, (16, 16)))])
+    assert built(tmp_path, {"name": "one", "file": "b.mpo", "packing": "none"}).load("one").is_flat
