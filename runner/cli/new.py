@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from click.core import ParameterSource
 
 from documents.text import counted
 from runner.cli.monitor_option import monitor_option
 
 if TYPE_CHECKING:
-    from runner.studies import Kind
+    from runner.studies import Kind, StudyOptions
 
 KINDS = ("pairs", "best", "rating", "within-groups")
 
@@ -75,34 +76,58 @@ def command(
     cyclopean new my_study scenes/ --kind within-groups --mode side-by-side --panel 1920x1080,0.2768
     cyclopean new --from dynamic_range my_study
     """
+    from runner.cli.main import WorkError
+
     if as_list:
         _list(as_json)
-    elif shipped is not None:
-        if pictures:
-            raise click.UsageError("--from copies an experiment with its own pictures: name no others")
-        _copy(shipped, study or Path(shipped), as_json)
-    elif study is None:
-        raise click.UsageError("name the folder to make and the pictures: cyclopean new my_study photos/")
-    elif not pictures:
-        words = f"my_study {study}" if study.exists() else f"{study} photos/"
+        return
+    if shipped is None and (study is None or not pictures):
+        words = "my_study photos/" if study is None else f"my_study {study}" if study.exists() else f"{study} photos/"
         raise click.UsageError(f"name the folder to make and the pictures: cyclopean new {words}")
-    else:
-        from runner.cli.progress import progress_bar
-        from runner.studies import StudyOptions, new_study, panel_of
-
-        options = StudyOptions(
-            kind, mode, question, white_cd_m2, display, panel_of(panel) if panel else None, distance_mm
-        )
-        with progress_bar(quiet=as_json or not sys.stderr.isatty()) as step:
-            made = new_study(study, pictures, options, progress=step)
-        if as_json:
-            click.echo(json.dumps(made.to_json(), ensure_ascii=False))
+    folder = study or Path(shipped or "").with_suffix("")
+    try:
+        if shipped is not None:
+            _refuse_others(pictures)
+            _copy(shipped, Path(folder.name) if study is None else folder, as_json)
             return
-        about = f"{counted(made.pictures, 'picture', 'pictures')}, {counted(made.trials, 'trial', 'trials')}"
-        click.echo(f"{made.folder}: {about}, about {made.minutes:.0f} minutes for each observer.")
-        for note in made.notes:
-            click.echo(f"  {note}")
-        _print_commands(made.commands)
+        from runner.studies import StudyOptions, panel_of
+
+        known = panel_of(panel) if panel else None
+        options = StudyOptions(kind, mode, question, white_cd_m2, display, known, distance_mm, monitors)
+        _write(folder, pictures, options, as_json)
+    except OSError as error:
+        reason = f"{error.filename or folder}: {error.strerror}"
+        raise WorkError(f"the study cannot be written: {reason}; nothing is left of it") from error
+
+
+def _refuse_others(pictures: tuple[Path, ...]) -> None:
+    """Raise UsageError if more than a folder is given together with --from."""
+    context = click.get_current_context()
+    given = [
+        f"--{name.split('_')[0].rstrip('s')}"
+        for name in ("kind", "mode", "question", "display", "panel", "monitors", "white_cd_m2", "distance_mm")
+        if context.get_parameter_source(name) is ParameterSource.COMMANDLINE
+    ]
+    if pictures or given:
+        others = ", ".join(given) or "other pictures"
+        raise click.UsageError(f"--from copies an experiment as it is, with its own pictures: leave out {others}")
+
+
+def _write(folder: Path, pictures: tuple[Path, ...], options: StudyOptions, as_json: bool) -> None:
+    from runner.cli.progress import progress_bar
+    from runner.studies import new_study
+
+    with progress_bar(quiet=as_json or not sys.stderr.isatty()) as step:
+        made = new_study(folder, pictures, options, progress=step)
+    if as_json:
+        click.echo(json.dumps(made.to_json(), ensure_ascii=False))
+        return
+    about = f"{counted(made.pictures, 'picture', 'pictures')}, {counted(made.trials, 'trial', 'trials')}"
+    minutes = counted(max(1, round(made.minutes)), "minute", "minutes")
+    click.echo(f"{made.folder}: {about}, about {minutes} for each observer.")
+    for note in made.notes:
+        click.echo(f"  {note}")
+    _print_commands(made.commands)
 
 
 def _list(as_json: bool) -> None:

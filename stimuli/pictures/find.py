@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from documents import Finding
+from documents.files import no_file_name
 from stimuli.errors import StimulusError
 from stimuli.pictures.colour_spaces import embedded_encoding, same_space
 from stimuli.pictures.packing import Packing, eye_size_px, without_packing, words_of
@@ -233,7 +234,7 @@ def declared_space(header: PictureHeader) -> str | None:
 def _name(stem: str) -> str:
     """Return a name for recipes: letters, digits, dots, hyphens and underscores, first a letter or digit."""
     name = re.sub(r"[^A-Za-z0-9._-]+", "-", stem).lstrip("._-")[:_LONGEST_NAME].rstrip("._-")
-    return name or "picture"
+    return name if name and no_file_name(name) is None else f"picture-{name}".rstrip("-")
 
 
 def _same_names(pictures: Sequence[FoundPicture]) -> Iterator[Finding]:

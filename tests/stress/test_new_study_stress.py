@@ -26,6 +26,12 @@ pytestmark = pytest.mark.stress
 PANEL = PanelSpec(resolution_px=(640, 480), pixel_pitch_mm=0.5)
 
 
+@pytest.fixture(autouse=True)
+def cache_of_its_own(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Build stimuli into a folder that no other test and no user has."""
+    monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path_factory.mktemp("cache")))
+
+
 def _left_alone(folder: Path) -> str:
     draw_pairs(folder, ("a", "b"))
     (folder / "b_R.jpg").unlink()

@@ -11,6 +11,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from runner.cli.main import group, main
+from runner.protocol import read_experiment
 from tests.runner.studies.drawn_pictures import draw_flat
 
 PANEL = ("--panel", "640x480,0.5")
@@ -45,6 +46,25 @@ def test_json(tmp_path: Path) -> None:
     assert "dynamic_range" in json.loads(_new("--list", "--json").stdout)
 
 
+def test_the_options_reach_the_study(tmp_path: Path) -> None:
+    folder = draw_flat(tmp_path / "photos", ("a", "b"))
+    words = ("--mode", "top-bottom", "--question", "Why?", "--white", "80", "--distance", "500", "--monitor", "2")
+    assert _new(tmp_path / "s", folder, *words, *PANEL).exit_code == 0
+    experiment = read_experiment(tmp_path / "s" / "experiment.yaml")
+    rig = experiment.rig
+    assert rig.nominal is not None
+    assert (rig.mode, rig.distance_mm, rig.monitors, rig.nominal.white_cd_m2) == ("top-bottom", 500, ("2",), 80)
+    assert experiment.spec.question == "Why?"
+
+
+def test_what_cannot_be_written_ends_with_a_line(tmp_path: Path) -> None:
+    folder = draw_flat(tmp_path / "photos", ("a", "b"))
+    (tmp_path / "file").touch()
+    done = _new(tmp_path / "file" / "study", folder, *PANEL)
+    assert done.exit_code == 1
+    assert "the study cannot be written" in done.stderr
+
+
 def test_a_shipped_experiment_is_copied_under_its_own_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     done = _new("--from", "preliminary")
@@ -62,6 +82,8 @@ def test_a_shipped_experiment_is_copied_under_its_own_name(tmp_path: Path, monke
         (["my_study", "nowhere"], "no such picture"),
         (["my_study", "photos", "--kind", "series"], "'series' is not one of"),
         (["my_study", "photos", "--from", "paints"], "its own pictures"),
+        (["my_study", "--from", "paints", "--mode", "flat"], "leave out --mode"),
+        (["my_study", "a.exr"], "ordinary pictures"),
         (["--from", "dynamic_rang"], "dynamic_range"),
     ],
 )

@@ -145,11 +145,11 @@ def test_many_pictures_are_not_all_compared(tmp_path: Path, count: int, kind: st
 
 
 def test_words_that_yaml_would_read_as_something_else(tmp_path: Path) -> None:
-    folder = draw_flat(tmp_path / "photos", ("1e-3", "no", "0x10", "null", "~t", "1.10", "12"))
+    folder = draw_flat(tmp_path / "photos", ("1e-3", "no", "0x10", "null", "~t", "1.10", "12", "con"))
     question = 'Is it "real": 50 % #| or {not}? \n- yes'
     study = new_study(tmp_path / "- [x]: #y", [folder], StudyOptions(question=question, panel=PANEL))
     design = read_experiment(study.experiment)
-    assert set(design.stimulus_names) == {"1e-3", "no", "0x10", "null", "t", "1.10", "12"}
+    assert set(design.stimulus_names) == {"1e-3", "no", "0x10", "null", "t", "1.10", "12", "picture-con"}
     assert design.spec.question == " ".join(question.split())
     assert _errors(study, pictures=False) == []
 
