@@ -185,10 +185,11 @@ def _refuse_if_too_large(what: str, wide: int, high: int, style: Style) -> None:
     room = style.room_px
     if wide > room[0] or high > room[1]:
         view = f"{room[0]} x {room[1]} px" + (" beside the progress" if room != style.view_px else "")
+        smaller = "" if style.type_px is None else ", or write a smaller height_arcmin under style: text"
         raise LayoutError(
             Finding(
                 f"{what}, with the words, need {wide} x {high} px, but an eye's view has {view}",
-                remedy="make size_mm or gap_mm smaller, or change the arrangement",
+                remedy=f"make size_mm or gap_mm smaller, or change the arrangement{smaller}",
             )
         )
 

@@ -10,6 +10,8 @@ from documents import Finding
 from documents.text import counted
 from documents.yaml import Path_, YamlSource
 from runner.blocks.block import Block, Draft
+from runner.blocks.message import page, pause_menu
+from runner.blocks.text_entry import typed
 from runner.check.report import CheckReport
 from runner.observers.walk import walk
 from runner.presenter.lettering import Area, text_area
@@ -33,15 +35,31 @@ def check_screens(report: CheckReport, design: Experiment, source: YamlSource) -
     """Report words that leave an eye's view, are drawn over a picture, or over other words; each once."""
     told: set[str] = set()
     for index, (spec, block) in enumerate(zip(design.spec.blocks, design.example_blocks, strict=True)):
-        for misfit in _misfits(block, design.view_px):
+        for misfit in _misfits(_scenes(block), design.view_px):
             if misfit.words in told:
                 continue
             told.add(misfit.words)
             where = f"in block {index + 1} ({spec.kind})"
-            report.errors.append(_finding(misfit, where, _place(misfit.words, index, source.data), source))
+            report.errors.append(_finding(misfit, where, _place(misfit.words, index, source.data), source, design))
+    for misfit in _misfits(_around(design), design.view_px):
+        own = [("words", name) for name, words in design.spec.words.items() if words.strip() in misfit.words]
+        where = "around the blocks" if misfit.words != design.end_page else "at the end"
+        report.errors.append(_finding(misfit, where, own[0] if own else ("style",), source, design))
 
 
-def _finding(misfit: _Misfit, where: str, place: Path_, source: YamlSource) -> Finding:
+def _scenes(block: Block) -> Iterator[Scene]:
+    return (step.scene for step in islice(walk(block), _MOST_STEPS) if not isinstance(step, Draft))
+
+
+def _around(design: Experiment) -> Iterator[Scene]:
+    """Yield the screens that belong to no block: the pause menu, the field for a note, the page at the end."""
+    yield pause_menu(design.style, can_repeat=True).scene
+    yield next(typed(design.style.say("note"), design.style, required=False)).scene
+    if design.end_page:
+        yield page(design.end_page, design.style, "finish").scene
+
+
+def _finding(misfit: _Misfit, where: str, place: Path_, source: YamlSource, design: Experiment) -> Finding:
     words = " ".join(misfit.words.split())
     begins = words if len(words) <= _SHOWN else f"{words[:_SHOWN].rstrip()}…"
     if place[-1:] == ("text",):
@@ -50,17 +68,17 @@ def _finding(misfit: _Misfit, where: str, place: Path_, source: YamlSource) -> F
         remedy = f"about {counted(misfit.fitting, 'letter fits', 'letters fit')}: shorten it, or make size_mm smaller"
     else:
         remedy = "make size_mm or gap_mm smaller, or change the arrangement"
+    if design.style.type_px is not None:
+        remedy += ", or write a smaller height_arcmin under style: text"
     return source.finding(place, f"{where} the words '{begins}' {misfit.what}", remedy)
 
 
-def _misfits(block: Block, view_px: tuple[int, int]) -> Iterator[_Misfit]:
-    """Yield the words of ``block`` that do not fit an eye's view of ``view_px``; equal screens are looked at once."""
+def _misfits(scenes: Iterator[Scene], view_px: tuple[int, int]) -> Iterator[_Misfit]:
+    """Yield the words of ``scenes`` that do not fit an eye's view of ``view_px``; equal screens are looked at once."""
     seen: set[tuple[Any, ...]] = set()
-    for step in islice(walk(block), _MOST_STEPS):
-        if isinstance(step, Draft):
-            continue
-        texts = [item for item in step.scene.items if isinstance(item, Text)]
-        pictures = _pictures(step.scene)
+    for scene in scenes:
+        texts = [item for item in scene.items if isinstance(item, Text)]
+        pictures = _pictures(scene)
         key = (*texts, *pictures)
         if key not in seen:
             seen.add(key)

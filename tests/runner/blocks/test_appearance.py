@@ -10,9 +10,12 @@ import numpy as np
 import pytest
 
 from documents import InputError
+from documents.yaml import read_yaml
 from runner.blocks.block import Draft
 from runner.blocks.interface import Interface
 from runner.blocks.style import Style
+from runner.check.report import CheckReport
+from runner.check.screens import check_screens
 from runner.observers.simulated import plain_key
 from runner.observers.walk import walk
 from runner.ports import Ask, KeyPress
@@ -238,3 +241,21 @@ def test_words_larger_than_the_view_wrap_within_it() -> None:
     assert area is not None
     assert area.within((960, 1080))
     assert Style((960, 1080), Interface("de")).say("pause") == "Pause"
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ("style: {text: {height_arcmin: 60}}", "height_arcmin"),
+        ("style: {text: {height_arcmin: 36}}\nwords: {thanks: '" + "Thank you very much. " * 90 + "'}", "at the end"),
+        ("words: {menu_kept: '" + "All is kept. " * 150 + "'}", "around the blocks"),
+    ],
+)
+def test_check_refuses_words_that_do_not_fit(tmp_path: Path, more: str, words: str) -> None:
+    file = EVERY.write(tmp_path, "kind: instructions, text: 'Look at the pictures. '", PAIRS, more=more + "\n")
+    report = CheckReport(file)
+    try:
+        check_screens(report, read_experiment(file), read_yaml(file))
+    except InputError as error:
+        report.errors.extend(error.findings)
+    assert any(words in str(error) for error in report.errors), report.errors
