@@ -84,3 +84,28 @@ def test_a_mode_that_is_measured_goes_into_the_file_and_the_others_stay_nominal(
     assert display.nominal_in("side-by-side") is None
     assert display.nominal_in("top-bottom") == display.nominal
     assert display.models("side-by-side").left.shown_white_XYZ_cd_m2[1] == pytest.approx(100.0, rel=0.02)
+
+
+def test_in_python_it_has_its_white_its_black_and_its_name(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    from cyclopean import display
+
+    file = tmp_path / "monitor.yaml"
+    cyclopean("display", "new", "-o", file, "--white-cd-m2", "250", *PANEL)
+    rows = display(file).rows
+    assert {row["mode"] for row in rows} == {"any (nominal)"}
+    for row in rows:
+        assert row["white_luminance_cd_m2"] == pytest.approx(250.0)
+        assert row["black_luminance_cd_m2"] == pytest.approx(0.25)
+        assert row["source"].startswith("nominal, not measured: sRGB")
+
+
+def test_readings_are_compared_with_its_light_black_included(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    file, readings = tmp_path / "monitor.yaml", tmp_path / "readings.csv"
+    cyclopean("display", "new", "-o", file, "--black-cd-m2", "1", *PANEL)
+    measuring = ("--instrument", "simulated", "--backend", "egl", "--settle", "0", "--set", "grey")
+    cyclopean("display", "measure", file, "--mode", "flat", "-o", tmp_path / "readings.jsonl", *measuring)
+    words = ("display", "report", readings, "--display", file, "-o", tmp_path / "page.html")
+    told = cyclopean(*words)
+    assert "Note: the display file is nominal, not measured" in told.stdout
+    found = {check["name"]: check for check in json.loads(cyclopean(*words, "--json").stdout)["diagnoses"]}
+    assert found["model_difference"]["value"] < 0.8  # mean ΔE00: 0.36 by noise, 1.59 with its black left out
