@@ -43,7 +43,7 @@ def check_screens(report: CheckReport, design: Experiment, source: YamlSource) -
             report.errors.append(_finding(misfit, where, _place(misfit.words, index, source.data), source, design))
     for misfit in _misfits(_around(design), design.view_px):
         own = [("words", name) for name, words in design.spec.words.items() if words.strip() in misfit.words]
-        where = "around the blocks" if misfit.words != design.end_page else "at the end"
+        where = "at the end" if misfit.words == (design.end_page or "").rstrip() else "around the blocks"
         report.errors.append(_finding(misfit, where, own[0] if own else ("style",), source, design))
 
 
