@@ -19,14 +19,17 @@ from runner.presenter.lettering import type_face
 from runner.presenter.modes.mode import EyeArea
 from runner.presenter.surfaces.gl_calls import Codes
 
-EYE_PX = (270, 270)  # what an eye's view is reduced to fit in
+_TILE_PX = 544  # across
+_GUTTER_PX = 4
+# What a view is reduced to fit in: one of two side by side, and one by itself.
+PAIR_PX = ((_TILE_PX - _GUTTER_PX) // 2, 306)
+ALONE_PX = (_TILE_PX, 306)
 COLUMNS = 4
 ROWS = 12
 _GAP_PX = 12
 _LINE_PX = 18
 _TYPE_PX = 13
 _GROUND, _INK = (70, 70, 70), (235, 235, 235)
-_TILE_PX = (2 * EYE_PX[0] + 4, EYE_PX[1] + 2 * _LINE_PX)
 
 
 @dataclass(slots=True)
@@ -43,7 +46,13 @@ class Tile:
         left, right = codes["left"], codes["right"]
         alike = left is right or (left.shape == right.shape and bool(np.array_equal(left, right)))
         eyes: tuple[Eye, ...] = ("left",) if alike else ("left", "right")
-        return cls(tuple(_reduced(codes[eye], areas[eye]) for eye in eyes), title)
+        box_px = ALONE_PX if alike else PAIR_PX
+        return cls(tuple(_reduced(codes[eye], areas[eye], box_px) for eye in eyes), title)
+
+    @property
+    def height_px(self) -> int:
+        """How high it is with its words."""
+        return max(view.height for view in self.views) + 2 * _LINE_PX
 
     def words(self) -> tuple[str, str]:
         """Return its title, and where in the session the screen comes."""
@@ -52,13 +61,13 @@ class Tile:
         return f"{self.title}, {eyes}", ", ".join(shown) + (f" and {more} more" if more > 0 else "")
 
 
-def _reduced(codes: Codes, area: EyeArea) -> Image.Image:
+def _reduced(codes: Codes, area: EyeArea, box_px: tuple[int, int]) -> Image.Image:
     eight = codes if codes.dtype == np.uint8 else (codes >> 2).astype(np.uint8)
     if area.weave is not None:
         mask = area.weave.mask(*eight.shape[:2])[:, :, None]
         eight = np.where(mask, eight, np.roll(eight, 1, axis=0 if area.weave.row_step else 1))
     across, down = area.view_px
-    scale = min(EYE_PX[0] / across, EYE_PX[1] / down)
+    scale = min(box_px[0] / across, box_px[1] / down)
     size_px = max(1, round(scale * across)), max(1, round(scale * down))
     return Image.fromarray(eight).resize(size_px, Image.Resampling.LANCZOS, reducing_gap=3.0)
 
@@ -76,15 +85,15 @@ def write_sheets(tiles: list[Tile], folder: Path) -> list[Path]:
 
 
 def _page(tiles: list[Tile]) -> Image.Image:
-    columns = min(COLUMNS, len(tiles))
-    rows = -(-len(tiles) // COLUMNS)
-    across, down = (side + _GAP_PX for side in _TILE_PX)
-    page = Image.new("RGB", (columns * across + _GAP_PX, rows * down + _GAP_PX), _GROUND)
+    rows = [tiles[start : start + COLUMNS] for start in range(0, len(tiles), COLUMNS)]
+    tops = np.cumsum([_GAP_PX, *(max(tile.height_px for tile in row) + _GAP_PX for row in rows)])
+    page = Image.new("RGB", (len(rows[0]) * (_TILE_PX + _GAP_PX) + _GAP_PX, int(tops[-1])), _GROUND)
     pen = ImageDraw.Draw(page)
-    for number, tile in enumerate(tiles):
-        left, top = _GAP_PX + number % COLUMNS * across, _GAP_PX + number // COLUMNS * down
-        for line, words in enumerate(tile.words()):
-            pen.text((left, top + line * _LINE_PX), words, fill=_INK, font=type_face(_TYPE_PX))
-        for place, view in enumerate(tile.views):
-            page.paste(view, (left + place * (EYE_PX[0] + 4), top + 2 * _LINE_PX))
+    for row, top in zip(rows, map(int, tops), strict=False):
+        for column, tile in enumerate(row):
+            left = _GAP_PX + column * (_TILE_PX + _GAP_PX)
+            for line, words in enumerate(tile.words()):
+                pen.text((left, top + line * _LINE_PX), words, fill=_INK, font=type_face(_TYPE_PX))
+            for place, view in enumerate(tile.views):
+                page.paste(view, (left + place * (PAIR_PX[0] + _GUTTER_PX), top + 2 * _LINE_PX))
     return page

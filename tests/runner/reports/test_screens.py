@@ -12,7 +12,7 @@ from PIL import Image
 from runner.errors import SessionError
 from runner.presenter.presenter import Presenter
 from runner.presenter.surfaces.egl import EglSurface
-from runner.reports.contact_sheet import COLUMNS, EYE_PX, ROWS, Tile, write_sheets
+from runner.reports.contact_sheet import ALONE_PX, COLUMNS, PAIR_PX, ROWS, Tile, write_sheets
 from runner.reports.screens import preview
 
 Study = Any  # tests/conftest.py
@@ -35,9 +35,9 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 def test_equal_screens_are_drawn_once_and_written_as_if_each_were_drawn(study: Study, drawn: list[str]) -> None:
     study.edit("small.yaml", "break_every: 4", "fixation_s: 0.5")
     files = preview(study.experiment, study.folder / "out")
-    # The page, then for each of 6 pairs a cross and the pair: the cross is the same each time.
-    assert len(files) == 2 * (1 + 2 * 6)
-    assert len(drawn) == 1 + 1 + 6
+    # The page, then for each of 6 pairs a cross and the pair, and the end: the cross is the same each time.
+    assert len(files) == 2 * (1 + 2 * 6 + 1)
+    assert len(drawn) == 1 + 1 + 6 + 1
     crosses = {file.read_bytes() for file in files if "block-02" in file.name and int(file.name[16:19]) % 2}
     assert len(crosses) == 1
     drawn.clear()
@@ -45,7 +45,7 @@ def test_equal_screens_are_drawn_once_and_written_as_if_each_were_drawn(study: S
     for file in preview(study.experiment, study.folder / "square"):
         same = np.array_equal(np.asarray(Image.open(file)), np.asarray(Image.open(study.folder / "out" / file.name)))
         assert same is (file.name.endswith("left.png") or not _lit(file))
-    assert len(drawn) == 13  # its square changes with every screen
+    assert len(drawn) == 14  # its square changes with every screen
 
 
 def _lit(file: Path) -> bool:
@@ -55,7 +55,8 @@ def _lit(file: Path) -> bool:
 @pytest.mark.parametrize("first", [1, 3, 99])
 def test_the_first_trials_alone_are_drawn_and_written(study: Study, drawn: list[str], first: int) -> None:
     files = preview(study.experiment, study.folder / "out", first=first)
-    assert len(drawn) == 1 + min(first, 6) + (first > 4)  # the page, the pairs, the break after four
+    # The page, the pairs, the break after four, the end after all.
+    assert len(drawn) == 1 + min(first, 6) + (first > 4) + (first > 6)
     assert sorted(files) == sorted((study.folder / "out").iterdir())
     assert len(files) == 2 * len(drawn)
 
@@ -93,13 +94,14 @@ def test_a_sheet_holds_each_screen_once_in_the_light_that_the_eye_gets(
     preview(study.experiment, study.folder / "out", mode=mode, sheet=True, first=2)
     assert [tile.title for tile in tiles[:2]] == ["instructions", "all pairs"]
     assert tiles[1].places[0] == "block 2, trial 1"
-    assert len(tiles) == (3 if mode == "flat" else 4)  # the page, the cross, and the pairs
+    assert len(tiles) == 4  # the page, the cross, and the pairs, or the pair and the end
     if mode != "flat":
         assert tiles[1].places == ["block 2, trial 1", "block 2, trial 2"]
     for tile, mean in zip(tiles, means, strict=True):
         view = np.asarray(tile.views[0], dtype=float)
         assert view.mean() == pytest.approx(mean, abs=0.4 + 0.02 * mean)
-        assert max(a / b for a, b in zip(view.shape[1::-1], EYE_PX, strict=True)) == pytest.approx(1.0, abs=0.01)
+        box_px = PAIR_PX if len(tile.views) == 2 else ALONE_PX
+        assert max(a / b for a, b in zip(view.shape[1::-1], box_px, strict=True)) == pytest.approx(1.0, abs=0.01)
         wide = {"side-by-side": 320 / 480}.get(mode, 640 / 480)
         assert view.shape[1] / view.shape[0] == pytest.approx(wide, rel=0.02)
 
