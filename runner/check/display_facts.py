@@ -18,13 +18,17 @@ SETTINGS_REMEDY = "set the monitor as it was measured, or measure it as it is us
 def check_display_facts(report: CheckReport, rig: Rig) -> None:
     """Report what of the rig was not measured, in a line, and warn of what its colours and times depend on."""
     check_nominal(report, rig.nominal)
-    report.facts["not_measured"] = list(_not_measured(rig))
+    report.facts["not_measured"] = list(not_measured(rig))
     check_onsets(report, rig)
     check_settings(report, rig)
 
 
+def not_measured(rig: Rig) -> tuple[str, ...]:
+    """Return in phrases what of the rig is nominal, assumed or unknown."""
+    return tuple(_not_measured(rig))
+
+
 def _not_measured(rig: Rig) -> Iterator[str]:
-    """Yield in phrases what of the rig is nominal, assumed or unknown."""
     nominal, models = rig.nominal, rig.models
     options = ModeOptions.parse(rig.mode_options)
     if nominal:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     "--rig",
     "rig_file",
     type=click.Path(path_type=Path),
-    help="Rig whose photodiode record is compared with this machine, with --timing.",
+    help="Rig to report what of it was not measured; with --timing, whether its photodiode record holds here.",
 )
 @monitor_option
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
@@ -41,15 +41,19 @@ def command(timing: bool, seconds: float, rig_file: Path | None, monitors: tuple
         return
     if monitors:
         raise click.UsageError("--monitor needs --timing: without it, all monitors are listed.")
-    if rig_file is not None:
-        raise click.UsageError("--rig needs --timing. To check a rig file, type: cyclopean check RIG")
+    from devices.display import read_rig
+    from runner.check.display_facts import not_measured
     from runner.check.doctor import examine_machine
+    from runner.presenter import primary_monitor
 
+    rig = read_rig(rig_file, ask_monitor=primary_monitor) if rig_file else None
     report = examine_machine()
     if as_json:
-        click.echo(json.dumps(asdict(report), indent=2))
-    else:
-        _print(report)
+        click.echo(json.dumps(asdict(report) | ({"rig_not_measured": not_measured(rig)} if rig else {}), indent=2))
+        return
+    _print(report)
+    if rig:
+        click.echo(f"\nRig '{rig_file}'\n  not measured: {', '.join(not_measured(rig))}")
 
 
 def _print(report: MachineReport) -> None:

@@ -47,3 +47,12 @@ def test_what_is_stated_or_measured_is_left_out(study: Study) -> None:
     assert "colours" not in " ".join(measured)
     assert "gamma table of the measurement" in measured
     assert "crosstalk" not in _not_measured(study, nominal, "flat")
+
+
+def test_doctor_says_the_same_of_a_rig(study: Study) -> None:
+    nominal = f"{{nominal: srgb, white_cd_m2: 100, {PANEL}}}"
+    said = _not_measured(study, nominal, "anaglyph-red-cyan")
+    printed = study.cyclopean("doctor", "--rig", study.folder / "rig.yaml").stdout
+    assert f"not measured: {', '.join(said)}\n" in printed
+    asked = study.cyclopean("doctor", "--rig", study.folder / "rig.yaml", "--json").stdout
+    assert json.loads(asked)["rig_not_measured"] == said
