@@ -35,8 +35,10 @@ MODES = (
 )
 PANELS = ((640, 480), (800, 600), (1280, 720))
 _LETTERS = "etaoin shrdlu cmfwyp vbgkqjxz "
-_WORDS = st.text(_LETTERS, min_size=1, max_size=280).filter(str.strip)
-_PAGES = st.lists(st.text(_LETTERS, max_size=50), min_size=1, max_size=40).map("\n".join).filter(str.strip)
+# Lengths are drawn evenly: texts that hypothesis draws itself are nearly all short.
+_PHRASES = st.sampled_from(["which of the two plates is closer to it ", "w", "Ähnlichkeit ", "i\u2019ll "])
+_WORDS = st.builds(lambda phrase, length: (phrase * 280)[:length], _PHRASES, st.integers(1, 280))
+_PAGES = st.builds(lambda words, lines: "\n".join([words[:60]] * lines), _WORDS, st.integers(1, 30))
 _SCALES = st.builds(
     lambda question, high, anchor: {
         "name": "quality",
