@@ -34,8 +34,10 @@ class _Misfit(NamedTuple):
 def check_screens(report: CheckReport, design: Experiment, source: YamlSource) -> None:
     """Report words that leave an eye's view, are drawn over a picture, or over other words; each once."""
     told: set[str] = set()
+    trials = sum(block.trials for block in design.example_blocks)
     for index, (spec, block) in enumerate(zip(design.spec.blocks, design.example_blocks, strict=True)):
-        for misfit in _misfits(_scenes(block), design.view_px):
+        scenes = (design.style.with_progress(scene, 0, trials) for scene in _scenes(block))
+        for misfit in _misfits(scenes, design.view_px):
             if misfit.words in told:
                 continue
             told.add(misfit.words)
