@@ -105,9 +105,9 @@ def write(drawn: Mapping[str, Any], folder: Path) -> Path:
                 left, right = (np.full((60, 80, 3), light, np.float32) for light in (shade, shade + 1))
                 write_exr(file, StereoImage.flat(left) if kind == "flat" else StereoImage(left, right))
     kind = "stereo" if drawn["stereo"] else "flat"
-    recipe = {"schema_version": 1, "kind": "pictures"}
+    recipe: dict[str, Any] = {"schema_version": 1, "kind": "pictures"}
     recipe["stimuli"] = [{"name": name, "file": f"{name}_{kind}.exr"} for name in "abc"]
-    model = {"black_XYZ_cd_m2": [0.02, 0.02, 0.03], "source": "made up"}
+    model: dict[str, Any] = {"black_XYZ_cd_m2": [0.02, 0.02, 0.03], "source": "made up"}
     model["primaries_XYZ_cd_m2"] = {"red": [40, 21, 2], "green": [36, 70, 6], "blue": [18, 7, 95]}
     model["curve"] = {"kind": "gog", **{channel: {"gamma": 2.2} for channel in ("red", "green", "blue")}}
     panel = {"resolution_px": list(drawn["panel"]), "pixel_pitch_mm": 0.25}
