@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import shutil
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -76,25 +78,30 @@ def command(
     cyclopean new my_study scenes/ --kind within-groups --mode side-by-side --panel 1920x1080,0.2768
     cyclopean new --from dynamic_range my_study
     """
-    from runner.cli.main import WorkError
-
     if as_list:
         _list(as_json)
         return
     if shipped is None and (study is None or not pictures):
         words = "my_study photos/" if study is None else f"my_study {study}" if study.exists() else f"{study} photos/"
         raise click.UsageError(f"name the folder to make and the pictures: cyclopean new {words}")
-    folder = study or Path(shipped or "").with_suffix("")
-    try:
-        if shipped is not None:
-            _refuse_others(pictures)
-            _copy(shipped, Path(folder.name) if study is None else folder, as_json)
-            return
+    if shipped is not None:
+        _refuse_others(pictures)
+        _copy(shipped, study or Path(Path(shipped).stem), as_json)
+    elif study is not None:
         from runner.studies import StudyOptions, panel_of
 
         known = panel_of(panel) if panel else None
         options = StudyOptions(kind, mode, question, white_cd_m2, display, known, distance_mm, monitors)
-        _write(folder, pictures, options, as_json)
+        _write(study, pictures, options, as_json)
+
+
+@contextmanager
+def _writing(folder: Path) -> Iterator[None]:
+    """Turn what the disk refuses into a line of the command."""
+    from runner.cli.main import WorkError
+
+    try:
+        yield
     except OSError as error:
         reason = f"{error.filename or folder}: {error.strerror}"
         raise WorkError(f"the study cannot be written: {reason}; nothing is left of it") from error
@@ -117,7 +124,7 @@ def _write(folder: Path, pictures: tuple[Path, ...], options: StudyOptions, as_j
     from runner.cli.progress import progress_bar
     from runner.studies import new_study
 
-    with progress_bar(quiet=as_json or not sys.stderr.isatty()) as step:
+    with _writing(folder), progress_bar(quiet=as_json or not sys.stderr.isatty()) as step:
         made = new_study(folder, pictures, options, progress=step)
     if as_json:
         click.echo(json.dumps(made.to_json(), ensure_ascii=False))
@@ -144,7 +151,8 @@ def _list(as_json: bool) -> None:
 def _copy(name: str, folder: Path, as_json: bool) -> None:
     from runner.studies import copy_shipped
 
-    copied = copy_shipped(name, folder)
+    with _writing(folder):
+        copied = copy_shipped(name, folder)
     if as_json:
         click.echo(json.dumps(copied.to_json(), ensure_ascii=False))
         return

@@ -17,10 +17,14 @@ _LONGEST_NAME = 60
 
 @dataclass(frozen=True, slots=True)
 class Member:
-    """A picture of a study, and the ``folder`` that it was in, above those that are named for an eye."""
+    """A picture of a study.
+
+    ``folder`` is the one that it was in, above those that are named for an eye; ``called`` is its name in there.
+    """
 
     picture: FoundPicture
     folder: Path
+    called: str
 
     @property
     def name(self) -> str:
@@ -67,7 +71,7 @@ def gather(paths: Sequence[Path]) -> tuple[Member, ...]:
     findings: list[Finding] = []
     for folder, given in by_folder.items():
         try:
-            members += [Member(picture, folder) for picture in find_pictures(given)]
+            members += [Member(picture, folder, picture.name) for picture in find_pictures(given)]
         except InputError as error:
             findings += error.findings
     if not findings and not members:
@@ -99,7 +103,7 @@ def _own_names(members: Sequence[Member]) -> tuple[Member, ...]:
         return tuple(members)
     named = []
     for member in members:
-        folder = re.sub(r"[^A-Za-z0-9.-]+", "-", member.folder.name).strip(".-") or "folder"
+        folder = re.sub(r"[^A-Za-z0-9._-]+", "-", member.folder.name).strip("._-") or "folder"
         name = f"{folder}_{member.name}"[:_LONGEST_NAME]
         named.append(replace(member, picture=replace(member.picture, name=name)))
     for name, count in Counter(member.name.casefold() for member in named).items():
@@ -119,7 +123,7 @@ def by_folder(members: Sequence[Member]) -> Grouping | None:
     # As much of the paths' ends as tells the folders apart.
     depth = next(count for count in range(1, 99) if len({path.parts[-count:] for path in folders}) == len(folders))
     groups = {member.name: "/".join(member.folder.parts[-depth:]) for member in members}
-    versions = {m.name: m.name.removeprefix(f"{m.folder.name}_") for m in members}
+    versions = {member.name: member.called for member in members}
     return _grouping(members, groups, versions, "A group is the pictures of one folder")
 
 

@@ -20,7 +20,7 @@ from tests.runner.studies.drawn_pictures import draw, draw_flat, draw_pairs
 
 ROOT = Path(__file__).parents[3]
 PANEL = PanelSpec(resolution_px=(640, 480), pixel_pitch_mm=0.5)
-NAMES = ("church_dim", "church_bright", "beach_dim", "beach_bright")
+NAMES = ("old_church_dim", "old_church_bright", "beach_dim", "beach_bright")
 
 
 def _errors(study: NewStudy, *, pictures: bool = True) -> list[str]:
@@ -127,9 +127,9 @@ def test_groups_are_folders_or_the_names_before_the_last_underscore(tmp_path: Pa
         return {entry["name"]: (entry["factors"]["group"], entry["factors"]["version"]) for entry in stimuli}
 
     by_name = draw_flat(tmp_path / "flat", NAMES)
-    expected = {name: tuple(name.split("_")) for name in NAMES}
+    expected = {name: tuple(name.rsplit("_", 1)) for name in NAMES}
     assert factors("by_name", by_name) == expected
-    by_folder = draw_flat(tmp_path / "scenes", [name.replace("_", "/") for name in NAMES])
+    by_folder = draw_flat(tmp_path / "scenes", ["/".join(name.rsplit("_", 1)) for name in NAMES])
     assert factors("by_folder", by_folder) == expected
     assert factors("by_files", *sorted(by_folder.glob("*/*"))) == expected
     with pytest.raises(InputError, match="one picture only, such as 'lonely'"):
