@@ -116,7 +116,7 @@ def build_set(
                 builder = Builder(recipe, context, folder, progress, force)
                 entries = builder.build(jobs)
                 publish(entries, resolved, folder, builder.unfinished)
-                built = read_stimulus_set(folder, recipe_path)
+                built = read_stimulus_set(folder, recipe_path, just_built=True)
                 if built is None:
                     raise StimulusError(Finding("the stimuli were written but read back otherwise", str(folder)))
                 built = replace(built, rendered=builder.made)

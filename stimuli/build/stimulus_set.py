@@ -92,8 +92,12 @@ def known_hashes(folder: Path, *, verify: bool = False) -> KnownHashes:
     return KnownHashes(folder.with_name(f".{folder.name}-hashes.json"), verify=verify)
 
 
-def read_stimulus_set(folder: Path, recipe_path: Path, *, verify: bool = False) -> StimulusSet | None:
+def read_stimulus_set(
+    folder: Path, recipe_path: Path, *, verify: bool = False, just_built: bool = False
+) -> StimulusSet | None:
     """Return the set in ``folder``, built of the recipe at ``recipe_path``, or None if it is not as it was built.
+
+    Of a set that was ``just_built``, each picture was hashed as it was written or brought in; it is not read again.
 
     Pictures that lie untouched since they were last hashed are not read again, unless ``verify`` asks for it: see
     `stimuli.build.known_hashes`.
@@ -102,7 +106,7 @@ def read_stimulus_set(folder: Path, recipe_path: Path, *, verify: bool = False) 
         manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
         entries = manifest["stimuli"]
         hashes = known_hashes(folder, verify=verify)
-        whole = all(hashes.sha256(folder / entry["file"]) == entry["sha256"] for entry in entries)
+        whole = just_built or all(hashes.sha256(folder / entry["file"]) == entry["sha256"] for entry in entries)
         if not whole or manifest["digest"] != digest_of(entries):
             return None
         hashes.keep()
