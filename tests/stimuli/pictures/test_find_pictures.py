@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 import time
 from pathlib import Path
 
@@ -193,3 +194,16 @@ def test_nothing_is_decoded(tmp_path: Path) -> None:
 def test_sizes_of_packed_pictures() -> None:
     assert eye_size_px((100, 40), "side-by-side", Path("a.png")) == (50, 40)
     assert eye_size_px((100, 40), "top-bottom-half-crossed", Path("a.png")) == (100, 40)
+
+
+def test_a_preview_in_an_mpo_is_no_second_eye(tmp_path: Path) -> None:
+    """Cameras that take one picture put a large preview into the same file, and say so by its type."""
+    first, second = Image.new("RGB", (8, 6), "red"), Image.new("RGB", (8, 6), "blue")
+    first.save(tmp_path / "a.mpo", save_all=True, append_images=[second])
+    data = (tmp_path / "a.mpo").read_bytes()
+    entries = data.index(struct.pack("<L", 0x030000))  # the first picture's type, 16 bytes before the second's
+    preview = struct.pack("<L", 0x010002)
+    (tmp_path / "b.mpo").write_bytes(data[: entries + 16] + preview + data[entries + 20 :])
+    found = listed(tmp_path)
+    assert found["a"].stereo
+    assert not found["b"].stereo
