@@ -76,12 +76,16 @@ class BarFigure:
                     linewidth=0,
                     zorder=2,
                 )
-                for place, estimate in zip(x, here, strict=True):
-                    if estimate is not None and estimate.low is not None and estimate.high is not None:
-                        ends = [estimate.low, estimate.high]
-                        axes.plot([place, place], ends, color="white", linewidth=3.2, zorder=3)
-                        axes.plot([place, place], ends, color=INK, linewidth=1.2, zorder=4)
-                        axes.plot([place, place], ends, "_", color=INK, markersize=5, zorder=4)
+                limits = [
+                    (place, estimate.low, estimate.high)
+                    for place, estimate in zip(x.tolist(), here, strict=True)
+                    if estimate is not None and estimate.low is not None and estimate.high is not None
+                ]
+                if limits:
+                    places, low, high = zip(*limits, strict=True)
+                    axes.vlines(places, low, high, color="white", linewidth=3.2, zorder=3)
+                    axes.vlines(places, low, high, color=INK, linewidth=1.2, zorder=4)
+                    axes.plot([*places, *places], [*low, *high], "_", color=INK, markersize=5, zorder=4)
             names = [short(group, LONGEST_NAME) for group in self.groups]
             crowded = _LETTER_IN * (max(map(len, names), default=0) + 1) * len(names) > width_in - 0.8
             turned: dict[str, Any] = {"rotation": 40, "ha": "right", "rotation_mode": "anchor"} if crowded else {}

@@ -1,0 +1,43 @@
+"""What a report costs: the page, and the page with every figure as SVG and PDF."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+from curves import seconds, write
+
+from analysis.records import read_results
+from analysis.report import write_report
+from runner.session import simulate
+
+EXPERIMENT, OBSERVERS = "experiments/dynamic_range.yaml", "configs/observers/table_4_4.yaml"
+NUMBERS = 5, 30
+
+
+def run() -> dict[str, object]:
+    """Report on simulated observers of ten stimuli; the error column has no meaning here."""
+    rows = []
+    for number in NUMBERS:
+        with tempfile.TemporaryDirectory() as folder:
+            place = Path(folder)
+            simulate(EXPERIMENT, OBSERVERS, number, results=place / "results")
+            sessions = read_results(place / "results")
+            page = seconds(lambda to=place, sessions=sessions: write_report(sessions, to / "report.html"))
+            figures = seconds(
+                lambda to=place, sessions=sessions: write_report(
+                    sessions, to / "report.html", figure_folder=to / "figures", replace=True
+                )
+            )
+        for series, taken in (("page", page), ("page and --figures", figures)):
+            rows.append({"series": series, "parameter": f"{number} observers", "seconds": taken, "error": None})
+        rows[-1]["note"] = f"{number} observers: {page:.2f} s, with figures {figures / page:.2f} × that"
+    return {"title": "Report", "rows": rows}
+
+
+if __name__ == "__main__":
+    result = run()
+    write("report", str(result["title"]), result["rows"])
+    for row in result["rows"]:
+        if "note" in row:
+            print(row["note"])
