@@ -57,6 +57,10 @@ def on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
             f"{simulated} of {len(sessions)} sessions {'is' if simulated == 1 else 'are'} simulated, mixed with "
             "those of people."
         )
+    if len({session.header.observer for session in sessions}) == 1:
+        notes.append(
+            "There is one observer: scores, intervals and tests are this observer's, and say nothing of others."
+        )
     incomplete = sum(not session.complete for session in sessions)
     if incomplete:
         what = "session was" if incomplete == 1 else "sessions were"

@@ -122,6 +122,8 @@ def command(
         click.echo(json.dumps(written.to_json(), indent=2, allow_nan=False))
         return
     print_report(written.report)
+    if written.without_pictures:
+        click.echo(written.without_pictures)
     click.echo(f"The report: {written.page}")
     if written.pdf is not None:
         click.echo(f"As PDF: {written.pdf}")

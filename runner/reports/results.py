@@ -72,11 +72,15 @@ class ReportOptions:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WrittenReport:
-    """A ``report`` and where it was written: the ``page``, and its ``pdf`` where it was asked for."""
+    """A ``report`` and where it was written: the ``page``, and its ``pdf`` where it was asked for.
+
+    ``without_pictures`` says why the page has no pictures of the stimuli, where they were asked for.
+    """
 
     report: Report
     page: Path
     pdf: Path | None
+    without_pictures: str = ""
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
@@ -148,7 +152,13 @@ def report_results(
     pdf = page.with_suffix(".pdf") if options.pdf else None
     if pdf is not None:
         print_pdf(page, pdf)
-    return WrittenReport(report, page, pdf)
+    return WrittenReport(report, page, pdf, _WITHOUT if options.pictures and not pictures else "")
+
+
+_WITHOUT = (
+    "The page has no pictures of the stimuli: no experiment file was found whose stimuli and display are those of the "
+    "sessions, or the stimuli are not built. Name the file with --experiment, and build them with cyclopean preview."
+)
 
 
 def stimulus_pictures(

@@ -63,7 +63,10 @@ def test_notes_name_simulation_missing_answers_and_changes(make_session: Maker) 
 
 def test_complete_sessions_of_people_need_no_note(make_session: Maker) -> None:
     answers = [pair for pair in permutations("abc", 2) for _ in range(20)]
-    assert summarise([make_session(names="abc", answers=answers)]).notes == ()
+    one, other = (make_session(code, names="abc", answers=answers) for code in ("01", "02"))
+    assert summarise([one, other]).notes == ()
+    (alone,) = summarise([one]).notes
+    assert alone.startswith("There is one observer")
 
 
 def test_an_item_that_always_wins_gets_a_penalised_score_and_a_note(make_session: Maker) -> None:

@@ -165,8 +165,21 @@ def test_pictures_are_taken_for_what_they_are_worth(results: Path, monkeypatch: 
     (results / "experiments" / "small.yaml").touch()
     assert run(results).exit_code == 0
     assert asked == [results / "experiments" / "small.yaml"]
-    assert run(results, "--no-thumbnails").exit_code == 0
-    assert len(asked) == 1
+    assert "The page has no pictures of the stimuli" in run(results).output
+    asked.clear()
+    silent = run(results, "--no-thumbnails")
+    assert silent.exit_code == 0
+    assert "no pictures" not in silent.output
+    assert not asked
+
+
+def test_the_experiment_of_a_study_s_folder_is_found(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+    monkeypatch.setattr("runner.reports.results.find_shown", lambda header, file: asked.append(file))
+    study = results.parent / "experiment.yaml"
+    study.touch()
+    assert run(results).exit_code == 0
+    assert asked == [study]
 
 
 def test_an_experiments_name_leads_out_of_no_folder(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
