@@ -17,6 +17,7 @@ import pytest
 
 from analysis.records.session_record import read_session, session_files
 from runner.protocol import shipped_experiments
+from tests.runner.studies.drawn_pictures import draw_flat
 
 ROOT = Path(__file__).parents[2]
 
@@ -189,3 +190,11 @@ def test_every_shipped_experiment_can_be_copied_and_checked(installed: Installed
     said = [line.split() for line in done.stdout.splitlines()]
     assert [line[0] for line in said] == list(shipped_experiments())
     assert all(line[1] == "0" and int(line[2]) >= 1 and line[3] == "True" for line in said)
+
+
+def test_studies_are_made_away_from_the_checkout(installed: Installed, tmp_path: Path) -> None:
+    draw_flat(tmp_path / "photos", ("a", "b", "c"))
+    assert "3 trials" in installed.run(tmp_path, "new", "my_study", "photos", "--panel", "640x480,0.5")
+    installed.run(tmp_path, "check", "my_study/experiment.yaml", "--no-screen")
+    installed.run(tmp_path, "new", "--from", "paints")
+    installed.run(tmp_path, "check", "paints/experiments/paints.yaml", "--no-screen", "--no-pictures")
