@@ -38,8 +38,11 @@ class ExposureSpec(Strict):
     """An exposure; ``time_s`` may be written as on a camera, 1/15."""
 
     time_s: Seconds
+    """Seconds of exposure, such as 0.5 or 1/15."""
     f_number: PositiveFloat
+    """The lens's f-number."""
     iso: PositiveFloat = 100.0
+    """The sensor's sensitivity."""
 
     def exposure(self) -> Exposure:
         """Return the exposure."""
@@ -50,9 +53,13 @@ class ExposureSetSpec(Strict):
     """Shutter speeds at which a chart was photographed in one light (thesis Table 4.2)."""
 
     white_luminance_cd_m2: PositiveFloat
+    """The luminance of white, in cd/m²."""
     time_s: Annotated[tuple[Seconds, ...], Field(min_length=1)]
+    """Shutter speeds, in seconds."""
     f_number: PositiveFloat
+    """The lens's f-number."""
     iso: PositiveFloat = 100.0
+    """The sensor's sensitivity."""
 
     def exposure_set(self) -> ExposureSet:
         """Return the set."""
@@ -65,24 +72,38 @@ class MatrixSpec(Strict):
     """XYZ in cd/m² for camera R, G and B of full scale each: the rows of A in thesis Expression 4.2."""
 
     X: Triple
+    """The row of the matrix that makes X."""
     Y: Triple
+    """The row of the matrix that makes Y."""
     Z: Triple
+    """The row of the matrix that makes Z."""
 
 
 class CameraSpec(Strict):
     """A camera file; ``observer`` is the colorimetric observer of its XYZ."""
 
     schema_version: Literal[1]
+    """The version of the file format: 1."""
     name: str = ""
+    """A name of your own, by which records and reports call it."""
     form: Form
+    """Whether the camera model has an offset (affine) or none (linear)."""
     exposure: ExposureSpec | None = None
+    """The exposure, where the file does not hold it."""
     matrix_XYZ_cd_m2: MatrixSpec
+    """XYZ in cd/m² for full-scale camera R, G and B."""
     offset_XYZ_cd_m2: Triple = (0.0, 0.0, 0.0)
+    """XYZ added after the matrix, in cd/m²."""
     black_rgb: Triple = (0.0, 0.0, 0.0)
+    """Camera R, G and B of no light."""
     safe_luminance_cd_m2: tuple[NonNegativeFloat, PositiveFloat] | None = None
+    """The luminances between which the camera is trusted, in cd/m²."""
     exposure_sets: tuple[ExposureSetSpec, ...] = ()
+    """The shutter speeds at which the chart was photographed."""
     source: str = ""
+    """Where the numbers come from, in words."""
     observer: ObserverSpec = DEFAULT_OBSERVER
+    """The colorimetric observer of the XYZ, such as CIE 1931 2 or CIE 1964 10."""
 
     def model(self) -> CameraModel:
         """Return the camera model."""

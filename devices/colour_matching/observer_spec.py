@@ -15,8 +15,11 @@ class Cie2006Spec(Strict):
     """The observer of CIE 170 for an age and a field of view."""
 
     kind: Literal["cie2006"]
+    """Which kind of entry this is; it decides which other keys there are."""
     age_years: Annotated[float, Field(ge=AGE_YEARS[0], le=AGE_YEARS[1])]
+    """The age of the observer in years."""
     field_deg: Annotated[float, Field(ge=FIELD_DEG[0], le=FIELD_DEG[1])]
+    """The field of view in degrees."""
 
 
 def _name(value: str | Cie2006Spec) -> str:

@@ -21,14 +21,18 @@ class SameAsSpec(Strict):
     """A mode whose light is that of another mode: same panel state and glasses, other signal."""
 
     same_as: str
+    """The mode whose measurements serve: same panel state and glasses, another signal."""
 
 
 class _ExtrasSpec(Strict):
     """What a mode holds of both eyes at once."""
 
     crosstalk: CrosstalkSpec | None = None
+    """What leaks between the eyes."""
     gain_map: GainMapSpec | None = None
+    """How evenly the panel shines."""
     monitor_settings: MonitorSettings | None = None
+    """What the monitor's own menu said."""
 
 
 class BothEyesSpec(ModelSpec, _ExtrasSpec):
@@ -52,7 +56,9 @@ class PerEyeSpec(_ExtrasSpec):
     """A mode characterised through each lens, or through one so far: then no session can use it yet."""
 
     left: ModelSpec | None = None
+    """The characterisation through the left lens."""
     right: ModelSpec | None = None
+    """The characterisation through the right lens."""
 
     @property
     def source(self) -> str:
@@ -106,12 +112,19 @@ class DisplaySpec(Strict):
     """A display file: modes that were measured, or a nominal display for all that were not, or both."""
 
     schema_version: Literal[1]
+    """The version of the file format: 1."""
     panel: PanelSpec
+    """The panel: pixels, pixel pitch, refresh rate and bits."""
     ambient_XYZ_cd_m2: AmbientSpec | None = None
+    """The room's light from the screen while it is off, XYZ in cd/m²."""
     modes: dict[str, ModeSpec] = Field(default_factory=dict)
+    """The stereo modes that the display was measured in, by name."""
     nominal: NominalKind | None = None
+    """The standard that the display is taken for: srgb, gamma2.2, bt1886 or display-p3."""
     white_cd_m2: PositiveFloat | None = None
+    """The luminance of the nominal display's white, in cd/m²."""
     black_cd_m2: NonNegativeFloat | None = None
+    """The luminance of the nominal display's black, in cd/m²."""
 
     @model_validator(mode="after")
     def _has_modes(self) -> Self:

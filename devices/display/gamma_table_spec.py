@@ -18,10 +18,15 @@ class GammaTableSpec(Strict):
     """
 
     hash: str | None = None
+    """The SHA-256 of the table's entries."""
     departure_codes: NonNegativeFloat | None = None
+    """The largest departure from the identity, in codes."""
     size: int | None = Field(default=None, ge=2, le=65536)
+    """How many entries the table has."""
     entries: str | None = None
+    """The entries, packed as text."""
     unknown: str | None = Field(default=None, min_length=1)
+    """Why the table is not known."""
 
     def table(self) -> GammaTable:
         """Return the table; DeviceError if the keys do not make one."""

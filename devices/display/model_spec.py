@@ -31,17 +31,24 @@ class PrimariesSpec(Strict):
     """XYZ of each channel at full drive minus black, in cd/m²."""
 
     red: Triple
+    """XYZ of the red channel at full drive minus black, in cd/m²."""
     green: Triple
+    """XYZ of the green channel at full drive minus black, in cd/m²."""
     blue: Triple
+    """XYZ of the blue channel at full drive minus black, in cd/m²."""
 
 
 class ChannelSpec(Strict):
     """One channel's curve: linear = max(0, gain · code + offset) ^ gamma + lift, code in 0..1."""
 
     gain: PositiveFloat = 1.0
+    """The gain a of (a · code + b) ^ gamma + c."""
     offset: float = 0.0
+    """The offset b of (a · code + b) ^ gamma + c."""
     gamma: PositiveFloat
+    """The exponent of the curve."""
     lift: float = 0.0
+    """The lift c of (a · code + b) ^ gamma + c."""
 
 
 # What each kind of curve leaves fixed.
@@ -52,9 +59,13 @@ class CurveSpec(Strict):
     """The tone curves of the three channels."""
 
     kind: Literal["gog", "gogo", "ggo", "gamma"]
+    """Which kind of entry this is; it decides which other keys there are."""
     red: ChannelSpec
+    """The tone curve of the red channel."""
     green: ChannelSpec
+    """The tone curve of the green channel."""
     blue: ChannelSpec
+    """The tone curve of the blue channel."""
 
     def curves(self) -> tuple[Curve, Curve, Curve]:
         """Return the curves of red, green and blue."""
@@ -71,16 +82,22 @@ class TableSpec(Strict):
     """One channel's curve as a table: the share of full light at each code; both rise from 0 to 1."""
 
     codes: Annotated[tuple[float, ...], Field(min_length=3)]
+    """Device codes from 0 to 1, rising."""
     light: Annotated[tuple[float, ...], Field(min_length=3)]
+    """The share of full light at each code."""
 
 
 class TableCurveSpec(Strict):
     """The tone curves of the three channels as tables, joined by monotone cubics."""
 
     kind: Literal["table"]
+    """Which kind of entry this is; it decides which other keys there are."""
     red: TableSpec
+    """The tone curve of the red channel."""
     green: TableSpec
+    """The tone curve of the green channel."""
     blue: TableSpec
+    """The tone curve of the blue channel."""
 
     def curves(self) -> tuple[Curve, Curve, Curve]:
         """Return the curves of red, green and blue."""
@@ -92,6 +109,7 @@ class SrgbCurveSpec(Strict):
     """The tone curve of sRGB (IEC 61966-2-1) in every channel."""
 
     kind: Literal["srgb"]
+    """Which kind of entry this is; it decides which other keys there are."""
 
     def curves(self) -> tuple[Curve, Curve, Curve]:
         """Return the curves of red, green and blue."""
@@ -102,8 +120,11 @@ class Bt1886CurveSpec(Strict):
     """The tone curve of ITU-R BT.1886 in every channel, for the panel's white and black: the mode's, or these."""
 
     kind: Literal["bt1886"]
+    """Which kind of entry this is; it decides which other keys there are."""
     white_cd_m2: PositiveFloat | None = None
+    """The luminance of the panel's white, in cd/m²; left out, the mode's."""
     black_cd_m2: NonNegativeFloat | None = None
+    """The luminance of the panel's black, in cd/m²; left out, the mode's."""
 
     def curves(self, white_cd_m2: float, black_cd_m2: float) -> tuple[Curve, Curve, Curve]:
         """Return the curves of red, green and blue for the luminances of the mode's white and black."""
@@ -118,8 +139,11 @@ class PlvcChannelSpec(TableSpec):
     """One channel's table, and its XYZ per share of light where √light is 0, 1/4, 1/2 and 3/4; at 1 the primary."""
 
     codes: Annotated[tuple[float, ...], Field(min_length=3, max_length=4096)]
+    """Device codes from 0 to 1, rising."""
     light: Annotated[tuple[float, ...], Field(min_length=3, max_length=4096)]
+    """The share of full light at each code."""
     XYZ_per_light_cd_m2: tuple[Triple, Triple, Triple, Triple]
+    """The channel's XYZ per share of light at four levels, in cd/m²."""
 
 
 class MixturesSpec(Strict):
@@ -129,23 +153,36 @@ class MixturesSpec(Strict):
     """
 
     red_green: Triple = (0.0, 0.0, 0.0)
+    """XYZ that red and green at full drive add to or take from each other, in cd/m²."""
     red_blue: Triple = (0.0, 0.0, 0.0)
+    """XYZ that red and blue at full drive add to or take from each other, in cd/m²."""
     green_blue: Triple = (0.0, 0.0, 0.0)
+    """XYZ that green and blue at full drive add to or take from each other, in cd/m²."""
     red_green_blue: Triple = (0.0, 0.0, 0.0)
+    """XYZ that all three channels at full drive add or take together, in cd/m²."""
     red_while_green: Triple = (0.0, 0.0, 0.0)
+    """XYZ that red's middle levels add while green shines, in cd/m²."""
     red_while_blue: Triple = (0.0, 0.0, 0.0)
+    """XYZ that red's middle levels add while blue shines, in cd/m²."""
     green_while_red: Triple = (0.0, 0.0, 0.0)
+    """XYZ that green's middle levels add while red shines, in cd/m²."""
     green_while_blue: Triple = (0.0, 0.0, 0.0)
+    """XYZ that green's middle levels add while blue shines, in cd/m²."""
     blue_while_red: Triple = (0.0, 0.0, 0.0)
+    """XYZ that blue's middle levels add while red shines, in cd/m²."""
     blue_while_green: Triple = (0.0, 0.0, 0.0)
+    """XYZ that blue's middle levels add while green shines, in cd/m²."""
 
 
 class ResidualSpec(Strict):
     """What PLVC leaves over, as kernels at knots; see `devices.display.residual`."""
 
     width: PositiveFloat
+    """How wide the kernels are."""
     knots: Annotated[tuple[Triple, ...], Field(min_length=1, max_length=MOST_KNOTS)]
+    """The places of the kernels."""
     XYZ_cd_m2: Annotated[tuple[Triple, ...], Field(min_length=1, max_length=MOST_KNOTS)]
+    """The weights of the kernels, XYZ in cd/m²."""
 
     def residual(self) -> Residual:
         """Return the residual; DeviceError if knots and XYZ do not go together."""
@@ -156,11 +193,17 @@ class PlvcSpec(Strict):
     """Channels whose chromaticity varies with their level and that act on each other; see `devices.display.plvc`."""
 
     kind: Literal["plvc"]
+    """Which kind of entry this is; it decides which other keys there are."""
     red: PlvcChannelSpec
+    """The table of the red channel."""
     green: PlvcChannelSpec
+    """The table of the green channel."""
     blue: PlvcChannelSpec
+    """The table of the blue channel."""
     mixtures_XYZ_cd_m2: MixturesSpec = MixturesSpec()
+    """What the channels do to each other."""
     residual: ResidualSpec | None = None
+    """What the model leaves over, as kernels."""
 
     def curves(self) -> tuple[Curve, Curve, Curve]:
         """Return the curves of red, green and blue."""
@@ -196,14 +239,21 @@ class ModelSpec(Strict):
     """One characterisation, measured through the glasses in its stereo mode."""
 
     black_XYZ_cd_m2: Triple
+    """XYZ of black, in cd/m²."""
     primaries_XYZ_cd_m2: PrimariesSpec
+    """XYZ of each channel at full drive minus black, in cd/m²."""
     curve: Annotated[
         CurveSpec | TableCurveSpec | SrgbCurveSpec | Bt1886CurveSpec | PlvcSpec, Field(discriminator="kind")
     ]
+    """The tone curves of the channels."""
     observer: ObserverSpec = DEFAULT_OBSERVER
+    """The colorimetric observer of the XYZ, such as CIE 1931 2 or CIE 1964 10."""
     source: str = ""
+    """Where the numbers come from, in words."""
     gamma_table: GammaTableSpec | None = None
+    """The graphics card's gamma table that was loaded while this was measured."""
     ambient_XYZ_cd_m2: AmbientSpec | None = None
+    """The room's light from the screen while it is off, XYZ in cd/m²."""
 
     def model(self) -> DisplayModel:
         """Return the display model."""
@@ -224,8 +274,11 @@ class CrosstalkSpec(Strict):
     """What leaks into each eye: seen = own + matrix · other, in XYZ above black; three rows of three numbers each."""
 
     left: Matrix
+    """What reaches the left eye of the right eye's light: three rows of three numbers."""
     right: Matrix
+    """What reaches the right eye of the left eye's light: three rows of three numbers."""
     source: str = ""
+    """Where the numbers come from, in words."""
 
     def crosstalk(self) -> Crosstalk:
         """Return the crosstalk; DeviceError if it cannot be undone."""
@@ -236,9 +289,13 @@ class GainMapSpec(Strict):
     """Luminance readings over the panel, top row first, in one unit; see `devices.compensation.gain_map.GainMap`."""
 
     luminance: Annotated[list[Annotated[list[PositiveFloat], Field(min_length=1)]], Field(min_length=1)]
+    """Readings of luminance over the panel, top row first, in one unit."""
     positions: Positions
+    """Where on the panel the readings were taken."""
     normalise: Normalise
+    """Which reading counts as 1."""
     source: str = ""
+    """Where the numbers come from, in words."""
 
     def gain_map(self, resolution_px: tuple[int, int]) -> GainMap:
         """Return the gain map of a panel; DeviceError if the rows differ in length or are too few."""

@@ -30,8 +30,11 @@ class GainsSpec(Strict):
     """The gains of the channels in the monitor's menu, in percent."""
 
     red: Percent
+    """The gain of the red channel, in percent."""
     green: Percent
+    """The gain of the green channel, in percent."""
     blue: Percent
+    """The gain of the blue channel, in percent."""
 
 
 class MonitorSettings(Strict):
@@ -44,21 +47,37 @@ class MonitorSettings(Strict):
     """
 
     preset: str | None = Field(default=None, min_length=1)
+    """The monitor's preset, as its menu calls it."""
     brightness_percent: Percent | None = None
+    """The brightness in the monitor's menu, in percent."""
     contrast_percent: Percent | None = None
+    """The contrast in the monitor's menu, in percent."""
     colour_temperature: Annotated[float, Field(ge=1000, le=25000)] | str | None = None
+    """The colour temperature in the monitor's menu."""
     gains_percent: GainsSpec | None = None
+    """The gains of the channels in the monitor's menu."""
     saturation_percent: Percent | None = None
+    """The saturation in the monitor's menu, in percent."""
     sharpness_percent: Percent | None = None
+    """The sharpness in the monitor's menu, in percent."""
     gamma_preset: float | str | None = None
+    """The gamma preset in the monitor's menu."""
     overdrive: Level | None = None
+    """The overdrive or response time in the monitor's menu."""
     lightboost: Level | None = None
+    """The strobed backlight in the monitor's menu."""
     dynamic_contrast: bool | None = None
+    """Whether dynamic contrast is on."""
     local_dimming: bool | None = None
+    """Whether local dimming is on."""
     automatic_brightness: bool | None = None
+    """Whether a light sensor changes the brightness."""
     input_range: Literal["full", "limited"] | None = None
+    """Whether the monitor takes the full or the limited range of codes."""
     firmware: str | None = None
+    """The monitor's firmware."""
     other: dict[str, bool | float | str] = Field(default_factory=dict)
+    """Other settings by their names."""
 
     @property
     def stated(self) -> dict[str, Any]:

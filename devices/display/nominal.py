@@ -46,9 +46,13 @@ class NominalSpec(Strict):
     """
 
     nominal: NominalKind
+    """The standard that the display is taken for: srgb, gamma2.2, bt1886 or display-p3."""
     white_cd_m2: PositiveFloat
+    """The luminance of white, in cd/m²."""
     black_cd_m2: NonNegativeFloat | None = None
+    """The luminance of black, in cd/m²."""
     panel: PanelSpec | None = None
+    """The panel: pixels, pixel pitch, refresh rate and bits."""
 
     @model_validator(mode="after")
     def _black_is_below_white(self) -> Self:

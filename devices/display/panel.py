@@ -28,9 +28,13 @@ class PanelSpec(Strict):
     """The panel: how many pixels, how large, how fast, how deep."""
 
     resolution_px: tuple[PositiveInt, PositiveInt]
+    """Width and height of the panel, in pixels."""
     pixel_pitch_mm: PositiveFloat
+    """The distance between neighbouring pixels, in mm."""
     refresh_hz: PositiveFloat = 60.0
+    """The refresh rate, in Hz."""
     bits: Literal[6, 8, 10, 12] = 8
+    """How many bits each channel of the panel has."""
 
     @property
     def text(self) -> str:

@@ -34,7 +34,9 @@ class PerEyeAmbientSpec(Strict):
     """The room's light from the screen while it is off, through each lens, XYZ in cd/m²."""
 
     left: AmbientSpec
+    """The room's light for the left eye, XYZ in cd/m²."""
     right: AmbientSpec
+    """The room's light for the right eye, XYZ in cd/m²."""
 
 
 def _display_shape(value: Any) -> str:
@@ -45,22 +47,37 @@ class RigSpec(Strict):
     """A rig file. ``display`` is the path of a display file, or a nominal display in its place."""
 
     schema_version: Literal[1]
+    """The version of the file format: 1."""
     display: Annotated[
         Annotated[str, Tag("file")] | Annotated[NominalSpec, Tag("in place")], Discriminator(_display_shape)
     ]
+    """The display file, relative to this file, or the facts of a nominal display."""
     mode: str
+    """The stereo mode, such as side-by-side."""
     distance_mm: PositiveFloat
+    """The viewing distance, in mm."""
     interpupillary_distance_mm: PositiveFloat = 65.0
+    """The distance between the eyes, in mm."""
     glasses: str = ""
+    """The glasses, in words."""
     mode_options: dict[str, Any] = Field(default_factory=dict)
+    """How the stereo mode is adjusted, such as swap_eyes."""
     lift_black: bool = False
+    """Whether pictures are lifted so that crosstalk can be cancelled everywhere."""
     dither: Literal["none", "shared", "independent"] = "none"
+    """Whether pictures are dithered, and whether both eyes share the mask."""
     photodiode_verification: str | None = Field(default=None, min_length=1)
+    """The record of onsets verified with a photodiode, relative to this file."""
     observer: ObserverSpec = DEFAULT_OBSERVER
+    """The colorimetric observer of the XYZ, such as CIE 1931 2 or CIE 1964 10."""
     gamma_table: Literal["identity"] | None = None
+    """The graphics card's gamma table: identity loads it while a window is open."""
     monitor_settings: MonitorSettings | None = None
+    """What the monitor's own menu said."""
     ambient_XYZ_cd_m2: AmbientSpec | PerEyeAmbientSpec | None = None
+    """The room's light from the screen while it is off, XYZ in cd/m²."""
     monitor: MonitorName | Annotated[list[MonitorName], Field(min_length=2, max_length=2)] | None = None
+    """Which monitor shows it, by name or number."""
 
     @property
     def monitors(self) -> tuple[str, ...]:

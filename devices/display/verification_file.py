@@ -38,8 +38,11 @@ class OnsetErrorSpec(Strict):
     """
 
     mean: float
+    """The mean error, in ms."""
     standard_deviation: NonNegativeFloat
+    """The standard deviation of the errors, in ms."""
     worst: float
+    """The error furthest from 0, with its sign, in ms."""
 
     @model_validator(mode="after")
     def _worst_is_no_better_than_the_mean(self) -> OnsetErrorSpec:
@@ -52,17 +55,29 @@ class VerificationSpec(Strict):
     """A record of a photodiode's verification."""
 
     schema_version: Literal[1]
+    """The version of the file format: 1."""
     date: Annotated[datetime.date, BeforeValidator(_day)]
+    """The day of the verification, such as 2026-03-14."""
     instrument: Annotated[str, Field(min_length=1)]
+    """The instrument, in words."""
     mode: Annotated[str, Field(min_length=1)]
+    """The stereo mode, such as side-by-side."""
     refresh_hz: PositiveFloat
+    """The refresh rate, in Hz."""
     display_server: str = ""
+    """The display server, such as X11."""
     renderer: str = ""
+    """The graphics card and driver."""
     onsets: Annotated[int, Field(ge=2)]
+    """How many onsets were verified."""
     onset_error_ms: OnsetErrorSpec
+    """The photodiode's onset minus the recorded one, in ms."""
     left_onset_error_ms: OnsetErrorSpec | None = None
+    """The same for the left eye alone."""
     right_onset_error_ms: OnsetErrorSpec | None = None
+    """The same for the right eye alone."""
     notes: str = ""
+    """Anything else, in words."""
 
 
 @dataclass(frozen=True, slots=True)

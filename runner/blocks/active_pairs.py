@@ -169,17 +169,29 @@ class ActivePairsSpec(BlockSpec):
     """
 
     kind: Literal["active_pairs"]
+    """Which kind of entry this is; it decides which other keys there are."""
     stimuli: StimulusNames = "all"
+    """Which stimuli take part: all, or a list of their names."""
     within: OptionalFactor = None
+    """The factor whose levels are compared each among themselves, such as scene."""
     trials: Annotated[int, Field(ge=1, le=100_000)] | None = None
+    """How many trials there are."""
     trials_per_stimulus: Annotated[int, Field(ge=2, le=10_000)] | None = None
+    """How many trials each stimulus takes part in."""
     batch: PositiveInt | None = None
+    """How many trials are chosen at a time from the answers so far."""
     gain: Gain = "variance"
+    """What the next pairs are chosen for: least variance, or most information by entropy."""
     break_every: PositiveInt | None = None
+    """After how many trials there is a page to rest; left out, there is none."""
     fixation_s: ShortSeconds = 0.0
+    """Seconds of a fixation mark before each trial."""
     exposure_s: Seconds | None = None
+    """Seconds that the pictures are shown; left out, until the answer."""
     blank_s: ShortSeconds = 0.0
+    """Seconds of an empty screen between trials."""
     ties: Ties = "none"
+    """Which answers other than one of the two pictures are allowed."""
 
     @model_validator(mode="after")
     def _how_many(self) -> ActivePairsSpec:

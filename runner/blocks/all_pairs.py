@@ -233,6 +233,7 @@ class PairRatingSpec(ScaleSpec):
     """A scale that follows each choice: about the stimulus chosen, or about both."""
 
     of: Literal["chosen", "both"] = "chosen"
+    """Which of the two pictures is rated: the chosen one, or both."""
 
     def make(self) -> Scale:
         """Return the scale."""
@@ -252,20 +253,35 @@ class AllPairsSpec(BlockSpec):
     """
 
     kind: Literal["all_pairs"]
+    """Which kind of entry this is; it decides which other keys there are."""
     stimuli: StimulusNames = "all"
+    """Which stimuli take part: all, or a list of their names."""
     within: OptionalFactor = None
+    """The factor whose levels are compared each among themselves, such as scene."""
     across: OptionalFactor = None
+    """The factor that links the groups of within, by pairs of equal level."""
     presentation: Literal["simultaneous", "sequence"] = "simultaneous"
+    """Whether two pictures are shown at once, or one after the other."""
     sides: Literal["counterbalanced"] = "counterbalanced"
+    """How sides are given to pictures: counterbalanced over trials and observers."""
     repeats: PositiveInt = 1
+    """How many times each one is asked."""
     break_every: PositiveInt | None = None
+    """After how many trials there is a page to rest; left out, there is none."""
     fixation_s: ShortSeconds = 0.0
+    """Seconds of a fixation mark before each trial."""
     exposure_s: Seconds | None = None
+    """Seconds that the pictures are shown; left out, until the answer."""
     blank_between_s: ShortSeconds | None = None
+    """Seconds of an empty screen between the two intervals of a sequence."""
     blank_s: ShortSeconds = 0.0
+    """Seconds of an empty screen between trials."""
     ties: Ties = "none"
+    """Which answers other than one of the two pictures are allowed."""
     catch: CatchSpec | None = None
+    """Trials with a known answer, which show whether an observer attends."""
     ratings: Annotated[tuple[PairRatingSpec, ...], Field(max_length=10)] = ()
+    """Scales that are asked beside the choice."""
 
     @model_validator(mode="after")
     def _intervals(self) -> AllPairsSpec:

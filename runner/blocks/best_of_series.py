@@ -242,13 +242,21 @@ class BestOfSeriesSpec(BlockSpec):
     """
 
     kind: Literal["best_of_series"]
+    """Which kind of entry this is; it decides which other keys there are."""
     series: SomeSeries
+    """The series of pictures: by name with their stimuli in order, or by factors."""
     question: Line | None = None
+    """The question that stands above the pictures."""
     ratings: Annotated[tuple[ScaleSpec, ...], Field(max_length=12)] = (_spec(SIMILARITY), _spec(DIFFICULTY))
+    """Scales that are asked of the chosen picture."""
     start: Literal["random", "first"] = "random"
+    """Which picture of a series is shown first."""
     see_all: bool = True
+    """Whether every picture of a series must be seen before one is chosen."""
     wrap: bool = False
+    """Whether the series goes on at its other end."""
     break_every: PositiveInt | None = None
+    """After how many trials there is a page to rest; left out, there is none."""
 
     def make(self, setting: Setting) -> BestOfSeries:
         """Return the block in the observer's own order."""

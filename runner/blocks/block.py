@@ -124,6 +124,7 @@ class BlockSpec(Strict):
     """One entry of ``blocks:``. A subclass holds its keys, and names its ``kind``."""
 
     kind: str
+    """Which kind of entry this is; it decides which other keys there are."""
 
     @abstractmethod
     def make(self, setting: Setting) -> Block:

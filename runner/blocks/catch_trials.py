@@ -147,9 +147,13 @@ class CatchSpec(Strict):
     """
 
     every: PositiveInt | None = None
+    """One catch trial in so many trials."""
     share: Annotated[float, Field(gt=0, le=0.5)] | None = None
+    """The share of trials that are catch trials."""
     pairs: tuple[Pair, ...] = ()
+    """Pairs with a known answer: the better picture first."""
     identical: NonNegativeInt = 0
+    """How many catch trials show the same picture twice."""
 
     @model_validator(mode="after")
     def _one_number(self) -> CatchSpec:

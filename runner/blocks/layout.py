@@ -36,9 +36,13 @@ class LayoutSpec(Strict):
     """
 
     arrangement: Literal["vertical", "horizontal"]
+    """Whether two pictures stand one above the other or side by side."""
     size_mm: tuple[PositiveFloat, PositiveFloat]
+    """Width and height of each picture on the screen, in mm."""
     gap_mm: NonNegativeFloat = 10.0
+    """The gap between two pictures, in mm."""
     reference: Line = NO_REFERENCE
+    """What pictures are compared with: none, physical for a real thing, or a stimulus shown too."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -62,7 +62,9 @@ class InstructionsSpec(BlockSpec):
     """A page of words."""
 
     kind: Literal["instructions"]
+    """Which kind of entry this is; it decides which other keys there are."""
     text: Words
+    """The words of the page."""
 
     def make(self, setting: Setting) -> Message:
         """Return the page."""
@@ -73,7 +75,9 @@ class BreakSpec(BlockSpec):
     """A break, ended by the observer."""
 
     kind: Literal["break"]
+    """Which kind of entry this is; it decides which other keys there are."""
     text: Words = "Time for a break."
+    """The words of the page."""
 
     def make(self, setting: Setting) -> Message:
         """Return the page, in the interface's words if it has none of its own."""

@@ -149,17 +149,24 @@ class UntilSpec(Strict):
     """Enough: of the last ``of`` answers with a right and a wrong, at least the share ``correct`` was right."""
 
     correct: Annotated[float, Field(gt=0, le=1)]
+    """The share of right answers that is enough."""
     of: PositiveInt
+    """Over how many of the last answers the share is taken."""
 
 
 class PracticeSpec(BlockSpec):
     """At most ``trials`` trials of ``block``; ``until`` may end it sooner. ``block`` is of any kind that has trials."""
 
     kind: Literal["practice"]
+    """Which kind of entry this is; it decides which other keys there are."""
     block: AnyBlockSpec
+    """The block that is practised, as it would stand by itself."""
     trials: PositiveInt
+    """How many trials there are."""
     feedback: Feedback = "correctness"
+    """What is said after each practised trial."""
     until: UntilSpec | None = None
+    """When practice ends early: a share of right answers."""
 
     def make(self, setting: Setting) -> Practice:
         """Return the practice of the block as the observer of ``setting`` meets it."""

@@ -164,14 +164,23 @@ class PreferenceSpec(BlockSpec):
     """
 
     kind: Literal["preference"]
+    """Which kind of entry this is; it decides which other keys there are."""
     pairs: SomePairs = "all"
+    """Pairs of stimuli to compare: all, or a list of two names each."""
     presentation: Literal["sequence", "simultaneous"] = "sequence"
+    """Whether two pictures are shown at once, or one after the other."""
     question: Line | None = None
+    """The question that stands above the pictures."""
     repeats: PositiveInt = 1
+    """How many times each one is asked."""
     break_every: PositiveInt | None = None
+    """After how many trials there is a page to rest; left out, there is none."""
     exposure_s: Seconds | None = None
+    """Seconds that the pictures are shown; left out, until the answer."""
     blank_between_s: ShortSeconds | None = None
+    """Seconds of an empty screen between the two intervals of a sequence."""
     blank_s: ShortSeconds = 0.0
+    """Seconds of an empty screen between trials."""
 
     @model_validator(mode="after")
     def _intervals(self) -> PreferenceSpec:

@@ -168,16 +168,22 @@ class _QuestionSpec(Strict):
     """What every question has; one that is not ``required`` may be left out."""
 
     name: Label
+    """The name of the question in the records: small letters, digits and _."""
     question: Line
+    """The question as it is asked."""
     required: bool = True
+    """Whether it must be answered."""
 
 
 class ChoiceSpec(_QuestionSpec):
     """One of some options, each with a digit or, with ``keys: letters``, a letter."""
 
     kind: Literal["choice"]
+    """Which kind of entry this is; it decides which other keys there are."""
     options: Annotated[list[Option], Field(min_length=2, max_length=12)]
+    """The answers to choose from, in their order."""
     keys: Literal["digits", "letters"] = "digits"
+    """Whether options are chosen by digits or by letters."""
 
     def made(self) -> Choice:
         """Return the question."""
@@ -196,10 +202,15 @@ class NumberSpec(_QuestionSpec):
     """A number from ``lowest`` to ``highest``, both included, in a unit; without a fraction if ``whole``."""
 
     kind: Literal["number"]
+    """Which kind of entry this is; it decides which other keys there are."""
     unit: Annotated[str, Field(max_length=20)] = ""
+    """The unit that stands behind the number."""
     lowest: Limit | None = None
+    """The smallest number that may be answered."""
     highest: Limit | None = None
+    """The largest number that may be answered."""
     whole: bool = False
+    """Whether only whole numbers are allowed."""
 
     def made(self) -> Typed:
         """Return the question."""
@@ -222,7 +233,9 @@ class TextSpec(_QuestionSpec):
     """Some words, ``max_length`` characters at most."""
 
     kind: Literal["text"]
+    """Which kind of entry this is; it decides which other keys there are."""
     max_length: Annotated[int, Field(ge=1, le=LONGEST)] = 200
+    """How many characters may be typed at most."""
 
     def made(self) -> Typed:
         """Return the question."""
@@ -240,7 +253,9 @@ class QuestionnaireSpec(BlockSpec):
     """Questions, one a page."""
 
     kind: Literal["questionnaire"]
+    """Which kind of entry this is; it decides which other keys there are."""
     questions: Annotated[list[AnyQuestionSpec], Field(min_length=1, max_length=200)]
+    """The questions, one a page."""
 
     def make(self, setting: Setting) -> Questionnaire:
         """Return the questions in their order."""

@@ -130,13 +130,21 @@ class RatingSpec(BlockSpec):
     """
 
     kind: Literal["rating"]
+    """Which kind of entry this is; it decides which other keys there are."""
     ratings: Annotated[list[ScaleSpec], Field(min_length=1, max_length=12)]
+    """The scales that each picture is rated on."""
     stimuli: StimulusNames = "all"
+    """Which stimuli take part: all, or a list of their names."""
     repeats: PositiveInt = 1
+    """How many times each one is asked."""
     break_every: PositiveInt | None = None
+    """After how many trials there is a page to rest; left out, there is none."""
     fixation_s: ShortSeconds = 0.0
+    """Seconds of a fixation mark before each trial."""
     exposure_s: Seconds | None = None
+    """Seconds that the pictures are shown; left out, until the answer."""
     blank_s: ShortSeconds = 0.0
+    """Seconds of an empty screen between trials."""
 
     def make(self, setting: Setting) -> Rating:
         """Return the block in the observer's own order."""

@@ -228,13 +228,21 @@ class ScaleSpec(Strict):
     """
 
     name: Label
+    """The name of the scale in the records: small letters, digits and _."""
     question: Line
+    """The question above the scale."""
     lowest: Annotated[int, Field(ge=-WIDEST, le=WIDEST)] = 1
+    """The smallest number that may be answered."""
     highest: Annotated[int, Field(ge=-WIDEST, le=WIDEST)] = 10
+    """The largest number that may be answered."""
     low_anchor: Anchor = ""
+    """The words at the lower end of the scale."""
     middle_anchor: Anchor = ""
+    """The words in the middle of the scale."""
     high_anchor: Anchor = ""
+    """The words at the upper end of the scale."""
     confirm: bool = True
+    """Whether a number must be confirmed with Enter."""
 
     @model_validator(mode="after")
     def _rises(self) -> ScaleSpec:

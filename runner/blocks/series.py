@@ -39,7 +39,9 @@ class SeriesBySpec(Strict):
     """
 
     by: Annotated[list[Factor], Field(min_length=1)]
+    """The factors that stimuli of one series agree in."""
     order: Factor
+    """The factor that a series is sorted by."""
 
 
 def _tag(value: Any) -> str:

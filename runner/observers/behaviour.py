@@ -25,8 +25,11 @@ class FatigueSpec(Strict):
     """
 
     over_trials: PositiveInt
+    """After how many judgements fatigue grows no more."""
     lapse_rate: Share | None = None
+    """The share of random answers at the end."""
     noise: Annotated[float, Field(ge=1)] = 1.0
+    """What log odds are divided by at the end; 1 is no fatigue."""
 
 
 class TiesSpec(Strict):
@@ -36,8 +39,11 @@ class TiesSpec(Strict):
     """
 
     law: Literal["davidson", "rao_kupper"] = "davidson"
+    """Whose law of ties it is."""
     width: NonNegativeFloat
+    """How often two pictures are a tie: ν of Davidson's law or θ of Rao and Kupper's."""
     not_sure_share: Share = 0.5
+    """The share of ties that are answered not sure."""
 
     @model_validator(mode="after")
     def _wide_enough(self) -> Self:
@@ -54,7 +60,9 @@ class PsychometricSpec(Strict):
     """
 
     threshold: PositiveFloat
+    """The strength half-way between guessing and certainty."""
     slope: PositiveFloat = 4.0
+    """How steep it is, in log odds per factor of e in strength."""
 
 
 class BehaviourSpec(Strict):
@@ -66,12 +74,19 @@ class BehaviourSpec(Strict):
     """
 
     median_response_time_s: PositiveFloat = 2.0
+    """The median response time, in s."""
     position_bias: float = 0.0
+    """The bias towards the picture in the first place, in log odds."""
     lapse_rate: Share = 0.0
+    """The share of random answers."""
     fatigue: FatigueSpec | None = None
+    """How judgements get worse with their number."""
     ties: TiesSpec | None = None
+    """How often two pictures are a tie, where that may be answered."""
     rating_noise: NonNegativeFloat = 0.1
+    """The standard deviation of ratings, as a share of the scale's length."""
     psychometric: dict[Label, PsychometricSpec] = Field(default_factory=dict)
+    """How often questions with a right answer are answered right, by task."""
 
     def lapses(self, judged: int) -> float:
         """Return the share of random answers after ``judged`` judgements."""

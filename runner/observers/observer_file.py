@@ -18,16 +18,22 @@ class PublishedSpec(Strict):
     """A stimulus's published result: score and perceptual class."""
 
     score: PositiveFloat
+    """The score, on any scale of ratios."""
     perceptual_class: str = ""
+    """The perceptual class that was published."""
 
 
 class ScoredObserverSpec(BehaviourSpec):
     """Observers who judge by given scores."""
 
     schema_version: Literal[1]
+    """The version of the file format: 1."""
     kind: Literal["bradley_terry"]
+    """Which kind of entry this is; it decides which other keys there are."""
     source: str = ""
+    """Where the numbers come from, in words."""
     stimuli: Annotated[dict[str, PublishedSpec], Field(min_length=2)]
+    """The score of every stimulus, by name."""
 
     @property
     def scores(self) -> dict[str, float]:
@@ -43,10 +49,15 @@ class ImageBasedObserverSpec(BehaviourSpec):
     """
 
     schema_version: Literal[1]
+    """The version of the file format: 1."""
     kind: Literal["image_based"]
+    """Which kind of entry this is; it decides which other keys there are."""
     source: str = ""
+    """Where the numbers come from, in words."""
     slope_per_delta_e_00: PositiveFloat = 1.0
+    """The log odds for each ΔE00 by which two pictures differ from the reference."""
     reference: Line | None = None
+    """The stimulus that pictures are judged against; left out, the experiment's."""
 
 
 ObserverSpec: TypeAlias = ScoredObserverSpec | ImageBasedObserverSpec

@@ -76,26 +76,42 @@ class AnalysisSpec(Strict):
     """
 
     alpha: Annotated[float, Field(gt=0, lt=1)] = 0.05
+    """The level of the pairwise tests between stimuli."""
     adjust: Literal["none", "holm", "bh", "maxz"] = "holm"
+    """How the tests are adjusted for their number."""
     covariance: Literal["auto", "model", "scaled", "sandwich", "shrinkage"] = "auto"
+    """Which standard errors the report takes."""
     margin: Annotated[str, AfterValidator(_margin)] | None = None
+    """The largest difference that does not matter, such as 0.5jnd or 55:45."""
 
 
 class ExperimentSpec(Strict):
     """An experiment file. ``rig`` and ``stimuli`` are paths relative to it."""
 
     schema_version: Literal[1]
+    """The version of the file format: 1."""
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$", max_length=64), AfterValidator(_folder_name)]
+    """The name of the experiment, which is that of its folder of results."""
     rig: str
+    """The rig file, relative to this file."""
     stimuli: str
+    """The recipe of the stimuli, relative to this file."""
     question: Line
+    """The question that stands above the pictures."""
     layout: LayoutSpec
+    """How a trial looks."""
     blocks: Annotated[list[AnyBlockSpec], Field(min_length=1)]
+    """The parts of a session, in their order."""
     seed: int = 0
+    """The seed of all random orders."""
     analysis: AnalysisSpec = AnalysisSpec()
+    """How the report forms perceptual classes."""
     style: OwnStyle = StyleSpec()
+    """How the screen looks: background, text, progress, end page."""
     keys: OwnKeys = Field(default_factory=dict)
+    """Other keys for the answers, by what they mean."""
     words: OwnWords = Field(default_factory=dict)
+    """Other words of the interface, and its language."""
 
 
 @dataclass(frozen=True, slots=True)

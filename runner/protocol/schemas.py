@@ -14,6 +14,8 @@ KINDS: tuple[FileKind, ...] = get_args(FileKind)
 def json_schema(kind: FileKind) -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of a kind of file, for editors that check while one types.
 
+    Every key has a description, which an editor shows.
+
     Parameters
     ----------
     kind
@@ -29,7 +31,9 @@ def json_schema(kind: FileKind) -> dict[str, Any]:
     >>> json_schema("experiment")["title"]
     'ExperimentSpec'
     """
-    return {**file_model(kind).model_json_schema(), "$schema": "https://json-schema.org/draft/2020-12/schema"}
+    from documents.yaml import described_schema
+
+    return {**described_schema(file_model(kind)), "$schema": "https://json-schema.org/draft/2020-12/schema"}
 
 
 def file_model(kind: FileKind) -> type[BaseModel]:

@@ -37,54 +37,83 @@ class ColorCheckerSpec(Strict):
     """
 
     kind: Literal["colorchecker"]
+    """Which kind of entry this is; it decides which other keys there are."""
     name: Name = "chart"
+    """A name of your own, by which records and reports call it."""
     corners: Corners
+    """The outer corners: top left, top right, bottom right, bottom left."""
     rendering_corners: Corners | None = None
+    """The corners in the rendering, where they lie elsewhere than in the photograph."""
     inner: Share = 0.5
+    """The share of the sides that counts; the rim is left out."""
     colours: Literal["published", "other"] = "published"
+    """Whether the chart has the published colours of the ColorChecker."""
 
 
 class RectangleSpec(Strict):
     """A rectangle: ``box`` is left, top, width and height."""
 
     kind: Literal["rectangle"]
+    """Which kind of entry this is; it decides which other keys there are."""
     name: Name
+    """A name of your own, by which records and reports call it."""
     box: Box
+    """Left, top, width and height."""
     rendering_box: Box | None = None
+    """The box in the rendering, where it lies elsewhere than in the photograph."""
     sparkle: bool = False
+    """Whether its sparkles are compared."""
 
 
 class PolygonSpec(Strict):
     """Any area whose outline does not cross itself."""
 
     kind: Literal["polygon"]
+    """Which kind of entry this is; it decides which other keys there are."""
     name: Name
+    """A name of your own, by which records and reports call it."""
     points: Points
+    """The corners of the outline, x and y each."""
     rendering_points: Points | None = None
+    """The corners in the rendering, where they lie elsewhere than in the photograph."""
     sparkle: bool = False
+    """Whether its sparkles are compared."""
 
 
 class PlateSpec(Strict):
     """A plate between its four corners, or the whole picture without them; ``inner`` leaves its rim out."""
 
     kind: Literal["plate"]
+    """Which kind of entry this is; it decides which other keys there are."""
     name: Name = "plate"
+    """The name of the plate."""
     corners: Corners | None = None
+    """The outer corners: top left, top right, bottom right, bottom left."""
     rendering_corners: Corners | None = None
+    """The corners in the rendering, where they lie elsewhere than in the photograph."""
     inner: Share = 1.0
+    """The share of the sides that counts; the rim is left out."""
     sparkle: bool = True
+    """Whether its sparkles are compared."""
 
 
 class GridSpec(Strict):
     """A regular grid of areas between four corners, or over the whole picture without them."""
 
     kind: Literal["grid"]
+    """Which kind of entry this is; it decides which other keys there are."""
     name: Name = "grid"
+    """A name of your own, by which records and reports call it."""
     rows: Annotated[PositiveInt, Field(le=100)]
+    """How many rows."""
     columns: Annotated[PositiveInt, Field(le=100)]
+    """How many columns."""
     corners: Corners | None = None
+    """The outer corners: top left, top right, bottom right, bottom left."""
     rendering_corners: Corners | None = None
+    """The corners in the rendering, where they lie elsewhere than in the photograph."""
     inner: Share = 1.0
+    """The share of the sides that counts; the rim is left out."""
 
 
 RegionSpec = Annotated[
@@ -96,30 +125,50 @@ class LimitsSpec(Strict):
     """The limits of `Limits`, those that are not its own."""
 
     delta_e: PositiveFloat | None = None
+    """The ΔE00 that a region may have."""
     above_limit_percent: Annotated[float, Field(gt=0, le=100)] | None = None
+    """The share of a region's pixels that may be above the limit, in percent."""
     registration_residual_px: PositiveFloat | None = None
+    """How far the pictures may be from lying on each other, in pixels."""
     sparkle_relative: PositiveFloat | None = None
+    """By how much sparkle measures may differ, as a share."""
     sparkle_z: PositiveFloat | None = None
+    """By how many standard errors sparkle measures may differ."""
     sparkle_relative_se: PositiveFloat | None = None
+    """The largest standard error of a sparkle measure, as a share."""
     disparity_px: PositiveFloat | None = None
+    """By how much disparities may differ, in pixels."""
     stands_out_delta_xy: PositiveFloat | None = None
+    """How far in x, y a sparkle's colour stands out."""
     stands_out_luminance: PositiveFloat | None = None
+    """By how much a sparkle's luminance stands out."""
     stands_out_z: PositiveFloat | None = None
+    """By how many standard deviations a sparkle stands out."""
 
 
 class RegionsSpec(Strict):
     """A regions file."""
 
     schema_version: Literal[1]
+    """The version of the file format: 1."""
     units: Units = "px"
+    """Whether places are in pixels or in shares of the picture."""
     regions: Annotated[tuple[RegionSpec, ...], Field(min_length=1, max_length=1000)]
+    """The areas to compare."""
     white: WhiteName = "icc-d50"
+    """The white point of the comparison."""
     white_luminance_cd_m2: PositiveFloat | None = None
+    """The luminance of white, in cd/m²."""
     white_region: str | None = None
+    """The region that is white."""
     luminance: LuminanceMode = "absolute"
+    """Whether luminances are compared as they are, or scaled to each other."""
     least_pixels: PositiveInt = 25
+    """How many pixels a region must have at least."""
     most_saturated_share: Annotated[float, Field(ge=0, lt=1)] = 0.001
+    """The share of a region's pixels that may be saturated."""
     limits: LimitsSpec = LimitsSpec()
+    """The limits of the verdict."""
 
 
 @dataclass(frozen=True, slots=True)

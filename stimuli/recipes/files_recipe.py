@@ -43,8 +43,11 @@ class FileStimulusSpec(StepsSpec):
     """
 
     name: Name
+    """A name of your own, by which records and reports call it."""
     flat_eye: Eye | None = None
+    """The eye whose view a flat picture takes."""
     factors: Annotated[dict[FactorName, FactorValue], Field(default_factory=dict)]
+    """The levels of the stimulus's factors, such as scene: beach."""
 
     @property
     @abstractmethod
@@ -71,6 +74,7 @@ class FilesRecipe(RecipeKind, StepsSpec):
     """Stimuli from files; with ``views``, each in each of them, and with ``series``, each in each."""
 
     series: SeriesSpecs | None = None
+    """Series that every stimulus is made in."""
 
     @abstractmethod
     def specs(self) -> Sequence[FileStimulusSpec]:

@@ -35,22 +35,34 @@ class DevelopSpec(Strict):
     """How files become linear camera RGB: see `stimuli.develop.read.read_camera_image`."""
 
     demosaic: Demosaic = DEFAULT_DEMOSAIC
+    """How a raw file's colours are interpolated."""
     black: Annotated[float, Field(ge=0)] | None = None
+    """The raw level of no light."""
     white: PositiveFloat | None = None
+    """The raw level of full scale."""
     saturated: PositiveFloat | None = None
+    """The raw level from which a pixel counts as saturated."""
     rotate: bool = True
+    """Whether the picture is turned as the camera says."""
     assume_linear: bool = False
+    """Whether a file that does not say so is taken for linear light."""
     negative: Literal["clip", "refuse"] = "clip"
+    """What becomes of negative light: clipped, or refused."""
 
 
 class SpectralSpec(Strict):
     """Quantity and light of spectral pictures: see `stimuli.spectral.light.Illumination`."""
 
     quantity: Literal["radiance", "reflectance"] | None = None
+    """Whether the file holds radiance or reflectance."""
     illuminant: str | None = None
+    """The illuminant that reflectances are seen in, such as D65."""
     white_luminance_cd_m2: PositiveFloat | None = None
+    """The luminance of white, in cd/m²."""
     scale: PositiveFloat = 1.0
+    """A factor for all XYZ."""
     negative: Literal["clip", "refuse"] = "refuse"
+    """What becomes of negative light: clipped, or refused."""
 
 
 class PhotographSpec(FileStimulusSpec):
@@ -60,10 +72,15 @@ class PhotographSpec(FileStimulusSpec):
     """
 
     left: InsideFile | None = None
+    """The left eye's file."""
     right: InsideFile | None = None
+    """The right eye's file."""
     center: InsideFile | None = None
+    """The file of the view in the middle."""
     file: InsideFile | None = None
+    """The picture file, in the recipe's folder or below it."""
     exposure: CameraExposureSpec | None = None
+    """The exposure, where the file does not hold it."""
 
     @model_validator(mode="after")
     def _has_files(self) -> Self:
@@ -107,10 +124,15 @@ class PhotographsRecipe(FilesRecipe):
     """
 
     kind: Literal["photographs"]
+    """Which kind of entry this is; it decides which other keys there are."""
     camera: Annotated[str, AfterValidator(relative_path)] | None = None
+    """The camera file, relative to the recipe."""
     develop: DevelopSpec | None = None
+    """How raw files become linear camera RGB."""
     spectral: SpectralSpec | None = None
+    """What spectral pictures hold, and their light."""
     stimuli: Annotated[tuple[PhotographSpec, ...], Field(min_length=1, max_length=MAX_STIMULI)]
+    """The photographs."""
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:

@@ -32,8 +32,11 @@ class LightSpec(Strict):
     """
 
     colour_space: ColourSpace = "declared"
+    """The colour space of the pictures: srgb, display-p3, adobe-rgb, rec2020, icc, declared and so on."""
     white_luminance_cd_m2: PositiveFloat | None = None
+    """The luminance of the value 1, or of the highest code, in cd/m²."""
     alpha_background_cd_m2: NonNegativeFloat | None = None
+    """The luminance of the grey that partly transparent pictures lie on, in cd/m²."""
 
 
 class PictureSpec(FileStimulusSpec, LightSpec):
@@ -44,11 +47,17 @@ class PictureSpec(FileStimulusSpec, LightSpec):
     """
 
     file: InsideFile | None = None
+    """The picture file, in the recipe's folder or below it."""
     left: InsideFile | None = None
+    """The left eye's file."""
     right: InsideFile | None = None
+    """The right eye's file."""
     packing: Packing | None = None
+    """How one file holds both eyes' views, such as side-by-side."""
     view: View | None = None
+    """Whether the picture is shown in stereo or flat."""
     negative: Negative = "refuse"
+    """What becomes of negative light: clipped, or refused."""
 
     @model_validator(mode="after")
     def _has_files(self) -> Self:
@@ -81,7 +90,9 @@ class PicturesRecipe(FilesRecipe, LightSpec):
     """Pictures from files; with ``views``, each in each of them, and with ``series``, each in each."""
 
     kind: Literal["pictures"]
+    """Which kind of entry this is; it decides which other keys there are."""
     stimuli: Annotated[tuple[PictureSpec, ...], Field(min_length=1, max_length=MAX_STIMULI)]
+    """The pictures."""
 
     def specs(self) -> Sequence[PictureSpec]:
         """Return the stimuli as the recipe lists them."""

@@ -32,10 +32,15 @@ class RecipeKind(Strict):
     """A recipe. A subclass holds its keys, ``kind`` among them; ``observer`` is that of its pictures' XYZ."""
 
     schema_version: Literal[1]
+    """The version of the file format: 1."""
     kind: str
+    """Which kind of entry this is; it decides which other keys there are."""
     views: Views | None = None
+    """The views that every stimulus is made in: stereo, flat or both."""
     sparkles: SparklesSpec | None = None
+    """What counts as a sparkle in the manifest's statistics."""
     observer: ObserverSpec = DEFAULT_OBSERVER
+    """The colorimetric observer of the XYZ, such as CIE 1931 2 or CIE 1964 10."""
 
     @abstractmethod
     def factors(self) -> dict[str, Factors]:

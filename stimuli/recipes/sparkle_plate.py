@@ -25,21 +25,32 @@ class ExposureSpec(Strict):
     """One photograph: exposed for so long, then all its XYZ multiplied."""
 
     name: Name
+    """A name of your own, by which records and reports call it."""
     exposure_s: Seconds
+    """Seconds of exposure, such as 0.5 or 1/15."""
     luminance_scale: PositiveFloat = 1.0
+    """A factor for all XYZ."""
 
 
 class SparklePlateRecipe(RecipeKind):
     """Photographs of one synthetic plate at several exposures; equal seeds make equal plates."""
 
     kind: Literal["sparkle_plate"]
+    """Which kind of entry this is; it decides which other keys there are."""
     seed: Annotated[int, Field(ge=0, lt=2**63)]
+    """The seed of all random orders."""
     plate: PlateSpec
+    """The plate; in a series, what all plates share."""
     lamp: LampSpec
+    """The lamp."""
     further_lamps: FurtherLamps = ()
+    """More lamps."""
     camera: CameraSpec
+    """The camera that photographs the plate."""
     views: Views = ("stereo", "flat")
+    """The views that every stimulus is made in: stereo, flat or both."""
     stimuli: Annotated[tuple[ExposureSpec, ...], Field(min_length=1, max_length=MAX_STIMULI)]
+    """The photographs of the plate, by exposure."""
 
     def factors(self) -> dict[str, Factors]:
         """Return each stimulus's image, view, exposure and luminance scale."""

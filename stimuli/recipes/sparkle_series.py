@@ -44,27 +44,44 @@ class FlakesChangeSpec(Strict):
     """The flakes of one plate where they differ from the shared ones; the keys are those of the shared flakes."""
 
     per_mm2: NonNegativeFloat | None = None
+    """How many flakes there are to a mm²."""
     diameter_median_um: PositiveFloat | None = None
+    """The median diameter of the flakes, in µm."""
     diameter_spread: NonNegativeFloat | None = None
+    """The spread of the logarithm of the diameters."""
     diameter_range_um: tuple[PositiveFloat, PositiveFloat] | None = None
+    """The smallest and the largest diameter, in µm."""
     depth_max_um: NonNegativeFloat | None = None
+    """How deep flakes lie at most, in µm."""
     tilt_sd_deg: Annotated[float, Field(gt=0, le=60)] | None = None
+    """How far flakes tilt: a standard deviation in degrees."""
     lobe_sd_deg: Annotated[float, Field(gt=0, le=20)] | None = None
+    """How wide the reflection is: a standard deviation in degrees."""
     reflectance: Share | None = None
+    """The share of light that is reflected, from 0 to 1."""
     chromaticity_xy: Chromaticity | None = None
+    """The chromaticity x, y of the light."""
     spectrum: ShareSpectrum | None = None
+    """A spectrum in place of a chromaticity."""
     diffraction: bool | None = None
+    """Whether diffraction widens the reflections of small flakes."""
     rim_um: NonNegativeFloat | None = None
+    """The rim of a flake that scatters its light, in µm."""
     clusters: ClustersSpec | None = None
+    """Flakes that lie in clusters."""
 
 
 class NamedPlateSpec(Strict):
     """A plate by its name, and where it differs from the shared one."""
 
     name: Name
+    """A name of your own, by which records and reports call it."""
     base: BaseSpec | None = None
+    """The base between the flakes."""
     flakes: FlakesChangeSpec = FlakesChangeSpec()
+    """The flakes."""
     coat_refractive_index: Annotated[float, Field(ge=1, le=4)] | None = None
+    """The refractive index of the clear coat."""
 
     def flakes_over(self, shared: FlakesSpec) -> FlakesSpec:
         """Return ``shared`` with this plate's changes.
@@ -115,15 +132,25 @@ class SparkleSeriesRecipe(RecipeKind):
     """
 
     kind: Literal["sparkle_series"]
+    """Which kind of entry this is; it decides which other keys there are."""
     seed: Annotated[int, Field(ge=0, lt=2**63)]
+    """The seed of all random orders."""
     plate: PlateSpec
+    """The plate; in a series, what all plates share."""
     lamp: LampSpec
+    """The lamp."""
     further_lamps: FurtherLamps = ()
+    """More lamps."""
     camera: CameraSpec
+    """The camera that photographs the plates."""
     target_mean_luminance_cd_m2: PositiveFloat
+    """What the mean luminance of the pictures is brought to, in cd/m²."""
     plates: Annotated[tuple[NamedPlateSpec, ...], Field(min_length=1, max_length=MAX_STIMULI)]
+    """The plates, and where each differs from the shared one."""
     exposures_s: Annotated[tuple[Seconds, ...], Field(min_length=1, max_length=32)]
+    """The exposures, in seconds."""
     series: SeriesSpecs
+    """Series that every plate is photographed in."""
 
     def pictures(self) -> tuple[SeriesPicture, ...]:
         """Return the stimuli: plate by plate, series by series, from exposure to exposure."""

@@ -25,8 +25,11 @@ class ToeInSpec(Strict):
     """Cameras turned inwards by ``toe_in_deg`` each; the focal length in pixels, or the field of view across."""
 
     toe_in_deg: Annotated[float, Field(ge=0, lt=45)]
+    """How far each camera was turned inwards, in degrees."""
     focal_length_px: PositiveFloat | None = None
+    """The focal length, in pixels."""
     field_of_view_deg: Annotated[float, Field(gt=0, lt=180)] | None = None
+    """The field of view across, in degrees."""
 
     @model_validator(mode="after")
     def _one(self) -> Self:
@@ -39,7 +42,9 @@ class PointsSpec(Strict):
     """The same places of the sample's plane, marked in both views: x and y in pixels from the top left."""
 
     left: Annotated[tuple[Place, ...], Field(min_length=1)]
+    """Places x, y in the left view, in pixels from the top left."""
     right: Annotated[tuple[Place, ...], Field(min_length=1)]
+    """Places x, y in the right view, in pixels from the top left."""
 
     @model_validator(mode="after")
     def _as_many(self) -> Self:
@@ -55,14 +60,23 @@ class AlignSpec(Strict):
     """
 
     method: Literal["correlation", "points", "offset"] = "correlation"
+    """How the disparity of the sample's plane is found: correlation, points, or an offset that is given."""
     offset_px: Place | None = None
+    """The disparity to undo, across and down, in pixels."""
     points: PointsSpec | None = None
+    """The same places marked in both views."""
     region: tuple[NonNegativeInt, NonNegativeInt, PositiveInt, PositiveInt] | None = None
+    """The part that is correlated: left, top, width and height in pixels."""
     most_px: tuple[PositiveInt, PositiveInt] | None = None
+    """The largest disparity that is looked for, across and down, in pixels."""
     correct_vertical: bool = True
+    """Whether vertical disparity is undone too."""
     whole_pixels: bool = False
+    """Whether only whole pixels are moved, without interpolation."""
     interpolation: Interpolation = "sinc"
+    """How pixels between pixels are computed."""
     straighten: bool = False
+    """Whether roll and scale between the cameras are undone first."""
 
     @model_validator(mode="after")
     def _goes_with_method(self) -> Self:
@@ -83,9 +97,13 @@ class CropSpec(Strict):
     """The part that is shown, in pixels of the (aligned) picture."""
 
     left_px: NonNegativeInt
+    """The first column."""
     top_px: NonNegativeInt
+    """The first row."""
     width_px: PositiveInt
+    """How many columns."""
     height_px: PositiveInt
+    """How many rows."""
 
 
 class LuminanceSpec(Strict):
@@ -96,11 +114,17 @@ class LuminanceSpec(Strict):
     """
 
     scale: PositiveFloat | None = None
+    """A factor for all XYZ."""
     mean_cd_m2: PositiveFloat | None = None
+    """What the mean luminance becomes, in cd/m²."""
     max_cd_m2: PositiveFloat | None = None
+    """What the largest luminance becomes, in cd/m²."""
     white_cd_m2: PositiveFloat | None = None
+    """What the white in white_box becomes, in cd/m²."""
     white_box: Pixels | None = None
+    """Where the white lies: left, top, width and height in pixels."""
     greyscale_white_xy: Chromaticity | None = None
+    """The chromaticity x, y of a picture that is made grey."""
 
     @model_validator(mode="after")
     def _one(self) -> Self:
@@ -118,8 +142,11 @@ class ResampleSpec(Strict):
     """How large the picture is in truth, so that the display shows it at that size: pixels per mm, or its width."""
 
     px_per_mm: PositiveFloat | None = None
+    """How many pixels of the file there are to a mm of the thing."""
     width_mm: PositiveFloat | None = None
+    """The width of what the picture shows, in mm."""
     filter: Filter = "area"
+    """How pixels are averaged."""
 
     @model_validator(mode="after")
     def _one(self) -> Self:
@@ -139,18 +166,26 @@ class ToneMapSpec(Strict):
     """The brightest pixel becomes ``reference_cd_m2``, unless more than ``limit_percent`` of pixels would saturate."""
 
     reference_cd_m2: PositiveFloat
+    """The luminance that the brightest pixel becomes, in cd/m²."""
     limit_percent: Annotated[float, Field(ge=0, le=100)] = LIMIT_PERCENT
+    """The share of pixels that may saturate, in percent."""
 
 
 class StepsSpec(Strict):
     """The steps in their order."""
 
     toe_in: ToeInSpec | None = None
+    """How far the cameras were turned inwards, to be undone."""
     align: AlignSpec | None = None
+    """How the sample's plane comes to zero parallax."""
     crop: CropSpec | None = None
+    """The part that is shown."""
     luminance: LuminanceSpec | None = None
+    """One factor for all XYZ of both eyes."""
     resample: ResampleSpec | None = None
+    """How large the picture is in truth."""
     tone_map: ToneMapSpec | None = None
+    """How bright pictures are brought into the display's range."""
 
     def steps_over(self, shared: StepsSpec) -> StepsSpec:
         """Return the steps with this one's in place of ``shared``'s."""

@@ -78,8 +78,11 @@ class SeriesSpec(Strict):
     """The step of a series for every picture: multiply its XYZ, and make it grey, with the chromaticity given."""
 
     name: Name
+    """A name of your own, by which records and reports call it."""
     luminance_scale: PositiveFloat = 1.0
+    """A factor for all XYZ."""
     greyscale_white_xy: Chromaticity | None = None
+    """The chromaticity x, y of a picture that is made grey."""
 
     def apply(self, xyz_cd_m2: XYZImage, luminance_scale: float) -> XYZImage:
         """Return the picture (rows, columns, 3) times ``luminance_scale``, and grey if the series is.
@@ -111,7 +114,9 @@ class SparklesSpec(Strict):
     """
 
     times: NonNegativeFloat = 2.0
+    """How many times brighter than its surround a sparkle is."""
     above_cd_m2: NonNegativeFloat = 0.0
+    """How much brighter than its surround a sparkle is at least, in cd/m²."""
 
     @model_validator(mode="after")
     def _asks(self) -> Self:

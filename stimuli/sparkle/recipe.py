@@ -36,7 +36,9 @@ class SpectrumSpec(Strict):
     """Values at rising wavelengths: straight lines between, the first and the last value beyond."""
 
     nm: Annotated[tuple[PositiveFloat, ...], Field(min_length=2, max_length=1000)]
+    """Wavelengths in nm, rising."""
     values: tuple[NonNegativeFloat, ...]
+    """The value at each wavelength."""
 
     @model_validator(mode="after")
     def _pairs(self) -> SpectrumSpec:
@@ -68,9 +70,13 @@ class ClustersSpec(Strict):
     """Conglomerates: the share of flakes in them, how many each holds, how wide it is, how far it tilts as a whole."""
 
     share: Share
+    """The share of flakes that lie in clusters."""
     flakes: Annotated[float, Field(ge=1, le=1e6)]
+    """How many flakes a cluster holds."""
     radius_mm: Annotated[float, Field(gt=0, le=100)]
+    """How wide a cluster is, in mm."""
     tilt_sd_deg: Annotated[float, Field(ge=0, le=60)] = 0.0
+    """How far clusters tilt as a whole: a standard deviation in degrees."""
 
     def clusters(self) -> Clusters:
         """Return the conglomerates."""
@@ -86,18 +92,31 @@ class FlakesSpec(Strict):
     """
 
     per_mm2: NonNegativeFloat
+    """How many flakes there are to a mm²."""
     diameter_median_um: PositiveFloat
+    """The median diameter of the flakes, in µm."""
     diameter_spread: NonNegativeFloat
+    """The spread of the logarithm of the diameters."""
     diameter_range_um: tuple[PositiveFloat, PositiveFloat]
+    """The smallest and the largest diameter, in µm."""
     depth_max_um: NonNegativeFloat
+    """How deep flakes lie at most, in µm."""
     tilt_sd_deg: Annotated[float, Field(gt=0, le=60)]
+    """How far flakes tilt: a standard deviation in degrees."""
     lobe_sd_deg: Annotated[float, Field(gt=0, le=20)]
+    """How wide the reflection is: a standard deviation in degrees."""
     reflectance: Share
+    """The share of light that is reflected, from 0 to 1."""
     chromaticity_xy: Chromaticity | None = None
+    """The chromaticity x, y of the light."""
     spectrum: ShareSpectrum | None = None
+    """A spectrum in place of a chromaticity."""
     diffraction: bool = False
+    """Whether diffraction widens the reflections of small flakes."""
     rim_um: NonNegativeFloat = 0.0
+    """The rim of a flake that scatters its light, in µm."""
     clusters: ClustersSpec | None = None
+    """Flakes that lie in clusters."""
 
     @model_validator(mode="after")
     def _one_colour(self) -> FlakesSpec:
@@ -117,17 +136,24 @@ class FlopSpec(Strict):
     """The shine of the base, which darkens away from the lamp's mirror direction; by default in the flakes' colour."""
 
     reflectance: Share
+    """The share of light that is reflected, from 0 to 1."""
     lobe_sd_deg: Annotated[float, Field(ge=2, le=45)] = 12.0
+    """How wide the reflection is: a standard deviation in degrees."""
     chromaticity_xy: Chromaticity | None = None
+    """The chromaticity x, y of the light."""
 
 
 class BaseSpec(Strict):
     """The base between the flakes: matt, and with a ``flop`` if it shines; ``spectrum`` multiplies ``reflectance``."""
 
     reflectance: Share
+    """The share of light that is reflected, from 0 to 1."""
     chromaticity_xy: Chromaticity | None = None
+    """The chromaticity x, y of the light."""
     spectrum: ShareSpectrum | None = None
+    """A spectrum in place of a chromaticity."""
     flop: FlopSpec | None = None
+    """The shine of the base."""
 
     @model_validator(mode="after")
     def _one_colour(self) -> BaseSpec:
@@ -140,10 +166,15 @@ class PlateSpec(Strict):
     """The painted plate."""
 
     size_mm: tuple[PositiveFloat, PositiveFloat]
+    """Width and height of the plate, in mm."""
     coat_refractive_index: Annotated[float, Field(ge=1, le=4)]
+    """The refractive index of the clear coat."""
     coat_extinction_per_mm: NonNegativeFloat = 0.0
+    """How much light the coat takes, per mm."""
     flakes: FlakesSpec
+    """The flakes."""
     base: BaseSpec
+    """The base between the flakes."""
 
     def plate(self) -> Plate:
         """Return the plate."""
@@ -184,14 +215,23 @@ class LampSpec(Strict):
     """
 
     illuminance_lx: NonNegativeFloat
+    """The illuminance on the plate, in lx."""
     chromaticity_xy: Chromaticity | None = None
+    """The chromaticity x, y of the light."""
     temperature_K: Annotated[float, Field(ge=1000, le=25000)] | None = None
+    """The temperature of a black body of the lamp's colour, in K."""
     spectrum: SpectrumSpec | None = None
+    """The lamp's spectrum."""
     zenith_deg: Annotated[float, Field(ge=0, lt=90)]
+    """The lamp's angle from the plate's normal, in degrees."""
     azimuth_deg: float = 90.0
+    """The lamp's direction about the normal, in degrees from the right; 90 is above."""
     angular_radius_deg: Annotated[float, Field(ge=0, le=20)]
+    """The lamp's radius as seen from the plate, in degrees."""
     distance_mm: Annotated[float, Field(ge=10)] | None = None
+    """The lamp's distance from the plate's middle, in mm; left out, it is far."""
     beam_angle_deg: Annotated[float, Field(ge=5, le=170)] | None = None
+    """The angle of the lamp's beam, in degrees."""
 
     @model_validator(mode="after")
     def _one_light(self) -> LampSpec:
@@ -237,7 +277,9 @@ class NoiseSpec(Strict):
     """The sensor's noise: electrons in a full channel, at the sensitivity used, and electrons of read noise."""
 
     full_well_electrons: Annotated[float, Field(ge=10, le=1e7)]
+    """Electrons in a full channel."""
     read_noise_electrons: NonNegativeFloat
+    """Electrons of read noise."""
 
     def noise(self) -> Noise:
         """Return the noise."""
@@ -248,13 +290,21 @@ class CameraSpec(Strict):
     """The camera, moved sideways between the views. ``pupil_mm`` adds the spread of an eye's optics, 2 to 6 mm."""
 
     distance_mm: PositiveFloat
+    """The camera's distance from the plate, in mm."""
     interpupillary_distance_mm: NonNegativeFloat
+    """How far the camera moves sideways between the views, in mm."""
     resolution_px_per_mm: PositiveFloat
+    """How many pixels there are to a mm of the plate."""
     point_spread_sd_px: Annotated[float, Field(gt=0, le=20)]
+    """The standard deviation of the lens's blur, in pixels."""
     full_well_cd_s_m2: PositiveFloat
+    """The light that fills the sensor, in cd·s/m²."""
     raw_from_XYZ: tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
+    """The matrix from XYZ to the sensor's channels, three rows of three."""
     pupil_mm: Annotated[float, Field(ge=2, le=6)] | None = None
+    """The diameter of an eye's pupil whose optics are added, in mm."""
     noise: NoiseSpec | None = None
+    """The sensor's noise; left out, there is none."""
 
     @model_validator(mode="after")
     def _full_is_light(self) -> CameraSpec:

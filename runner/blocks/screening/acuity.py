@@ -53,10 +53,15 @@ class NearAcuitySpec(VisionTestSpec):
     """Landolt rings; ``levels_logmar`` are logarithms of the gap in minutes of arc."""
 
     test: Literal["near_acuity"]
+    """Which vision test this is."""
     repeats: Repeats = 5
+    """How many times each level is shown."""
     required: Repeats = 4
+    """How many right answers of a level pass it."""
     pass_logmar: LogMAR = 0.2
+    """The size in logMAR that must be seen to pass."""
     levels_logmar: Sizes = (0.6, 0.5, 0.4, 0.3, 0.2, 0.1, 0.0, -0.1)
+    """The sizes in logMAR that are shown, from large to small."""
 
     def make(self, screen: Screen, seed: str) -> VisionTest:
         """Return the test; sizes that the screen cannot show are left out, and its ``facts`` say which.
@@ -148,9 +153,13 @@ class StereoAcuitySpec(VisionTestSpec):
     """Random-dot stereograms; ``levels_arcsec`` from coarse to fine, the pass mark among them in any case."""
 
     test: Literal["stereo_acuity"]
+    """Which vision test this is."""
     pass_arcsec: PositiveFloat = 140.0
+    """The disparity in arcsec that must be seen to pass."""
     levels_arcsec: Levels = (600.0, 400.0, 280.0, 200.0, 140.0, 100.0, 70.0, 50.0)
+    """The disparities in arcsec that are shown, from large to small."""
     depth: Depth = "both"
+    """Whether the square lies in front (crossed), behind (uncrossed), or both in turn."""
 
     def make(self, screen: Screen, seed: str) -> VisionTest:
         """Return the test; levels that the screen cannot show are left out, and its ``facts`` say which.

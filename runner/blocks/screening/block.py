@@ -209,9 +209,13 @@ class ScreeningSpec(BlockSpec):
     """Vision tests, in order; with ``on_fail: stop`` the session ends after the first that is failed."""
 
     kind: Literal["screening"]
+    """Which kind of entry this is; it decides which other keys there are."""
     tests: Annotated[list[AnyTestSpec], Field(min_length=1)]
+    """The vision tests, in their order."""
     on_fail: Literal["continue", "stop"] = "continue"
+    """Whether the session continues or stops after a failed test."""
     stop_words: Words = STOP_WORDS
+    """What is said where the session stops."""
 
     @model_validator(mode="after")
     def _each_once(self) -> ScreeningSpec:

@@ -33,10 +33,15 @@ class ColourVisionSpec(VisionTestSpec):
     """Rings of dots on the confusion lines of ``axes``; levels are distances in CIE 1976 u'v'."""
 
     test: Literal["colour_vision"]
+    """Which vision test this is."""
     pass_delta_uv: PositiveFloat = 0.02
+    """The distance in u'v' that must be seen to pass."""
     levels_delta_uv: Levels = (0.05, 0.03, 0.02)
+    """The distances in u'v' that are shown, from large to small."""
     axes: Annotated[tuple[Axis, ...], Field(min_length=1)] = AXES
+    """The confusion lines that are tested."""
     controls: Annotated[int, Field(ge=0, le=20)] = 3
+    """How many plates that everyone sees are mixed in."""
 
     def make(self, screen: Screen, seed: str) -> VisionTest:
         """Return the test; levels outside the display's gamut are left out, and its ``facts`` say which.

@@ -190,7 +190,9 @@ class VisionTestSpec(Strict):
     """A test; a level is passed by ``required`` right answers of ``repeats``, and the first failed ends a series."""
 
     repeats: Repeats = 4
+    """How many times each level is shown."""
     required: Repeats = 3
+    """How many right answers of a level pass it."""
 
     @model_validator(mode="after")
     def _possible(self) -> VisionTestSpec:
