@@ -10,6 +10,7 @@ from typing import TypeAlias
 import moderngl
 
 from devices.compensation import Rectangle
+from devices.display import Eye
 from runner.presenter.ground import Inks
 from runner.presenter.modes.mode import EyeArea, Weave
 from runner.presenter.scene import Box, Picture, Scene, Text
@@ -29,10 +30,10 @@ Step: TypeAlias = Callable[[moderngl.Framebuffer], None]
 
 @dataclass(frozen=True, slots=True)
 class BufferPlan:
-    """What to draw in a buffer, in order, and whether to clear it first."""
+    """What to draw in a buffer, in order, and the codes that fill it first; None if pictures cover it."""
 
     buffer: Buffer
-    clear: bool
+    clear: tuple[float, float, float] | None
     steps: tuple[Step, ...]
 
 
@@ -67,8 +68,11 @@ class Drawing:
         buffers = (
             BufferPlan(
                 buffer,
-                clear=not self._covered(own, scene, pictures),
-                steps=tuple(step for area in own for step in self._steps(scene, area, pictures)),
+                clear=None if self._covered(own, scene, pictures) else self._background(own),
+                steps=(
+                    *self._backgrounds(own),
+                    *(step for area in own for step in self._steps(scene, area, pictures)),
+                ),
             )
             for buffer, own in _by_buffer(areas, stereo=self.surface.stereo).items()
         )
@@ -78,16 +82,14 @@ class Drawing:
         """Draw a frame as planned, the photodiode's square ``lit`` or black."""
         for own in plan.buffers:
             target = self.surface.target(own.buffer)
-            if own.clear:
-                target.clear(viewport=(0, 0, *self.surface.size_px))
+            if own.clear is not None:
+                target.clear(*own.clear, viewport=(0, 0, *self.surface.size_px))
             for step in own.steps:
                 step(target)
             if plan.square is not None:
                 self.painter.fill(target, plan.square, WHITE if lit else BLACK)
 
     def _steps(self, scene: Scene, area: EyeArea, pictures: Mapping[Picture, PictureCodes]) -> Iterator[Step]:
-        if self.inks is not None and self.inks.ground.background is not None:
-            yield partial(self._background, area=area)
         for item in scene.items:
             if isinstance(item, Picture):
                 codes = pictures[item].eye(area.eyes[0])
@@ -100,8 +102,35 @@ class Drawing:
             yield partial(self.painter.fill, place=line, codes=BLACK)
             yield partial(self.painter.fill, place=area.sync_line, codes=BLUE)
 
-    def _background(self, target: moderngl.Framebuffer, area: EyeArea) -> None:
-        """Fill an eye's own pixels with plain words that have no letters: ink of share 0 is the background."""
+    def _background(self, areas: Sequence[EyeArea]) -> tuple[float, float, float]:
+        """Return the codes of the background that all ``areas`` of a buffer share; else black."""
+        codes = {self._codes[area.eyes[0]] for area in areas} if self._codes else set()
+        return codes.pop() if len(codes) == 1 else BLACK
+
+    def _backgrounds(self, areas: Sequence[EyeArea]) -> Iterator[Step]:
+        """Yield what fills each eye's pixels where the eyes' backgrounds differ.
+
+        Whole areas are filled at once; of pixels that are woven, the second eye's are drawn one by one.
+        """
+        if not self._codes or len({self._codes[area.eyes[0]] for area in areas}) == 1:
+            return
+        filled: set[Rectangle] = set()
+        for area in areas:
+            if area.rectangle in filled:
+                yield partial(self._cover, area=area)
+            else:
+                yield partial(self.painter.fill, place=area.rectangle, codes=self._codes[area.eyes[0]])
+            filled.add(area.rectangle)
+
+    @property
+    def _codes(self) -> Mapping[Eye, tuple[float, float, float]]:
+        """The background's codes for each eye; none where it is black."""
+        if self.inks is None or self.inks.ground.background is None:
+            return {}
+        return {eye: (float(r), float(g), float(b)) for eye, (r, g, b) in self.inks.background().items()}
+
+    def _cover(self, target: moderngl.Framebuffer, area: EyeArea) -> None:
+        """Fill an eye's own pixels as words would that have no letters: ink of share 0 is the background."""
         self.painter.cover(target, self.words.whole(), self.words.ink(area.eyes[0], 0.0), area)
 
     def _covered(self, areas: Sequence[EyeArea], scene: Scene, pictures: Mapping[Picture, PictureCodes]) -> bool:

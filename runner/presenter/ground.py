@@ -86,7 +86,7 @@ class Inks:
 
     def background(self) -> dict[Eye, Floats]:
         """Return the background's codes (3,) for each eye; one picture for both where the mode mixes the views."""
-        return self._codes({eye: light[np.newaxis] for eye, light in self.ground.shown_XYZ_cd_m2(self._of).items()})
+        return self._codes(self.ground.shown_XYZ_cd_m2(self._of))
 
     def ramp(self, eye: Eye, luminance_share: float) -> Floats:
         """Return what to add (256, 3) for 0 to 255 parts of an item that covers the background's codes in part.
