@@ -1,0 +1,54 @@
+"""Sessions that forgive, at their edges: hundreds of observers to name, a day of intervals, desktops of any shape."""
+
+from __future__ import annotations
+
+import random
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from analysis.records.session_record import Header, Trial
+from runner.errors import SessionError
+from runner.presenter.counters import IntervalSummary
+from runner.presenter.surfaces.screens import NOT_READ, Monitor, place_two_windows, place_window
+from runner.session.folders import Recorder, observer_folder, to_resume
+
+pytestmark = pytest.mark.stress
+HEADER = Header("e", "01", "s", "2026-01-01T00:00:00.000+00:00", 0, "Which?", True, (), {}, {}, {}, {}, {})
+
+
+def test_resuming_nothing_beside_four_hundred_unfinished_sessions_names_some_of_them_soon(tmp_path: Path) -> None:
+    for number in range(400):
+        name = f"{number:03d}"
+        folder = observer_folder(tmp_path, "e", name) / "ses-20260101T000000abcd"
+        with Recorder.create(folder, replace(HEADER, observer=name)) as recorder:
+            recorder.append(Trial(0, 0, "all_pairs", (("up", 1.0),), 1.0, "2026-01-01T00:00:01.000+00:00"))
+    began_s = time.monotonic()
+    with pytest.raises(SessionError) as told:
+        to_resume(tmp_path, "e", "nobody")
+    assert time.monotonic() - began_s < 5.0
+    assert "000 (1 answer), 001 (1 answer)" in str(told.value)
+    assert ", ..." in str(told.value)
+    assert len(str(told.value)) < 1000
+
+
+def test_a_day_of_intervals_is_counted_to_the_frame() -> None:
+    draw = random.Random(5)
+    refreshes = [1 if draw.random() < 0.999 else draw.randint(2, 6000) for _ in range(1_000_000)]
+    intervals = [1000.0 * (each + draw.gauss(0.0, 0.02)) / 119.88 for each in refreshes]
+    for refresh_hz in (None, 119.0, 120.0):
+        summary = IntervalSummary.of(intervals, refresh_hz)
+        assert summary.late == sum(each > 1 for each in refreshes)
+        assert summary.missed == pytest.approx(sum(refreshes) - len(refreshes), rel=1e-4)  # the median is not exact
+
+
+def test_sixteen_monitors_of_one_size_are_told_apart_by_number() -> None:
+    there = tuple(Monitor("wall", (1920, 1080), 60.0, NOT_READ, (1920 * n, 0), number=n + 1) for n in range(16))
+    for number in range(1, 17):
+        assert place_window((1920, 1080), there, (str(number),)).monitors[0].number == number
+    assert [each.number for each in place_two_windows((1920, 1080), there, ("16", "2")).monitors] == [16, 2]
+    whole = place_window((16 * 1920, 1080), there)
+    assert (whole.full_screen, whole.too_large) == (False, False)
+    assert place_window((16 * 1920 + 1, 1080), there).too_large
