@@ -56,3 +56,23 @@ def test_planted_readings_are_found_and_no_others(kind: str) -> None:
             extra += len(wrong - rows)
     assert found >= 0.95 * to_find
     assert extra <= 1
+
+
+@pytest.mark.parametrize("anchor", [0, 26, 52, 78], ids=["black", "red", "green", "blue"])
+@pytest.mark.parametrize("display", ["S-shaped", "additive"])
+def test_black_and_primaries_go_only_where_all_else_contradicts_them(display: str, anchor: int) -> None:
+    XYZ = noisy(DISPLAYS[display](CODES), 0.002, 1)
+    XYZ[anchor] = XYZ[119] if anchor == 0 else 0.3 * XYZ[anchor]
+    found = screen(CODES, XYZ, 1)
+    assert anchor in np.flatnonzero(found.wrong)
+    assert found.wrong.sum() <= 2
+
+
+@pytest.mark.parametrize("display", DISPLAYS)
+def test_a_reading_off_by_a_fifth_and_swapped_rows_are_found_and_no_others(display: str) -> None:
+    off = noisy(DISPLAYS[display](CODES), 0.002, 1)
+    off[49] *= 0.8
+    assert np.flatnonzero(screen(CODES, off, 1).wrong).tolist() == [49]
+    swapped = noisy(DISPLAYS[display](CODES), 0.002, 2)
+    swapped[[18, 70]] = swapped[[70, 18]]
+    assert np.flatnonzero(screen(CODES, swapped, 1).wrong).tolist() == [18, 70]

@@ -46,31 +46,29 @@ DISPLAYS: dict[str, Callable[[Floats], Floats]] = {
 }
 
 
+# Every fault on every display, more noise and other seeds: tests/stress.
 @pytest.mark.parametrize("display", DISPLAYS)
-@pytest.mark.parametrize("noise", [0.002, 0.005])
-def test_a_clean_display_loses_no_reading(display: str, noise: float) -> None:
-    for seed in range(2):
-        assert not screen(CODES, noisy(DISPLAYS[display](CODES), noise, seed), 1).wrong.any()
+def test_a_clean_display_loses_no_reading(display: str) -> None:
+    assert not screen(CODES, noisy(DISPLAYS[display](CODES), 0.002, 0), 1).wrong.any()
 
 
-@pytest.mark.parametrize("display", DISPLAYS)
+@pytest.mark.parametrize("display", ["PLVC", "additive"])
 def test_one_reading_off_by_a_fifth_is_found_and_no_other(display: str) -> None:
     XYZ = noisy(DISPLAYS[display](CODES), 0.002, 1)
     XYZ[49] *= 0.8
     assert np.flatnonzero(screen(CODES, XYZ, 1).wrong).tolist() == [49]
 
 
-@pytest.mark.parametrize("display", DISPLAYS)
+@pytest.mark.parametrize("display", ["steeply S-shaped", "interaction"])
 def test_swapped_rows_are_found_and_no_other(display: str) -> None:
     XYZ = noisy(DISPLAYS[display](CODES), 0.002, 2)
     XYZ[[18, 70]] = XYZ[[70, 18]]
     assert np.flatnonzero(screen(CODES, XYZ, 1).wrong).tolist() == [18, 70]
 
 
-@pytest.mark.parametrize("display", ["S-shaped", "interaction", "additive"])
-def test_the_reading_of_the_patch_before_is_found_and_no_other(display: str) -> None:
+def test_the_reading_of_the_patch_before_is_found_and_no_other() -> None:
     codes = CODES[np.random.default_rng(7).permutation(len(CODES))]
-    XYZ = noisy(DISPLAYS[display](codes), 0.002, 3)
+    XYZ = noisy(DISPLAYS["S-shaped"](codes), 0.002, 3)
     XYZ[60] = XYZ[59]
     assert np.flatnonzero(screen(codes, XYZ, 1).wrong).tolist() == [60]
 
@@ -89,14 +87,13 @@ def test_what_a_repeat_contradicts_goes() -> None:
     assert np.flatnonzero(screen(codes, XYZ, 1).wrong).tolist() == [49]
 
 
-@pytest.mark.parametrize("anchor", [0, 26, 52, 78], ids=["black", "red", "green", "blue"])
-def test_black_and_primaries_go_only_where_all_else_contradicts_them(anchor: int) -> None:
-    for display in ("S-shaped", "additive"):
-        XYZ = noisy(DISPLAYS[display](CODES), 0.002, 1)
-        XYZ[anchor] = XYZ[119] if anchor == 0 else 0.3 * XYZ[anchor]
-        found = screen(CODES, XYZ, 1)
-        assert anchor in np.flatnonzero(found.wrong)
-        assert found.wrong.sum() <= 2
+@pytest.mark.parametrize(("anchor", "display"), [(0, "additive"), (26, "S-shaped"), (78, "additive")])
+def test_black_and_primaries_go_only_where_all_else_contradicts_them(anchor: int, display: str) -> None:
+    XYZ = noisy(DISPLAYS[display](CODES), 0.002, 1)
+    XYZ[anchor] = XYZ[119] if anchor == 0 else 0.3 * XYZ[anchor]
+    found = screen(CODES, XYZ, 1)
+    assert anchor in np.flatnonzero(found.wrong)
+    assert found.wrong.sum() <= 2
 
 
 def test_a_fifth_of_wrong_readings_is_found_to_the_last() -> None:
