@@ -157,7 +157,7 @@ def test_nothing_is_computed_that_the_scene_does_not_need(demo: tuple[dict[str, 
 
 
 def test_doctor_finds_the_packages_where_they_are_installed(installed: Installed, tmp_path: Path) -> None:
-    git = ["git", "-C", str(installed.packages), "-c", "user.name=A", "-c", "user.email=a@example.org"]
+    git = ["git", "-C", str(installed.program.parents[1]), "-c", "user.name=A", "-c", "user.email=a@example.org"]
     for words in (["init", "--quiet"], ["commit", "--quiet", "--allow-empty", "-m", "of a study"]):
         subprocess.run([*git, *words], check=True)
     report = json.loads(installed.run(tmp_path, "doctor", "--json", of_module=True))
@@ -170,6 +170,13 @@ def test_doctor_finds_the_packages_where_they_are_installed(installed: Installed
 def test_schema_and_help_need_no_checkout(installed: Installed, tmp_path: Path) -> None:
     assert json.loads(installed.run(tmp_path, "schema", "experiment"))["title"] == "ExperimentSpec"
     assert installed.run(tmp_path, "--help", of_module=True) == installed.run(tmp_path, "--help")
+
+
+def test_a_shipped_experiment_is_copied_and_checked(installed: Installed, tmp_path: Path) -> None:
+    """As the pages say it: `new --from`, then `check` on what was written."""
+    installed.run(tmp_path, "new", "--from", "dynamic_range", "mine")
+    check = ("check", "mine/experiments/dynamic_range.yaml", "--no-screen", "--no-pictures", "--json")
+    assert json.loads(installed.run(tmp_path, *check))[0]["trials"] == 45
 
 
 def test_every_shipped_experiment_can_be_copied_and_checked(installed: Installed, tmp_path: Path) -> None:

@@ -91,7 +91,7 @@ def test_a_rig_and_its_display_must_be_of_one_observer(tmp_path: Path) -> None:
         read_rig(rig)
     assert len(caught.value.findings) == 1
     rig.write_text(text + "observer: CIE 1976\n")
-    with pytest.raises(InputError, match=r"r.yaml:5:11: .*there is no colorimetric observer 'CIE 1976'"):
+    with pytest.raises(InputError, match=r"r.yaml:5:11: 'observer' is 'CIE 1976' .did you mean 'CIE 1964 10'"):
         read_rig(rig)
 
 
