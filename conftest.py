@@ -58,6 +58,7 @@ _WHOLE: Mapping[str, Callable[[Any], Any]] = {
     "keys": lambda part: {**_EXPERIMENT, **part},
     "psychometric": lambda part: {**_OBSERVERS, **part},
     "mode_options": lambda part: {**_RIG, **part},
+    "monitor": lambda part: {**_RIG, **part},
     "photodiode_verification": lambda part: {**_RIG, **part},
     "curve": lambda part: {**_DISPLAY, "modes": {"quad-buffered": {**_MODE, **part}}},
     "quad-buffered": lambda part: {**_DISPLAY, "modes": {name: {**_MODE, **mode} for name, mode in part.items()}},
