@@ -142,8 +142,8 @@ def copy_experiment(experiment: str | Path, folder: str | Path) -> CopiedExperim
     top = os.path.commonpath([file.parent for file in files])
 
     def place(file: str | Path) -> Path:
-        inside = os.path.relpath(os.path.abspath(file), top)
-        return Path(file) if inside.startswith(os.pardir) else folder / inside
+        whole = Path(os.path.abspath(file))
+        return folder / whole.relative_to(top) if whole in files else Path(file)
 
     with whole_folder(folder) as draft:
         for file in files:
@@ -164,8 +164,11 @@ def _files(experiment: Experiment) -> Iterator[Path]:
     rig, recipe = Path(experiment.rig.file), experiment.recipe_file
     of_rig = read_yaml(rig).data
     named = [(experiment.file, experiment.spec.rig), (experiment.file, experiment.spec.stimuli)]
-    named += [(rig, of_rig[key]) for key in ("display", "photodiode_verification") if isinstance(of_rig.get(key), str)]
-    named += [(recipe, name) for name in read_recipe(recipe)[0].inputs()]
+    if not Path(experiment.spec.rig).is_absolute():
+        keys = ("display", "photodiode_verification")
+        named += [(rig, of_rig[key]) for key in keys if isinstance(of_rig.get(key), str)]
+    if not Path(experiment.spec.stimuli).is_absolute():
+        named += [(recipe, name) for name in read_recipe(recipe)[0].inputs()]
     yield experiment.file
     for file, name in named:
         if not Path(name).is_absolute():

@@ -84,16 +84,17 @@ def test_a_folder_that_cannot_be_written_is_not_in_the_way(tmp_path: Path) -> No
     assert cache.find(DEPENDS) is None
 
 
-@pytest.mark.parametrize("refused", ["replace", "write_bytes"])
+@pytest.mark.parametrize("refused", ["os.replace", "Path.write_bytes"])
 def test_a_full_disk_is_not_in_the_way_and_nothing_is_left_of_the_attempt(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, refused: str
 ) -> None:
     def fail(path: Path, *_: object) -> None:
-        if refused == "write_bytes":
+        if refused == "Path.write_bytes":
             path.touch()  # the disk took the name, and nothing of the content
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(Path, refused, fail)
+    owner, _, name = refused.partition(".")
+    monkeypatch.setattr({"os": os, "Path": Path}[owner], name, fail)
     assert not CostCache(tmp_path).keep(DEPENDS, COST)
     assert not list(tmp_path.iterdir())
 
