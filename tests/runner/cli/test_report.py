@@ -124,6 +124,20 @@ def test_tables_and_pdf_are_written_beside_the_page(results: Path, tmp_path: Pat
     assert head == ("stimulus,class,score,log10_score,log10_score_low,log10_score_high,se_nats,wins,comparisons")
 
 
+def test_figures_are_written_and_not_replaced_unasked(results: Path, tmp_path: Path) -> None:
+    figures = tmp_path / "figures"
+    done = run(results, "--figures", figures)
+    assert done.exit_code == 0, done.output
+    assert f"Its figures: {figures}" in done.output
+    names = {file.name for file in figures.iterdir()}
+    assert {"scores.svg", "scores.pdf", "classes.svg", "classes.pdf"} <= names
+    again = run(results, "--figures", figures)
+    assert again.exit_code != 0
+    assert "--replace" in str(again.exception)
+    assert run(results, "--figures", figures, "--replace").exit_code == 0
+    assert "--replace goes with --figures" in run(results, "--replace").output
+
+
 def test_printed_pages_keep_headings_with_what_follows_and_tables_whole(tmp_path: Path) -> None:
     if find_browser() is None:
         pytest.skip("no Chromium is installed: nothing is printed")
