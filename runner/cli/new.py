@@ -127,7 +127,7 @@ def _write(folder: Path, pictures: tuple[Path, ...], options: StudyOptions, as_j
     with _writing(folder), progress_bar(quiet=as_json or not sys.stderr.isatty()) as step:
         made = new_study(folder, pictures, options, progress=step)
     if as_json:
-        click.echo(json.dumps(made.to_json(), ensure_ascii=False))
+        click.echo(json.dumps(made.to_json()))
         return
     about = f"{counted(made.pictures, 'picture', 'pictures')}, {counted(made.trials, 'trial', 'trials')}"
     minutes = counted(max(1, round(made.minutes)), "minute", "minutes")
@@ -154,7 +154,7 @@ def _copy(name: str, folder: Path, as_json: bool) -> None:
     with _writing(folder):
         copied = copy_shipped(name, folder)
     if as_json:
-        click.echo(json.dumps(copied.to_json(), ensure_ascii=False))
+        click.echo(json.dumps(copied.to_json()))
         return
     click.echo(f"{folder}: a copy of '{name}' with everything that it names.")
     for note in copied.notes:
