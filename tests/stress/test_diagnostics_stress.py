@@ -48,6 +48,14 @@ def test_places_that_warm_up_alike_are_called_different_in_one_of_a_hundred_runs
         assert sum("The places differ" in words for words in runs) <= 9, excess  # more in 1 of 500 at 1 %
 
 
+def test_a_place_that_settles_in_a_third_of_the_time_is_called_different() -> None:
+    alike = (warm_up(places.readings(places.ALIKE, seed, rounds=5)).words for seed in range(60))
+    assert sum("The places differ" in words for words in alike) <= 3
+    one_late = {**places.ALIKE, (2, 1): 1440.0}
+    unlike = (warm_up(places.readings(one_late, seed)).words for seed in range(60))
+    assert sum("The places differ" in words for words in unlike) >= 54
+
+
 def test_a_steady_display_is_rarely_called_still_warming_up() -> None:
     for count in (5, 9, 31):
         blamed = sum(

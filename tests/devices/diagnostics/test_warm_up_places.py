@@ -71,15 +71,15 @@ def test_a_place_that_warms_up_later_is_found_and_named() -> None:
 
 
 def test_how_often_places_are_called_different() -> None:
-    """1 of 100 where they are alike; most where one settles in a third of the time."""
+    """1 of 100 where they are alike; most where one settles in a third of the time. Many more: tests/stress."""
     alike = [
         "The places differ" in warm_up(readings(ALIKE, seed, rounds=rounds)).words
-        for seed in range(60)
+        for seed in range(12)
         for rounds in (5, 9)
     ]
-    assert sum(alike) <= 5
-    unlike = ["The places differ" in warm_up(readings({**ALIKE, (2, 1): 1440.0}, seed)).words for seed in range(20)]
-    assert sum(unlike) >= 18
+    assert sum(alike) <= 1
+    unlike = ["The places differ" in warm_up(readings({**ALIKE, (2, 1): 1440.0}, seed)).words for seed in range(6)]
+    assert sum(unlike) >= 5
 
 
 def test_without_a_change_nothing_differs_and_all_is_stable_from_the_first() -> None:
