@@ -55,7 +55,7 @@ def series_agreement(agreement: SeriesAgreement) -> tuple[Block, ...]:
     notes = [Paragraph(f"({number}) {reason}", small=True) for number, reason in enumerate(reasons, start=1)]
     words = (
         "All coefficients are 1 if the observers agree completely. 0 means agreement as by chance for κ and α, and no "
-        "agreement for W and ICC; p is of the test that there is none."
+        "agreement for W and ICC; p is of the test of no agreement."
     )
     return table, *notes, Paragraph(words, small=True)
 
