@@ -214,7 +214,7 @@ def write_nominal_display(path: Path, spec: NominalSpec, ask_monitor: AskMonitor
     ...     file = Path(folder, "monitor.yaml")
     ...     _ = write_nominal_display(file, NominalSpec(nominal="srgb", white_cd_m2=100, panel=panel))
     ...     read_display(file).nominal.words
-    'sRGB: white 100 cd/m², black 0.1 cd/m², without glasses'
+    'sRGB: white 100 cd/m², black 0.1 cd/m² (assumed), without glasses'
     """
     try:
         panel, panel_from = spec.with_panel(ask_monitor)

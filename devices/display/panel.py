@@ -114,7 +114,7 @@ def panel_of_monitor(monitor: ReportedMonitor) -> PanelSpec:
     Examples
     --------
     >>> panel_of_monitor(ReportedMonitor("DP-1", (1920, 1080), (531, 299), 60.0)).text
-    '1920x1080,0.276635,60,8'
+    '1920x1080,0.276632,60,8'
     """
     reason = _doubt(monitor)
     if reason:
