@@ -128,7 +128,7 @@ def checked(source: YamlSource, model: type[Model]) -> Model:
     >>> checked(parse_yaml("size_mm: 7 cm", "note.yaml"), Note)
     Traceback (most recent call last):
     ...
-    documents.findings.InputError: note.yaml:1:10: 'size_mm' is '7 cm' (write the number alone: size_mm: 7)
+    documents.findings.InputError: note.yaml:1:10: 'size_mm' is '7 cm' (write the number alone: size_mm: 70)
     """
     try:
         return model.model_validate(source.data)
