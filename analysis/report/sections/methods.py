@@ -28,6 +28,8 @@ _DESIGNS = {
     "preference": "chose between the stereo and the flat version of pictures",
 }
 
+_LANGUAGES = {"de": "German", "fr": "French"}
+
 
 def methods_section(
     sessions: Sequence[SessionLog],
@@ -161,7 +163,7 @@ def _design(sessions: Sequence[SessionLog]) -> str:
     done = [words.format(stimuli=stimuli) for kind, words in _DESIGNS.items() if kind in kinds]
     parts = [f"Observers {listed(done)}." if done else ""]
     parts.append(f"They were asked: “{header.question}”" if header.question else "")
-    parts += _pair_design(sessions)
+    parts += [*_interface(header), *_pair_design(sessions)]
     for kind, noun in (("best_of_series", "choice"), ("rating", "stimulus rated"), ("preference", "preference")):
         counts = [sum(trial.kind == kind for trial in session.trials) for session in sessions]
         if any(counts):
@@ -180,6 +182,29 @@ def _design(sessions: Sequence[SessionLog]) -> str:
         parts.append(f"There were {counted(median(breaks), 'break')} in a session (median).")
     parts.append(f"Orders were randomised for each observer (seed {header.seed}).")
     return " ".join(part for part in parts if part)
+
+
+def _interface(header: Header) -> list[str]:
+    """Say the language of the screens, and what the experiment set of their background and text."""
+    parts = []
+    language = header.interface.get("language", "en")
+    if language != "en":
+        parts.append(f"The screens were in {_LANGUAGES.get(language, language)}.")
+    style = header.interface.get("style") or {}
+    for name in ("background", "text"):
+        stated = style.get(name) or {}
+        light = []
+        if stated.get("luminance_cd_m2") is not None:
+            light.append(f"{stated['luminance_cd_m2']:g} cd/m²")
+        if stated.get("share_of_white") is not None:
+            light.append(f"{100 * stated['share_of_white']:g} % of the display's white")
+        if stated.get("xy"):
+            light.append("chromaticity x = {:g}, y = {:g}".format(*stated["xy"]))
+        if stated.get("height_arcmin"):
+            light.append(f"capital letters of {stated['height_arcmin']:g} minutes of arc")
+        if light:
+            parts.append(f"The {name} had {', '.join(light)}.")
+    return parts
 
 
 def _pair_design(sessions: Sequence[SessionLog]) -> list[str]:

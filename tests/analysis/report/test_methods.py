@@ -94,6 +94,16 @@ def test_display_question_and_observers_are_told(make_session: Maker) -> None:
         assert words in text
 
 
+def test_what_the_experiment_set_of_its_screens_is_stated(sessions: list[SessionLog]) -> None:
+    assert "The screens" not in methods(sessions)[0]
+    style = {"background": {"share_of_white": 0.2, "xy": [0.31, 0.33]}, "text": {"height_arcmin": 24}}
+    interface = {"language": "de", "style": style}
+    text, _ = methods([replace(log, header=replace(log.header, interface=interface)) for log in sessions])
+    assert "The screens were in German." in text
+    assert "The background had 20 % of the display's white, chromaticity x = 0.31, y = 0.33." in text
+    assert "The text had capital letters of 24 minutes of arc." in text
+
+
 def test_a_penalised_fit_and_a_learnt_prior_are_told(make_session: Maker) -> None:
     text, works = methods([make_session(names="abc", answers=[("a", "b"), ("a", "c"), ("b", "c"), ("c", "b")])])
     assert "Firth's penalised likelihood" in text
