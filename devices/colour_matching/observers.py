@@ -122,10 +122,8 @@ def canonical_name(name: str) -> str:
         return cie_2006_name(float(match[1]), float(match[2]))
     known = _ALSO.get(plain.removeprefix("cie").replace(" ", ""))
     if known is None:
-        hint = did_you_mean(name, STANDARD_OBSERVERS, "")
-        remedy = (
-            f"{hint} {', '.join(STANDARD_OBSERVERS)}, or CIE 2006 FIELD age AGE, such as CIE 2006 4 age 45".lstrip()
-        )
+        names = f"write {', '.join(STANDARD_OBSERVERS)}, or CIE 2006 FIELD age AGE, such as CIE 2006 4 age 45"
+        remedy = did_you_mean(name, STANDARD_OBSERVERS, names)
         raise DeviceError(Finding(f"there is no colorimetric observer '{name}'", remedy=remedy))
     return known
 

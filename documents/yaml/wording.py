@@ -150,7 +150,9 @@ class _Fault:
         """Return what the model itself says, which is written for people."""
         if isinstance(self.value, dict | list | tuple):
             return self.source.finding(self.path, f"{self._name()}: {self.words}" if self.path else self.words)
-        return self._found(f"is {_short(written(self.value))}", self.words[:1].lower() + self.words[1:])
+        # Not of an abbreviation, such as CIE.
+        words = self.words if self.words[1:2].isupper() else self.words[:1].lower() + self.words[1:]
+        return self._found(f"is {_short(written(self.value))}", words)
 
     def _length(self) -> Finding:
         name = "string" if self.kind.startswith("string") else "array"

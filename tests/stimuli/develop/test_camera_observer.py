@@ -64,7 +64,7 @@ def test_a_camera_file_keeps_its_observer_and_says_nothing_of_1931(tmp_path: Pat
     (tmp_path / "aged.yaml").write_text(text.replace(TEN, "{kind: cie2006, age_years: 45, field_deg: 4}"))
     assert read_camera(tmp_path / "aged.yaml").observer == "CIE 2006 4 age 45"
     (tmp_path / "none.yaml").write_text(text.replace(TEN, "me"))
-    with pytest.raises(InputError, match="there is no colorimetric observer 'me'") as caught:
+    with pytest.raises(InputError, match=r"'observer' is 'me' \(write CIE 1931 2, CIE 1964 10, ") as caught:
         read_camera(tmp_path / "none.yaml")
     assert len(caught.value.findings) == 1
 
