@@ -9,7 +9,8 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "new": (
             "cyclopean new my_study photos/",
-            "cyclopean new my_study left/ right/ --kind rating --mode side-by-side",
+            'cyclopean new my_study left/ right/ --kind rating --question "How natural does it look?"',
+            "cyclopean new my_study scenes/ --kind within-groups --mode side-by-side --panel 1920x1080,0.2768",
             "cyclopean new my_study --from dynamic_range",
         ),
         "check": (

@@ -71,12 +71,6 @@ def command(
     STUDY is the folder to make. PICTURES are files and folders: PNG, JPEG, TIFF, WebP, MPO and JPS. Pairs are found by
     name: plate_L.jpg and plate_R.jpg, or one name in folders left/ and right/. The pictures are copied; they are shown
     pixel for pixel where they fit the screen. Nothing is overwritten.
-
-    \b
-    cyclopean new my_study photos/
-    cyclopean new my_study photos/*.png --kind rating --question "How natural does it look?"
-    cyclopean new my_study scenes/ --kind within-groups --mode side-by-side --panel 1920x1080,0.2768
-    cyclopean new --from dynamic_range my_study
     """
     if as_list:
         _list(as_json)
