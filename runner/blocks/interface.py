@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
-from importlib.resources import files
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal, get_args
 
@@ -34,7 +34,7 @@ PRESSES = (
 @cache
 def words_of(language: Language) -> Mapping[str, str]:
     """Return every word of ``language`` by its name."""
-    source = read_yaml(files("runner.blocks") / "languages" / f"{language}.yaml")  # type: ignore[arg-type]
+    source = read_yaml(Path(__file__).with_name("languages") / f"{language}.yaml")
     words: dict[str, str] = source.data
     return MappingProxyType(words)
 

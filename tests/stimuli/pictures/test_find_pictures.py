@@ -17,7 +17,7 @@ from stimuli.pictures.packing import eye_size_px, named_packing
 
 def save(path: Path, size: tuple[int, int] = (8, 6), **more: object) -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
-    Image.new("RGB", size, (120, 60, 30)).save(path, **more)  # type: ignore[arg-type]
+    Image.new("RGB", size, (120, 60, 30)).save(path, **more)  # type: ignore[arg-type]  # options of any format
     return path
 
 
