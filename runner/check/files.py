@@ -25,6 +25,7 @@ from runner.observers.observer_file import KINDS, ScoredObserverSpec, read_obser
 from runner.presenter.modes.registry import MODES
 from runner.presenter.surfaces.screens import primary_monitor
 from stimuli.comparison import read_regions
+from stimuli.pictures import is_ordinary
 from stimuli.recipes import read_recipe
 
 
@@ -188,6 +189,9 @@ def _other_file(path: Path) -> Finding | None:
         if next(path.rglob(FILE_NAME), None):
             return Finding("this is a folder of results", str(path), remedy=f"report on them: cyclopean report {path}")
         found = sorted(file.name for file in path.glob("*.yaml"))
+        if not found and any(is_ordinary(file) for file in path.rglob("*")):
+            remedy = f"make a study of them: cyclopean new my_study {path}"
+            return Finding("this is a folder of pictures", str(path), remedy=remedy)
         remedy = f"name a file in it, such as {path / found[0]}" if found else "check reads YAML files"
         return Finding("this is a folder", str(path), remedy=remedy)
     what, remedy = "", ""
