@@ -12,7 +12,7 @@ from analysis.bootstrap.replicates import Replicates, resample
 from analysis.bootstrap.stability import Stability, class_stability
 from analysis.classes.multiplicity import Adjust
 from analysis.comparisons.comparisons import Comparisons
-from analysis.report.words import COVARIANCE_WORDS, freedom_words
+from analysis.report.words import COVARIANCE_WORDS
 from analysis.scaling.learnt_prior import Posterior, learnt_posterior
 from analysis.scaling.result import TWO_SIDED_95, CovarianceChoice, CovarianceKind, Fit
 from analysis.scaling.scores import Scores, classes_of, rescored, score
@@ -61,8 +61,7 @@ class Estimate:
         clustered = self.scores.fit.clustered
         if clustered is None:
             return errors
-        free = clustered.pair_freedom
-        return f"{errors}, and Student's t with {freedom_words(free.min(), free.max())} degrees of freedom"
+        return f"{errors}, and Student's t with {clustered.freedom_words}"
 
 
 def estimate_scores(

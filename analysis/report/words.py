@@ -63,12 +63,6 @@ COVARIANCE_WORDS: Mapping[str, str] = {
 }
 
 
-def freedom_words(fewest: float, most: float) -> str:
-    """Return degrees of freedom as "12" or "12 to 18"."""
-    low, high = f"{fewest:.3g}", f"{most:.3g}"
-    return low if low == high else f"{low} to {high}"
-
-
 def key_words(key: object) -> str:
     """Return a key of a header as words, its unit in brackets."""
     words = str(key)

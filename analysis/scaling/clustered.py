@@ -57,6 +57,13 @@ class ByObserver:
         own = self.contributions.degrees_of_freedom(self._pairs, pairs)
         return np.asarray(self.spread.degrees_of_freedom(freedom=own)[0])
 
+    @property
+    def freedom_words(self) -> str:
+        """The pairs' degrees of freedom in words, such as "12 to 18 degrees of freedom"."""
+        low, high = f"{self.pair_freedom.min():.3g}", f"{self.pair_freedom.max():.3g}"
+        words = low if low == high else f"{low} to {high}"
+        return f"{words} degree{'' if words == '1' else 's'} of freedom"
+
     def freedom(self, contrasts: Floats) -> Floats:
         """Return the degrees of freedom of contrasts of the strengths. Shapes (k, n) to (k,)."""
         wide = np.hstack([contrasts, np.zeros((len(contrasts), self._further))])

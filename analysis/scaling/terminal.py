@@ -139,12 +139,10 @@ def summary_lines(scores: Scores) -> list[str]:
 
 
 def _clustered(kind: str, clustered: ByObserver) -> str:
-    free, scale = clustered.pair_freedom, float(clustered.spread.scale[0])
-    low, high = f"{free.min():.3g}", f"{free.max():.3g}"
-    freedom = low if low == high else f"{low} to {high}"
     return (
-        f"standard errors by {clustered.observers} observers, {kind}: the answers vary {scale:.3g} times as much as if "
-        f"all were independent; Student's t with {freedom} degrees of freedom"
+        f"standard errors by {clustered.observers} observers, {kind}: the answers vary "
+        f"{float(clustered.spread.scale[0]):.3g} times as much as if all were independent; Student's t with "
+        f"{clustered.freedom_words}"
     )
 
 
