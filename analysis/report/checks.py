@@ -53,7 +53,7 @@ def _one_scale(compared: Summary | GroupedSummary) -> Iterator[FailedCheck]:
     for name, part in parts:
         fits = part.one_scale
         # Bonferroni's correction for the number of groups.
-        if fits is not None and fits.p < LEVEL / len(parts) and part.estimate.method == "ml":
+        if fits is not None and fits.p < LEVEL / len(parts):
             where = f" of {name}" if name else ""
             yield FailedCheck(
                 f"One scale fits all answers{where}",

@@ -274,7 +274,8 @@ def answered(
 def scale_of(comparisons: Comparisons, fields: AnsweredFields, options: AnalysisOptions) -> Summary:
     """Return the scores of comparisons on one scale, without notes."""
     estimate = estimate_scores(comparisons, **options)
-    fits = one_scale(comparisons, estimate.scores.fit)
+    # A penalised fit of separated answers is drawn to the middle: that answers lie further out is no departure.
+    fits = one_scale(comparisons, estimate.scores.fit) if estimate.method == "ml" else None
     return Summary(scores=estimate.scores, estimate=estimate, one_scale=fits, notes=(), **fields)
 
 

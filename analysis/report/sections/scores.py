@@ -156,7 +156,8 @@ def fit_words(summary: Summary) -> str:
     """Return the goodness of fit in words."""
     fits = summary.one_scale
     if fits is None:
-        return "Not available."
+        penalised = summary.estimate.method != "ml"
+        return "Not tested: a penalised fit or a prior was used." if penalised else "Not available."
     verdict = (
         "The answers depart from a single scale: interpret the scores with care."
         if fits.p < 0.05

@@ -15,6 +15,7 @@ from rich.console import Console
 from analysis.errors import ResultsError
 from analysis.records.session_record import SessionLog
 from analysis.report.report import describe, print_report
+from analysis.report.sections.scores import fit_words
 from analysis.report.summary import summarise, wilson_interval
 
 Maker = Callable[..., SessionLog]
@@ -72,6 +73,8 @@ def test_complete_sessions_of_people_need_no_note(make_session: Maker) -> None:
 def test_an_item_that_always_wins_gets_a_penalised_score_and_a_note(make_session: Maker) -> None:
     summary = summarise([make_session(names="abc", answers=[("a", "b"), ("a", "c"), ("b", "c"), ("c", "b")])])
     assert summary.scores.fit.method == "firth"
+    assert summary.one_scale is None
+    assert fit_words(summary) == "Not tested: a penalised fit or a prior was used."
     assert summary.scores.items[0].name == "a"
     assert any("'a': never lost" in note for note in summary.notes)
 
