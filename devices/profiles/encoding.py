@@ -58,8 +58,8 @@ def profile_encoding(data: bytes, file: str) -> ProfileEncoding:
     >>> from devices.characterise import thesis_display
     >>> from devices.profiles import profile_of_model
     >>> data = profile_of_model(thesis_display(), "The thesis's display").data
-    >>> profile_encoding(data, "plate.png").xyz(np.ones((1, 3)))[0, 1].round(4)
-    np.float64(1.0)
+    >>> float(profile_encoding(data, "plate.png").xyz(np.ones((1, 3)))[0, 1].round(4))
+    1.0
     """
     profile = profile_of(parse_profile_file(data, file))
     matrix = profile.matrix
