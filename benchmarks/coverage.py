@@ -96,13 +96,15 @@ def _decide(cell: tuple[str, str, Design, CovarianceChoice, int]) -> Decisions:
 
 
 def _decision(kind: str, name: str, found: Decisions, studies: int) -> Row:
+    none_true = np.isnan(found.separated)
+    true_ones = "" if none_true else f", {100 * found.separated:.1f} % of true ones come out"
     return {
         "series": f"classes, holm, {kind}",
         "parameter": name,
         "seconds": None,
         "error": abs(found.differences - 0.95),
         "note": f"{studies} studies: {100 * found.false_difference:.1f} ± {100 * found.standard_error:.1f} % report a "
-        f"false difference, {100 * found.separated:.1f} % of true ones come out; 95 % intervals contain "
+        f"false difference{true_ones}; 95 % intervals contain "
         f"{100 * found.differences:.1f} % of differences, {100 * found.log10_scores:.1f} % of log scores",
         "false_difference": found.false_difference,
         "separated": found.separated,
