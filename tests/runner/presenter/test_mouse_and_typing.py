@@ -106,14 +106,14 @@ def test_the_pointer_goes_on_where_the_screen_ends(window: WindowSurface, do: Do
 
 @pytest.mark.window
 def test_a_mouse_that_nobody_sees_or_that_may_not_point_clicks_nothing(window: WindowSurface, do: Do) -> None:
-    do("mousemove_relative", "30", "12", "click", "1")
-    window.poll_keys()
+    do("mousemove_relative", "30", "12", "click", "1", "key", "F3")
+    assert _until(window, "f3") == ["f3"]
     pointer = Pointer((320, 480))
     window.follow_mouse(pointer)
     do("click", "1", "key", "F1")
     assert _until(window, "f1") == ["f1"]
-    do("mousemove_relative", "10", "0")
-    window.poll_keys()
+    do("mousemove_relative", "10", "0", "key", "F4")
+    assert _until(window, "f4") == ["f4"]
     assert pointer.shown
     window.follow_mouse(None)
     do("mousemove_relative", "10", "0", "click", "1", "key", "F2")
