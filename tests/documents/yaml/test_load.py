@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import pytest
-from pydantic import BaseModel, ConfigDict, Field, RootModel
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, RootModel
 
 from devices.camera.camera_file import read_camera
 from devices.display.display_file import read_display
@@ -96,6 +96,19 @@ def test_a_list_whose_entries_are_all_wrong_is_not_called_too_short(tmp_path: Pa
     with pytest.raises(InputError) as caught:
         load_document(path, Names)
     assert [finding.message for finding in caught.value.findings] == ["'names.1.words' is 1"]
+
+
+@pytest.mark.parametrize(("words", "shown"), [("CIE names only", "CIE names only"), ("A name", "a name")])
+def test_words_of_a_model_begin_small_unless_with_an_abbreviation(words: str, shown: str, tmp_path: Path) -> None:
+    def refuse(text: str) -> str:
+        raise ValueError(words)
+
+    class Named(BaseModel):
+        observer: Annotated[str, AfterValidator(refuse)]
+
+    (tmp_path / "file.yaml").write_text("observer: me\n")
+    with pytest.raises(InputError, match=f"'observer' is 'me' \\({shown}\\)"):
+        load_document(tmp_path / "file.yaml", Named, "file")
 
 
 def test_an_empty_list(tmp_path: Path) -> None:
