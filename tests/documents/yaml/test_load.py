@@ -108,7 +108,7 @@ def test_words_of_a_model_begin_small_unless_with_an_abbreviation(words: str, sh
 
     (tmp_path / "file.yaml").write_text("observer: me\n")
     with pytest.raises(InputError, match=f"'observer' is 'me' \\({shown}\\)"):
-        load_document(tmp_path / "file.yaml", Named, "file")
+        load_document(tmp_path / "file.yaml", Named)
 
 
 def test_an_empty_list(tmp_path: Path) -> None:
