@@ -16,7 +16,7 @@ from scipy.special import ndtr
 
 from stimuli.align.homography import mapped
 from stimuli.comparison.registering import align
-from stimuli.comparison.rows import RowFile
+from stimuli.pictures.rows import RowFile
 
 Floats = NDArray[np.float64]
 Floats32 = NDArray[np.float32]

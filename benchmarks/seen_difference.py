@@ -11,8 +11,7 @@ import numpy as np
 from curves import seconds, write
 from numpy.typing import NDArray
 
-from stimuli.comparison import scielab
-from stimuli.comparison.by_pixel import difference_map
+from stimuli.measures import difference_map, scielab
 
 SIZE_PX = (342, 512)
 PIXELS_PER_DEGREE = 178.0  # a camera's 146 pixels per centimetre, seen from 70 cm

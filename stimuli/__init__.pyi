@@ -1,12 +1,12 @@
 from .align.pair import align_pair as align_pair
 from .build.recipe_to_set import build_set as build_set
 from .build.stimulus_set import StimulusSet as StimulusSet
-from .comparison.by_pixel import difference_map as difference_map
 from .comparison.compare import compare_pictures as compare_pictures
 from .comparison.regions_file import read_regions as read_regions
 from .comparison.results import CompareOptions as CompareOptions
 from .develop.photograph import develop_photographs as develop_photographs
 from .luminance.statistics import picture_statistics as picture_statistics
+from .measures.difference_map import difference_map as difference_map
 from .pictures.exr_read import read_exr as read_exr
 from .pictures.exr_write import write_exr as write_exr
 from .pictures.resampling import resample_picture as resample_picture

@@ -10,7 +10,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from stimuli.comparison import CompareOptions, ViewingConditions
+    from stimuli.comparison import CompareOptions
+    from stimuli.measures import ViewingConditions
 
 _MOST_PX = 1e9
 _HOLDS = click.Choice(["xyz", "rec709", "camera-rgb", "spectral"])
@@ -217,7 +218,7 @@ def _viewing(options: dict[str, Any]) -> ViewingConditions | None:
     from pathlib import Path
 
     from runner.presenter.surfaces.screens import primary_monitor
-    from stimuli.comparison import ViewingConditions
+    from stimuli.measures import ViewingConditions
 
     display, rig, distance_mm = options["display"], options["rig"], options["distance_mm"]
     if display and rig:

@@ -1,7 +1,6 @@
 from .by_pixel import HIGHEST as HIGHEST
 from .by_pixel import LONGEST_PX as LONGEST_PX
 from .by_pixel import DifferenceOverview as DifferenceOverview
-from .by_pixel import difference_map as difference_map
 from .by_pixel import summarise as summarise
 from .by_region import compare_regions as compare_regions
 from .compare import compare_pictures as compare_pictures
@@ -16,11 +15,6 @@ from .regions_file import read_regions as read_regions
 from .results import CompareOptions as CompareOptions
 from .results import Comparison as Comparison
 from .results import EyeComparison as EyeComparison
-from .results import ViewingConditions as ViewingConditions
-from .rows import Floats as Floats
-from .rows import Rows as Rows
-from .rows import block_means as block_means
-from .scielab import SeenPicture as SeenPicture
 from .table import RegionRow as RegionRow
 from .table import RegionTable as RegionTable
 from .verdict import Outcome as Outcome

@@ -12,7 +12,7 @@ import numpy as np
 
 from documents.text import json_fields
 from stimuli.align.homography import mapped, warp
-from stimuli.comparison.rows import Floats, Mask, RowFile, RowsDone
+from stimuli.pictures.rows import Floats, Mask, RowFile, RowsDone
 
 # Displacements below this are not worth an interpolation.
 STILL_PX = 0.02

@@ -20,9 +20,9 @@ from documents import Finding
 from stimuli.comparison.areas import AreaMean, area_means
 from stimuli.comparison.regions import Chart, PlacedRegions
 from stimuli.comparison.regions_file import RegionsFile
-from stimuli.comparison.rows import Floats, Mask, Rows, RowsDone, bands
 from stimuli.comparison.table import RegionTable, region_table
 from stimuli.errors import StimulusError
+from stimuli.pictures.rows import Floats, Mask, Rows, RowsDone, bands
 
 Side = Literal["photograph", "rendering"]
 

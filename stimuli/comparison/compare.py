@@ -13,7 +13,7 @@ import numpy as np
 from devices.colour_matching import mixed_observers
 from documents import Finding
 from stimuli.comparison.areas import inside, window
-from stimuli.comparison.by_pixel import difference_map, overview, seen_regions, summarise
+from stimuli.comparison.by_pixel import overview, seen_regions, summarise
 from stimuli.comparison.by_region import ComparedRegions, compare_regions
 from stimuli.comparison.depth import DisparityPair, disparity_pair
 from stimuli.comparison.evidence import Evidence, RegistrationEvidence
@@ -24,11 +24,12 @@ from stimuli.comparison.regions import Region
 from stimuli.comparison.regions_file import RegionsFile, read_regions
 from stimuli.comparison.registering import EyePair, Progress, register_eye
 from stimuli.comparison.results import CompareOptions, Comparison, EyeComparison
-from stimuli.comparison.rows import Floats, Mask, ScaledRows
-from stimuli.comparison.scielab import SeenPicture, remarks_on_observer
 from stimuli.comparison.sparkles import SparkleArea, sparkle_area
 from stimuli.comparison.verdict import Limits, Verdict, together
 from stimuli.errors import StimulusError
+from stimuli.measures import SeenPicture, difference_map
+from stimuli.measures.scielab import remarks_on_observer
+from stimuli.pictures.rows import Floats, Mask, ScaledRows
 
 _MOST_REASONS = 5
 

@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from documents import Finding
 from stimuli.align.homography import mapped, warp
-from stimuli.comparison.rows import Floats, Floats32, RowFile, block_means
 from stimuli.errors import StimulusError
+from stimuli.pictures.rows import Floats, Floats32, RowFile, block_means
 
 # Features are trusted within this; more is another picture size, which resampling by points would alias.
 MOST_SCALE = 1.1

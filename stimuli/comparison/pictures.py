@@ -12,10 +12,10 @@ import numpy as np
 from devices.colour_matching import DEFAULT_OBSERVER
 from documents import Finding, InputError
 from documents.files import looked_for
-from stimuli.comparison.rows import Mask, RowFile, RowsDone, bands
 from stimuli.errors import StimulusError
 from stimuli.pictures.picture_header import is_ordinary
 from stimuli.pictures.picture_input import opened
+from stimuli.pictures.rows import Mask, RowFile, RowsDone, bands
 from stimuli.pictures.stereo_image import XYZImage
 
 if TYPE_CHECKING:

@@ -20,8 +20,8 @@ from stimuli.comparison.regions_file import (
     RectangleSpec,
     RegionsFile,
 )
-from stimuli.comparison.rows import Floats
 from stimuli.errors import StimulusError
+from stimuli.pictures.rows import Floats
 
 Kind = Literal["patch", "rectangle", "polygon", "plate", "cell"]
 Spec = ColorCheckerSpec | RectangleSpec | PolygonSpec | PlateSpec | GridSpec

@@ -32,8 +32,8 @@ from stimuli.comparison.pictures import EyeView
 from stimuli.comparison.regions import PlacedRegions, corner_pairs, place_regions
 from stimuli.comparison.regions_file import RegionsFile
 from stimuli.comparison.results import CompareOptions, RegistrationMode
-from stimuli.comparison.rows import Floats, Mask, RowFile
 from stimuli.errors import StimulusError
+from stimuli.pictures.rows import Floats, Mask, RowFile
 
 # Called with what is being done, how much of it is done, and of how much.
 Progress = Callable[[str, int, int], None]

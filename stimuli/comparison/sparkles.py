@@ -16,7 +16,7 @@ from stimuli.comparison.alignment import Alignment
 from stimuli.comparison.areas import inside, window
 from stimuli.comparison.evidence import SparklePair
 from stimuli.comparison.regions import Region
-from stimuli.comparison.rows import Floats32, Mask, RowFile
+from stimuli.pictures.rows import Floats32, Mask, RowFile
 from stimuli.sparkle.measures.find import Peaks, Threshold
 from stimuli.sparkle.measures.measure import Estimate, SparkleMeasures, measure_sparkles, mutual_nearest
 

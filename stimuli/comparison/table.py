@@ -18,7 +18,7 @@ from documents.text import json_fields
 from stimuli.comparison.areas import AreaMean
 from stimuli.comparison.luminance import LuminanceFactor, LuminanceMode, luminance_factor
 from stimuli.comparison.regions import Kind, Region
-from stimuli.comparison.rows import Floats
+from stimuli.pictures.rows import Floats
 
 Triple = tuple[float, float, float]
 

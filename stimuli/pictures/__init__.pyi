@@ -12,6 +12,9 @@ from .picture_header import is_ordinary as is_ordinary
 from .read import read_picture as read_picture
 from .resampling import resample_picture as resample_picture
 from .resolution import display_resolution as display_resolution
+from .rows import Floats as Floats
+from .rows import Rows as Rows
+from .rows import block_means as block_means
 from .stereo_image import Eye as Eye
 from .stereo_image import StereoImage as StereoImage
 from .stereo_image import XYZImage as XYZImage

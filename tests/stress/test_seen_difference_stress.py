@@ -7,8 +7,9 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from stimuli.comparison.by_pixel import difference_map, summarise
-from stimuli.comparison.scielab import SeenPicture
+from stimuli.comparison.by_pixel import summarise
+from stimuli.measures import difference_map
+from stimuli.measures.scielab import SeenPicture
 from tests.stress.sheet import WHITE, Sheet
 
 pytestmark = pytest.mark.stress

@@ -13,8 +13,8 @@ from devices.colour_matching import DEFAULT_OBSERVER
 from documents import Finding, InputError
 from documents.files import no_file_name, whole_folder
 from documents.text import visible
-from stimuli.comparison import Comparison, Rows
-from stimuli.pictures import StereoImage, write_exr
+from stimuli.comparison import Comparison
+from stimuli.pictures import Rows, StereoImage, write_exr
 
 PICTURES = ("photograph", "rendering")
 _NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,59}")

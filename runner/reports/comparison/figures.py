@@ -19,13 +19,11 @@ from stimuli.comparison import (
     HIGHEST,
     LONGEST_PX,
     DifferenceOverview,
-    Floats,
     Region,
     RegionRow,
     RegionTable,
-    Rows,
-    block_means,
 )
+from stimuli.pictures import Floats, Rows, block_means
 
 MOST_PROFILES = 6
 # The patches of a ColorChecker that its grey scale begins and ends with.

@@ -8,7 +8,8 @@ import pytest
 
 from documents import InputError
 from runner.reports.comparison.report import report_comparison
-from stimuli.comparison.results import CompareOptions, ViewingConditions
+from stimuli.comparison import CompareOptions
+from stimuli.measures import ViewingConditions
 from tests.stimuli.comparison.scenes import PLATE, RIG, spots, written
 
 

@@ -14,7 +14,7 @@ from devices.colour.spaces import XYZ_from_xyY
 from devices.patches.colorchecker import colorchecker_xyY
 from stimuli.comparison.areas import inside, window
 from stimuli.comparison.regions_file import RegionsFile, read_regions
-from stimuli.comparison.rows import Floats
+from stimuli.pictures.rows import Floats
 
 CORNERS = [[40.0, 30.0], [330.0, 44.0], [318.0, 240.0], [28.0, 220.0]]
 SHAPE = (270, 360, 3)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stimuli.comparison import rows
 from stimuli.comparison.areas import area_means, inside
 from stimuli.errors import StimulusError
+from stimuli.pictures import rows
 
 TRIANGLE = np.array([[3.0, 2.0], [60.0, 20.0], [10.0, 70.0]])
 SQUARE = np.array([[0.0, 0.0], [64.0, 0.0], [64.0, 64.0], [0.0, 64.0]])

@@ -9,11 +9,11 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.chart.way_round import WAYS
-from stimuli.comparison import rows
 from stimuli.comparison.by_region import check_charts
 from stimuli.comparison.regions import Chart, place_regions
 from stimuli.comparison.regions_file import RegionsFile
 from stimuli.errors import StimulusError
+from stimuli.pictures import rows
 
 Draw = Callable[..., NDArray[np.float64]]
 Write = Callable[..., RegionsFile]

@@ -12,7 +12,7 @@ from documents import InputError
 from stimuli.comparison.areas import area_means
 from stimuli.comparison.regions import corner_pairs, place_regions
 from stimuli.comparison.regions_file import MOST_AREAS, read_regions
-from stimuli.comparison.scielab import MOST_PIXELS_PER_DEGREE, SeenPicture
+from stimuli.measures.scielab import MOST_PIXELS_PER_DEGREE, SeenPicture
 
 SHAPE = (40, 60, 3)
 

@@ -10,14 +10,15 @@ import numpy as np
 import pytest
 
 from stimuli.comparison.areas import AreaMean
-from stimuli.comparison.by_pixel import DifferenceSummary, difference_map, seen_regions
+from stimuli.comparison.by_pixel import DifferenceSummary, seen_regions
 from stimuli.comparison.evidence import DisparityEvidence, Evidence, RegistrationEvidence, SparklePair
 from stimuli.comparison.judging import judge
 from stimuli.comparison.regions import Region
-from stimuli.comparison.scielab import SeenPicture
 from stimuli.comparison.table import RegionTable, region_table
 from stimuli.comparison.verdict import Limits, Reason, Verdict, together
 from stimuli.errors import StimulusError
+from stimuli.measures import difference_map
+from stimuli.measures.scielab import SeenPicture
 
 WHITE = np.array([96.42, 100.0, 82.49])
 SQUARE = np.array([[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0]])

@@ -14,8 +14,9 @@ from documents import InputError
 from runner.presenter import show_picture
 from runner.protocol import read_experiment
 from stimuli.build import build_set
-from stimuli.comparison import CompareOptions, ReadOptions, ViewingConditions, compare_pictures
+from stimuli.comparison import CompareOptions, ReadOptions, compare_pictures
 from stimuli.errors import StimulusError
+from stimuli.measures import ViewingConditions
 from stimuli.pictures import StereoImage, read_exr, write_exr
 from stimuli.recipes.build_context import DisplaySetup
 from stimuli.spectral import convert_spectral

@@ -23,8 +23,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from devices.colour import WHITE_POINTS_XYZ
 from devices.colour_matching import DEFAULT_OBSERVER
-from stimuli.comparison.rows import Floats32, Rows, bands
 from stimuli.errors import StimulusError
+from stimuli.pictures.rows import Floats32, Rows, bands
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array

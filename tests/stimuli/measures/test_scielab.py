@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from devices.colour.spaces import xyY_from_XYZ
-from stimuli.comparison.by_pixel import difference_map
-from stimuli.comparison.rows import Rows
-from stimuli.comparison.scielab import GAUSSIANS, SeenPicture, opponent_from_xyz
 from stimuli.errors import StimulusError
+from stimuli.measures import difference_map
+from stimuli.measures.scielab import GAUSSIANS, SeenPicture, opponent_from_xyz
+from stimuli.pictures.rows import Rows
 
 WHITE = np.array([96.4, 100.0, 82.5])
 OPPONENT = opponent_from_xyz(WHITE)
@@ -108,7 +108,7 @@ def test_farther_away_is_finer() -> None:
 
 
 def test_rows_are_read_a_few_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stimuli.comparison.rows.BAND_PIXELS", 20 * 30)
+    monkeypatch.setattr("stimuli.pictures.rows.BAND_PIXELS", 20 * 30)
     most = 0
 
     class Counted:

@@ -84,7 +84,7 @@ class RowFile:
 
     def __init__(self, shape: tuple[int, int, int]) -> None:
         self._shape = shape
-        self._file = tempfile.TemporaryFile(prefix="cyclopean-compare-", buffering=0)  # noqa: SIM115  # open as long as this
+        self._file = tempfile.TemporaryFile(prefix="cyclopean-rows-", buffering=0)  # noqa: SIM115  # open as long as this
         weakref.finalize(self, self._file.close)
         self._row_bytes = shape[1] * shape[2] * 4
 

@@ -1,0 +1,14 @@
+from .difference_map import difference_map as difference_map
+from .measure import EyeMeasured as EyeMeasured
+from .measure import MapMeasure as MapMeasure
+from .measure import Measure as Measure
+from .pictures import MeasureRow as MeasureRow
+from .pictures import MeasureTable as MeasureTable
+from .pictures import PicturePair as PicturePair
+from .pictures import measure_pairs as measure_pairs
+from .pictures import measure_pictures as measure_pictures
+from .registry import measure_named as measure_named
+from .registry import measure_names as measure_names
+from .registry import measures_named as measures_named
+from .scielab import SeenPicture as SeenPicture
+from .viewing import ViewingConditions as ViewingConditions

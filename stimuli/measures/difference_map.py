@@ -1,0 +1,61 @@
+"""ΔE00 pixel by pixel; two pictures are read a few rows at a time."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from devices.colour import delta_e_2000, xyz_to_lab
+from stimuli.errors import StimulusError
+from stimuli.pictures.rows import Floats32, Rows, RowsDone, bands
+
+
+def difference_map(photo: Rows, rendering: Rows, white_XYZ: ArrayLike, rows_done: RowsDone | None = None) -> Floats32:
+    """Return ΔE00 between two pictures, pixel by pixel.
+
+    Parameters
+    ----------
+    photo, rendering
+        XYZ in one unit, (height, width, 3) each: arrays, or anything whose rows can be sliced. Light below 0, as a
+        sensor's noise makes it, counts as none.
+    white_XYZ
+        The white of CIELAB, (3,), in the pictures' unit.
+    rows_done
+        Called with how many rows of how many are done.
+
+    Returns
+    -------
+    numpy.ndarray
+        ΔE00, float32, (height, width).
+
+    Raises
+    ------
+    StimulusError
+        If the pictures differ in size, or hold NaN or infinity.
+
+    Examples
+    --------
+    >>> photo = np.full((2, 3, 3), 50.0)
+    >>> difference_map(photo, photo, [95.047, 100.0, 108.883]).tolist()
+    [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
+    """
+    if tuple(photo.shape) != tuple(rendering.shape) or len(photo.shape) != 3 or photo.shape[2] != 3:
+        raise StimulusError(
+            f"the pictures' shapes are {tuple(photo.shape)} and {tuple(rendering.shape)}; "
+            "they must be one (height, width, 3): bring them to one grid first"
+        )
+    height, width = photo.shape[:2]
+    out = np.empty((height, width), dtype=np.float32)
+    bad = 0
+    for band in bands(photo.shape):
+        rows = (photo[band], rendering[band])
+        finite = np.isfinite(rows[0]).all(axis=-1) & np.isfinite(rows[1]).all(axis=-1)
+        bad += finite.size - int(np.count_nonzero(finite))
+        if not bad:
+            first, second = (xyz_to_lab(np.maximum(picture, 0.0), white_XYZ) for picture in rows)
+            out[band] = delta_e_2000(first, second)
+        if rows_done is not None:
+            rows_done(band.stop, height)
+    if bad:
+        raise StimulusError(f"{bad} pixels cannot be compared: one of the pictures holds NaN or infinity there")
+    return out

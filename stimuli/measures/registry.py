@@ -1,0 +1,100 @@
+"""The measures there are, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from documents import did_you_mean
+from stimuli.errors import StimulusError
+from stimuli.measures.colour_measures import DeltaE2000, SCielab
+from stimuli.measures.measure import Measure
+
+# In the order in which they are printed.
+_MEASURES: tuple[Measure, ...] = (DeltaE2000(), SCielab())
+_BY_NAME = {measure.name: measure for measure in _MEASURES}
+
+
+def measure_names(installed_only: bool = False) -> tuple[str, ...]:
+    """Return the names of the measures there are, in the order in which they are printed.
+
+    Parameters
+    ----------
+    installed_only
+        Leave out those whose package is not there.
+
+    Returns
+    -------
+    tuple of str
+        Names for `measure_named`.
+
+    Examples
+    --------
+    >>> "delta-e-2000" in measure_names()
+    True
+    """
+    return tuple(measure.name for measure in _MEASURES if measure.is_installed or not installed_only)
+
+
+def measure_named(name: str) -> Measure:
+    """Return a measure by its name.
+
+    Parameters
+    ----------
+    name
+        One of `measure_names`.
+
+    Returns
+    -------
+    Measure
+        The measure, ready to be used.
+
+    Raises
+    ------
+    StimulusError
+        If there is none of that name, or its package is not installed.
+
+    Examples
+    --------
+    >>> measure_named("s-cielab").better
+    'lower'
+    """
+    measure = _BY_NAME.get(name)
+    if measure is None:
+        raise StimulusError.of(f"there is no measure '{name}'", did_you_mean(name, [*_BY_NAME, "all"]))
+    if not measure.is_installed:
+        raise StimulusError.of(
+            f"the measure '{name}' needs the package {measure.package}, which is not installed",
+            f"pip install '.[{measure.extra}]', or leave out '{name}'",
+        )
+    return measure
+
+
+def measures_named(names: Iterable[str]) -> tuple[Measure, ...]:
+    """Return measures by name, each once.
+
+    Parameters
+    ----------
+    names
+        Names of `measure_names`, each alone or several with commas between; ``all`` stands for those that are
+        installed.
+
+    Returns
+    -------
+    tuple of Measure
+        The measures, in the order in which they are named.
+
+    Raises
+    ------
+    StimulusError
+        If there is none of a name, or its package is not installed.
+
+    Examples
+    --------
+    >>> [measure.title for measure in measures_named(["s-cielab,delta-e-2000"])]
+    ['S-CIELAB', 'ΔE00']
+    """
+    asked = [part.strip() for name in names for part in name.split(",") if part.strip()]
+    if not asked:
+        raise StimulusError.of("no measure is named", f"choose from {', '.join(_BY_NAME)}, or all")
+    every = [one for name in asked for one in (measure_names(installed_only=True) if name == "all" else (name,))]
+    return tuple(measure_named(name) for name in dict.fromkeys(every))

@@ -1,0 +1,90 @@
+"""The room of measures: the table, both eyes, pixels left out, and what cannot be measured."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from stimuli.errors import StimulusError
+from stimuli.measures import PicturePair, ViewingConditions, measure_pairs, measure_pictures, measures_named
+from stimuli.pictures import StereoImage
+
+VIEWING = ViewingConditions(45.0, np.array([95.0, 100.0, 108.9]))
+NAMES = ["delta-e-2000", "s-cielab"]
+
+
+def picture(seed: int = 1) -> NDArray[np.float32]:
+    return np.random.default_rng(seed).uniform(5.0, 60.0, (40, 50, 3)).astype(np.float32)
+
+
+def stereo(left: NDArray[np.float32], right: NDArray[np.float32]) -> StereoImage:
+    return StereoImage(left, right)
+
+
+def test_identical_pictures_have_the_value_of_identical_ones() -> None:
+    table = measure_pictures(picture(), picture(), NAMES, VIEWING)
+    for row in table.rows:
+        assert row.eyes["both"].value == row.measure.identical
+        assert row.binocular is None
+
+
+def test_the_value_for_both_eyes_is_the_mean_of_each() -> None:
+    one, other = picture(1), picture(2)
+    row = measure_pictures(stereo(one, other), stereo(one, 1.1 * other), NAMES, VIEWING)["delta-e-2000"]
+    assert row.eyes["left"].value == 0.0
+    assert row.eyes["right"].value > 0.5
+    assert row.binocular == pytest.approx(row.eyes["right"].value / 2, rel=1e-12)
+
+
+def test_pixels_that_do_not_count_change_nothing() -> None:
+    one, other = picture(1), 1.05 * picture(1)
+    counted = np.ones(one.shape[:2], dtype=bool)
+    counted[:, 30:] = False
+    spoilt = other.copy()
+    spoilt[:, 30:] = 900.0
+    plain = measure_pairs({"both": PicturePair(one, other, counted)}, NAMES, VIEWING)
+    planted = measure_pairs({"both": PicturePair(one, spoilt, counted)}, NAMES, VIEWING)
+    for name in NAMES:
+        assert planted[name].eyes["both"].value == plain[name].eyes["both"].value
+        errors = planted[name].eyes["both"].error_map
+        assert errors is not None
+        assert np.isnan(errors[:, 30:]).all()
+    spoilt[:, 0] = 900.0
+    found = measure_pairs({"both": PicturePair(one, spoilt, counted)}, NAMES, VIEWING)
+    assert found["delta-e-2000"].eyes["both"].value > 1.01 * plain["delta-e-2000"].eyes["both"].value
+
+
+def test_all_stands_for_those_that_are_installed() -> None:
+    names = [measure.name for measure in measures_named(["s-cielab, all"])]
+    assert names[:2] == ["s-cielab", "delta-e-2000"]
+    assert len(names) == len(set(names))
+
+
+def test_an_unknown_measure_is_named() -> None:
+    with pytest.raises(StimulusError, match="there is no measure 'flipp'"):
+        measures_named(["flipp"])
+
+
+def test_no_viewing_distance() -> None:
+    with pytest.raises(StimulusError, match="--rig"):
+        measure_pictures(picture(), picture(), NAMES, None)
+    with pytest.raises(StimulusError, match="the white of the display is not known"):
+        measure_pictures(picture(), picture(), NAMES, ViewingConditions(45.0))
+
+
+def test_a_flat_picture_and_a_pair() -> None:
+    with pytest.raises(StimulusError, match="the reference is one picture and the test picture a pair for two eyes"):
+        measure_pictures(picture(), stereo(picture(), picture(2)), NAMES, VIEWING)
+
+
+def test_sizes_that_differ() -> None:
+    with pytest.raises(StimulusError, match=r"shapes \(40, 50, 3\) and \(39, 50, 3\)"):
+        measure_pictures(picture(), picture()[1:], NAMES, VIEWING)
+
+
+def test_light_that_is_no_number() -> None:
+    spoilt = picture()
+    spoilt[3, 4, 1] = np.nan
+    with pytest.raises(StimulusError, match="1 pixels of the test picture of the left eye cannot be measured"):
+        measure_pictures(stereo(picture(), picture(2)), stereo(spoilt, picture(2)), NAMES, VIEWING)
