@@ -8,6 +8,7 @@ from .spaces import xyz_to_lab as xyz_to_lab
 from .srgb_encoding import D65_XY as D65_XY
 from .srgb_encoding import DISPLAY_P3_PRIMARIES_XY as DISPLAY_P3_PRIMARIES_XY
 from .srgb_encoding import SRGB_PRIMARIES_XY as SRGB_PRIMARIES_XY
+from .srgb_encoding import linear_srgb_matrix as linear_srgb_matrix
 from .srgb_encoding import srgb as srgb
 from .srgb_encoding import srgb_decoded as srgb_decoded
 from .srgb_encoding import srgb_encoded as srgb_encoded

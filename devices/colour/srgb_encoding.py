@@ -35,12 +35,34 @@ def srgb(xyz: ArrayLike, white_XYZ: ArrayLike | None = None) -> Floats:
     >>> srgb([96.42, 100.0, 82.52], [96.42, 100.0, 82.52]).round(6).tolist()
     [1.0, 1.0, 1.0]
     """
+    light = np.clip(np.asarray(xyz, dtype=np.float64) @ linear_srgb_matrix(white_XYZ).T, 0.0, 1.0)
+    return srgb_encoded(light)
+
+
+def linear_srgb_matrix(white_XYZ: ArrayLike | None = None) -> Floats:
+    """Return the matrix (3, 3) from XYZ to linear sRGB for which the white is RGB (1, 1, 1).
+
+    Parameters
+    ----------
+    white_XYZ
+        XYZ of the white, shape (3,), that the eye is adapted to. It becomes D65 by Bradford's transform.
+        None: D65 with Y = 1.
+
+    Returns
+    -------
+    ndarray
+        The matrix M, shape (3, 3): RGB = M · XYZ; colours outside the gamut of sRGB lie outside 0..1 [IEC1999].
+
+    Examples
+    --------
+    >>> (linear_srgb_matrix([96.42, 100.0, 82.52]) @ [96.42, 100.0, 82.52]).round(6).tolist()
+    [1.0, 1.0, 1.0]
+    """
     matrix = rgb_to_xyz_matrix(*SRGB_PRIMARIES_XY, D65_XY)
     linear_from_XYZ = np.linalg.inv(matrix)
-    if white_XYZ is not None:
-        linear_from_XYZ = linear_from_XYZ @ bradford_matrix(white_XYZ, matrix.sum(axis=1))
-    light = np.clip(np.asarray(xyz, dtype=np.float64) @ linear_from_XYZ.T, 0.0, 1.0)
-    return srgb_encoded(light)
+    if white_XYZ is None:
+        return np.asarray(linear_from_XYZ)
+    return np.asarray(linear_from_XYZ @ bradford_matrix(white_XYZ, matrix.sum(axis=1)))
 
 
 def srgb_encoded(light: ArrayLike) -> Floats:

@@ -1,5 +1,4 @@
 from .by_pixel import HIGHEST as HIGHEST
-from .by_pixel import LONGEST_PX as LONGEST_PX
 from .by_pixel import DifferenceOverview as DifferenceOverview
 from .by_pixel import summarise as summarise
 from .by_region import compare_regions as compare_regions

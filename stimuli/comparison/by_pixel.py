@@ -12,13 +12,12 @@ from documents.text import json_fields
 from stimuli.comparison.areas import inside, window
 from stimuli.comparison.regions import Region
 from stimuli.errors import StimulusError
+from stimuli.measures import reduced
 from stimuli.pictures.rows import Floats32, Mask, bands
 
 # The scale of every map and histogram, so that two can be compared; the thesis's.
 HIGHEST = 10.0
 BINS = 100
-# A map is drawn with at most so many pixels along its longer side, each the mean of those it stands for.
-LONGEST_PX = 900
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,25 +98,6 @@ def summarise(delta_e: Floats32, limit: float, compared: Mask | None = None) -> 
 def overview(delta_e: Floats32, within: Mask | None = None, compared: Mask | None = None) -> DifferenceOverview:
     """Return a map, (height, width), reduced over the pixels ``within``, and the histogram of those ``compared``."""
     return DifferenceOverview(reduced(delta_e, within), *histogram(delta_e, compared))
-
-
-def reduced(delta_e: Floats32, compared: Mask | None = None, longest_px: int = LONGEST_PX) -> Floats32:
-    """Return a map, (height, width), as means over square blocks: NaN where a block has no compared pixel."""
-    size = max(1, -(-max(delta_e.shape) // longest_px))
-    rows, columns = np.arange(0, delta_e.shape[0], size), np.arange(0, delta_e.shape[1], size)
-
-    def sums(values: NDArray[np.generic]) -> NDArray[np.float64]:
-        along = np.add.reduceat(values, rows, axis=0, dtype=np.float64)
-        return np.asarray(np.add.reduceat(along, columns, axis=1))
-
-    if compared is None:
-        counts = np.outer(np.diff([*rows, delta_e.shape[0]]), np.diff([*columns, delta_e.shape[1]])).astype(float)
-        total = sums(delta_e)
-    else:
-        counts = sums(compared)
-        total = sums(np.where(compared, delta_e, np.float32(0)))
-    means = np.divide(total, counts, out=np.full(counts.shape, np.nan), where=counts > 0)
-    return np.asarray(means, dtype=np.float32)
 
 
 def histogram(

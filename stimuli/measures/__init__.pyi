@@ -7,6 +7,10 @@ from .pictures import MeasureTable as MeasureTable
 from .pictures import PicturePair as PicturePair
 from .pictures import measure_pairs as measure_pairs
 from .pictures import measure_pictures as measure_pictures
+from .pu21 import pu21_decoded as pu21_decoded
+from .pu21 import pu21_encoded as pu21_encoded
+from .reduced import LONGEST_PX as LONGEST_PX
+from .reduced import reduced as reduced
 from .registry import measure_named as measure_named
 from .registry import measure_names as measure_names
 from .registry import measures_named as measures_named

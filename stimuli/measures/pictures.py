@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stimuli.errors import StimulusError
 from stimuli.measures.measure import EyeMeasured, Measure
+from stimuli.measures.reduced import reduced
 from stimuli.measures.registry import measures_named
 from stimuli.measures.viewing import ViewingConditions
 from stimuli.pictures.rows import Floats32, Mask, Rows, bands
@@ -23,13 +24,20 @@ Eye = Literal["left", "right", "both"]
 class PicturePair:
     """The reference and the test picture of one eye, XYZ in cd/m², (height, width, 3), and the pixels that count.
 
-    Pixels that do not count take the reference's values in both pictures, and do not enter a value that is pooled over
-    pixels. All count without ``counted``, bool (height, width).
+    Pixels that are not ``usable``, such as saturated ones, take the reference's values in both pictures. Of the others,
+    those that are ``counted`` enter a value that is pooled over pixels. Both are bool (height, width); None is all.
     """
 
     reference: Rows
     test: Rows
+    usable: Mask | None = None
     counted: Mask | None = None
+
+    @property
+    def pooled(self) -> Mask | None:
+        """The pixels that enter a value, bool (height, width); None for all."""
+        masks = [mask for mask in (self.usable, self.counted) if mask is not None]
+        return np.asarray(np.logical_and.reduce(masks)) if masks else None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -41,7 +49,7 @@ class MeasureRow:
     binocular: float | None
 
     def to_json(self) -> dict[str, Any]:
-        """Return the numbers by name."""
+        """Return the numbers by name; None for infinity, which only identical pictures have."""
         values: dict[str, float] = {eye: measured.value for eye, measured in self.eyes.items()}
         if self.binocular is not None:
             values["binocular"] = self.binocular
@@ -51,8 +59,8 @@ class MeasureRow:
             "title": self.measure.title,
             "unit": self.measure.unit,
             "better": self.measure.better,
-            "identical": self.measure.identical,
-            **values,
+            "identical": _or_none(self.measure.identical),
+            **{name: _or_none(value) for name, value in values.items()},
             "remarks": remarks,
         }
 
@@ -70,6 +78,16 @@ class MeasureTable:
             if row.measure.name == name:
                 return row
         raise KeyError(name)
+
+    def binocular(self, name: str) -> float:
+        """Return the value of a measure for both eyes. Raises StimulusError for flat pictures, which have none."""
+        value = self[name].binocular
+        if value is None:
+            raise StimulusError.of(
+                f"the pictures are flat, and '{name}' has no value for two eyes",
+                "give pairs for two eyes, or take the value of the one picture",
+            )
+        return value
 
     def to_json(self) -> list[dict[str, Any]]:
         """Return the rows as JSON values."""
@@ -94,6 +112,10 @@ class MeasureTable:
             ).rstrip()
             for line in cells
         ]
+
+
+def _or_none(value: float) -> float | None:
+    return value if np.isfinite(value) else None
 
 
 def printed(value: float, unit: str) -> str:
@@ -149,7 +171,12 @@ def measure_pictures(
 
 
 def measure_pairs(
-    pairs: Mapping[Eye, PicturePair], names: Iterable[str], viewing: ViewingConditions | None
+    pairs: Mapping[Eye, PicturePair],
+    names: Iterable[str],
+    viewing: ViewingConditions | None,
+    *,
+    map_longest_px: int | None = None,
+    progress: Callable[[str, int, int], None] | None = None,
 ) -> MeasureTable:
     """Return how far test pictures are from their references, by one measure or several.
 
@@ -163,6 +190,10 @@ def measure_pairs(
         Names of `measure_names`; ``all`` stands for those that are installed.
     viewing
         The pixels per degree of visual angle, and the white of the display.
+    map_longest_px
+        Keep maps with at most so many pixels along their longer side, each the mean of those it stands for.
+    progress
+        Called with what is measured, how many of the measures are done, and of how many.
 
     Returns
     -------
@@ -180,9 +211,19 @@ def measure_pairs(
             "it is not known from how far the pictures are seen, and on what display, which measures of pictures need",
             "give --rig RIG.yaml, or --display D.yaml and --distance-mm",
         )
+    density = viewing.pixels_per_degree
+    if not (np.isfinite(density) and density > 0):
+        raise StimulusError(f"pixels_per_degree is {density}; it must be a finite number above 0")
     for eye, pair in pairs.items():
         _check(pair, "" if eye == "both" else f" of the {eye} eye")
-    return MeasureTable(tuple(_row(measure, pairs, viewing) for measure in measures), viewing)
+    rows = []
+    for done, measure in enumerate(measures):
+        if progress is not None:
+            progress(f"Measuring {measure.title}", done, len(measures))
+        rows.append(_row(measure, pairs, viewing, map_longest_px))
+    if progress is not None:
+        progress("Measuring pictures", len(measures), len(measures))
+    return MeasureTable(tuple(rows), viewing)
 
 
 def _eyes(picture: StereoImage | ArrayLike) -> dict[Eye, NDArray[np.floating]]:
@@ -198,7 +239,10 @@ def _check(pair: PicturePair, whose: str) -> None:
             f"the pictures{whose} have the shapes {shapes[0]} and {shapes[1]}; they must be one (height, width, 3)",
             "bring them to one grid first, as `cyclopean compare` does",
         )
-    if pair.counted is not None and not pair.counted.any():
+    masks = [mask for mask in (pair.usable, pair.counted) if mask is not None]
+    if any(mask.shape != shapes[0][:2] for mask in masks):
+        raise StimulusError(f"a mask of the pictures{whose} differs from them in size: it must be {shapes[0][:2]}")
+    if masks and not np.any(pair.pooled):
         raise StimulusError(f"no pixel of the pictures{whose} is left to measure: all are excluded")
     for name, picture in (("reference", pair.reference), ("test picture", pair.test)):
         bad = sum(int(np.count_nonzero(~np.isfinite(picture[band]).all(axis=-1))) for band in bands(picture.shape))
@@ -207,10 +251,10 @@ def _check(pair: PicturePair, whose: str) -> None:
 
 
 class _Prepared:
-    """The rows of one picture of a pair as they are measured: no light below 0, the reference where none counts."""
+    """The rows of one picture of a pair as they are measured: no light below 0, the reference where none is usable."""
 
-    def __init__(self, picture: Rows, reference: Rows, counted: Mask | None) -> None:
-        self._picture, self._reference, self._counted = picture, reference, counted
+    def __init__(self, picture: Rows, pair: PicturePair) -> None:
+        self._picture, self._reference, self._usable = picture, pair.reference, pair.usable
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -220,30 +264,39 @@ class _Prepared:
     def __getitem__(self, rows: slice, /) -> Floats32:
         """Return those rows, float32 (rows, width, 3)."""
         part = _without_negative(self._picture[rows])
-        if self._counted is None or self._picture is self._reference:
+        if self._usable is None or self._picture is self._reference:
             return part
-        return np.where(self._counted[rows][..., None], part, _without_negative(self._reference[rows]))
+        return np.where(self._usable[rows][..., None], part, _without_negative(self._reference[rows]))
 
 
 def _without_negative(light: NDArray[np.floating]) -> Floats32:
     return np.asarray(np.maximum(light, 0), dtype=np.float32)
 
 
-def _measured(measure: Measure, pair: PicturePair, viewing: ViewingConditions) -> EyeMeasured:
-    pictures = [_Prepared(picture, pair.reference, pair.counted) for picture in (pair.reference, pair.test)]
-    measured = measure.measure(pictures[0], pictures[1], viewing)
-    if pair.counted is None or measured.error_map is None:
+def _row(
+    measure: Measure, pairs: Mapping[Eye, PicturePair], viewing: ViewingConditions, map_longest_px: int | None
+) -> MeasureRow:
+    eyes = {eye: _measured(measure, pair, viewing, map_longest_px) for eye, pair in pairs.items()}
+    values = [measured.value for measured in eyes.values()]
+    return MeasureRow(measure, eyes, measure.binocular(values) if len(eyes) > 1 else None)
+
+
+def _measured(
+    measure: Measure, pair: PicturePair, viewing: ViewingConditions, map_longest_px: int | None
+) -> EyeMeasured:
+    measured = measure.measure(_Prepared(pair.reference, pair), _Prepared(pair.test, pair), viewing)
+    errors, pooled, usable = measured.error_map, pair.pooled, pair.usable
+    if pooled is not None:
+        value = None if errors is None else measure.pooled(errors[pooled])
+        if value is not None:
+            measured = replace(measured, value=value)
+        elif not pooled.all():
+            remark = f"{measure.title} is of the whole picture, not of the regions that count alone"
+            measured = replace(measured, remarks=(*measured.remarks, remark))
+    if errors is None:
         return measured
-    value = measure.pooled(measured.error_map[pair.counted])
-    return replace(
-        measured,
-        value=measured.value if value is None else value,
-        error_map=np.where(pair.counted, measured.error_map, np.float32(np.nan)),
-    )
-
-
-def _row(measure: Measure, pairs: Mapping[Eye, PicturePair], viewing: ViewingConditions) -> MeasureRow:
-    eyes = {eye: _measured(measure, pair, viewing) for eye, pair in pairs.items()}
-    return MeasureRow(
-        measure, eyes, measure.binocular([measured.value for measured in eyes.values()]) if len(eyes) > 1 else None
-    )
+    if usable is not None:
+        errors = np.where(usable, errors, np.float32(np.nan))
+    if map_longest_px is not None:
+        errors = reduced(errors, np.isfinite(errors), map_longest_px)
+    return replace(measured, error_map=errors)

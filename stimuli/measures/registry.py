@@ -7,10 +7,12 @@ from collections.abc import Iterable
 from documents import did_you_mean
 from stimuli.errors import StimulusError
 from stimuli.measures.colour_measures import DeltaE2000, SCielab
+from stimuli.measures.flip import Flip, HdrFlip
 from stimuli.measures.measure import Measure
+from stimuli.measures.pu_measures import PuPsnr, PuSsim
 
 # In the order in which they are printed.
-_MEASURES: tuple[Measure, ...] = (DeltaE2000(), SCielab())
+_MEASURES: tuple[Measure, ...] = (DeltaE2000(), SCielab(), Flip(), HdrFlip(), PuSsim(), PuPsnr())
 _BY_NAME = {measure.name: measure for measure in _MEASURES}
 
 

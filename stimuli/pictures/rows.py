@@ -40,6 +40,21 @@ def bands(shape: tuple[int, ...]) -> Iterator[slice]:
     return (slice(start, min(start + rows, height)) for start in range(0, height, rows))
 
 
+def bands_with_margin(shape: tuple[int, ...], margin: int) -> Iterator[tuple[slice, slice, slice]]:
+    """Return bands of rows for a filter that reaches ``margin`` rows beyond a pixel.
+
+    Each is the rows whose results are wanted, the rows that are read for them, and where the first lie in the second.
+    What a filter makes up beyond the rows that are read does not reach those that are wanted, but at the picture's own
+    edges.
+    """
+    height, width = shape[:2]
+    rows = max(1, BAND_PIXELS // max(width, 1), 4 * margin)
+    for start in range(0, height, rows):
+        stop = min(start + rows, height)
+        first, last = max(0, start - margin), min(height, stop + margin)
+        yield slice(start, stop), slice(first, last), slice(start - first, stop - first)
+
+
 def block_means(picture: Rows, side: int, channels: int | slice = slice(None)) -> Floats32:
     """Return the means over squares of ``side`` pixels, of one channel or several; incomplete squares are left out.
 

@@ -17,12 +17,12 @@ from devices.colour import xyY_from_XYZ
 from documents.pages import DEEP, FAINT, INK, NARROW_IN, WIDE_IN, drawing, rows_only, short, svg_of
 from stimuli.comparison import (
     HIGHEST,
-    LONGEST_PX,
     DifferenceOverview,
     Region,
     RegionRow,
     RegionTable,
 )
+from stimuli.measures import LONGEST_PX
 from stimuli.pictures import Floats, Rows, block_means
 
 MOST_PROFILES = 6

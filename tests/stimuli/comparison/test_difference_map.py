@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from runner.reports.comparison.figures import histogram_figure, map_figure, profile, profile_figure
-from stimuli.comparison.by_pixel import histogram, overview, reduced, summarise
+from stimuli.comparison.by_pixel import histogram, overview, summarise
 from stimuli.errors import StimulusError
-from stimuli.measures import difference_map
+from stimuli.measures import difference_map, reduced
 from stimuli.pictures import rows
 
 WHITE = np.array([96.4, 100.0, 82.5])

@@ -11,7 +11,7 @@ from stimuli.measures import PicturePair, ViewingConditions, measure_pairs, meas
 from stimuli.pictures import StereoImage
 
 VIEWING = ViewingConditions(45.0, np.array([95.0, 100.0, 108.9]))
-NAMES = ["delta-e-2000", "s-cielab"]
+NAMES = ["delta-e-2000", "s-cielab", "pu-ssim", "pu-psnr"]
 
 
 def picture(seed: int = 1) -> NDArray[np.float32]:
@@ -43,15 +43,15 @@ def test_pixels_that_do_not_count_change_nothing() -> None:
     counted[:, 30:] = False
     spoilt = other.copy()
     spoilt[:, 30:] = 900.0
-    plain = measure_pairs({"both": PicturePair(one, other, counted)}, NAMES, VIEWING)
-    planted = measure_pairs({"both": PicturePair(one, spoilt, counted)}, NAMES, VIEWING)
+    plain = measure_pairs({"both": PicturePair(one, other, usable=counted)}, NAMES, VIEWING)
+    planted = measure_pairs({"both": PicturePair(one, spoilt, usable=counted)}, NAMES, VIEWING)
     for name in NAMES:
         assert planted[name].eyes["both"].value == plain[name].eyes["both"].value
         errors = planted[name].eyes["both"].error_map
         assert errors is not None
         assert np.isnan(errors[:, 30:]).all()
     spoilt[:, 0] = 900.0
-    found = measure_pairs({"both": PicturePair(one, spoilt, counted)}, NAMES, VIEWING)
+    found = measure_pairs({"both": PicturePair(one, spoilt, usable=counted)}, NAMES, VIEWING)
     assert found["delta-e-2000"].eyes["both"].value > 1.01 * plain["delta-e-2000"].eyes["both"].value
 
 
@@ -88,3 +88,57 @@ def test_light_that_is_no_number() -> None:
     spoilt[3, 4, 1] = np.nan
     with pytest.raises(StimulusError, match="1 pixels of the test picture of the left eye cannot be measured"):
         measure_pictures(stereo(picture(), picture(2)), stereo(spoilt, picture(2)), NAMES, VIEWING)
+
+
+def test_pixels_that_are_usable_but_not_counted_stay_in_the_map() -> None:
+    one, other = picture(1), 1.05 * picture(1)
+    counted = np.zeros(one.shape[:2], dtype=bool)
+    counted[10:30, 10:30] = True
+    pair = PicturePair(one, other, counted=counted)
+    found = measure_pairs({"both": pair}, ["delta-e-2000"], VIEWING)["delta-e-2000"].eyes["both"]
+    assert found.error_map is not None
+    assert np.isfinite(found.error_map).all()
+    assert found.value == pytest.approx(float(found.error_map[counted].mean(dtype=np.float64)), rel=1e-12)
+
+
+def test_maps_are_kept_small_where_asked() -> None:
+    row = measure_pairs({"both": PicturePair(picture(1), picture(2))}, ["delta-e-2000"], VIEWING, map_longest_px=25)
+    small = row["delta-e-2000"].eyes["both"].error_map
+    assert small is not None
+    assert small.shape == (20, 25)
+    assert float(small.mean()) == pytest.approx(row["delta-e-2000"].eyes["both"].value, rel=1e-5)
+
+
+def test_flat_pictures_have_no_value_for_two_eyes() -> None:
+    table = measure_pictures(picture(1), picture(2), ["delta-e-2000"], VIEWING)
+    with pytest.raises(StimulusError, match="the pictures are flat, and 'delta-e-2000' has no value for two eyes"):
+        table.binocular("delta-e-2000")
+    pair = measure_pictures(stereo(picture(1), picture(2)), stereo(picture(2), picture(1)), ["delta-e-2000"], VIEWING)
+    assert pair.binocular("delta-e-2000") == pair["delta-e-2000"].binocular
+
+
+def test_a_measure_whose_package_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("stimuli.measures.measure.find_spec", lambda name: None)
+    with pytest.raises(
+        StimulusError, match="'flip' needs the package flip_evaluator, which is not installed"
+    ) as refused:
+        measures_named(["flip"])
+    assert "pip install '.[measures]'" in str(refused.value)
+    assert "flip" not in [measure.name for measure in measures_named(["all"])]
+
+
+def test_the_table_as_text() -> None:
+    table = measure_pictures(stereo(picture(1), picture(2)), stereo(picture(1), picture(3)), NAMES, VIEWING)
+    lines = table.lines()
+    assert lines[0].split() == ["measure", "left", "right", "both", "eyes"]
+    assert len(lines) == 1 + len(NAMES)
+    assert lines[4].startswith("PU21-PSNR")
+    assert "∞ dB" in lines[4]
+    assert lines[1].endswith("less is closer")
+    assert lines[3].endswith("more is closer")
+
+
+@pytest.mark.parametrize("density", [0.0, -3.0, float("nan"), float("inf")])
+def test_pixels_per_degree_that_cannot_be(density: float) -> None:
+    with pytest.raises(StimulusError, match="pixels_per_degree"):
+        measure_pictures(picture(), picture(), ["pu-psnr"], ViewingConditions(density, VIEWING.display_white_XYZ))
