@@ -326,10 +326,16 @@ def _spectral(path: Path, digest: str, reading: ReadOptions, what: str, done: Ro
 def _developed(
     path: Path, digest: str, holds: Holds, image: Any, camera: CameraModel, what: str, done: RowsDone
 ) -> Picture:
-    from stimuli.develop.camera_to_xyz import to_xyz
+    from stimuli.develop.camera_to_xyz import XYZRows
 
+    height, width, _ = image.rgb.shape
     try:
-        developed = to_xyz(image, camera)
+        rows = XYZRows(image, camera)
+        kept = RowFile((height, width, 3))
+        for band, xyz in rows:
+            kept.write(band.start, xyz)
+            done(band.stop, height)
+        developed = rows.developed()
     except InputError as error:
         # A camera model's findings on exposures name no file.
         raise type(error)(
@@ -338,7 +344,6 @@ def _developed(
                 for finding in error.findings
             ]
         ) from error
-    height, width, _ = developed.xyz.shape
     notes = []
     if developed.clipped:
         notes.append(f"{developed.clipped} pixels with negative XYZ were set to 0")
@@ -346,8 +351,7 @@ def _developed(
         notes.append("most pixels lie outside the camera's gamut: is it this camera's file?")
     if image.exposure is not None and not camera.tried_at(image.exposure):
         notes.append(f"the camera file was not tested at this exposure, {image.exposure}")
-    done(height, height)
-    views: dict[Eye, EyeView] = {"both": EyeView(RowFile.of(developed.xyz), developed.saturated)}
+    views: dict[Eye, EyeView] = {"both": EyeView(kept, developed.saturated)}
     return Picture(path, digest, holds, views, developed.safe_cd_m2, tuple(notes), developed.steps, camera.observer)
 
 

@@ -10,6 +10,7 @@ was measured at a photosite is put back in full precision, so that only interpol
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -26,6 +27,8 @@ COLOURS = ("red", "green", "blue")
 Linear = Literal["bilinear", "malvar"]
 RGB = tuple[NDArray[np.float32], NDArray[np.bool_]]
 
+# Photosites of which the picture is interpolated at a time: some tens of megabytes of intermediate values.
+BAND_PHOTOSITES = 1 << 20
 _MARGIN = 2  # what the widest kernel reaches
 _CROSS = np.array([[0, 1, 0], [1, 0, 1], [0, 1, 0]]) / 4
 _DIAGONAL = np.array([[1, 0, 1], [0, 0, 0], [1, 0, 1]]) / 4
@@ -84,6 +87,22 @@ class Mosaic:
         return counts
 
 
+def by_bands(mosaic: Mosaic, method: Linear | Literal["superpixel"]) -> Iterator[tuple[slice, RGB]]:
+    """Yield the picture a band of rows at a time: the rows of the picture, its RGB and its saturation map.
+
+    Only one band's intermediate values are in memory at a time.
+    """
+    height, width = mosaic.values.shape
+    step = max(2, BAND_PHOTOSITES // width // 2 * 2)
+    for first in range(0, height // 2 * 2 if method == "superpixel" else height, step):
+        rows = slice(first, min(first + step, height))
+        if method == "superpixel":
+            part = superpixel(Mosaic(mosaic.values[rows], mosaic.saturated[rows], mosaic.pattern))
+            yield slice(first // 2, first // 2 + len(part[0])), part
+        else:
+            yield rows, interpolate(mosaic, method, rows)
+
+
 def superpixel(mosaic: Mosaic) -> RGB:
     """Return RGB float32 (height // 2, width // 2, 3) and its saturation map: one pixel of each 2 × 2 photosites.
 
@@ -102,16 +121,22 @@ def superpixel(mosaic: Mosaic) -> RGB:
     return rgb, saturated
 
 
-def interpolate(mosaic: Mosaic, method: Linear) -> RGB:
-    """Return RGB float32 (height, width, 3) and its saturation map, by ``bilinear`` or ``malvar`` interpolation.
+def interpolate(mosaic: Mosaic, method: Linear, rows: slice = slice(None)) -> RGB:
+    """Return RGB float32 (rows, width, 3) and its saturation map, by ``bilinear`` or ``malvar`` interpolation.
+
+    ``rows`` begin at an even row. A band of rows is computed from its own photosites and the two rows on either side,
+    by the same operations in the same order as in the whole: the numbers are the same to the last bit.
 
     Measured values stay as they are. ``bilinear`` is the mean of the nearest photosites of that colour and never
     leaves their range. ``malvar`` adds the curvature of the colour measured there: sharper, and it may overshoot at
     edges, to below 0 as well. At the border the photosites are mirrored about the last one, which keeps the pattern.
     """
-    height, width = mosaic.values.shape
-    values = np.pad(mosaic.values, _MARGIN, mode="reflect")
-    full = np.pad(mosaic.saturated, _MARGIN, mode="reflect")
+    first, last, _ = rows.indices(mosaic.values.shape[0])
+    height, width = last - first, mosaic.values.shape[1]
+    take = _mirrored(np.arange(first - _MARGIN, last + _MARGIN), mosaic.values.shape[0])
+    beside = ((0, 0), (_MARGIN, _MARGIN))
+    values = np.pad(mosaic.values[take], beside, mode="reflect")
+    full = np.pad(mosaic.saturated[take], beside, mode="reflect")
     rgb = np.empty((height, width, 3), np.float32)
     saturated = np.empty((height, width, 3), bool)
     for row in range(2):
@@ -128,6 +153,13 @@ def interpolate(mosaic: Mosaic, method: Linear) -> RGB:
                     any_full |= full[rows, columns]
                 rgb[..., colour][place], saturated[..., colour][place] = total, any_full
     return rgb, saturated
+
+
+def _mirrored(index: NDArray[np.intp], length: int) -> NDArray[np.intp]:
+    """Return ``index`` with what lies outside 0 to ``length`` mirrored about the first or the last place."""
+    period = 2 * (length - 1)
+    inside = index % period
+    return np.minimum(inside, period - inside)
 
 
 def _every_second(first: int, count: int) -> slice:

@@ -17,7 +17,7 @@ from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.levels import Levels
 from stimuli.develop.metadata import EXIF_FLIPS, EXPOSURE_ATTRIBUTE, earlier_steps, exposure_step, spec_exposure, turned
 from stimuli.errors import StimulusError
-from stimuli.pictures.exr_write import write_pixels
+from stimuli.pictures.exr_write import write_pixel_rows
 from stimuli.pictures.picture_input import opened, reason
 
 if TYPE_CHECKING:
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 MAX_PIXELS = 200_000_000
 # Rows that are in memory in double precision at a time.
 _BAND_ROWS = 64
+# OpenEXR compresses sixteen rows together.
+_WRITTEN_ROWS = 128
 # Of all channels together: R, G, B and alpha, or R, G, B and their saturation, of the largest picture.
 MAX_VALUES = 7 * MAX_PIXELS
 SATURATED = tuple(f"saturated.{channel}" for channel in "RGB")
@@ -195,4 +197,8 @@ def write_camera_exr(path: Path, image: CameraImage) -> None:
         spec.attribute(EXPOSURE_ATTRIBUTE, json.dumps(numbers))
         spec.attribute("ExposureTime", numbers[0])
         spec.attribute("FNumber", numbers[1])
-    write_pixels(path, spec, np.concatenate([image.rgb, image.saturated.astype(np.float32)], axis=-1))
+    bands = (slice(first, min(first + _WRITTEN_ROWS, height)) for first in range(0, height, _WRITTEN_ROWS))
+    rows = (
+        (band, np.concatenate([image.rgb[band], image.saturated[band].astype(np.float32)], axis=-1)) for band in bands
+    )
+    write_pixel_rows(path, spec, rows)

@@ -32,7 +32,9 @@ Steps = tuple[Mapping[str, Any], ...]
 
 MOST_CHARACTERS, MOST_STEPS, _MOST_DEEP = 1_000_000, 100, 8
 # The steps that a picture of camera RGB has behind it when it is written.
-NAMES = frozenset({"read", "linearise", "demosaic", "rotate", "scale", "exposure", "spectra_to_camera"})
+NAMES = frozenset(
+    {"read", "linearise", "demosaic", "rotate", "scale", "dark", "flat", "merge", "exposure", "spectra_to_camera"}
+)
 
 # LibRaw's flip for each orientation of Exif (and TIFF), 1 to 8.
 EXIF_FLIPS = {1: 0, 2: 1, 3: 3, 4: 2, 5: 4, 6: 6, 7: 7, 8: 5}
@@ -94,6 +96,18 @@ def _exposure(time_s: float, f_number: float, iso: float) -> Exposure | None:
     with contextlib.suppress(DeviceError):  # what no camera can have been set to is no exposure
         return Exposure(time_s, f_number, iso)
     return None
+
+
+def camera_name(path: Path) -> str:
+    """Return the camera's make and model by the file's metadata, empty where OpenImageIO does not find them."""
+    attributes = _attributes(path)
+    return "" if attributes is None else spec_camera(attributes)
+
+
+def spec_camera(spec: OpenImageIO.ImageSpec) -> str:
+    """Return the camera's make and model in a picture's attributes, or an empty text."""
+    words = [spec.getattribute(name) for name in ("Make", "Model")]
+    return " ".join(word.strip() for word in words if isinstance(word, str) and word.strip())
 
 
 def _attributes(path: Path) -> OpenImageIO.ImageSpec | None:
@@ -184,3 +198,12 @@ def turned(array: NDArray[Any], flip: int) -> NDArray[Any]:
     if flip & 1:
         array = array[:, ::-1]
     return array.swapaxes(0, 1) if flip & 4 else array
+
+
+def unturned(array: NDArray[Any], flip: int) -> NDArray[Any]:
+    """Return a view of a `turned` ``array`` that stands as it did before."""
+    if flip & 4:
+        array = array.swapaxes(0, 1)
+    if flip & 1:
+        array = array[:, ::-1]
+    return array[::-1] if flip & 2 else array

@@ -8,19 +8,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from devices.camera import CameraModel, Exposure
 from documents import Finding, InputError
 from stimuli.develop.camera_image import CameraImage
-from stimuli.develop.camera_to_xyz import Negative, to_xyz
+from stimuli.develop.camera_to_xyz import Negative, XYZRows
 from stimuli.develop.levels import Levels
 from stimuli.develop.linear_files import write_camera_exr
 from stimuli.develop.raw_files import DEFAULT_DEMOSAIC, Demosaic
 from stimuli.develop.read import read_camera_image
 from stimuli.errors import StimulusError
-from stimuli.pictures.exr_write import write_exr
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures.exr_write import write_exr_rows
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,6 +139,7 @@ def develop_photographs(
 
     Examples
     --------
+    >>> import numpy as np
     >>> from tempfile import TemporaryDirectory
     >>> rgb = np.full((4, 6, 3), 0.25, np.float32)
     >>> with TemporaryDirectory() as folder:
@@ -190,6 +188,7 @@ def develop_photograph(photo: Path, output: Path, options: DevelopOptions) -> De
 
     Examples
     --------
+    >>> import numpy as np
     >>> from tempfile import TemporaryDirectory
     >>> rgb = np.full((4, 6, 3), 0.25, np.float32)
     >>> with TemporaryDirectory() as folder:
@@ -211,18 +210,20 @@ def develop_photograph(photo: Path, output: Path, options: DevelopOptions) -> De
     if options.camera is None:
         write_camera_exr(output, image)
     else:
-        developed = to_xyz(image, options.camera, negative=options.negative)
-        light, steps = developed.xyz[..., 1], developed.steps
+        rows = XYZRows(image, options.camera, options.negative)
+        height, width, _ = image.rgb.shape
+        write_exr_rows(output, (width, height), rows, options.camera.observer)
+        developed = rows.developed()
+        steps = developed.steps
         luminance = LuminanceReport(
-            float(light.mean(dtype=np.float64)),
-            float(light.max()),
+            rows.mean_cd_m2,
+            rows.highest_cd_m2,
             developed.safe_cd_m2,
             developed.below_safe,
             developed.above_safe,
             developed.clipped,
             None if image.exposure is None else options.camera.tried_at(image.exposure),
         )
-        write_exr(output, StereoImage.flat(developed.xyz), options.camera.observer)
     result = _result(photo, output, image, tuple(dict(step) for step in steps), luminance)
     sidecar = output.with_suffix(".steps.json")
     text = json.dumps(result.to_json(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -56,8 +57,6 @@ def write_exr(path: Path, image: StereoImage, observer: str = DEFAULT_OBSERVER, 
     ...     [file.name for file in Path(folder).iterdir()]
     ['plate.exr']
     """
-    import OpenImageIO as oiio
-
     path = Path(path)
     views = {"center": image.left} if image.is_flat else {"left": image.left, "right": image.right}
     for view, xyz in views.items():
@@ -68,9 +67,48 @@ def write_exr(path: Path, image: StereoImage, observer: str = DEFAULT_OBSERVER, 
                 f"in the view '{view}' {counted(bad, 'pixel is', 'pixels are')} not within 0 to {HALF_MAX:.0f} cd/m²",
                 "scale the picture down, or correct it",
             )
+    spec = _xyz_spec(image.width_px, image.height_px, tuple(views), observer, exact)
+    write_pixels(path, spec, np.concatenate([np.asarray(xyz, dtype=np.float32) for xyz in views.values()], axis=-1))
+
+
+def write_exr_rows(
+    path: Path,
+    size_px: tuple[int, int],
+    rows: Iterable[tuple[slice, NDArray[np.float32]]],
+    observer: str = DEFAULT_OBSERVER,
+) -> None:
+    """Write a flat picture of XYZ to ``path`` as `write_exr` does, a band of ``rows`` at a time, from the top down.
+
+    ``size_px`` is width and height; ``rows`` yields where a band stands and its XYZ in cd/m², float32 (rows, width, 3).
+    The file is that of `write_exr`, byte for byte.
+
+    Raises
+    ------
+    StimulusError
+        As `write_exr`; the file is then as it was.
+    """
+
+    def checked() -> Iterator[tuple[slice, NDArray[np.float32]]]:
+        bad = 0
+        for band, xyz in rows:
+            bad += int((~((xyz >= 0) & (xyz <= HALF_MAX))).any(axis=-1).sum())
+            yield band, xyz
+        if bad:
+            raise StimulusError.at(
+                path,
+                f"in the view 'center' {counted(bad, 'pixel is', 'pixels are')} not within 0 to {HALF_MAX:.0f} cd/m²",
+                "scale the picture down, or correct it",
+            )
+
+    write_pixel_rows(Path(path), _xyz_spec(*size_px, ("center",), observer, False), checked())
+
+
+def _xyz_spec(width: int, height: int, views: tuple[str, ...], observer: str, exact: bool) -> OpenImageIO.ImageSpec:
+    import OpenImageIO as oiio
+
     first, *others = views
     names = [*"RGB", *(f"{view}.{channel}" for view in others for channel in "RGB")]
-    spec = oiio.ImageSpec(image.width_px, image.height_px, len(names), "float" if exact else "half")
+    spec = oiio.ImageSpec(width, height, len(names), "float" if exact else "half")
     spec.channelnames = tuple(names)
     spec.attribute("multiView", f"string[{len(views)}]", (first, *others))
     spec.attribute("chromaticities", "float[8]", _XYZ_CHROMATICITIES)
@@ -79,7 +117,7 @@ def write_exr(path: Path, image: StereoImage, observer: str = DEFAULT_OBSERVER, 
         spec.attribute(EXACT_ATTRIBUTE, 1)
     if observer != DEFAULT_OBSERVER:
         spec.attribute(OBSERVER_ATTRIBUTE, colorimetric_observer(observer).name)
-    write_pixels(path, spec, np.concatenate([np.asarray(xyz, dtype=np.float32) for xyz in views.values()], axis=-1))
+    return spec
 
 
 # OpenImageIO writes the time of day into a file that has none; equal pictures must make equal files.
@@ -96,6 +134,19 @@ def write_pixels(path: Path, spec: OpenImageIO.ImageSpec, pixels: NDArray[np.flo
     StimulusError
         If the file cannot be written.
     """
+    write_pixel_rows(path, spec, [(slice(0, len(pixels)), pixels)])
+
+
+def write_pixel_rows(
+    path: Path, spec: OpenImageIO.ImageSpec, rows: Iterable[tuple[slice, NDArray[np.float32]]]
+) -> None:
+    """Write bands of ``rows`` (rows, width, channels), from the top down, as `write_pixels` does.
+
+    Raises
+    ------
+    StimulusError
+        If the file cannot be written.
+    """
     import OpenImageIO as oiio
 
     spec.attribute("compression", "zip")
@@ -105,8 +156,14 @@ def write_pixels(path: Path, spec: OpenImageIO.ImageSpec, pixels: NDArray[np.flo
             output = oiio.ImageOutput.create(str(draft))
             if output is None:
                 raise _wrong(path, oiio.geterror().strip())
-            written = output.open(str(draft), spec) and output.write_image(pixels)
-            if not (output.close() and written):
+            written = output.open(str(draft), spec)
+            try:
+                for band, pixels in rows:
+                    part = np.ascontiguousarray(pixels)
+                    written = written and output.write_scanlines(band.start, band.stop, 0, part)
+            finally:
+                closed = output.close()
+            if not (closed and written):
                 raise _wrong(path, output.geterror().strip())
     except OSError as error:
         raise _wrong(path, error.strerror) from error

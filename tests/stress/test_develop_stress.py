@@ -15,7 +15,7 @@ from stimuli.develop.read import read_camera_image
 from stimuli.errors import StimulusError
 from stimuli.spectral.convert import spectral_to_xyz
 from stimuli.spectral.picture import read_spectral
-from tests.stimuli.develop.dng import save_dng, smooth, write_dng
+from tests.stimuli.develop.dng import exposure_tags, save_dng, smooth, write_dng
 from tests.stimuli.spectral.pictures import WAVES, bumps, save_envi, save_exr
 
 pytestmark = pytest.mark.stress
@@ -105,6 +105,25 @@ def test_thirty_six_megapixels(tmp_path: Path) -> None:
         said = subprocess.run(run, cwd=ROOT, capture_output=True, text=True, check=True)
         print(method, "bytes a pixel", said.stdout)
         assert float(said.stdout) < most_bytes
+
+
+@pytest.mark.parametrize("orientation", [1, 6])
+def test_thirty_six_megapixels_become_xyz_in_a_gigabyte_and_a_half(tmp_path: Path, orientation: int) -> None:
+    """A raw file of 36 megapixels to an OpenEXR of XYZ, turned upright too: the peak of a program by itself."""
+    path = tmp_path / "large.dng"
+    codes = np.random.default_rng(0).integers(590, 15600, (4912, 7360), dtype=np.uint16)
+    tags = [(274, "H", 1, orientation, True), *exposure_tags((1, 15), (8, 1), 800)]
+    save_dng(path, codes, black=(600,), white=15520, tags=tags)
+    program = (
+        "from pathlib import Path; from devices.camera import read_camera;"
+        "from stimuli.develop import DevelopOptions, develop_photographs;"
+        f"{PEAK_KB} camera = read_camera('configs/cameras/nikon_d800.yaml');"
+        f"develop_photographs([Path({str(path)!r})], Path({str(tmp_path / 'a.exr')!r}), DevelopOptions(camera=camera));"
+        "print(peak_kb() / 1e6)"
+    )
+    said = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True)
+    print("gigabytes", said.stdout)
+    assert float(said.stdout) < 1.5
 
 
 def test_a_large_spectral_picture_does_not_fill_memory(tmp_path: Path) -> None:

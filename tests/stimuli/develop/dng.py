@@ -65,6 +65,56 @@ def save_dng(
     return path
 
 
+def camera_tags(make: str, model: str) -> list[Tag]:
+    return [(271, "s", 0, make, True), (272, "s", 0, model, True)]
+
+
+def save_linear_dng(
+    path: Path,
+    codes: NDArray[np.uint16],
+    *,
+    black: Sequence[int] = (0, 0, 0),
+    white: int = 65535,
+    tags: Sequence[Tag] = (),
+) -> Path:
+    """Save codes (height, width, 3) as a linear DNG: PhotometricInterpretation 34892, LinearRaw."""
+    known: list[Tag] = [
+        (50706, "B", 4, b"\x01\x04\x00\x00", True),  # DNGVersion
+        (50707, "B", 4, b"\x01\x01\x00\x00", True),
+        (50708, "s", 0, "Synthetic camera", True),  # UniqueCameraModel
+        (50713, "H", 2, (1, 1), True),  # BlackLevelRepeatDim
+        (50714, "I", 3, tuple(black), True),  # BlackLevel
+        (50717, "I", 3, (white,) * 3, True),  # WhiteLevel
+        (50721, "2i", 9, _rationals(_COLOR_MATRIX), True),  # ColorMatrix1
+        (50728, "2I", 3, _rationals((0.5, 1.0, 0.7)), True),  # AsShotNeutral
+        (50778, "H", 1, 21, True),  # CalibrationIlluminant1
+    ]
+    tifffile.imwrite(
+        path,
+        codes,
+        photometric=34892,
+        planarconfig=1,
+        subfiletype=0,
+        metadata=None,
+        software=None,
+        rowsperstrip=codes.shape[0],
+        extratags=[*known, *tags],
+    )
+    return path
+
+
+def retagged(path: Path, tag: int, value: int) -> Path:
+    """Write another value of a SHORT tag into the first directory of a little-endian TIFF file."""
+    content = bytearray(path.read_bytes())
+    start = int.from_bytes(content[4:8], "little")
+    for place in range(start + 2, start + 2 + 12 * int.from_bytes(content[start : start + 2], "little"), 12):
+        if int.from_bytes(content[place : place + 2], "little") == tag:
+            content[place + 8 : place + 10] = value.to_bytes(2, "little")
+            path.write_bytes(content)
+            return path
+    raise AssertionError(f"there is no tag {tag}")
+
+
 def coded(
     rgb: NDArray[np.float64],
     black: Sequence[int] = (0,),
