@@ -2,8 +2,15 @@
 
 Method 1 fits each of X, Y and Z of a channel shown alone straight to its code, and the code to each. Method 2 first
 turns every reading into linear light through the inverse of the primary matrix (Expressions 3.9 to 3.11), and then fits
-each channel's light to its code and back (Expressions 3.4 to 3.7 and 3.14). The captions of Tables 3.5 and 3.6 are
-swapped in print; here code to light is the forward curve, with Table 3.6's numbers.
+each channel's light to its code and back (Expressions 3.4 to 3.7 and 3.14), over "each channel's data": the ramp of that
+channel alone, black included. Mixtures stay out. A channel with an offset gives light at code 0 too, which the columns
+of the other primaries carry; in the others' ramps and in greys it is subtracted in part, so that a fit to all readings
+misses the curve. The captions of Tables 3.5 and 3.6 are swapped in print; here code to light is the forward curve, with
+Table 3.6's numbers.
+
+Light is in parts of the primaries: with the matrix of the readings themselves it is 1 at the channel's highest code,
+and the curve (gain·code + offset)^gamma of a display whose light is there L comes back as gain/L^(1/gamma),
+offset/L^(1/gamma) and gamma, with primaries L times as bright: the same light.
 """
 
 from __future__ import annotations
@@ -82,14 +89,38 @@ def thesis_fits(codes: Floats, XYZ: Floats, primaries_XYZ_cd_m2: Floats | None =
     if not M.any(axis=0).all() or np.linalg.cond(M) > 1e6:
         raise DeviceError("the thesis's methods need each channel measured alone, and primaries that differ")
     light = XYZ @ np.linalg.inv(M).T
-    forward = {kind: _three(codes, light, kind, inverse=False) for kind in KINDS}
-    inverse = {kind: _three(codes, light, kind, inverse=True) for kind in KINDS}
+    ramps = [(codes[rows, channel], light[rows, channel]) for channel, rows in enumerate(_alone(codes))]
+    forward = {kind: _three(ramps, kind, inverse=False) for kind in KINDS}
+    inverse = {kind: _three(ramps, kind, inverse=True) for kind in KINDS}
     rows = {way: _direct(codes, XYZ, way) for way in (False, True)}
     return ThesisFits(rows[False], rows[True], M, forward, inverse)
 
 
-def _three(codes: Floats, light: Floats, kind: Kind, *, inverse: bool) -> tuple[ChannelFit, ChannelFit, ChannelFit]:
-    red, green, blue = fit_channels([(codes[:, c], light[:, c]) for c in range(3)], kind, inverse=inverse)
+def _alone(codes: Floats) -> list[NDArray[np.bool_]]:
+    """Return, for each channel, which readings (n,) are of it alone or of black.
+
+    Raises
+    ------
+    DeviceError
+        If a channel was measured alone at too few codes for the curve with the most coefficients.
+    """
+    out = []
+    for channel, colour in enumerate(COLOURS):
+        rows = np.all(np.delete(codes, channel, axis=1) == 0, axis=1)
+        different = len(np.unique(codes[rows, channel]))
+        if different <= len(COEFFICIENTS):
+            raise DeviceError(
+                f"the thesis's methods need {colour} alone at {len(COEFFICIENTS) + 1} codes or more, black among them; "
+                f"there are {different}"
+            )
+        out.append(rows)
+    return out
+
+
+def _three(
+    ramps: list[tuple[Floats, Floats]], kind: Kind, *, inverse: bool
+) -> tuple[ChannelFit, ChannelFit, ChannelFit]:
+    red, green, blue = fit_channels(ramps, kind, inverse=inverse)
     return red, green, blue
 
 
@@ -97,8 +128,7 @@ def _direct(codes: Floats, XYZ: Floats, inverse: bool) -> tuple[DirectRow, ...]:
     """Return the rows of Table 3.3 or, ``inverse``, 3.4: each channel's X, Y and Z, as shares of their largest."""
     pairs: dict[tuple[int, int], tuple[Floats, Floats]] = {}
     largest = []
-    for channel in range(3):
-        alone = np.all(np.delete(codes, channel, axis=1) == 0, axis=1)
+    for channel, alone in enumerate(_alone(codes)):
         most = XYZ[alone].max(axis=0)
         largest.append(most)
         for axis in range(3):
