@@ -2,11 +2,11 @@
 
 Method 1 fits each of X, Y and Z of a channel shown alone straight to its code, and the code to each. Method 2 first
 turns every reading into linear light through the inverse of the primary matrix (Expressions 3.9 to 3.11), and then fits
-each channel's light to its code and back (Expressions 3.4 to 3.7 and 3.14), over "each channel's data": the ramp of that
-channel alone, black included. Mixtures stay out. A channel with an offset gives light at code 0 too, which the columns
-of the other primaries carry; in the others' ramps and in greys it is subtracted in part, so that a fit to all readings
-misses the curve. The captions of Tables 3.5 and 3.6 are swapped in print; here code to light is the forward curve, with
-Table 3.6's numbers.
+each channel's light to its code and back (Expressions 3.4 to 3.7 and 3.14), over "each channel's data": the ramp of
+that channel alone, black included. Mixtures stay out. A channel with an offset gives light at code 0 too, which the
+columns of the other primaries carry; in the others' ramps and in greys it is subtracted in part, so that a fit to all
+readings misses the curve. The captions of Tables 3.5 and 3.6 are swapped in print; here code to light is the forward
+curve, with Table 3.6's numbers.
 
 Light is in parts of the primaries: with the matrix of the readings themselves it is 1 at the channel's highest code,
 and the curve (gain·code + offset)^gamma of a display whose light is there L comes back as gain/L^(1/gamma),
