@@ -19,7 +19,6 @@ from documents.platform import rename
 from stimuli.build.stimulus_set import MANIFEST, SUFFIXES, digest_of, known_hashes
 from stimuli.errors import StimulusError
 from stimuli.luminance.statistics import picture_statistics
-from stimuli.pictures.coded import SUFFIX as CODED_SUFFIX
 from stimuli.pictures.coded import CodedPicture
 from stimuli.pictures.exr_write import write_exr
 from stimuli.recipes.build_context import BuildContext, MadePicture, Progress
@@ -68,8 +67,9 @@ class UnfinishedSet:
             for suffix in SUFFIXES:
                 self.picture(key, suffix).unlink(missing_ok=True)
             self._entry_file(key).unlink(missing_ok=True)
-        for left in (*self.folder.glob(".*.exr"), *self.folder.glob(f".*{CODED_SUFFIX}"), *self.folder.glob("*.part")):
-            left.unlink(missing_ok=True)
+        for pattern in (*(f".*{suffix}" for suffix in SUFFIXES), "*.part"):
+            for left in self.folder.glob(pattern):
+                left.unlink(missing_ok=True)
         if self.folder.is_dir() and not any(self.folder.iterdir()):
             self.folder.rmdir()
 
@@ -208,7 +208,7 @@ class Builder:
 
 
 def _write(made: MadePicture, key: str, unfinished: UnfinishedSet, threshold: Threshold | None, observer: str) -> Entry:
-    suffix = CODED_SUFFIX if isinstance(made.image, CodedPicture) else ".exr"
+    suffix = made.image.suffix if isinstance(made.image, CodedPicture) else ".exr"
     picture = unfinished.picture(key, suffix)
     if isinstance(made.image, CodedPicture):
         digest = made.image.save(picture)

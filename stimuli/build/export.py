@@ -11,7 +11,7 @@ from devices.colour_matching import DEFAULT_OBSERVER
 from documents import Finding, InputError
 from documents.files import whole_folder
 from stimuli.build.stimulus_set import StimulusSet
-from stimuli.pictures.coded import SUFFIX as CODED_SUFFIX
+from stimuli.pictures.coded import SUFFIXES as CODED
 from stimuli.pictures.exr_write import write_exr
 from stimuli.recipes.build_context import Factors
 
@@ -58,7 +58,7 @@ def export_exr(built: StimulusSet, folder: Path, report: Callable[[int, int], No
         with whole_folder(folder) as draft:
             for done, name in enumerate(built.names):
                 report(done, len(built.names))
-                if built.path(name).suffix == CODED_SUFFIX:
+                if built.path(name).suffix in CODED:
                     write_exr(draft / f"{name}.exr", built.load(name), observer, exact=True)
                 else:
                     shutil.copyfile(built.path(name), draft / f"{name}.exr")

@@ -24,7 +24,7 @@ from stimuli.recipes.recipe import read_recipe, unreadable
 from stimuli.recipes.recipe_kind import RecipeKind
 
 # Raise it when the same recipe makes other pictures than before, or a manifest holds other things.
-GENERATOR_VERSION = 2
+GENERATOR_VERSION = 3
 
 
 def build_set(
@@ -98,6 +98,7 @@ def build_set(
         "pixel_pitch_mm": float(pixel_pitch_mm),
         "inputs": inputs,
         **recipe.display_facts(setup),
+        **recipe.decoder_facts(),
     }
     folder = cache / sha256_of_json(resolved)[:32]
     built = None if force else read_stimulus_set(folder, recipe_path, verify=verify)

@@ -13,7 +13,7 @@ from documents.files import sha256_of_json
 from documents.text import did_you_mean
 from stimuli.build.known_hashes import KnownHashes
 from stimuli.errors import StimulusError
-from stimuli.pictures.coded import SUFFIX as CODED_SUFFIX
+from stimuli.pictures.coded import SUFFIXES as CODED
 from stimuli.pictures.coded import read_coded
 from stimuli.pictures.exr_read import read_exr
 from stimuli.pictures.exr_views import Part
@@ -21,7 +21,7 @@ from stimuli.pictures.stereo_image import StereoImage
 from stimuli.recipes.build_context import Factors
 
 MANIFEST = "manifest.json"
-SUFFIXES = (".exr", CODED_SUFFIX)  # of the pictures
+SUFFIXES = (".exr", *CODED)  # of the pictures
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +65,7 @@ class StimulusSet:
         return factors
 
     def path(self, name: str) -> Path:
-        """Return the stimulus's file: OpenEXR, or the codes of an ordinary picture that no step changed."""
+        """Return the stimulus's file: OpenEXR, or codes or own files of an ordinary picture that no step changed."""
         return self.folder / str(self.entry(name)["file"])
 
     def size_px(self, name: str) -> tuple[int, int]:
@@ -77,7 +77,7 @@ class StimulusSet:
         """Read the stimulus, in absolute XYZ: whole, or the ``part`` that is chosen by its size."""
         region = None if part is None else part(self.size_px(name))
         path = self.path(name)
-        if path.suffix == CODED_SUFFIX:
+        if path.suffix in CODED:
             return read_coded(path).image(region)
         return read_exr(path, region=region, observer=None)
 

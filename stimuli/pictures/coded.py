@@ -1,7 +1,8 @@
 """A picture for two eyes as the codes that its file holds, with what makes light of them: exact, small and fast.
 
 Codes of 8 or 16 bits become XYZ by a table for each channel and a matrix. The picture is kept in that form where no
-step changes it: half floats of XYZ would move the dark channels of saturated colours by some codes.
+step changes it: half floats of XYZ would move the dark channels of saturated colours by some codes. Of JPEG, the
+picture's own files are kept, with a checksum of the codes that they gave: see `stimuli.pictures.own_files`.
 """
 
 from __future__ import annotations
@@ -9,7 +10,9 @@ from __future__ import annotations
 import hashlib
 import io
 import zlib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import count, islice
 from pathlib import Path
 from typing import Any
 
@@ -19,10 +22,14 @@ from numpy.typing import NDArray
 from documents.files import whole_file
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_views import Region
+from stimuli.pictures.own_files import OwnFiles, decoders
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 
-SUFFIX = ".codes"
+# Of codes as they are, and of the files that they are decoded from.
+SUFFIX, OWN_FILES = ".codes", ".own"
+SUFFIXES = (SUFFIX, OWN_FILES)
 Codes = NDArray[np.uint8] | NDArray[np.uint16]
+_AGAIN = "build the stimuli again: cyclopean stimuli build --force"
 # Rows converted at a time: what stays in the processor's cache.
 _ROWS = 16
 
@@ -32,13 +39,28 @@ class CodedPicture:
     """Codes of both eyes, (height, width, 3), or of grey (height, width, 1); a flat picture holds one array for both.
 
     ``light`` is the linear light of each code and channel, shape (levels, 3); ``matrix``, shape (3, 3), makes XYZ in
-    cd/m² of it.
+    cd/m² of it. ``own`` are the picture's files, where these are kept in place of the codes.
     """
 
     left: Codes
     right: Codes
     light: NDArray[np.float64]
     matrix: NDArray[np.float64]
+    own: OwnFiles | None = None
+
+    @classmethod
+    def of(
+        cls, eyes: Sequence[Codes], light: NDArray[np.float64], matrix: NDArray[np.float64], own: OwnFiles | None = None
+    ) -> CodedPicture:
+        """Return the picture of one eye's codes, or of two; ``own`` files are kept if they are fewer bytes."""
+        whole = [np.ascontiguousarray(codes) for codes in eyes]
+        smaller = own is not None and own.size < sum(codes.nbytes for codes in whole)
+        return cls(whole[0], whole[-1], light, matrix, own if smaller else None)
+
+    @property
+    def suffix(self) -> str:
+        """That of the file that `save` writes."""
+        return SUFFIX if self.own is None else OWN_FILES
 
     @property
     def is_flat(self) -> bool:
@@ -74,19 +96,21 @@ class CodedPicture:
     def save(self, path: Path) -> str:
         """Write the codes to ``path``, as a whole or not at all, and return the file's SHA-256.
 
-        Arrays in NumPy's format, one after the other: CRC-32 of the codes, light, matrix, and the codes of each eye.
+        Arrays in NumPy's format, one after the other: CRC-32 of the codes, light, matrix, and the codes of each eye, or
+        what `OwnFiles.arrays` yields. ``path`` has the picture's `suffix`.
 
         Raises
         ------
         StimulusError
             If it cannot be written.
         """
-        eyes = [np.ascontiguousarray(codes) for codes in ([self.left] if self.is_flat else [self.left, self.right])]
+        eyes = [self.left] if self.is_flat else [self.left, self.right]
         sums = np.array([zlib.crc32(codes.data) for codes in eyes], np.uint32)
         digest = hashlib.sha256()
         try:
             with whole_file(path, keep_suffix=True, make_folder=False) as draft, draft.open("wb", 0) as file:
-                for array in map(np.ascontiguousarray, (sums, self.light, self.matrix, *eyes)):
+                kept = eyes if self.own is None else self.own.arrays()
+                for array in map(np.ascontiguousarray, (sums, self.light, self.matrix, *kept)):
                     for part in (_header(array), array.data):
                         digest.update(part)
                         file.write(part)
@@ -107,17 +131,27 @@ def _part(codes: Codes, region: Region | None) -> Codes:
 
 
 def read_coded(path: Path) -> CodedPicture:
-    """Read what `CodedPicture.save` wrote; StimulusError if it is damaged."""
+    """Read what `CodedPicture.save` wrote; StimulusError if it is damaged, or its files give other codes by now."""
     try:
         with path.open("rb") as file:
             sums, light, matrix = (np.load(file, allow_pickle=False) for _ in range(3))
-            eyes = [np.load(file, allow_pickle=False) for _ in range(len(sums))]
-        damaged = [zlib.crc32(codes) for codes in eyes] != sums.tolist() or not 1 <= len(eyes) <= 2
-    except (OSError, ValueError, EOFError, TypeError) as error:
-        raise StimulusError.at(path, f"the picture is damaged: {error}", "build the stimuli again") from error
-    if damaged:
-        raise StimulusError.at(path, "the picture is damaged: its checksum differs", "build the stimuli again")
-    return CodedPicture(eyes[0], eyes[-1], light, matrix)
+            rest = (np.load(file, allow_pickle=False) for _ in count())
+            own = OwnFiles.of_arrays(rest) if path.suffix == OWN_FILES else None
+            eyes = list(islice(rest, len(sums))) if own is None else own.decoded()
+        same = [zlib.crc32(np.ascontiguousarray(codes)) for codes in eyes] == sums.tolist() and 1 <= len(eyes) <= 2
+    except (OSError, ValueError, EOFError, TypeError, KeyError, StopIteration, RuntimeError) as error:
+        raise StimulusError.at(path, f"the picture is damaged: {error}", _AGAIN) from error
+    except StimulusError as error:
+        message = f"the picture is damaged: {error.findings[0].message}"
+        raise StimulusError.at(path, message, _AGAIN) from error
+    if not same:
+        other = "its checksum differs" if own is None else f"its files give other codes with {_named(decoders())}"
+        raise StimulusError.at(path, f"the picture is damaged: {other}", _AGAIN)
+    return CodedPicture.of(eyes, light, matrix, own)
+
+
+def _named(versions: Mapping[str, str]) -> str:
+    return ", ".join(f"{name} {version}" for name, version in versions.items())
 
 
 def decoded(codes: Codes, light: NDArray[np.float64], matrix: NDArray[np.float64]) -> XYZImage:

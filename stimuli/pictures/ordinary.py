@@ -7,7 +7,7 @@ arithmetic on light (floats, profiles of tables, alpha, half pictures) becomes X
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -19,9 +19,10 @@ from documents.text import counted
 from stimuli.errors import StimulusError
 from stimuli.pictures.coded import CodedPicture
 from stimuli.pictures.colour_spaces import NAMED_SPACES, Encoding, embedded_encoding, named_encoding, same_space
-from stimuli.pictures.packing import PACKINGS, Packing, eye_size_px, stretched, unpacked
+from stimuli.pictures.own_files import OwnFiles, decoded_eyes, own_files, stamps
+from stimuli.pictures.packing import PACKINGS, Packing, eye_size_px, stretched
 from stimuli.pictures.picture_header import PictureHeader, read_header
-from stimuli.pictures.picture_pixels import Pixels, decode
+from stimuli.pictures.picture_pixels import Pixels
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 
 _LINEAR = ("xyz", "rec709")
@@ -93,12 +94,10 @@ def check_ordinary(
     StimulusError
         As `read_ordinary`, but for what only the pixels show: damage, and transparent pixels.
     """
-    headers = [read_header(path) for path in files]
-    given: Packing | None = "none" if len(headers) == 2 else packing
-    if given is not None:
-        if given not in PACKINGS:
-            raise StimulusError.at(files[0], f"there is no packing '{given}'", f"one of {', '.join(PACKINGS)}")
-        headers = [replace(header, packing=given, frames=1) for header in headers]
+    given: Packing | None = "none" if len(files) == 2 else packing
+    if given not in (None, *PACKINGS):
+        raise StimulusError.at(files[0], f"there is no packing '{given}'", f"one of {', '.join(PACKINGS)}")
+    headers = [read_header(path, given) for path in files]
     header, last = headers[0], headers[-1]
     if header.size_px != last.size_px:
         sizes = [f"{item.size_px[0]} × {item.size_px[1]}" for item in headers]
@@ -140,28 +139,23 @@ def read_ordinary(
         If a file cannot be read or shown, declares another colour space, or neither it nor ``decoding`` states one.
     """
     plan = check_ordinary(files, decoding, packing, flat=flat, flat_eye=flat_eye)
-    wanted = plan.headers
-    if flat and len(wanted) == 2:
-        wanted = wanted[:1] if flat_eye == "left" else wanted[1:]
-    eyes: list[Pixels] = [decode(item) for item in wanted]
-    if wanted[0].frames == 2:
-        eyes.append(decode(wanted[0], frame=1))
-    elif plan.packing is not None:
-        eyes = list(unpacked(eyes[0], plan.packing))
-    if flat and len(eyes) == 2:
-        eyes = eyes[:1] if flat_eye == "left" else eyes[1:]
-    views = ("left", "right") if len(eyes) == 2 else ((str(flat_eye),) if plan.is_pair else ("center",))
-    return _made(eyes, plan.headers[0], plan.encoding, decoding, plan.packing, views)
+    header, eye = plan.headers[0], flat_eye if flat and plan.is_pair else None
+    try:
+        before = stamps(plan.headers, eye)
+        eyes = decoded_eyes(plan.headers, plan.packing, eye)
+        own = own_files(plan.headers, plan.packing, eye)
+        if before != stamps(plan.headers, eye):
+            raise StimulusError.at(header.path, "the picture changed while it was read", "try again once it is written")
+    except OSError as error:
+        raise StimulusError.at(header.path, f"the picture cannot be read: {error.strerror}", "try again") from error
+    views = ("left", "right") if len(eyes) == 2 else ((str(eye),) if plan.is_pair else ("center",))
+    return _made(eyes, plan, decoding, views, own)
 
 
 def _made(
-    eyes: list[Pixels],
-    header: PictureHeader,
-    encoding: Encoding,
-    decoding: Decoding,
-    packing: Packing | None,
-    views: tuple[str, ...],
+    eyes: list[Pixels], plan: _Plan, decoding: Decoding, views: tuple[str, ...], own: OwnFiles | None
 ) -> OrdinaryPicture:
+    header, encoding, packing = plan.headers[0], plan.encoding, plan.packing
     white = decoding.white_luminance_cd_m2 or 1.0
     matrix = encoding.matrix * white
     with_alpha = eyes[0].shape[2] in (2, 4)
@@ -176,10 +170,7 @@ def _made(
     half = packing is not None and "half" in packing
     facts = (views, encoding.name, header.bits, white, packing)
     if light is not None and opaque and not half and not (matrix < 0).any():
-        coded = CodedPicture(np.ascontiguousarray(eyes[0]), np.ascontiguousarray(eyes[-1]), light, matrix)
-        if len(eyes) == 1:
-            coded = replace(coded, right=coded.left)
-        return OrdinaryPicture(coded, *facts, 0)
+        return OrdinaryPicture(CodedPicture.of(eyes, light, matrix, own), *facts, 0)
     background = decoding.alpha_background_cd_m2 or 0.0
     images, below = [], 0
     for codes in eyes:

@@ -9,10 +9,11 @@ from __future__ import annotations
 import struct
 import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from documents.files import looked_for
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_views import MAX_PIXELS
 from stimuli.pictures.packing import Packing, named_packing
@@ -75,8 +76,8 @@ def is_ordinary(path: Path) -> bool:
     return path.suffix.lower() in (*SUFFIXES, *OTHERS)
 
 
-def read_header(path: Path) -> PictureHeader:
-    """Return the facts of the picture file at ``path``.
+def read_header(path: Path, packing: Packing | None = None) -> PictureHeader:
+    """Return the facts of the picture file at ``path``; of one that is packed as ``packing`` says, where that is given.
 
     Raises
     ------
@@ -85,11 +86,13 @@ def read_header(path: Path) -> PictureHeader:
     """
     suffix = path.suffix.lower()
     if not path.is_file():
-        raise StimulusError.at(path, "there is no such picture", "check the path")
+        raise StimulusError.at(path, "there is no such picture", looked_for(path))
     if suffix not in SUFFIXES:
         remedy = "save it as PNG, JPEG, TIFF, WebP or OpenEXR"
         raise StimulusError.at(path, f"pictures of the kind {suffix or 'without a suffix'} are not read", remedy)
     header = _tiff(path) if suffix in TIFF else _by_pillow(path)
+    if packing is not None:
+        header = replace(header, packing=packing, frames=1)
     _refuse_size(header)
     return header
 

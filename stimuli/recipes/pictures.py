@@ -12,6 +12,7 @@ from documents import Finding
 from documents.yaml import Strict
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_read import ColourSpace, Negative
+from stimuli.pictures.own_files import decoders
 from stimuli.pictures.packing import Packing
 from stimuli.pictures.picture_header import is_ordinary
 from stimuli.pictures.stereo_image import View
@@ -106,7 +107,12 @@ class PicturesRecipe(FilesRecipe, LightSpec):
     def own_key(self, spec: FileStimulusSpec) -> dict[str, Any]:
         """Return the values of one stimulus that its pictures depend on."""
         assert isinstance(spec, PictureSpec)
-        return super().own_key(spec) | self.light(spec).model_dump(mode="json")
+        used = {"decoders": decoders()} if spec.is_ordinary else {}
+        return super().own_key(spec) | self.light(spec).model_dump(mode="json") | used
+
+    def decoder_facts(self) -> dict[str, Any]:
+        """Return the versions of the libraries that decode its ordinary pictures, if it has any."""
+        return {"decoders": decoders()} if any(spec.is_ordinary for spec in self.stimuli) else {}
 
     def faults(self) -> Iterator[Fault]:
         """Yield names and views that stand twice or meet, too many pictures, and a view that is given twice."""

@@ -73,6 +73,10 @@ class RecipeKind(Strict):
         """Return the facts of ``setup`` that the pictures depend on, for the cache's key."""
         return {}
 
+    def decoder_facts(self) -> dict[str, Any]:
+        """Return the versions of libraries that the pictures depend on, for the cache's key."""
+        return {}
+
     @abstractmethod
     def tasks(self, context: BuildContext) -> Iterator[Mapping[str, str]]:
         """Yield pictures that are best made together: their keys by name, in the recipe's order.
