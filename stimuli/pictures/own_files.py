@@ -139,7 +139,6 @@ def own_files(headers: Sequence[PictureHeader], packing: Packing | None, eye: Ey
     return OwnFiles(files, wanted[0].frames, packing, eye)
 
 
-
 def stamps(headers: Sequence[PictureHeader], eye: Eye | None) -> tuple[tuple[int, int], ...]:
     """Return size and time of change of each file: equal ones before and after show that it was not written to."""
     stats = [header.path.stat() for header in of_eye(headers, eye)]

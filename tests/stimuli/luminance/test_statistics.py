@@ -13,7 +13,7 @@ import pytest
 
 from devices.display.display_file import EyeModels, read_display
 from stimuli.luminance.scale import factor_to, scaled_picture
-from stimuli.luminance.statistics import DynamicRange, _ends, picture_statistics
+from stimuli.luminance.statistics import DynamicRange, _ends, _mean_and_deviation, picture_statistics
 from stimuli.pictures.stereo_image import StereoImage
 from stimuli.sparkle.measures.find import Threshold
 from stimuli.sparkle.measures.measure import PixelScale
@@ -123,3 +123,14 @@ def test_the_ends_are_those_of_all_values_sorted(size: int, kind: str) -> None:
     }[kind].astype(np.float32)
     low, high = np.percentile(values, (0.1, 99.9), method="nearest")
     assert _ends(values) == (values.min(), low, high, values.max())
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (31, 7), (32, 9), (100, 257)])
+@pytest.mark.parametrize("offset", [0.0, 1e4])
+def test_mean_and_deviation_in_one_pass(shape: tuple[int, int], offset: float) -> None:
+    """As two passes give them, also of small differences on much light; of equal values nothing is left over."""
+    values = (offset + np.random.default_rng(3).random(shape)).astype(np.float32)
+    mean, deviation = _mean_and_deviation(values)
+    assert mean == pytest.approx(values.mean(dtype=np.float64), rel=1e-12)
+    assert deviation == pytest.approx(values.std(dtype=np.float64), rel=1e-9)
+    assert _mean_and_deviation(np.full(shape, 0.1, np.float32)) == (pytest.approx(np.float32(0.1)), 0.0)
