@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
 from typing import TypeAlias
 
 from runner.blocks.block import Block
@@ -45,6 +47,7 @@ class PictureSource:
         load = functools.partial(stimuli.load, part=experiment.visible_part)
         self.stimulus: Callable[[str], StereoImage] = functools.lru_cache(maxsize=_KEPT)(load)
         self._made: dict[str, Callable[[], StereoImage]] = {}
+        self._coming: dict[str, Future[StereoImage]] = {}
         self.add(blocks)
 
     def add(self, blocks: Sequence[Block]) -> None:
@@ -54,4 +57,20 @@ class PictureSource:
 
     def load(self, name: str) -> StereoImage:
         """Return the picture ``name``."""
+        coming = self._coming.pop(name, None)
+        if coming is not None:
+            return coming.result()
         return self._made[name]() if name in self._made else self.stimulus(name)
+
+    @contextmanager
+    def reading_ahead(self) -> Iterator[Callable[[str], None]]:
+        """Give a function that starts to read a stimulus, which `load` then waits for: for one picture ahead."""
+        with ThreadPoolExecutor(1, thread_name_prefix="read ahead") as thread:
+
+            def start(name: str) -> None:
+                self._coming[name] = thread.submit(self.stimulus, name)
+
+            try:
+                yield start
+            finally:
+                self._coming.clear()

@@ -81,7 +81,7 @@ class Station:
         rig = experiment.rig
         mode = experiment.mode
         pictures = PictureSource(experiment, stimuli)
-        costs = ClippingCosts.of(experiment, stimuli, pictures.stimulus)
+        costs = ClippingCosts.of(experiment, stimuli, pictures.load)
         correction = costs.compensation.correction
         surface = open_surface(
             backend,
@@ -109,12 +109,15 @@ class Station:
                 ground=experiment.ground,
             )
             descriptions = []
-            for name in stimuli.names:
-                # Decoded once: described, unless its description is cached, then made ready to be shown.
-                descriptions.append(costs.description(name))
-                for place in experiment.places_px if correction.depends_on_place else ((0, 0),):
-                    if not presenter.counters.evictions:  # more than fits is made ready when its trial comes near
-                        presenter.prefetch(Scene((Picture(name, place),)))
+            with pictures.reading_ahead() as read_ahead:
+                for name, following in zip(stimuli.names, (*stimuli.names[1:], None), strict=True):
+                    # Decoded once: described, unless its description is cached, then made ready to be shown.
+                    descriptions.append(costs.description(name))
+                    if following is not None and not presenter.counters.evictions:
+                        read_ahead(following)
+                    for place in experiment.places_px if correction.depends_on_place else ((0, 0),):
+                        if not presenter.counters.evictions:  # more than fits is made ready when its trial comes near
+                            presenter.prefetch(Scene((Picture(name, place),)))
         except BaseException:
             surface.close()
             raise
