@@ -10,6 +10,7 @@ from typing import Any
 
 from devices.camera import CameraModel, Exposure
 from documents import Finding, InputError
+from stimuli.develop.calibration_frames import Calibration, read_calibration
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.camera_to_xyz import Negative, XYZRows
 from stimuli.develop.levels import Levels
@@ -22,7 +23,10 @@ from stimuli.pictures.exr_write import write_exr_rows
 
 @dataclass(frozen=True, slots=True)
 class DevelopOptions:
-    """How photographs are developed: see `read_camera_image` and `to_xyz`; without ``camera`` they stay camera RGB."""
+    """How photographs are developed: see `read_camera_image` and `to_xyz`; without ``camera`` they stay camera RGB.
+
+    ``dark`` and ``flat`` are dark frames and flat fields, or folders of them: see `calibration_frames`.
+    """
 
     camera: CameraModel | None = None
     demosaic: Demosaic = DEFAULT_DEMOSAIC
@@ -31,6 +35,12 @@ class DevelopOptions:
     exposure: Exposure | None = None
     assume_linear: bool = False
     negative: Negative = "clip"
+    dark: tuple[Path, ...] = ()
+    flat: tuple[Path, ...] = ()
+
+    def calibration(self) -> Calibration:
+        """Return the dark frames and flat fields, read and pooled; StimulusError if they are none."""
+        return read_calibration(self.dark, self.flat, levels=self.levels, assume_linear=self.assume_linear)
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,20 +160,23 @@ def develop_photographs(
     >>> [photograph.width_px for photograph in report.photographs], report.findings
     ([6, 6], ())
     """
+    calibration = options.calibration()
     places = _places(photos, output, into_folder)
     developed: list[DevelopedPhotograph] = []
     findings: list[Finding] = []
     for done, (photo, place) in enumerate(places.items()):
         progress(done, len(places))
         try:
-            developed.append(develop_photograph(photo, place, options))
+            developed.append(develop_photograph(photo, place, options, calibration))
         except InputError as error:
             findings += [finding if finding.file else replace(finding, file=str(photo)) for finding in error.findings]
     progress(len(places), len(places))
     return DevelopReport(tuple(developed), tuple(findings))
 
 
-def develop_photograph(photo: Path, output: Path, options: DevelopOptions) -> DevelopedPhotograph:
+def develop_photograph(
+    photo: Path, output: Path, options: DevelopOptions, calibration: Calibration | None = None
+) -> DevelopedPhotograph:
     """Develop a photograph to an OpenEXR file, and write the steps beside it.
 
     Parameters
@@ -174,6 +187,8 @@ def develop_photograph(photo: Path, output: Path, options: DevelopOptions) -> De
         The OpenEXR file (.exr) to write; the steps go into a .steps.json beside it.
     options
         How it is developed; with a camera model to XYZ in cd/m², without one to camera RGB in shares of full scale.
+    calibration
+        The dark frames and flat fields of ``options``, where they were read before.
 
     Returns
     -------
@@ -205,7 +220,16 @@ def develop_photograph(photo: Path, output: Path, options: DevelopOptions) -> De
         rotate=options.rotate,
         exposure=options.exposure,
         assume_linear=options.assume_linear,
+        calibration=options.calibration() if calibration is None else calibration,
     )
+    return write_developed(image, photo.name, output, options)
+
+
+def write_developed(image: CameraImage, name: str, output: Path, options: DevelopOptions) -> DevelopedPhotograph:
+    """Write ``image`` to the OpenEXR file ``output``, in XYZ where ``options`` have a camera, and its steps beside it.
+
+    ``name`` is that of the photograph in the result. Errors as of `develop_photograph`.
+    """
     luminance, steps = None, image.steps
     if options.camera is None:
         write_camera_exr(output, image)
@@ -224,7 +248,7 @@ def develop_photograph(photo: Path, output: Path, options: DevelopOptions) -> De
             developed.clipped,
             None if image.exposure is None else options.camera.tried_at(image.exposure),
         )
-    result = _result(photo, output, image, tuple(dict(step) for step in steps), luminance)
+    result = _result(name, output, image, tuple(dict(step) for step in steps), luminance)
     sidecar = output.with_suffix(".steps.json")
     text = json.dumps(result.to_json(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
     try:
@@ -235,11 +259,11 @@ def develop_photograph(photo: Path, output: Path, options: DevelopOptions) -> De
 
 
 def _result(
-    photo: Path, output: Path, image: CameraImage, steps: tuple[dict[str, Any], ...], luminance: LuminanceReport | None
+    name: str, output: Path, image: CameraImage, steps: tuple[dict[str, Any], ...], luminance: LuminanceReport | None
 ) -> DevelopedPhotograph:
     height, width, _ = image.rgb.shape
     return DevelopedPhotograph(
-        photo.name,
+        name,
         output.name,
         int(width),
         int(height),

@@ -31,6 +31,12 @@ if TYPE_CHECKING:
     metavar="CODE",
     help="Level from which a photosite counts as saturated. Default: full scale.",
 )
+@click.option(
+    "--dark", multiple=True, metavar="FRAME|FOLDER", help="Dark frame to subtract, or a folder; several are averaged."
+)
+@click.option(
+    "--flat", multiple=True, metavar="FRAME|FOLDER", help="Flat field to divide by, or a folder; several are averaged."
+)
 @click.option("--as-stored", is_flag=True, help="Do not rotate the picture upright.")
 @click.option("--linear", is_flag=True, help="Read a TIFF or OpenEXR file as linear camera RGB, whatever it declares.")
 @click.option(
@@ -50,6 +56,8 @@ def command(
     black: float | None,
     white: float | None,
     saturated: float | None,
+    dark: tuple[str, ...],
+    flat: tuple[str, ...],
     as_stored: bool,
     linear: bool,
     negative: str,
@@ -60,6 +68,9 @@ def command(
     PHOTO is a raw file of a camera with a Bayer filter, or a TIFF or OpenEXR file of linear camera RGB. Black is
     subtracted and colours are interpolated; no white balance, curve or clipping is applied. With --camera the result
     is absolute XYZ in cd/m²; without it, camera RGB in shares of full scale. The steps go into a .steps.json beside it.
+
+    --dark and --flat are photographs without light, and of an even light, by the same camera: they are applied before
+    colours are interpolated.
 
     A photograph that cannot be developed is reported, the others are written, and the exit status is 2.
     """
@@ -80,6 +91,8 @@ def command(
         exposure=parse_exposure(exposure) if exposure else None,
         assume_linear=linear,
         negative=cast(Negative, negative),
+        dark=tuple(Path(frame) for frame in dark),
+        flat=tuple(Path(frame) for frame in flat),
     )
     with progress_bar(as_json or len(photos) == 1) as step:
         report = develop_photographs(

@@ -210,3 +210,17 @@ def test_the_command_s_default_is_the_library_s() -> None:
     assert option.default == DEFAULT_DEMOSAIC
     assert isinstance(option.type, click.Choice)
     assert tuple(option.type.choices) == DEMOSAICS
+
+
+def test_dark_frames_and_flat_fields_are_options(tmp_path: Path) -> None:
+    even = np.full((48, 64, 3), 0.5)
+    options = {"black": (600,), "white": 15520, "tags": exposure_tags((1, 15), (8, 1), 200)}
+    write_dng(tmp_path / "dark.dng", np.zeros_like(even), **options)
+    write_dng(tmp_path / "flat.dng", even, **options)
+    words = ["--dark", tmp_path / "dark.dng", "--flat", tmp_path / "flat.dng", "-o", tmp_path / "a.exr"]
+    (facts,) = develop(photo(tmp_path / "a.dng"), *words)
+    assert [step["step"] for step in facts["steps"]][:4] == ["read", "linearise", "dark", "flat"]
+    write_dng(tmp_path / "full.dng", 2.5 * even, **options)
+    (finding,) = findings(tmp_path / "a.dng", "--flat", tmp_path / "full.dng", "-o", tmp_path / "new" / "b.exr")
+    assert "flat field is saturated" in finding.message
+    assert not (tmp_path / "new").exists()
