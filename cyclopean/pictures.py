@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -256,7 +257,14 @@ def delta_e(first: ArrayLike, second: ArrayLike, white: ArrayLike) -> NDArray[np
     return delta_e_2000(xyz_to_lab(first, white), xyz_to_lab(second, white))
 
 
-def compare(photo: str | Path, rendering: str | Path, regions: str | Path) -> Result[Comparison]:
+def compare(
+    photo: str | Path,
+    rendering: str | Path,
+    regions: str | Path,
+    *,
+    rig: str | Path | None = None,
+    measures: Sequence[str] = (),
+) -> Result[Comparison]:
     """Compare a photograph with its rendering, and say whether the rendering is validated.
 
     Parameters
@@ -265,20 +273,29 @@ def compare(photo: str | Path, rendering: str | Path, regions: str | Path) -> Re
         OpenEXR or TIFF of XYZ or of camera RGB, raw photographs, or spectral pictures.
     regions
         A regions file: what is compared, and the limits.
+    rig
+        The rig on which the pictures are seen; without it they are not compared as the eye resolves them.
+    measures
+        Names of measures to report beside the verdict, such as ``flip``; they need the ``rig``.
 
     Returns
     -------
     Result
-        A row for each eye and region; ``value.verdict`` holds the decision with its reasons.
+        A row for each eye and region; ``value.verdict`` is the decision with its reasons, ``value.measures`` the table
+        of measures.
 
     Raises
     ------
     InputError
         If a file cannot be read, the pictures cannot be brought to one grid closely enough, or a region lies outside.
     """
-    from stimuli.comparison import compare_pictures
+    from runner.presenter import primary_monitor
+    from stimuli.comparison import CompareOptions, compare_pictures
+    from stimuli.measures import ViewingConditions
 
-    result = compare_pictures(Path(photo), Path(rendering), Path(regions))
+    viewing = None if rig is None else ViewingConditions.on_rig(Path(rig), ask_monitor=primary_monitor)
+    options = CompareOptions(viewing=viewing, measures=tuple(measures))
+    result = compare_pictures(Path(photo), Path(rendering), Path(regions), options)
     rows: list[dict[str, Any]] = []
     for eye, one_eye in result.eyes.items():
         table = one_eye.table.to_json()

@@ -90,6 +90,12 @@ _HOLDS = click.Choice(["xyz", "rec709", "camera-rgb", "spectral"])
     metavar="ΔE00",
     help="Largest ΔE00 that counts as equal. Default: 1.4.",
 )
+@click.option(
+    "--measures",
+    multiple=True,
+    metavar="NAMES",
+    help="Measures to report beside the verdict, such as flip,pu-ssim, or all; docs/measures.md lists them.",
+)
 @click.option("-o", "--output", metavar="OUT.html", help="HTML page to write.")
 @click.option(
     "--experiment",
@@ -211,6 +217,7 @@ def _compare_options(options: dict[str, Any]) -> CompareOptions:
         white_luminance_cd_m2=options["white_luminance"],
         luminance=options["luminance"],
         delta_e_limit=options["limit"],
+        measures=options["measures"],
     )
 
 

@@ -19,6 +19,7 @@ from stimuli.comparison.depth import DisparityPair, disparity_pair
 from stimuli.comparison.evidence import Evidence, RegistrationEvidence
 from stimuli.comparison.judging import judge
 from stimuli.comparison.luminance import luminance_factor
+from stimuli.comparison.measuring import measure_eyes, usable_pixels
 from stimuli.comparison.pictures import Eye, read_picture
 from stimuli.comparison.regions import Region
 from stimuli.comparison.regions_file import RegionsFile, read_regions
@@ -27,7 +28,7 @@ from stimuli.comparison.results import CompareOptions, Comparison, EyeComparison
 from stimuli.comparison.sparkles import SparkleArea, sparkle_area
 from stimuli.comparison.verdict import Limits, Verdict, together
 from stimuli.errors import StimulusError
-from stimuli.measures import SeenPicture, difference_map
+from stimuli.measures import SeenPicture, difference_map, measures_for
 from stimuli.measures.scielab import remarks_on_observer
 from stimuli.pictures.rows import Floats, Mask, ScaledRows
 
@@ -72,7 +73,7 @@ def compare_pictures(
     InputError
         If a file cannot be read, if one picture is for two eyes and the other is not, if they cannot be brought to one
         grid closely enough, if a region lies outside, the pictures or the display are for
-        different colorimetric observers, or a chart lies another way round.
+        different colorimetric observers, a chart lies another way round, or a measure that is asked for is not there.
     OSError
         If there is no room for temporary files: 12 bytes a pixel for each of three or four pictures.
 
@@ -95,6 +96,8 @@ def compare_pictures(
     """
     options = options or CompareOptions()
     step = progress or _silent
+    if options.measures:
+        measures_for(options.measures, options.viewing)
     file = regions if isinstance(regions, RegionsFile) else read_regions(Path(regions))
     file = options.applied_to(file)
     reading = options.reading
@@ -129,6 +132,8 @@ def compare_pictures(
         )
     tables = _tables(pairs, file, options)
     eyes = {eye: _judge_eye(pair, tables[eye], file, options) for eye, pair in pairs.items()}
+    measures = measure_eyes(eyes, options, step)
+    eyes = {eye: replace(result, masks=None) for eye, result in eyes.items()}
     disparity = None
     if "left" in photo_picture.views:
         step("Measuring disparity", 0, 2)
@@ -146,6 +151,7 @@ def compare_pictures(
         file.file,
         options,
         record,
+        measures,
     )
 
 
@@ -274,6 +280,7 @@ def _judge_eye(
         verdict=judge(evidence, limits),
         notes=tuple(notes),
         regions=placed,
+        masks=(usable_pixels(pair), compared) if options.measures else None,
     )
 
 

@@ -24,8 +24,8 @@ from stimuli.comparison.verdict import (
     passing_heading,
     passing_lines,
 )
-from stimuli.measures.viewing import ViewingConditions
-from stimuli.pictures.rows import Floats, RowFile, ScaledRows
+from stimuli.measures import MeasureTable, ViewingConditions
+from stimuli.pictures.rows import Floats, Mask, RowFile, ScaledRows
 
 RegistrationMode = Literal["auto", "none", "corners"]
 
@@ -48,6 +48,8 @@ class CompareOptions:
         Four places (4, 2) in the photograph and in the rendering, in pixels from the top left corner.
     white, white_luminance_cd_m2, luminance, delta_e_limit
         Take the place of the regions file's white, its luminance mode and its limit of ΔE00.
+    measures
+        Names of measures to report beside the verdict, which they do not change; they need ``viewing``.
     """
 
     reading: ReadOptions = field(default_factory=ReadOptions)
@@ -60,6 +62,7 @@ class CompareOptions:
     white_luminance_cd_m2: float | None = None
     luminance: LuminanceMode | None = None
     delta_e_limit: float | None = None
+    measures: tuple[str, ...] = ()
 
     @property
     def pixels_per_degree(self) -> float | None:
@@ -86,7 +89,8 @@ class EyeComparison:
     """The result for one eye; ``rendering`` is on the photograph's pixels and multiplied by the table's ``scaled_by``.
 
     Summaries are of the pixels within regions that count, without those that are saturated or beyond the rendering's
-    edge. ``seen`` is None where the viewing distance is not known. The overviews are for drawing.
+    edge. ``seen`` is None where the viewing distance is not known. The overviews are for drawing. ``masks``, while
+    measures are made, are the pixels that can be used and those that count, (height, width) each.
     """
 
     photo: RowFile
@@ -101,6 +105,7 @@ class EyeComparison:
     verdict: Verdict
     notes: tuple[str, ...]
     regions: PlacedRegions
+    masks: tuple[Mask, Mask] | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Return the numbers."""
@@ -119,7 +124,8 @@ class EyeComparison:
 class Comparison:
     """The result for all eyes, and the verdict on all of it.
 
-    ``settings`` are how the comparison was asked for, by name, for its record.
+    ``settings`` are how the comparison was asked for, by name, for its record. ``measures`` are those that were asked
+    for beside the verdict.
     """
 
     photo: Picture
@@ -130,6 +136,7 @@ class Comparison:
     regions_file: str
     options: CompareOptions
     settings: Mapping[str, Any]
+    measures: MeasureTable | None = None
 
     def __repr__(self) -> str:
         return f"<Comparison of {self.photo.file.name} and {self.rendering.file.name}: {self.verdict.decision}>"
@@ -143,6 +150,8 @@ class Comparison:
         passing = passing_lines(verdict)
         if passing:
             lines += [passing_heading(verdict), *(f"  ✓ {line}" for line in passing)]
+        if self.measures is not None:
+            lines += ["Measures:", *(f"  {line}" for line in self.measures.lines())]
         notes: dict[str, list[str]] = {}
         for eye, result in self.eyes.items():
             for note in result.notes:
@@ -150,6 +159,8 @@ class Comparison:
         lines += [f"Note: {eyes[0] if len(eyes) == 1 else ''}{note}." for note, eyes in notes.items()]
         for picture in (self.photo, self.rendering):
             lines += [f"Note: {picture.file}: {note}." for note in picture.notes]
+        if self.measures is not None:
+            lines += [f"Note: {remark}." for remark in self.measures.remarks()]
         return lines
 
     def to_json(self) -> dict[str, Any]:
@@ -164,6 +175,7 @@ class Comparison:
                 "pixels_per_degree": self.options.pixels_per_degree,
                 "settings": dict(self.settings),
                 "eyes": {eye: result.to_json() for eye, result in self.eyes.items()},
+                "measures": None if self.measures is None else self.measures.to_json(),
                 "disparity": None if self.disparity is None else self.disparity.to_json(),
             }
         )

@@ -2,11 +2,10 @@ from .difference_map import difference_map as difference_map
 from .measure import EyeMeasured as EyeMeasured
 from .measure import MapMeasure as MapMeasure
 from .measure import Measure as Measure
-from .pictures import MeasureRow as MeasureRow
-from .pictures import MeasureTable as MeasureTable
 from .pictures import PicturePair as PicturePair
 from .pictures import measure_pairs as measure_pairs
 from .pictures import measure_pictures as measure_pictures
+from .pictures import measures_for as measures_for
 from .pu21 import pu21_decoded as pu21_decoded
 from .pu21 import pu21_encoded as pu21_encoded
 from .reduced import LONGEST_PX as LONGEST_PX
@@ -15,4 +14,7 @@ from .registry import measure_named as measure_named
 from .registry import measure_names as measure_names
 from .registry import measures_named as measures_named
 from .scielab import SeenPicture as SeenPicture
+from .table import MeasureRow as MeasureRow
+from .table import MeasureTable as MeasureTable
+from .table import printed as printed
 from .viewing import ViewingConditions as ViewingConditions

@@ -35,6 +35,7 @@ class _FlipKind(MapMeasure):
     better: ClassVar[Literal["lower", "higher"]] = "lower"
     identical: ClassVar[float] = 0.0
     map_highest: ClassVar[float | None] = 1.0
+    needs_display_white: ClassVar[bool] = True
     package: ClassVar[str | None] = "flip_evaluator"
     extra: ClassVar[str | None] = "measures"
     _range: ClassVar[str]
@@ -86,15 +87,15 @@ class Flip(_FlipKind):
     def measure(self, reference_XYZ: Rows, test_XYZ: Rows, viewing: ViewingConditions) -> EyeMeasured:
         """Return the mean and the map, and how much of either picture is outside what ꟻLIP takes."""
         errors = self.error_map(reference_XYZ, test_XYZ, viewing)
-        matrix, remarks = linear_srgb_matrix(viewing.white_XYZ), []
-        for name, picture in (("reference", reference_XYZ), ("test picture", test_XYZ)):
-            above = _above_white(picture, matrix)
-            if above:
-                remarks.append(
-                    f"{above:.2g} % of the {name}'s pixels have red, green or blue above the display's white, and are "
-                    "clipped for ꟻLIP; HDR-ꟻLIP takes them as they are"
-                )
-        return EyeMeasured(self.pooled(errors.ravel()), errors, tuple(remarks))
+        matrix = linear_srgb_matrix(viewing.white_XYZ)
+        above = [_above_white(picture, matrix) for picture in (reference_XYZ, test_XYZ)]
+        remarks: tuple[str, ...] = ()
+        if any(above):
+            remarks = (
+                f"red, green or blue is above the display's white in {above[0]:.3g} % of the reference's pixels and "
+                f"{above[1]:.3g} % of the test picture's, and clipped for ꟻLIP; HDR-ꟻLIP takes it as it is",
+            )
+        return EyeMeasured(self.pooled(errors.ravel()), errors, remarks)
 
 
 class HdrFlip(_FlipKind):

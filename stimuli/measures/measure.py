@@ -46,6 +46,8 @@ class Measure(ABC):
     """What its error map shows, with its unit."""
     map_highest: ClassVar[float | None] = None
     """The upper end of the scale on which its error map is drawn; None for the map's own largest value."""
+    needs_display_white: ClassVar[bool] = False
+    """Whether the white of the display must be known."""
     package: ClassVar[str | None] = None
     """The module that must be there for it, beyond this distribution's own dependencies."""
     extra: ClassVar[str | None] = None

@@ -1,10 +1,9 @@
-"""Measuring two pictures, eye by eye and for both eyes: the table."""
+"""Measuring two pictures, eye by eye and for both eyes."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,11 +12,10 @@ from stimuli.errors import StimulusError
 from stimuli.measures.measure import EyeMeasured, Measure
 from stimuli.measures.reduced import reduced
 from stimuli.measures.registry import measures_named
+from stimuli.measures.table import Eye, MeasureRow, MeasureTable
 from stimuli.measures.viewing import ViewingConditions
 from stimuli.pictures.rows import Floats32, Mask, Rows, bands
 from stimuli.pictures.stereo_image import StereoImage
-
-Eye = Literal["left", "right", "both"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -38,90 +36,6 @@ class PicturePair:
         """The pixels that enter a value, bool (height, width); None for all."""
         masks = [mask for mask in (self.usable, self.counted) if mask is not None]
         return np.asarray(np.logical_and.reduce(masks)) if masks else None
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class MeasureRow:
-    """What one measure says: of each eye, ``both`` for a flat picture, and ``binocular``, None for a flat picture."""
-
-    measure: Measure
-    eyes: Mapping[Eye, EyeMeasured]
-    binocular: float | None
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the numbers by name; None for infinity, which only identical pictures have."""
-        values: dict[str, float] = {eye: measured.value for eye, measured in self.eyes.items()}
-        if self.binocular is not None:
-            values["binocular"] = self.binocular
-        remarks = list(dict.fromkeys(remark for measured in self.eyes.values() for remark in measured.remarks))
-        return {
-            "name": self.measure.name,
-            "title": self.measure.title,
-            "unit": self.measure.unit,
-            "better": self.measure.better,
-            "identical": _or_none(self.measure.identical),
-            **{name: _or_none(value) for name, value in values.items()},
-            "remarks": remarks,
-        }
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class MeasureTable:
-    """The measures of two pictures, one row each."""
-
-    rows: tuple[MeasureRow, ...]
-    viewing: ViewingConditions
-
-    def __getitem__(self, name: str) -> MeasureRow:
-        """Return the row of the measure of that name."""
-        for row in self.rows:
-            if row.measure.name == name:
-                return row
-        raise KeyError(name)
-
-    def binocular(self, name: str) -> float:
-        """Return the value of a measure for both eyes. Raises StimulusError for flat pictures, which have none."""
-        value = self[name].binocular
-        if value is None:
-            raise StimulusError.of(
-                f"the pictures are flat, and '{name}' has no value for two eyes",
-                "give pairs for two eyes, or take the value of the one picture",
-            )
-        return value
-
-    def to_json(self) -> list[dict[str, Any]]:
-        """Return the rows as JSON values."""
-        return [row.to_json() for row in self.rows]
-
-    def lines(self) -> list[str]:
-        """Return the table as lines of text, its columns one below the other."""
-        if not self.rows:
-            return []
-        eyes = tuple(self.rows[0].eyes)
-        columns = (*eyes, "both eyes") if len(eyes) > 1 else ("value",)
-        cells = [["measure", *columns, ""]]
-        for row in self.rows:
-            values = [row.eyes[eye].value for eye in eyes] + ([] if row.binocular is None else [row.binocular])
-            better = "less is closer" if row.measure.better == "lower" else "more is closer"
-            cells.append([row.measure.title, *(printed(value, row.measure.unit) for value in values), better])
-        widths = [max(len(line[column]) for line in cells) for column in range(len(cells[0]))]
-        return [
-            "  ".join(
-                cell.ljust(width) if at in (0, len(line) - 1) else cell.rjust(width)
-                for at, (cell, width) in enumerate(zip(line, widths, strict=True))
-            ).rstrip()
-            for line in cells
-        ]
-
-
-def _or_none(value: float) -> float | None:
-    return value if np.isfinite(value) else None
-
-
-def printed(value: float, unit: str) -> str:
-    """Return a value with four significant digits and its unit, ``∞`` where it is infinite."""
-    number = "∞" if np.isinf(value) else f"{value:.4g}"
-    return f"{number} {unit}".rstrip()
 
 
 def measure_pictures(
@@ -205,15 +119,7 @@ def measure_pairs(
     StimulusError
         As of `measure_pictures`, or if no pixel of a pair counts.
     """
-    measures = measures_named(names)
-    if viewing is None:
-        raise StimulusError.of(
-            "it is not known from how far the pictures are seen, and on what display, which measures of pictures need",
-            "give --rig RIG.yaml, or --display D.yaml and --distance-mm",
-        )
-    density = viewing.pixels_per_degree
-    if not (np.isfinite(density) and density > 0):
-        raise StimulusError(f"pixels_per_degree is {density}; it must be a finite number above 0")
+    measures, viewing = measures_for(names, viewing), _known(viewing)
     for eye, pair in pairs.items():
         _check(pair, "" if eye == "both" else f" of the {eye} eye")
     rows = []
@@ -224,6 +130,50 @@ def measure_pairs(
     if progress is not None:
         progress("Measuring pictures", len(measures), len(measures))
     return MeasureTable(tuple(rows), viewing)
+
+
+def measures_for(names: Iterable[str], viewing: ViewingConditions | None) -> tuple[Measure, ...]:
+    """Return measures by name, after what they need beside pictures was checked.
+
+    Parameters
+    ----------
+    names
+        As of `measures_named`.
+    viewing
+        How the pictures are seen, None where it is not known.
+
+    Returns
+    -------
+    tuple of Measure
+        The measures.
+
+    Raises
+    ------
+    StimulusError
+        If there is no such measure, its package is not installed, or the viewing conditions are not known.
+
+    Examples
+    --------
+    >>> [measure.name for measure in measures_for(["pu-psnr"], ViewingConditions(pixels_per_degree=45.0))]
+    ['pu-psnr']
+    """
+    measures = measures_named(names)
+    seen = _known(viewing)
+    if any(measure.needs_display_white for measure in measures):
+        _ = seen.white_XYZ
+    return measures
+
+
+def _known(viewing: ViewingConditions | None) -> ViewingConditions:
+    if viewing is None:
+        raise StimulusError.of(
+            "it is not known from how far the pictures are seen, and on what display, which measures of pictures need",
+            "give --rig RIG.yaml, or --display D.yaml and --distance-mm",
+        )
+    density = viewing.pixels_per_degree
+    if not (np.isfinite(density) and density > 0):
+        raise StimulusError(f"pixels_per_degree is {density}; it must be a finite number above 0")
+    return viewing
 
 
 def _eyes(picture: StereoImage | ArrayLike) -> dict[Eye, NDArray[np.floating]]:
@@ -245,7 +195,12 @@ def _check(pair: PicturePair, whose: str) -> None:
     if masks and not np.any(pair.pooled):
         raise StimulusError(f"no pixel of the pictures{whose} is left to measure: all are excluded")
     for name, picture in (("reference", pair.reference), ("test picture", pair.test)):
-        bad = sum(int(np.count_nonzero(~np.isfinite(picture[band]).all(axis=-1))) for band in bands(picture.shape))
+        bad = 0
+        for band in bands(picture.shape):
+            wrong = ~np.isfinite(picture[band]).all(axis=-1)
+            bad += int(
+                np.count_nonzero(wrong if name == "reference" or pair.usable is None else wrong & pair.usable[band])
+            )
         if bad:
             raise StimulusError(f"{bad} pixels of the {name}{whose} cannot be measured: they have NaN or infinity")
 

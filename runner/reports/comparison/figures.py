@@ -9,6 +9,7 @@ from __future__ import annotations
 import base64
 import io
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,7 +23,7 @@ from stimuli.comparison import (
     RegionRow,
     RegionTable,
 )
-from stimuli.measures import LONGEST_PX
+from stimuli.measures import LONGEST_PX, MeasureRow
 from stimuli.pictures import Floats, Rows, block_means
 
 MOST_PROFILES = 6
@@ -42,17 +43,36 @@ _VECTOR_SHARE = 0.12
 
 def map_figure(small: NDArray[np.float32], label: str) -> str:
     """Return a reduced map as ``<svg>``, on a scale of ΔE00 0 to 10 with its colour bar; NaN is grey."""
+    return _map(small, label, "ΔE00", HIGHEST, "max")
+
+
+def _map(small: NDArray[np.float32], label: str, scale: str, highest: float, beyond: Literal["max", "neither"]) -> str:
     from matplotlib import colormaps
 
     shape = small.shape[0] / small.shape[1]
     colours = colormaps["viridis"].with_extremes(bad=EXCLUDED_GREY, over="#fff7c2")
     with drawing("difference-map", WIDE_IN, min(9.0, max(1.6, 6.6 * shape))) as (figure, axes):
-        image = axes.imshow(small, cmap=colours, vmin=0, vmax=HIGHEST, interpolation="nearest", rasterized=True)
+        image = axes.imshow(small, cmap=colours, vmin=0, vmax=highest, interpolation="nearest", rasterized=True)
         axes.set_axis_off()
-        bar = figure.colorbar(image, ax=axes, extend="max", fraction=0.04, pad=0.02)
-        bar.set_label("ΔE00", color=INK)
+        bar = figure.colorbar(image, ax=axes, extend=beyond, fraction=0.04, pad=0.02)
+        bar.set_label(scale, color=INK)
         bar.ax.tick_params(colors=INK)
         return svg_of(figure, label)
+
+
+def measure_figures(row: MeasureRow) -> dict[str, str]:
+    """Return the reduced error map of each eye as ``<svg>`` with its colour bar, on one scale; NaN is grey."""
+    maps = {eye: measured.error_map for eye, measured in row.eyes.items() if measured.error_map is not None}
+    measure, highest = row.measure, row.measure.map_highest
+    if highest is None:
+        highest = max((float(np.nanmax(small, initial=0.0)) for small in maps.values()), default=0.0) or 1.0
+    beyond: Literal["max", "neither"] = "neither" if measure.map_highest is None else "max"
+    return {
+        eye: _map(
+            small, measure.title if eye == "both" else f"{measure.title}, {eye} eye", measure.map_title, highest, beyond
+        )
+        for eye, small in maps.items()
+    }
 
 
 def histogram_figure(overview: DifferenceOverview, limit: float, label: str) -> str:

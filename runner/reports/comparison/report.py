@@ -26,6 +26,7 @@ from runner.reports.comparison.figures import (
     histogram_figure,
     luminance_figure,
     map_figure,
+    measure_figures,
 )
 from stimuli.comparison import (
     CompareOptions,
@@ -38,6 +39,7 @@ from stimuli.comparison import (
     passing_heading,
     passing_lines,
 )
+from stimuli.measures import MeasureTable, printed
 
 _MARKS: dict[Outcome, str] = {"fails": "fails", "cannot say": "not known", "noted": "noted"}
 
@@ -171,7 +173,9 @@ def render(comparison: Comparison) -> str:
 
     # The style is that of the report on a display.
     environment = page_environment("runner.reports.comparison", "runner.reports.display")
-    environment.filters.update({"short": short, "typeset": typeset, "places": _places, "signed": _signed})
+    environment.filters.update(
+        {"short": short, "typeset": typeset, "places": _places, "signed": _signed, "printed": printed}
+    )
     verdict = comparison.verdict
     return environment.get_template("compare.html.j2").render(
         comparison=comparison,
@@ -180,6 +184,7 @@ def render(comparison: Comparison) -> str:
         passing=passing_lines(verdict),
         passing_heading=passing_heading(verdict),
         eyes=[(eye, result, _drawings(comparison, result, str(eye))) for eye, result in comparison.eyes.items()],
+        measures=_measure_figures(comparison.measures),
         versions={name: version(name) for name in ("cyclopean", "numpy", "scipy", "opencv-python-headless")},
         settings=[
             (key.replace("_", " "), _plain(value)) for key, value in comparison.settings.items() if key != "regions"
@@ -189,6 +194,18 @@ def render(comparison: Comparison) -> str:
             for picture in (comparison.photo, comparison.rendering)
         ],
     )
+
+
+def _measure_figures(table: MeasureTable | None) -> list[tuple[str, Markup]]:
+    """Return the caption and the figure of each error map."""
+    return [
+        (
+            row.measure.title if eye == "both" else f"{row.measure.title}, {eye} eye",
+            Markup(_own_names(svg, f"{eye}-{row.measure.name}")),
+        )
+        for row in (table.rows if table is not None else ())
+        for eye, svg in measure_figures(row).items()
+    ]
 
 
 def _drawings(comparison: Comparison, result: EyeComparison, eye: str) -> _Drawings:

@@ -7,7 +7,15 @@ import pytest
 from numpy.typing import NDArray
 
 from stimuli.errors import StimulusError
-from stimuli.measures import PicturePair, ViewingConditions, measure_pairs, measure_pictures, measures_named
+from stimuli.measures import (
+    PicturePair,
+    ViewingConditions,
+    measure_named,
+    measure_pairs,
+    measure_pictures,
+    measures_named,
+    printed,
+)
 from stimuli.pictures import StereoImage
 
 VIEWING = ViewingConditions(45.0, np.array([95.0, 100.0, 108.9]))
@@ -142,3 +150,12 @@ def test_the_table_as_text() -> None:
 def test_pixels_per_degree_that_cannot_be(density: float) -> None:
     with pytest.raises(StimulusError, match="pixels_per_degree"):
         measure_pictures(picture(), picture(), ["pu-psnr"], ViewingConditions(density, VIEWING.display_white_XYZ))
+
+
+def test_a_value_beside_that_of_identical_pictures_does_not_look_like_it() -> None:
+    ssim, flip = measure_named("pu-ssim"), measure_named("s-cielab")
+    assert printed(1.0, ssim) == "1"
+    assert printed(0.99998765, ssim) == "0.999988"
+    assert printed(0.0, flip) == "0 ΔE"
+    assert printed(0.0184321, flip) == "0.01843 ΔE"
+    assert printed(float("inf"), measure_named("pu-psnr")) == "∞ dB"

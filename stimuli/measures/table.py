@@ -1,0 +1,122 @@
+"""The table of measures of two pictures: for each eye and for both."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from devices.colour_matching import DEFAULT_OBSERVER
+from stimuli.errors import StimulusError
+from stimuli.measures.measure import EyeMeasured, Measure
+from stimuli.measures.viewing import ViewingConditions
+
+Eye = Literal["left", "right", "both"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class MeasureRow:
+    """What one measure says: of each eye, ``both`` for a flat picture, and ``binocular``, None for a flat picture."""
+
+    measure: Measure
+    eyes: Mapping[Eye, EyeMeasured]
+    binocular: float | None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the numbers by name; None for infinity, which only identical pictures have."""
+        values: dict[str, float] = {eye: measured.value for eye, measured in self.eyes.items()}
+        if self.binocular is not None:
+            values["binocular"] = self.binocular
+        remarks = list(dict.fromkeys(remark for measured in self.eyes.values() for remark in measured.remarks))
+        return {
+            "name": self.measure.name,
+            "title": self.measure.title,
+            "unit": self.measure.unit,
+            "better": self.measure.better,
+            "identical": _or_none(self.measure.identical),
+            **{name: _or_none(value) for name, value in values.items()},
+            "remarks": remarks,
+        }
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class MeasureTable:
+    """The measures of two pictures, one row each."""
+
+    rows: tuple[MeasureRow, ...]
+    viewing: ViewingConditions
+
+    def __getitem__(self, name: str) -> MeasureRow:
+        """Return the row of the measure of that name."""
+        for row in self.rows:
+            if row.measure.name == name:
+                return row
+        raise KeyError(name)
+
+    def binocular(self, name: str) -> float:
+        """Return the value of a measure for both eyes. Raises StimulusError for flat pictures, which have none."""
+        value = self[name].binocular
+        if value is None:
+            raise StimulusError.of(
+                f"the pictures are flat, and '{name}' has no value for two eyes",
+                "give pairs for two eyes, or take the value of the one picture",
+            )
+        return value
+
+    def remarks(self) -> list[str]:
+        """Return what was assumed, each once."""
+        remarks = {
+            f"{eye} eye: {remark}" if eye != "both" else remark: None
+            for row in self.rows
+            for eye, measured in row.eyes.items()
+            for remark in measured.remarks
+        }
+        observer = self.viewing.observer
+        if observer not in (None, DEFAULT_OBSERVER):
+            of = f"measures of pictures are defined for {DEFAULT_OBSERVER}, and they take XYZ for {observer} here"
+            remarks[of] = None
+        return list(remarks)
+
+    def to_json(self) -> list[dict[str, Any]]:
+        """Return the rows as JSON values."""
+        return [row.to_json() for row in self.rows]
+
+    def lines(self) -> list[str]:
+        """Return the table as lines of text, its columns one below the other."""
+        if not self.rows:
+            return []
+        eyes = tuple(self.rows[0].eyes)
+        columns = (*eyes, "both eyes") if len(eyes) > 1 else ("value",)
+        cells = [["measure", *columns, ""]]
+        for row in self.rows:
+            values = [row.eyes[eye].value for eye in eyes] + ([] if row.binocular is None else [row.binocular])
+            better = "less is closer" if row.measure.better == "lower" else "more is closer"
+            cells.append([row.measure.title, *(printed(value, row.measure) for value in values), better])
+        widths = [max(len(line[column]) for line in cells) for column in range(len(cells[0]))]
+        return [
+            "  ".join(
+                cell.ljust(width) if at in (0, len(line) - 1) else cell.rjust(width)
+                for at, (cell, width) in enumerate(zip(line, widths, strict=True))
+            ).rstrip()
+            for line in cells
+        ]
+
+
+def _or_none(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+def printed(value: float, measure: Measure) -> str:
+    """Return a value with its unit: four significant digits, more where it would look like that of identical pictures.
+
+    Infinity is ``∞``.
+    """
+    if np.isinf(value):
+        number = "∞"
+    else:
+        texts = [f"{value:.{digits}g}" for digits in (4, 6, 8, 10)]
+        same = f"{measure.identical:.4g}"
+        number = next((text for text in texts if text != same or value == measure.identical), texts[-1])
+    return f"{number} {measure.unit}".rstrip()
