@@ -38,7 +38,32 @@ def run() -> dict[str, Any]:
     for density in FLAKES_PER_MM2:
         dense = replace(plate, flakes_per_mm2=float(density))
         rows += _series(dense, lamp, camera, scatter_flakes(dense, recipe.seed))
+    rows += _spot(replace(plate, width_mm=300.0, height_mm=200.0), lamp, recipe.camera.camera(), recipe.seed)
     return {"title": "Sparkle plate, two eyes", "rows": rows}
+
+
+def _spot(plate: Plate, lamp: Lamp, camera: Camera, seed: int) -> list[Row]:
+    """A spot of 10° at 120 mm on a plate of 300 × 200 mm: tiles beyond its beam are dark, and left alone."""
+    spot = replace(lamp, distance_mm=120.0, beam_angle_deg=10.0)
+    plate = replace(plate, flakes_per_mm2=20.0)
+    flakes = scatter_flakes(plate, seed)
+    brute = sparkle_map(plate, spot, camera, "left", flakes, cull=False)
+    rows: list[Row] = []
+    for series, found, draw in (
+        ("spot, brute force", brute, partial(sparkle_map, plate, spot, camera, "left", flakes, cull=False)),
+        (
+            "spot, culled",
+            sparkle_map(plate, spot, camera, "left", flakes),
+            partial(sparkle_map, plate, spot, camera, "left", flakes),
+        ),
+    ):
+        note = (
+            f"{found.tiles_visited} of {found.tiles} tiles visited, {found.shaded:,} of {found.flakes:,} flakes shaded"
+        )
+        error = _worst(found, brute.luminance_cd_m2) / float(brute.luminance_cd_m2.max())
+        row: Row = {"series": series, "parameter": "one eye", "seconds": seconds(draw, repeats=2), "error": error}
+        rows.append({**row, "note": note})
+    return rows
 
 
 def _series(plate: Plate, lamp: Lamp, camera: Camera, flakes: Flakes) -> list[Row]:

@@ -19,6 +19,10 @@ So h lies within β = ρ (1/r + 1/s) / (m (v_z + l_z)) of the middle's, and a fl
 tan(θ − γ) to tan(θ + γ) with θ the zenith angle of h. The circle on that axis holds the ellipse. A flake outside the
 circle of the whole plate, or else outside that of its tile, is dropped. Circles are wider by 1e-5 than they
 would have to be, for slopes are kept as float32. A cap that reaches the horizon has no circle: then all are kept.
+
+A tile to which the lamp sends less than the share τ of its illuminance in the plate's middle, wherever in the tile one
+looks, is dark: its flakes send less than τ of what they would send from the middle at their lobe's peak, and are
+dropped as well. A near lamp's beam leaves such tiles.
 """
 
 from __future__ import annotations
@@ -29,7 +33,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stimuli.sparkle.flakes import Flakes
-from stimuli.sparkle.lamplight import lamp_directions, nearest_mm
+from stimuli.sparkle.lamplight import lamp_directions, most_illuminance_lx, nearest_mm
 from stimuli.sparkle.optics import half_way, refract, view_directions, widest_lobe_sd
 from stimuli.sparkle.scene import Camera, Lamp, Plate
 
@@ -47,14 +51,25 @@ TILE_PX = 256
 def that_matter(
     flakes: Flakes, plate: Plate, lamp: Lamp, eye_mm: Floats, tiles: Tiles, least_share: float = LEAST_LOBE_SHARE
 ) -> Indices:
-    """Return the indices of flakes that may send the eye at ``eye_mm`` (3,) ``least_share`` of their lobe's peak."""
+    """Return the indices of flakes that may send the eye at ``eye_mm`` (3,) ``least_share`` of their lobe's peak.
+
+    Flakes of tiles that no light reaches (see `lit`) are not among them.
+    """
+    light = lit(tiles, lamp, least_share)
     centre, radius = slope_circles(whole(plate), plate, lamp, eye_mm, least_share)
     near = np.arange(len(flakes))
     if np.isfinite(radius[0]):
         near = np.flatnonzero(_within(flakes.slope_x, flakes.slope_y, centre, radius))
     centres, radii = slope_circles(tiles, plate, lamp, eye_mm, least_share)
     tile = tiles.of_places(flakes.x_mm[near], flakes.y_mm[near])
-    return near[_within(flakes.slope_x[near], flakes.slope_y[near], centres[tile], radii[tile])]
+    matters = _within(flakes.slope_x[near], flakes.slope_y[near], centres[tile], radii[tile])
+    return near[matters] if light.all() else near[matters & light[tile]]
+
+
+def lit(tiles: Tiles, lamp: Lamp, least_share: float) -> NDArray[np.bool_]:
+    """Return which tiles (tiles,) may get ``least_share`` or more of the illuminance in the plate's middle."""
+    x, y, reach = tiles.middles_mm()
+    return np.asarray(most_illuminance_lx(lamp, x, y, reach * (1 + _SLACK)) >= least_share * lamp.illuminance_lx)
 
 
 def slope_circles(tiles: Tiles, plate: Plate, lamp: Lamp, eye_mm: Floats, least_share: float) -> tuple[Floats, Floats]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from stimuli.pictures.resampling import area_weights, resample
 from stimuli.pictures.resolution import display_resolution
 from stimuli.pictures.stereo_image import View, XYZImage
 from stimuli.sparkle.camera import expose, sensor_of, splat, through_the_eye
-from stimuli.sparkle.cull import LEAST_LOBE_SHARE, TILE_PX, that_matter, tiles_of
+from stimuli.sparkle.cull import LEAST_LOBE_SHARE, TILE_PX, lit, that_matter, tiles_of
 from stimuli.sparkle.flakes import Flakes, scatter_flakes
 from stimuli.sparkle.light import Light, Term, colour_under, flop_luminance, gathered, matt_luminance
 from stimuli.sparkle.optics import shade
@@ -143,22 +143,24 @@ class Studio:
 class SparkleMap:
     """The light of flakes for one viewpoint and lamp: cd/m² (rows, columns), and how much work that was.
 
-    Of ``flakes``, ``shaded`` may send light to the eye by their slopes and ``splatted`` do; of ``tiles``,
-    ``tiles_visited`` have any of these.
+    Of ``flakes``, ``shaded`` may send light to the eye by their slopes and ``splatted`` do; of ``tiles``, light reaches
+    ``tiles_lit``, and ``tiles_visited`` have any of these flakes.
     """
+
+    COUNTED: ClassVar[tuple[str, ...]] = ("flakes", "shaded", "splatted", "tiles", "tiles_lit", "tiles_visited")
 
     luminance_cd_m2: NDArray[np.float32]
     flakes: int
     shaded: int
     splatted: int
     tiles: int
+    tiles_lit: int
     tiles_visited: int
 
     @property
     def counts(self) -> dict[str, int]:
         """The work by name, for a manifest."""
-        names = ("flakes", "shaded", "splatted", "tiles", "tiles_visited")
-        return {name: getattr(self, name) for name in names}
+        return {name: getattr(self, name) for name in self.COUNTED}
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -186,7 +188,8 @@ def sparkle_map(
 ) -> SparkleMap:
     """Return the light of ``flakes`` for ``left``, ``right`` or ``center``; without ``cull``, by brute force.
 
-    Flakes that send less than ``least_share`` of their lobe's peak are left out.
+    Flakes that send less than ``least_share`` of their lobe's peak, or get less than that of the light in the plate's
+    middle, are left out.
     """
     position, tiles = camera.position_mm(eye), tiles_of(plate, camera, tile_px)
     kept = flakes.chosen(that_matter(flakes, plate, lamp, position, tiles, least_share)) if cull else flakes
@@ -195,7 +198,8 @@ def sparkle_map(
         sparkles = sparkles.chosen(sparkles.lobe_share >= least_share)
     luminance, visited = splat(sparkles, plate, camera, tile_px)
     seen = through_the_eye(luminance, camera)
-    return SparkleMap(seen, len(flakes), len(kept), len(sparkles.x_mm), len(tiles), visited)
+    tiles_lit = int(lit(tiles, lamp, least_share).sum()) if cull else len(tiles)
+    return SparkleMap(seen, len(flakes), len(kept), len(sparkles.x_mm), len(tiles), tiles_lit, visited)
 
 
 def plate_light(plate: Plate, lamps: Sequence[Lamp], camera: Camera, eye: str, flakes: Flakes) -> Light:
@@ -234,7 +238,7 @@ def plate_light(plate: Plate, lamps: Sequence[Lamp], camera: Camera, eye: str, f
     if mixed := mixed_observers((f"lamp {number}", lamp.observer) for number, lamp in enumerate(lamps, start=1)):
         raise StimulusError(mixed)
     terms: list[Term] = []
-    counts = Counter({"lamps": 0, "flakes": 0, "shaded": 0, "splatted": 0, "tiles": 0, "tiles_visited": 0})
+    counts = Counter(dict.fromkeys(("lamps", *SparkleMap.COUNTED), 0))
     for lamp in lamps:
         if lamp.illuminance_lx == 0:
             continue

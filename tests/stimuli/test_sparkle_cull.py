@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from stimuli.recipes.recipe import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
-from stimuli.sparkle.cull import LEAST_LOBE_SHARE, Tiles, slope_circles, that_matter, tiles_of, whole
+from stimuli.sparkle.cull import LEAST_LOBE_SHARE, Tiles, lit, slope_circles, that_matter, tiles_of, whole
 from stimuli.sparkle.flakes import Flakes, scatter_flakes
-from stimuli.sparkle.lamplight import lamp_directions
+from stimuli.sparkle.lamplight import illuminance_lx, lamp_directions, most_illuminance_lx
 from stimuli.sparkle.optics import half_way, refract, shade, view_directions
 from stimuli.sparkle.scene import Camera, Lamp, Plate
 from stimuli.sparkle.studio import photograph, plate_light, sparkle_map
@@ -186,6 +186,72 @@ def test_tiles_without_content_are_not_visited() -> None:
     np.testing.assert_allclose(
         fast.luminance_cd_m2, slow.luminance_cd_m2, atol=1e-5 * float(slow.luminance_cd_m2.max())
     )
+
+
+SPOT = replace(NEAR, distance_mm=120.0, beam_angle_deg=10.0, angular_radius_deg=1.0)
+
+
+@pytest.mark.parametrize("tile_px", [256, 64])
+def test_tiles_beyond_a_lamp_s_beam_are_dark_and_not_visited(tile_px: int) -> None:
+    """A spot of 10° on a whole plate: most of it gets less than a millionth of the light in the middle."""
+    wide = replace(PLATE, width_mm=300.0, height_mm=200.0, flakes_per_mm2=3.0, tilt_sd_deg=20.0)
+    flakes = scatter_flakes(wide, 2)
+    fast = sparkle_map(wide, SPOT, CAMERA, "left", flakes, tile_px=tile_px)
+    slow = sparkle_map(wide, SPOT, CAMERA, "left", flakes, cull=False, tile_px=tile_px)
+    assert 0 < fast.tiles_visited <= fast.tiles_lit < 0.5 * fast.tiles
+    assert slow.tiles_lit == slow.tiles == fast.tiles
+    peak = float(slow.luminance_cd_m2.max())
+    assert float(np.abs(fast.luminance_cd_m2 - slow.luminance_cd_m2).max()) <= 3 * LEAST_LOBE_SHARE * peak
+    # A beam that is not one lights all of it, and the same flakes matter as before.
+    whole_plate = replace(SPOT, beam_angle_deg=None)
+    assert sparkle_map(wide, whole_plate, CAMERA, "left", flakes, tile_px=tile_px).tiles_lit == fast.tiles
+
+
+def test_no_flake_of_a_dark_tile_is_shaded_and_every_lit_one_as_without_a_beam() -> None:
+    flakes, eye = scatter_flakes(PLATE, 1), CAMERA.position_mm("left")
+    tiles = tiles_of(PLATE, CAMERA, 32)
+    narrow = replace(SPOT, distance_mm=20.0)
+    light = lit(tiles, narrow, LEAST_LOBE_SHARE)
+    assert 0 < light.sum() < len(tiles)
+    found = that_matter(flakes, PLATE, narrow, eye, tiles)
+    everywhere = that_matter(flakes, PLATE, replace(narrow, beam_angle_deg=None), eye, tiles)
+    tile = tiles.of_places(flakes.x_mm[everywhere], flakes.y_mm[everywhere])
+    np.testing.assert_array_equal(found, everywhere[light[tile]])
+    # What is dropped gets less than a millionth of the light in the middle.
+    dark = flakes.chosen(everywhere[~light[tile]])
+    got = illuminance_lx(narrow, dark.x_mm.astype(np.float64), dark.y_mm.astype(np.float64))
+    assert np.asarray(got).max() < LEAST_LOBE_SHARE * narrow.illuminance_lx
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    zenith=st.floats(0, 88),
+    azimuth=st.floats(0, 360),
+    lamp_mm=st.floats(5, 3000),
+    beam=st.none() | st.floats(1, 170),
+    width=st.floats(1, 400),
+    tile_px=st.sampled_from([16, 64, 256]),
+)
+def test_no_place_of_a_tile_gets_more_light_than_its_bound(
+    zenith: float, azimuth: float, lamp_mm: float, beam: float | None, width: float, tile_px: int
+) -> None:
+    plate = replace(PLATE, width_mm=width, height_mm=0.7 * width)
+    lamp = replace(LAMP, zenith_deg=zenith, azimuth_deg=azimuth, distance_mm=lamp_mm, beam_angle_deg=beam)
+    tiles = tiles_of(plate, replace(CAMERA, resolution_px_per_mm=200 / width), tile_px)
+    x, y = (0.5 * side * np.linspace(-1, 1, 81) for side in (plate.width_mm, plate.height_mm))
+    places = [grid.ravel() for grid in np.meshgrid(x, y)]
+    tile = tiles.of_places(places[0].astype(np.float32), places[1].astype(np.float32))
+    middle_x, middle_y, reach = tiles.middles_mm()
+    bound = most_illuminance_lx(lamp, middle_x, middle_y, reach * (1 + 1e-5))
+    assert np.all(illuminance_lx(lamp, *places) <= bound[tile] * (1 + 1e-12))
+
+
+def test_the_bound_of_light_is_tight_in_small_tiles() -> None:
+    tiles = tiles_of(replace(PLATE, width_mm=150.0, height_mm=100.0), CAMERA, 8)
+    x, y, reach = tiles.middles_mm()
+    light = np.asarray(illuminance_lx(NEAR, x, y))
+    assert np.all(light <= most_illuminance_lx(NEAR, x, y, reach))
+    assert np.all(most_illuminance_lx(NEAR, x, y, reach) <= 1.05 * light)
 
 
 def test_work_grows_with_what_is_seen_and_not_with_what_is_there() -> None:
