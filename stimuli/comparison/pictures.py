@@ -144,7 +144,7 @@ def what_it_holds(path: Path) -> Holds:
     try:
         spec = picture.spec()
         names = {name.rpartition(".")[2] for name in spec.channelnames}
-        if {"X", "Y", "Z"} <= names:
+        if {"X", "Y", "Z"} <= names or names <= {"Y", "RY", "BY", "A"}:
             return "xyz"
         if not {"R", "G", "B"} <= names:
             return "spectral"
@@ -256,7 +256,7 @@ def _tiff_xyz(path: Path, digest: str, holds: Holds, done: RowsDone) -> Picture:
     """Read a TIFF of floats whose numbers are XYZ in cd/m², or linear Rec. 709 of white 1 cd/m²."""
     from devices.colour import rgb_to_xyz_matrix
     from stimuli.develop.linear_files import read_linear
-    from stimuli.pictures.exr_read import REC709
+    from stimuli.pictures.exr_header import REC709
 
     image = read_linear(path, assume_linear=True)
     if any(step.get("kind", "").startswith("tiff uint") for step in image.steps):

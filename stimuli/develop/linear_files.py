@@ -17,6 +17,7 @@ from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.levels import Levels
 from stimuli.develop.metadata import EXIF_FLIPS, EXPOSURE_ATTRIBUTE, earlier_steps, exposure_step, spec_exposure, turned
 from stimuli.errors import StimulusError
+from stimuli.pictures.exr_header import refuse_other_than_a_view
 from stimuli.pictures.exr_write import write_pixel_rows
 from stimuli.pictures.picture_input import opened, reason
 
@@ -142,6 +143,14 @@ def _refuse(spec: OpenImageIO.ImageSpec, path: Path, linear: bool) -> None:
     if spec.width * spec.height * spec.nchannels > MAX_VALUES:
         size = f"{spec.width} × {spec.height} pixels of {spec.nchannels} channels"
         raise StimulusError.at(path, f"the picture has {size}, more than {MAX_VALUES} values", "keep R, G and B")
+    stored, shown = (
+        (spec.x, spec.y, spec.width, spec.height),
+        (spec.full_x, spec.full_y, spec.full_width, spec.full_height),
+    )
+    if stored != shown:
+        message = "it stores another part than its display window, and cameras' pixels have their places"
+        raise StimulusError.at(path, message, "write it again with one window: oiiotool IN --croptofull -o OUT")
+    refuse_other_than_a_view(spec, path)
     missing = [name for name in _RGB if name not in spec.channelnames]
     if missing:
         channels = ", ".join(spec.channelnames[:6])

@@ -16,6 +16,7 @@ from devices.errors import DeviceError
 from documents import Finding
 from documents.text import counted
 from stimuli.errors import StimulusError
+from stimuli.pictures.exr_header import REC709, SAME, XYZ
 from stimuli.pictures.exr_views import Region, View, read_views
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 
@@ -128,9 +129,9 @@ def read_exr_counted(
     path = Path(path)
     views = read_views(path, region)
     names = _chosen(tuple(views), path, flat, flat_eye)
-    windows = {name: views[name].data_window_px for name in names}
-    if len({window[2:] for window in windows.values()}) > 1 or len({views[name].size_px for name in names}) > 1:
-        sizes = ", ".join(f"'{name}' is {width} × {height}" for name, (_, _, width, height) in windows.items())
+    # Data windows may differ: a compositor stores no more than what is not black.
+    if len({views[name].size_px for name in names}) > 1:
+        sizes = ", ".join(f"'{name}' is {' × '.join(map(str, views[name].size_px))}" for name in names)
         raise StimulusError.at(path, f"the views differ in size: {sizes}", "crop them alike")
     converted = [
         view_to_xyz(
@@ -178,11 +179,6 @@ def _chosen(names: tuple[str, ...], path: Path, flat: bool, flat_eye: Eye | None
 # The last five are of codes, in ordinary pictures; OpenEXR holds light.
 ColourSpace = Literal["declared", "xyz", "rec709", "srgb", "display-p3", "adobe-rgb", "rec2020", "icc"]
 Negative = Literal["refuse", "clip"]
-
-REC709 = np.array([[0.64, 0.33], [0.30, 0.60], [0.15, 0.06], [0.3127, 0.3290]])
-XYZ = np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [1.0 / 3.0, 1.0 / 3.0]])
-# Chromaticities are stored as float32, often from a table of three or four digits.
-_SAME = 1e-4
 
 
 def view_to_xyz(
@@ -246,7 +242,7 @@ def _matrix(view: View, file: str, colour_space: ColourSpace | None) -> NDArray[
             "it does not declare its chromaticities",
             "write 'colour_space: rec709' or 'colour_space: xyz', in a recipe of kind: pictures",
         )
-    if declared is not None and given is not None and not np.allclose(declared, given, rtol=0, atol=_SAME):
+    if declared is not None and given is not None and not np.allclose(declared, given, rtol=0, atol=SAME):
         raise _wrong(
             view,
             file,
@@ -256,9 +252,13 @@ def _matrix(view: View, file: str, colour_space: ColourSpace | None) -> NDArray[
     if np.allclose(chromaticities, XYZ, rtol=0, atol=1e-6):
         return np.eye(3)
     try:
-        return rgb_to_xyz_matrix(*chromaticities)
+        matrix = rgb_to_xyz_matrix(*chromaticities)
     except DeviceError as error:
         raise _wrong(view, file, str(error), "correct the picture's header") from error
+    if not (matrix.sum(axis=0) > 0).all():
+        what = f"its white lies outside its primaries: {np.round(chromaticities, 4).tolist()}"
+        raise _wrong(view, file, what, "correct its chromaticities")
+    return matrix
 
 
 def _refuse_not_finite(values: XYZImage, view: View, file: str, what: str = "not finite") -> None:

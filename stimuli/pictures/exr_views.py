@@ -14,32 +14,37 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.colour_matching import DEFAULT_OBSERVER, colorimetric_observer
-from devices.errors import DeviceError
+from devices.colour_matching import DEFAULT_OBSERVER
 from documents.files import looked_for
-from documents.text import visible
 from stimuli.errors import StimulusError
+from stimuli.pictures.exr_header import (
+    EXACT_ATTRIBUTE,
+    declared_chromaticities,
+    declared_observer,
+    numbers,
+    refuse_other_than_a_view,
+)
+from stimuli.pictures.luminance_chroma import is_reconstructed, rgb_of
 from stimuli.pictures.picture_input import opened, reason
 
 if TYPE_CHECKING:
     import OpenImageIO
 
 
-# The header's name of the colorimetric observer of XYZ.
-OBSERVER_ATTRIBUTE = "colorimetricObserver"
-# Says that a picture of floats is to be kept in single precision, where no step changes it.
-EXACT_ATTRIBUTE = "cyclopean:exact"
 MAX_PIXELS = 100_000_000  # per view, so that a header of a few bytes cannot ask for all memory
 MAX_PARTS = 64
 MAX_CHANNELS = 256
 
-_COLOURS = (("R", "G", "B"), ("X", "Y", "Z"))
+_COLOURS = (("R", "G", "B"), ("X", "Y", "Z"), ("Y", "RY", "BY"))
+# Beside one of these a channel Y is no grey picture.
+_OF_COLOURS = {channel for colours in _COLOURS for channel in colours} - {"Y"}
 _SPELLINGS = {"centre": "center"}
+_EYES = ("left", "right", "center")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class View:
-    """One view as stored: three channels in the file's own units.
+    """One view as stored: three channels in the file's own units; of luminance alone, the same three times.
 
     ``name`` is ``left``, ``right``, ``center`` or another name in the file, in lower case; empty if there is none.
     ``pixels`` is float32, (height, width, 3), on the display window of ``size_px`` (width, height) or the region of it
@@ -69,13 +74,14 @@ def read_views(path: Path, region: Region | None = None) -> Mapping[str, View]:
     file is not seen.
 
     Alpha, depth, and channels of named layers are left out. A data window that differs from the display window is
-    placed on it: what lies outside is black, as OpenEXR defines.
+    placed on it: what lies outside is black, as OpenEXR defines. Luminance alone is grey; luminance and chroma become
+    R, G and B by the chromaticities that the file declares, else Rec. 709's.
 
     Raises
     ------
     StimulusError
-        If the file is missing, unreadable, cut short, no OpenEXR file, deep, too large, or holds no colour view, or
-        one view twice; if the region is not within a view.
+        If the file is missing, unreadable, cut short, no OpenEXR file, deep, too large, an environment map, of pixels
+        that are not square, or holds no colour view, or one view twice; if the region is not within a view.
     """
     if not path.is_file():
         raise StimulusError.at(path, "there is no such picture", looked_for(path))
@@ -106,7 +112,8 @@ def _read_views(path: Path, region: Region | None) -> Mapping[str, View]:
     finally:
         picture.close()
     if not views:
-        raise StimulusError.at(path, "no view has the channels R, G, B or X, Y, Z", "write the picture with them")
+        message = "no view has the channels R, G, B or X, Y, Z, or Y alone"
+        raise StimulusError.at(path, message, "write the picture with them")
     return views
 
 
@@ -119,13 +126,14 @@ def _parts(picture: OpenImageIO.ImageInput, path: Path, region: Region | None) -
             )
         spec = picture.spec()
         _refuse_size(path, spec)
+        refuse_other_than_a_view(spec, path)
         groups = _groups(spec, path)
         if groups:
             wanted = region or Region(0, 0, spec.full_width, spec.full_height)
             if not wanted.is_within(spec.full_width, spec.full_height):
                 size = f"{spec.full_width} × {spec.full_height} px"
                 raise StimulusError.at(path, f"the picture is {size} and holds no {wanted}", "build the stimuli again")
-            first, last = _rows(spec, region)
+            first, last = _rows(spec, None if is_reconstructed(spec) else region)
             stored = _read(picture, part, spec, first, last) if first < last else _nothing(spec)
             if stored is None:
                 raise StimulusError.at(
@@ -184,11 +192,13 @@ def _refuse_size(path: Path, spec: OpenImageIO.ImageSpec) -> None:
 
 
 def _groups(spec: OpenImageIO.ImageSpec, path: Path) -> dict[str, tuple[int, int, int]]:
-    """Return, per view of one part, the indices of its three colour channels."""
+    """Return, per view of one part, the indices of its three colour channels, or three times that of its luminance."""
     listed = [_spelling(name) for name in _strings(spec.getattribute("multiView"))]
     if len(set(listed)) != len(listed):
         raise StimulusError.at(path, f"multiView lists a view twice: {', '.join(listed)}", "name each view once")
     unprefixed = listed[0] if listed else _spelling(str(spec.getattribute("view") or ""))
+    if not listed and not spec.getattribute("view"):
+        _refuse_unlisted(spec, path)
     channels_by_view: dict[str, dict[str, int]] = {}
     for index, channel in enumerate(spec.channelnames):
         prefix, _, base = channel.rpartition(".")
@@ -201,10 +211,22 @@ def _groups(spec: OpenImageIO.ImageSpec, path: Path) -> dict[str, tuple[int, int
             if all(colour in channels for colour in colours):
                 groups[view] = (channels[colours[0]], channels[colours[1]], channels[colours[2]])
                 break
+        else:
+            if "Y" in channels and not _OF_COLOURS & channels.keys():
+                groups[view] = (channels["Y"],) * 3
     for view in listed:
         if view not in groups:
             raise StimulusError.at(path, f"the view '{view}' lacks a channel of R, G, B", "write all three")
     return groups
+
+
+def _refuse_unlisted(spec: OpenImageIO.ImageSpec, path: Path) -> None:
+    """Refuse layers that are named as eyes: they may be views, or the light of two lamps."""
+    layers = {_spelling(name.rpartition(".")[0]) for name in spec.channelnames}
+    if found := [eye for eye in _EYES if eye in layers]:
+        message = f"it has layers named {' and '.join(found)}, and no attribute multiView says that they are views"
+        remedy = "list the views in the attribute multiView, such as left, right; or give the layers other names"
+        raise StimulusError.at(path, message, remedy)
 
 
 def _view(
@@ -229,12 +251,14 @@ def _view(
         here = slice(*(row - window.top for row in rows)), slice(*(column - window.left for column in columns))
         for place, index in enumerate(indices):
             pixels[(*there, place)] = stored[(*here, index)]
-    chromaticities = _numbers(spec, "chromaticities", 8, path)
-    white = _numbers(spec, "whiteLuminance", 1, path)
+    chromaticities = declared_chromaticities(spec, path)
+    if spec.channelnames[indices[1]].rpartition(".")[2] == "RY":
+        pixels = rgb_of(pixels, chromaticities, path)
+    white = numbers(spec, "whiteLuminance", 1, path)
     return View(
         name=name,
         pixels=pixels,
-        chromaticities=None if chromaticities is None else chromaticities.reshape(4, 2),
+        chromaticities=chromaticities,
         is_xyz=spec.channelnames[indices[0]].rpartition(".")[2] == "X",
         white_luminance_cd_m2=None if white is None else float(white[0]),
         data_window_px=(left, top, spec.width, spec.height),
@@ -242,34 +266,6 @@ def _view(
         observer=declared_observer(spec, path),
         exact=spec.getattribute(EXACT_ATTRIBUTE) == 1,
     )
-
-
-def declared_observer(spec: OpenImageIO.ImageSpec, path: Path) -> str:
-    """Return the colorimetric observer that a header declares; StimulusError if there is none of that name."""
-    value = spec.getattribute(OBSERVER_ATTRIBUTE)
-    if value is None:
-        return DEFAULT_OBSERVER
-    try:
-        return colorimetric_observer(str(value)).name
-    except DeviceError as error:
-        finding = error.findings[0]
-        remedy = f"correct its attribute {OBSERVER_ATTRIBUTE}: {finding.remedy}"
-        raise StimulusError.at(path, f"it declares the observer {visible(str(value))[:60]}", remedy) from error
-
-
-def _numbers(spec: OpenImageIO.ImageSpec, attribute: str, count: int, path: Path) -> NDArray[np.float64] | None:
-    value = spec.getattribute(attribute)
-    if value is None:
-        return None
-    try:
-        numbers = np.atleast_1d(np.array(value, dtype=np.float64))
-    except (ValueError, TypeError):
-        numbers = np.empty(0)
-    if numbers.shape != (count,):
-        raise StimulusError.at(
-            path, f"its attribute '{attribute}' does not hold {count} numbers", "correct the picture's header"
-        )
-    return numbers
 
 
 def _strings(value: Any) -> list[str]:

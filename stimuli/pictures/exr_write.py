@@ -14,7 +14,7 @@ from documents import Finding
 from documents.files import whole_file
 from documents.text import counted
 from stimuli.errors import StimulusError
-from stimuli.pictures.exr_views import EXACT_ATTRIBUTE, OBSERVER_ATTRIBUTE
+from stimuli.pictures.exr_header import EXACT_ATTRIBUTE, OBSERVER_ATTRIBUTE
 from stimuli.pictures.stereo_image import StereoImage
 
 if TYPE_CHECKING:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from documents.files import looked_for
 from documents.text import counted, visible
 from stimuli.errors import StimulusError
+from stimuli.pictures.exr_header import refuse_other_than_a_view
 from stimuli.pictures.picture_input import opened
 from stimuli.spectral.picture import Quantity, SpectralPicture
 
@@ -44,6 +45,7 @@ def exr_bands(path: Path, quantity: Quantity | None) -> SpectralPicture:
             raise StimulusError.at(
                 path, "the picture is deep, or its data window is not its display window", "flatten, crop it"
             )
+        refuse_other_than_a_view(spec, path)
         kinds: dict[str, dict[int, float]] = {}
         for index, name in enumerate(spec.channelnames):
             if _BISPECTRAL.fullmatch(name):

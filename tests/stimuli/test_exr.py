@@ -15,7 +15,8 @@ from hypothesis.extra import numpy as hnp
 
 from devices.colour.spaces import rgb_to_xyz_matrix
 from stimuli.errors import StimulusError
-from stimuli.pictures.exr_read import REC709, read_exr, read_exr_counted
+from stimuli.pictures.exr_header import REC709
+from stimuli.pictures.exr_read import read_exr, read_exr_counted
 from stimuli.pictures.exr_views import read_views
 from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage, XYZImage
@@ -212,13 +213,17 @@ def test_a_missing_eye_is_refused_but_flat_may_name_the_other(tmp_path: Path) ->
     assert read_exr(path, flat=True, flat_eye="left").is_flat
 
 
-def test_views_of_different_size_are_refused(tmp_path: Path) -> None:
+def test_views_stored_in_different_windows_lie_on_one_display_window(tmp_path: Path) -> None:
+    """As a compositor crops each view by itself to what is not black."""
+    left, right = noise((4, 6, 3)), noise((4, 5, 3), 2)
     parts = [
-        ({"view": "left", "chromaticities": XYZ, "oiio:subimagename": "left"}, "RGB", noise((4, 6, 3))),
-        ({"view": "right", "chromaticities": XYZ, "oiio:subimagename": "right"}, "RGB", noise((4, 5, 3))),
+        ({"view": "left", "chromaticities": XYZ, "oiio:subimagename": "left"}, "RGB", left),
+        ({"view": "right", "chromaticities": XYZ, "oiio:subimagename": "right"}, "RGB", right),
     ]
-    with pytest.raises(StimulusError, match=r"6 × 4.*5 × 4"):
-        read_exr(write_parts(tmp_path / "a.exr", parts, display_size_px=(6, 4)))
+    image = read_exr(write_parts(tmp_path / "a.exr", parts, (1, 1), display_size_px=(7, 6)))
+    expected = np.zeros((2, 6, 7, 3), np.float32)
+    expected[0, 1:5, 1:7], expected[1, 1:5, 1:6] = left, right
+    np.testing.assert_array_equal(np.stack([image.left, image.right]), expected)
 
 
 def test_a_data_window_is_placed_on_the_display_window(tmp_path: Path) -> None:
@@ -244,7 +249,8 @@ def test_a_data_window_off_the_display_window_is_refused(tmp_path: Path, offset:
     [
         ("RGB", {"chromaticities": (0.6, 0.3, 0.3)}, "'chromaticities' does not hold 8 numbers"),
         ("RGB", {"whiteLuminance": "bright"}, "'whiteLuminance' does not hold 1 numbers"),
-        ("Y", {}, "no view has the channels"),
+        (["Y", "Z"], {}, "no view has the channels"),
+        (["Y", "RY"], {}, "no view has the channels"),
         ("RG", {}, "no view has the channels"),
         (["R", "G", "B", "right.R"], {"multiView": ("left", "right")}, "'right' lacks"),
         (["R", "G", "B"], {"multiView": ("left", "left")}, "lists a view twice"),

@@ -22,7 +22,7 @@ from runner.reports.comparison.figures import draw_pictures
 from stimuli.align.homography import warp
 from stimuli.comparison.alignment import Alignment, resample, resample_flags
 from stimuli.comparison.registering import align
-from stimuli.pictures.exr_read import REC709
+from stimuli.pictures.exr_header import REC709
 from stimuli.pictures.rows import RowFile
 from tests.stimuli.comparison.scenes import (
     CHART,
