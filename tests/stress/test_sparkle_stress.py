@@ -14,6 +14,7 @@ from stimuli.recipes.recipe import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
 from stimuli.sparkle.cull import that_matter, tiles_of
 from stimuli.sparkle.flakes import scatter_flakes
+from stimuli.sparkle.lamplight import illuminance_lx
 from stimuli.sparkle.optics import shade
 from stimuli.sparkle.scene import Noise
 from stimuli.sparkle.studio import photograph, plate_light, sparkle_map
@@ -65,7 +66,7 @@ def test_five_near_lamps_culled_and_by_brute_force() -> None:
 def test_no_flake_that_matters_is_dropped_in_ten_thousand_scenes() -> None:
     recipe = recipe_of("manitoba_gray")
     random = np.random.default_rng(7)
-    kept_of, flakes_of = 0, 0
+    kept_of, flakes_of, dark_of = 0, 0, 0
     for _ in range(10_000):
         width = float(np.exp(random.uniform(np.log(0.5), np.log(600))))
         plate = replace(
@@ -84,6 +85,7 @@ def test_no_flake_that_matters_is_dropped_in_ten_thousand_scenes() -> None:
             azimuth_deg=float(random.uniform(0, 360)),
             angular_radius_deg=float(random.uniform(0, 20)),
             distance_mm=float(np.exp(random.uniform(np.log(10), np.log(5000)))) if random.random() < 0.6 else None,
+            beam_angle_deg=float(random.uniform(2, 120)) if random.random() < 0.5 else None,
         )
         eye = np.array([random.uniform(-500, 500), random.uniform(-500, 500), np.exp(random.uniform(2, 8))])
         camera = replace(recipe.camera.camera(), resolution_px_per_mm=300 / width)
@@ -93,9 +95,14 @@ def test_no_flake_that_matters_is_dropped_in_ten_thousand_scenes() -> None:
         kept = that_matter(flakes, plate, lamp, eye, tiles, least_share)
         dropped = flakes.chosen(np.setdiff1d(np.arange(len(flakes)), kept))
         shares = shade(dropped, plate, lamp, eye).lobe_share
-        assert shares.size == 0 or shares.max() < least_share, (plate, lamp, eye)
+        # In tiles that a lamp near the middle hardly lights, flakes are dropped for that: none gets that share of light.
+        x, y = dropped.x_mm.astype(np.float64), dropped.y_mm.astype(np.float64)
+        light = np.broadcast_to(illuminance_lx(lamp, x, y), shares.shape) / lamp.illuminance_lx
+        assert shares.size == 0 or np.minimum(shares, light).max() < least_share, (plate, lamp, eye)
+        dark_of += int((shares >= least_share).sum())
         kept_of, flakes_of = kept_of + len(kept), flakes_of + len(flakes)
     assert 0.05 < kept_of / flakes_of < 0.9
+    assert 0 < dark_of < kept_of
 
 
 def test_pictures_of_extreme_plates_are_light() -> None:
