@@ -12,12 +12,14 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from devices.camera import CameraModel, Exposure
 from devices.chart import COLORCHECKER, MOST_OFF, WAYS, misfit, patch_quadrangles
 from devices.colour import XYZ_from_xyY, white_point
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.patches import colorchecker_xyY
 from documents import Finding
 from stimuli.comparison.areas import AreaMean, area_means
+from stimuli.comparison.camera_rgb import CameraRGBTable, camera_rgb_table
 from stimuli.comparison.regions import Chart, PlacedRegions
 from stimuli.comparison.regions_file import RegionsFile
 from stimuli.comparison.table import RegionTable, region_table
@@ -34,10 +36,11 @@ _WHITE_PATCH = 3 * COLORCHECKER.columns + 1
 
 @dataclass(frozen=True, slots=True)
 class ComparedRegions:
-    """The table, and notes, a sentence each."""
+    """The table, notes, a sentence each, and the regions in camera RGB where a camera is known."""
 
     table: RegionTable
     notes: tuple[str, ...]
+    camera_rgb: CameraRGBTable | None = None
 
 
 def compare_regions(
@@ -54,6 +57,8 @@ def compare_regions(
     safe_luminance_cd_m2: tuple[float, float] | None = None,
     rows_done: RowsDone | None = None,
     observer: str = DEFAULT_OBSERVER,
+    camera: CameraModel | None = None,
+    exposure: Exposure | None = None,
 ) -> ComparedRegions:
     """Return the differences between the regions of two pictures.
 
@@ -80,11 +85,13 @@ def compare_regions(
         Called with how many rows of how many are done.
     observer
         The colorimetric observer of both pictures' XYZ, whose white `choose_white` takes.
+    camera, exposure
+        The camera whose RGB the regions are compared in as well, at the photograph's exposure; None for none.
 
     Returns
     -------
     ComparedRegions
-        The table of thesis Tables 5.2 to 5.5, and notes.
+        The table of thesis Tables 5.2 to 5.5, notes, and the regions in camera RGB.
 
     Raises
     ------
@@ -137,7 +144,12 @@ def compare_regions(
         most_saturated_share=regions.spec.most_saturated_share,
         scaled_by=scaled_by,
     )
-    return ComparedRegions(table, tuple(notes))
+    in_camera_rgb = None
+    if camera is not None and camera.observer == observer:
+        in_camera_rgb = camera_rgb_table(table, photo_areas, rendering_areas, camera, exposure)
+    elif camera is not None:
+        notes.append(f"camera RGB is left out: the camera file is for {camera.observer}, the pictures for {observer}")
+    return ComparedRegions(table, tuple(notes), in_camera_rgb)
 
 
 def _sides(placed: PlacedRegions) -> tuple[list[np.ndarray], list[np.ndarray]]:

@@ -112,7 +112,8 @@ def compare_pictures(
         observers.append(("the display", options.viewing.observer))
     if mixed := mixed_observers(observers):
         raise StimulusError(mixed)
-    options = replace(options, reading=replace(reading, observer=photo_picture.observer))
+    exposure = photo_picture.exposure or reading.exposure
+    options = replace(options, reading=replace(reading, observer=photo_picture.observer, exposure=exposure))
     if set(photo_picture.views) != set(rendering_picture.views):
         flat, stereo = ("photograph", "rendering") if "both" in photo_picture.views else ("rendering", "photograph")
         raise StimulusError(
@@ -182,7 +183,7 @@ def _tables(pairs: Mapping[Eye, EyePair], regions: RegionsFile, options: Compare
         [row.photo.luminance_cd_m2 for row in rows], [row.rendering.luminance_cd_m2 for row in rows]
     ).of(mode)
     return {
-        eye: replace(tables[eye], table=_table(pair, regions, options, white, factor).table)
+        eye: replace(_table(pair, regions, options, white, factor), notes=tables[eye].notes)
         for eye, pair in pairs.items()
     }
 
@@ -208,6 +209,8 @@ def _table(
         safe_luminance_cd_m2=pair.safe_cd_m2,
         rows_done=partial(pair.step, "Measuring regions"),
         observer=options.reading.observer,
+        camera=options.reading.camera,
+        exposure=options.reading.exposure,
     )
 
 
@@ -280,6 +283,7 @@ def _judge_eye(
         verdict=judge(evidence, limits),
         notes=tuple(notes),
         regions=placed,
+        camera_rgb=compared_regions.camera_rgb,
         masks=(usable_pixels(pair), compared) if options.measures else None,
     )
 

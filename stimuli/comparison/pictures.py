@@ -68,7 +68,8 @@ class Picture:
     """A file's views: ``both``, or ``left`` and ``right``.
 
     ``safe_cd_m2`` is the zone of luminance that its camera was tested in, ``notes`` are sentences on the
-    reading, ``steps`` how the file became XYZ, ``observer`` the colorimetric observer of these.
+    reading, ``steps`` how the file became XYZ, ``observer`` the colorimetric observer of these, ``exposure`` that of a
+    photograph.
     """
 
     file: Path
@@ -79,6 +80,7 @@ class Picture:
     notes: tuple[str, ...]
     steps: tuple[Mapping[str, Any], ...]
     observer: str = DEFAULT_OBSERVER
+    exposure: Exposure | None = None
 
     @property
     def size_px(self) -> tuple[int, int]:
@@ -352,7 +354,8 @@ def _developed(
     if image.exposure is not None and not camera.tried_at(image.exposure):
         notes.append(f"the camera file was not tested at this exposure, {image.exposure}")
     views: dict[Eye, EyeView] = {"both": EyeView(kept, developed.saturated)}
-    return Picture(path, digest, holds, views, developed.safe_cd_m2, tuple(notes), developed.steps, camera.observer)
+    steps, exposure = developed.steps, image.exposure
+    return Picture(path, digest, holds, views, developed.safe_cd_m2, tuple(notes), steps, camera.observer, exposure)
 
 
 def _wrong(path: Path, message: str, remedy: str) -> StimulusError:

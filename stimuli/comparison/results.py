@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 from stimuli.comparison.alignment import Alignment
 from stimuli.comparison.by_pixel import DifferenceOverview, DifferenceSummary
+from stimuli.comparison.camera_rgb import CameraRGBTable
 from stimuli.comparison.depth import DisparityPair
 from stimuli.comparison.luminance import LuminanceMode
 from stimuli.comparison.pictures import Eye, Holds, Picture, ReadOptions
@@ -105,6 +106,7 @@ class EyeComparison:
     verdict: Verdict
     notes: tuple[str, ...]
     regions: PlacedRegions
+    camera_rgb: CameraRGBTable | None = None
     masks: tuple[Mask, Mask] | None = None
 
     def to_json(self) -> dict[str, Any]:
@@ -113,6 +115,7 @@ class EyeComparison:
             "verdict": self.verdict.to_json(),
             "registration": self.alignment.to_json(),
             "regions": self.table.to_json(),
+            "camera_rgb": None if self.camera_rgb is None else self.camera_rgb.to_json(),
             "per_pixel": self.per_pixel.to_json(),
             "as_seen": None if self.seen is None else self.seen.to_json(),
             "sparkle": [area.to_json() for area in self.sparkle],
@@ -152,6 +155,10 @@ class Comparison:
             lines += [passing_heading(verdict), *(f"  ✓ {line}" for line in passing)]
         if self.measures is not None:
             lines += ["Measures:", *(f"  {line}" for line in self.measures.lines())]
+        for eye, result in self.eyes.items():
+            if result.camera_rgb is not None:
+                first, *rest = result.camera_rgb.lines()
+                lines += [first if eye == "both" else f"{eye.capitalize()} eye. {first}", *rest]
         notes: dict[str, list[str]] = {}
         for eye, result in self.eyes.items():
             for note in result.notes:

@@ -95,7 +95,7 @@ def test_no_flake_that_matters_is_dropped_in_ten_thousand_scenes() -> None:
         kept = that_matter(flakes, plate, lamp, eye, tiles, least_share)
         dropped = flakes.chosen(np.setdiff1d(np.arange(len(flakes)), kept))
         shares = shade(dropped, plate, lamp, eye).lobe_share
-        # In tiles that a lamp near the middle hardly lights, flakes are dropped for that: none gets that share of light.
+        # In tiles that a near lamp hardly lights, flakes are dropped for that: none gets that share of its light.
         x, y = dropped.x_mm.astype(np.float64), dropped.y_mm.astype(np.float64)
         light = np.broadcast_to(illuminance_lx(lamp, x, y), shares.shape) / lamp.illuminance_lx
         assert shares.size == 0 or np.minimum(shares, light).max() < least_share, (plate, lamp, eye)
