@@ -106,7 +106,7 @@ def camera_rgb_table(
     DeviceError
         If the camera model does not serve the exposure: see `CameraModel.rgb`.
     """
-    slope = np.linalg.inv(camera.matrix) * camera.signal_scale(exposure)
+    slope = np.asarray(np.linalg.inv(camera.matrix) * camera.signal_scale(exposure), dtype=np.float64)
     rows = []
     for row, photo_area, rendering_area in zip(table.rows, photo, rendering, strict=True):
         first = camera.rgb(photo_area.XYZ, exposure).astype(np.float64)
