@@ -162,6 +162,13 @@ def spreads(by_observer: Floats, weights: Floats, theta: Floats, kind: Clustered
     return shrink(model, pulled, kind, freedom=people - 1, at_least_model=kind == "scaled")
 
 
+def differing(
+    replicates: Replicates, *, alpha: float, adjust: Adjust, covariance: CovarianceKind
+) -> Iterator[NDArray[np.bool_]]:
+    """Yield for each replicate that has a fit which pairs differ, shape (n, n), by the tests of `class_stability`."""
+    return _differing(replicates, np.flatnonzero(~replicates.without_fit), alpha, adjust, covariance)
+
+
 def _differing(
     replicates: Replicates, sound: NDArray[np.intp], alpha: float, adjust: Adjust, covariance: CovarianceKind
 ) -> Iterator[NDArray[np.bool_]]:

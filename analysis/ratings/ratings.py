@@ -151,6 +151,32 @@ def summarise_ratings(sessions: Sequence[SessionLog]) -> RatingSummary:
     >>> summarise_ratings([log]).scales[0].scores[0].mean
     4.0
     """
+    tables = rating_tables(sessions)
+    return RatingSummary(
+        sessions[0].header.experiment, tuple(_summary(scale, table) for scale, table in tables.items())
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RatingTable:
+    """The ratings on one scale: ``values``, shape (observers, stimuli, repeats), NaN where there is none.
+
+    ``observers`` are sorted, ``stimuli`` those that were rated, in the header's order.
+    """
+
+    observers: tuple[str, ...]
+    stimuli: tuple[str, ...]
+    values: Floats
+
+
+def rating_tables(sessions: Sequence[SessionLog]) -> dict[str, RatingTable]:
+    """Return the ratings of one experiment's sessions by scale, each trial's last attempt.
+
+    Raises
+    ------
+    ResultsError
+        As `summarise_ratings`.
+    """
     refuse_mixtures(sessions)
     stimuli = [str(stimulus["name"]) for stimulus in sessions[0].header.stimuli]
     known = frozenset(stimuli)
@@ -175,11 +201,10 @@ def summarise_ratings(sessions: Sequence[SessionLog]) -> RatingSummary:
         raise ResultsError(
             Finding("the results hold no rating of a stimulus", files, remedy="answer some trials first")
         )
-    summaries = tuple(_summary(scale, people, stimuli) for scale, people in by_scale.items())
-    return RatingSummary(sessions[0].header.experiment, summaries)
+    return {scale: _table(people, stimuli) for scale, people in by_scale.items()}
 
 
-def _summary(scale: str, people: Mapping[str, Mapping[str, list[float]]], stimuli: Sequence[str]) -> ScaleSummary:
+def _table(people: Mapping[str, Mapping[str, list[float]]], stimuli: Sequence[str]) -> RatingTable:
     observers = sorted(people)
     rated = [stimulus for stimulus in stimuli if any(stimulus in people[observer] for observer in observers)]
     repeats = max(len(values) for by_stimulus in people.values() for values in by_stimulus.values())
@@ -188,6 +213,11 @@ def _summary(scale: str, people: Mapping[str, Mapping[str, list[float]]], stimul
         for column, stimulus in enumerate(rated):
             values = people[observer].get(stimulus, [])
             table[row, column, : len(values)] = values
+    return RatingTable(tuple(observers), tuple(rated), table)
+
+
+def _summary(scale: str, ratings: RatingTable) -> ScaleSummary:
+    observers, rated, table = ratings.observers, ratings.stimuli, ratings.values
     flat = table.reshape(len(observers), -1)
     given = np.isfinite(flat).sum(axis=1)
     means = np.nansum(flat, axis=1) / given

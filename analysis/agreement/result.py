@@ -1,0 +1,202 @@
+"""What came of comparing measures with observers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.agreement.correlations import CorrelationKind
+from analysis.agreement.limits import Calibration
+from analysis.agreement.observed import ObservedGroup
+from analysis.agreement.pairs import PairAccuracy
+from documents.text import json_fields
+
+Floats = NDArray[np.float64]
+Decision = Literal["agrees", "not shown", "cannot be said"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Predicted:
+    """What a measure says of the stimuli.
+
+    Attributes
+    ----------
+    name, title, unit
+        As it is typed and printed, and its unit; empty for none.
+    better
+        Whether ``lower`` or ``higher`` values are nearer to the photograph.
+    values
+        For each group, shape (n,): the value of each stimulus beside its photograph.
+    limit
+        Within it, the measure says that there is no difference; None where none is known.
+    remarks
+        What was assumed.
+    """
+
+    name: str
+    title: str
+    unit: str
+    better: Literal["lower", "higher"]
+    values: tuple[Floats, ...]
+    limit: float | None = None
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def sign(self) -> float:
+        """What turns its values into larger for better: 1 or −1."""
+        return 1.0 if self.better == "higher" else -1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Correlation:
+    """A correlation of a measure, larger for better, with scores; None where either does not vary.
+
+    ``low`` and ``high`` are 95 % limits for other observers of the kind and these stimuli, None without a bootstrap;
+    ``p`` the one-sided p value of a measure that has nothing to do with the stimuli.
+    """
+
+    value: float | None
+    low: float | None
+    high: float | None
+    p: float | None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return json_fields(self)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GroupResult:
+    """A measure beside the observers of one group; ``calibration`` is None where the photograph was not compared."""
+
+    correlations: Mapping[CorrelationKind, Correlation]
+    accuracy: PairAccuracy
+    calibration: Calibration | None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {
+            "correlations": {kind: one.to_json() for kind, one in self.correlations.items()},
+            "pairs": self.accuracy.to_json(),
+            "limit": self.calibration.to_json() if self.calibration else None,
+        }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MeasureResult:
+    """A measure beside the observers of all groups.
+
+    Attributes
+    ----------
+    predicted
+        The measure.
+    groups
+        Each group's result.
+    whole
+        That of all groups: mean correlations, without an interval where there are several groups, and the pairs and
+        stimuli of all.
+    adjusted_p
+        The p value of Spearman's correlation over all groups, by Holm's correction for the number of measures; None
+        where the measure does not vary.
+    decision
+        Whether it agrees at the level: ``not shown`` is no proof of the contrary; ``cannot be said`` where even
+        perfect agreement could not reach the level with so few stimuli.
+    """
+
+    predicted: Predicted
+    groups: tuple[GroupResult, ...]
+    whole: GroupResult
+    adjusted_p: float | None
+    decision: Decision
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        one = self.predicted
+        return {
+            "name": one.name,
+            "title": one.title,
+            "unit": one.unit,
+            "better": one.better,
+            "limit": one.limit,
+            "decision": self.decision,
+            "adjusted_p": self.adjusted_p,
+            **self.whole.to_json(),
+            "groups": [group.to_json() for group in self.groups],
+            "remarks": list(one.remarks),
+        }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Agreement:
+    """Measures beside observers.
+
+    Attributes
+    ----------
+    groups
+        What observers said, the photographs among the stimuli where they were compared.
+    photographs
+        For each group the name of the photograph that its stimuli are measured against.
+    measures
+        Each measure's result.
+    alpha
+        The level.
+    least_p
+        The least p value that so many stimuli can give.
+    notes
+        Sentences that a reader needs before the numbers.
+    """
+
+    groups: tuple[ObservedGroup, ...]
+    photographs: tuple[str, ...]
+    measures: tuple[MeasureResult, ...]
+    alpha: float
+    least_p: float
+    notes: tuple[str, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON: no NaN, null where there is no finite value."""
+        return {
+            "alpha": self.alpha,
+            "least_p": self.least_p,
+            "notes": list(self.notes),
+            "groups": [
+                {
+                    "name": group.name,
+                    "task": group.task,
+                    "unit": group.unit,
+                    "observers": group.observers,
+                    "photograph": photograph,
+                    "stimuli": [
+                        {
+                            "name": stimulus,
+                            "score": float(group.scores[place]),
+                            "same_class_as_photograph": same_class(group, photograph, place),
+                            **{
+                                result.predicted.name: finite(float(result.predicted.values[number][place]))
+                                for result in self.measures
+                            },
+                        }
+                        for place, stimulus in enumerate(group.stimuli)
+                    ],
+                }
+                for number, (group, photograph) in enumerate(zip(self.groups, self.photographs, strict=True))
+            ],
+            "measures": [result.to_json() for result in self.measures],
+        }
+
+
+def same_class(group: ObservedGroup, photograph: str, place: int) -> bool | None:
+    """Return whether observers do not tell a stimulus from the photograph; None where that was not compared."""
+    if photograph not in group.stimuli:
+        return None
+    return not bool(group.differs[group.stimuli.index(photograph), place])
+
+
+def finite(value: float) -> float | None:
+    """Return a number, or None for what is no finite one."""
+    return value if math.isfinite(value) else None
