@@ -118,9 +118,7 @@ def _part(place: int, group: ObservedGroup, rest: ObservedGroup, photograph: str
 
 def _only(measure: Predicted, kept: Sequence[int]) -> Predicted:
     values = tuple(measure.values[place] for place in kept)
-    return Predicted(
-        measure.name, measure.title, measure.unit, measure.better, values, measure.limit, measure.remarks
-    )
+    return Predicted(measure.name, measure.title, measure.unit, measure.better, values, measure.limit, measure.remarks)
 
 
 def _decision(p: float | None, reached: float, alpha: float) -> Decision:

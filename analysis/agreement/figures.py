@@ -49,7 +49,9 @@ def draw_scores(agreement: Agreement, result: MeasureResult, width_in: float) ->
                 continue
             _scores(panel, agreement, result, number)
         label = one.title + (f" ({one.unit})" if one.unit else "")
-        figure.supxlabel(label + (", smaller is nearer" if one.better == "lower" else ", larger is nearer"), fontsize=9.5)
+        figure.supxlabel(
+            label + (", smaller is nearer" if one.better == "lower" else ", larger is nearer"), fontsize=9.5
+        )
         return drawn(figure, f"Observers' scores against {one.title}")
 
 
@@ -70,7 +72,12 @@ def _scores(axes: Axes, agreement: Agreement, result: MeasureResult, number: int
             axes.plot(x, y, "o", color=face, markeredgecolor=INK, markersize=6.5, zorder=3)
         if len(group.stimuli) <= MOST_NAMED:
             axes.annotate(
-                short(group.stimuli[place], 14), (x, y), xytext=(5, 3), textcoords="offset points", fontsize=6.5, color=INK
+                short(group.stimuli[place], 14),
+                (x, y),
+                xytext=(5, 3),
+                textcoords="offset points",
+                fontsize=6.5,
+                color=INK,
             )
     if result.predicted.limit is not None:
         axes.axvline(result.predicted.limit, color=INK, linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)

@@ -14,7 +14,6 @@ from analysis.records.session_record import SessionLog
 from analysis.report.summary import analysis_options
 from documents import Finding
 
-
 Task = Literal["pairs", "series", "ratings"]
 TASKS: tuple[Task, ...] = get_args(Task)
 
@@ -67,7 +66,9 @@ def observed_groups(
     options = analysis_options(sessions, alpha, adjust, None)
     wanted, _, scale = (task or "").partition(":")
     if task is not None and (wanted not in TASKS or (scale and wanted != "ratings")):
-        raise ResultsError(Finding(f"there is no task '{task}'", remedy="one of: pairs, series, ratings, ratings:SCALE"))
+        raise ResultsError(
+            Finding(f"there is no task '{task}'", remedy="one of: pairs, series, ratings, ratings:SCALE")
+        )
     pairs, notes = observed_pairs(sessions, options)
     ratings = observed_ratings(sessions, options)
     found: dict[str, tuple[ObservedGroup, ...]] = {

@@ -105,7 +105,8 @@ def correlation_interval(
 
 def _across(own: Floats) -> Floats:
     """Return a vector of mean 0 and length 1 at right angles to ``own``."""
-    alternating = np.where(np.arange(len(own)) % 2, -1.0, 1.0) * (1 + np.arange(len(own)))
-    alternating -= alternating.mean()
-    alternating -= (alternating @ own) * own
-    return np.asarray(alternating / np.sqrt(alternating @ alternating))
+    place = np.arange(len(own), dtype=np.float64)
+    other = np.where(place % 2 > 0, -1 - place, 1 + place)
+    other = other - other.mean()
+    other = other - (other @ own) * own
+    return np.asarray(other / np.sqrt(other @ other))

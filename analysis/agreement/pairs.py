@@ -92,7 +92,7 @@ def _right(observed: NDArray[np.int8], predicted: NDArray[np.int8]) -> Floats:
 
 def _in_order(observed: NDArray[np.int8], values: Floats) -> Statistic:
     def statistic(orders: Orders) -> Floats:
-        return np.einsum("bp,p->b", signs(values[orders]), observed.astype(np.float64)) / 2
+        return np.asarray(signs(values[orders]) @ observed.astype(np.float64) / 2)
 
     return statistic
 

@@ -7,11 +7,11 @@ from analysis.agreement.correlations import KINDS
 from analysis.agreement.figures import draw_limits, draw_scores, score_intervals
 from analysis.agreement.limits import LimitTable
 from analysis.agreement.result import Agreement, GroupResult, MeasureResult, finite, same_class
-from analysis.agreement.terminal import HEADINGS
 from analysis.report.blocks import Block, Cell, Column, Facts, Figure, Heading, Paragraph, Section, Table
 from documents.pages import NARROW_IN, WIDE_IN
 
 Row = tuple[Cell, ...]
+HEADINGS = {"pearson": "Pearson's r", "spearman": "Spearman's ρ", "kendall": "Kendall's τ"}
 
 
 def sections_of(agreement: Agreement, facts: tuple[tuple[str, str], ...]) -> tuple[Section, ...]:
@@ -110,7 +110,9 @@ def limits_table(agreement: Agreement) -> Table:
             rows.append((result.predicted.title, "as set", found.table.limit, none[1], *_counts(found.table), *area))
         if found.best is not None and found.best_table is not None:
             ends = (found.best_low, found.best_high)
-            rows.append((result.predicted.title, "agrees best", finite(found.best), ends, *_counts(found.best_table), *area))
+            rows.append(
+                (result.predicted.title, "agrees best", finite(found.best), ends, *_counts(found.best_table), *area)
+            )
         elif found.table is None:
             other = found.stimuli - found.same
             rows.append((result.predicted.title, "none", *none, found.same, *none, other, *none, *none))
@@ -200,5 +202,8 @@ def _methods(agreement: Agreement, facts: tuple[tuple[str, str], ...]) -> Sectio
         "false alarm rates are Wilson's [Wilson1927], over stimuli.",
     )
     remarks = [f"{one.predicted.title}: {remark}." for one in agreement.measures for remark in one.predicted.remarks]
-    blocks = (*(Paragraph(sentence, small=True) for sentence in [*sentences, *remarks]), Facts(facts))
+    blocks: tuple[Block, ...] = (
+        *(Paragraph(sentence, small=True) for sentence in [*sentences, *remarks]),
+        Facts(facts),
+    )
     return Section("methods", "How it was done", blocks)

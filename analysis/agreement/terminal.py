@@ -5,14 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from analysis.agreement import words
-from analysis.agreement.correlations import KINDS
-from analysis.agreement.result import Agreement, Correlation, GroupResult
+from analysis.agreement.result import Agreement, GroupResult
 from analysis.report.words import chance, fixed
 
 if TYPE_CHECKING:
     from rich.console import Console
-
-HEADINGS = {"pearson": "Pearson's r", "spearman": "Spearman's ρ", "kendall": "Kendall's τ"}
 
 
 def print_agreement(agreement: Agreement, console: Console | None = None) -> None:
@@ -51,14 +48,12 @@ def print_agreement(agreement: Agreement, console: Console | None = None) -> Non
     table.add_column("measure")
     if several:
         table.add_column("group")
-    for kind in KINDS:
-        table.add_column(HEADINGS[kind], justify="right")
-    table.add_column("p (ρ)", justify="right")
-    table.add_column("pairs right", justify="right")
+    for heading in ("ρ (95 %)", "p", "r", "τ", "pairs right"):
+        table.add_column(heading, justify="right", no_wrap=True)
     for result in agreement.measures:
         names = [words.group_name(group.name) for group in agreement.groups]
         rows = list(zip(names, result.groups, strict=True)) if several else []
-        for number, (name, found) in enumerate([*rows, ("over all groups", result.whole)]):
+        for number, (name, found) in enumerate([*rows, ("all groups", result.whole)]):
             head = [Text(result.predicted.title if not number else "")] + ([Text(name)] if several else [])
             table.add_row(*head, *(Text(cell) for cell in _cells(found)))
     console.print(table)
@@ -77,9 +72,6 @@ def print_agreement(agreement: Agreement, console: Console | None = None) -> Non
 def _cells(found: GroupResult) -> list[str]:
     accuracy = found.accuracy
     pairs = "–" if accuracy.share is None else f"{accuracy.right:g} of {accuracy.of}"
-    each = [_correlation(found.correlations[kind]) for kind in KINDS]
-    return [*each, chance(found.correlations["spearman"].p), pairs]
-
-
-def _correlation(found: Correlation) -> str:
-    return fixed(found.value, 2) + words.ends(found)
+    rho = found.correlations["spearman"]
+    others = [fixed(found.correlations[kind].value, 2) for kind in ("pearson", "kendall")]
+    return [fixed(rho.value, 2) + words.ends(rho), chance(rho.p), *others, pairs]

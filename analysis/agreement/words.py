@@ -6,7 +6,8 @@ from analysis.agreement.agree import VERDICT_BY
 from analysis.agreement.limits import Calibration, Rate
 from analysis.agreement.pairs import PairAccuracy
 from analysis.agreement.result import Agreement, Correlation, MeasureResult
-from analysis.report.words import counted, fixed, p_words, percent
+from analysis.report.words import fixed, p_words, percent
+from documents import counted
 
 
 def verdict(result: MeasureResult, agreement: Agreement) -> str:
@@ -39,8 +40,10 @@ def pairs_words(accuracy: PairAccuracy) -> str:
     """Return the accuracy on pairs in a sentence."""
     if accuracy.share is None:
         return "Observers tell no pair apart."
-    words = f"Of {counted(accuracy.of, 'pair')} that observers tell apart, it puts {accuracy.right:g} in their order"
-    words += f" ({percent(accuracy.share)}"
+    pairs = counted(accuracy.of, "pair", "pairs")
+    words = (
+        f"Of {pairs} that observers tell apart, it puts {accuracy.right:g} in their order ({percent(accuracy.share)}"
+    )
     if accuracy.low is not None and accuracy.high is not None:
         words += f"; {fixed(100 * accuracy.low, 0)} to {fixed(100 * accuracy.high, 0)} % with other observers"
     return words + ")."
@@ -49,13 +52,12 @@ def pairs_words(accuracy: PairAccuracy) -> str:
 def limit_words(calibration: Calibration, unit: str, *, higher: bool) -> tuple[str, ...]:
     """Return what a limit is worth, in sentences."""
     same, stimuli = calibration.same, calibration.stimuli
-    head = f"Observers do not tell {same} of {counted(stimuli, 'stimulus').replace('stimuluss', 'stimuli')} from the "
-    sentences = [head + "photograph."]
+    sentences = [f"Observers do not tell {same} of {counted(stimuli, 'stimulus', 'stimuli')} from the photograph."]
     table = calibration.table
     if table is not None:
         sentences.append(
-            f"Within the limit of {value(table.limit, unit)} are {_of(table.hit_rate, 'those')} and "
-            f"{_of(table.false_alarm_rate, 'the others')}: it says what observers say of {table.right.times} of "
+            f"Within the limit of {value(table.limit, unit)} are {_of(table.hit_rate, 'in its class')} and "
+            f"{_of(table.false_alarm_rate, 'in others')}: it says what observers say of {table.right.times} of "
             f"{table.right.of}."
         )
     if calibration.area is None or calibration.best is None or calibration.best_table is None:
@@ -67,10 +69,10 @@ def limit_words(calibration: Calibration, unit: str, *, higher: bool) -> tuple[s
     best = calibration.best_table
     agrees = f"the limit that agrees best is {value(calibration.best, unit)}"
     if calibration.best_low is not None and calibration.best_high is not None:
-        agrees += f" ({value(calibration.best_low, unit)} to {value(calibration.best_high, unit)} with other observers)"
+        agrees += f" ({value(calibration.best_low)} to {value(calibration.best_high, unit)} with other observers)"
     side = "at or above it" if higher else "at or below it"
     sentences.append(
-        f"{area}; {agrees}: {side} are {_of(best.hit_rate, 'those')} and {_of(best.false_alarm_rate, 'the others')}."
+        f"{area}; {agrees}: {side} are {_of(best.hit_rate, 'in its class')} and {_of(best.false_alarm_rate, 'in others')}."
     )
     return tuple(sentences)
 
@@ -83,11 +85,9 @@ def value(number: float, unit: str = "") -> str:
 
 def _of(rate: Rate, which: str) -> str:
     if rate.share is None or rate.low is None or rate.high is None:
-        return f"none of {which} (there are none)"
+        return f"none {which}, since there is none"
     low, high = fixed(100 * rate.low, 0), fixed(100 * rate.high, 0)
-    return f"{rate.times} of {which}' {rate.of} ({low} to {high} %)" if which == "the others" else (
-        f"{rate.times} of {which} {rate.of} ({low} to {high} %)"
-    )
+    return f"{rate.times} of the {rate.of} {which} ({low} to {high} %)"
 
 
 def group_name(name: str) -> str:

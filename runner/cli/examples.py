@@ -74,6 +74,11 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "cyclopean compare photo.exr rendering.exr --regions configs/regions/plate.yaml -o compare.html",
             "cyclopean compare photo.nef rendering.exr --regions regions.yaml --camera camera.yaml",
         ),
+        "agreement": (
+            "cyclopean agreement results/blur --measures delta-e-2000,flip --photograph original -o agreement.html",
+            "cyclopean agreement results/scenes --measures all --photograph codec=original --csv tables",
+            "cyclopean agreement results/blur --measures flip --photograph original --limit flip=0.05 --json",
+        ),
         "stimuli build": (
             "cyclopean stimuli build configs/stimuli/manitoba_gray.yaml --rig configs/rigs/asus_vg248qe_3dvision.yaml",
             "cyclopean stimuli build my_study/recipe.yaml --pixel-pitch-mm 0.2768 --export-exr pictures",

@@ -27,6 +27,7 @@ COMMANDS = {
     "display": "Measure a display, fit a model to it, and check both.",
     "camera": "Fit a camera to a colour chart, and develop its photographs.",
     "compare": "Compare a rendering with a photograph, and report whether it is validated.",
+    "agreement": "Compare measures of an experiment's pictures with its observers.",
     "stimuli": "Build stimuli from photographs, other pictures or computed plates.",
     "show": "Show one stereo image with the display's response inverted.",
     "demo": "Repeat the thesis's second experiment with simulated observers.",

@@ -174,11 +174,7 @@ def stimulus_pictures(
     ResultsError
         If ``experiment`` is named, but its stimuli or its display are not those of the session.
     """
-    name = Path(header.experiment).name
-    usual = [root / "experiments" / f"{name}.yaml" for root in (Path.cwd(), shipped_folder())]
-    around = results.resolve()
-    usual += [folder / "experiment.yaml" for folder in (Path.cwd() / name, Path.cwd(), around, *around.parents[:3])]
-    for file in [experiment] if experiment else dict.fromkeys(usual):
+    for file in [experiment] if experiment else experiment_files(header, results):
         shown = find_shown(header, file) if file.is_file() else None
         if shown is not None:
             return thumbnails(*shown, lambda done, of: progress("Making small pictures", done, of))
@@ -187,6 +183,18 @@ def stimulus_pictures(
         remedy = "name the experiment file of these sessions, or leave --experiment out"
         raise ResultsError(Finding(what, str(experiment), remedy=remedy))
     return {}
+
+
+def experiment_files(header: Header, results: Path) -> list[Path]:
+    """Return where the file of a session's experiment usually lies, whether it is there or not.
+
+    That is in ``experiments``, in the folder of a study that holds ``results``, and in a study's folder of its name.
+    """
+    name = Path(header.experiment).name
+    usual = [root / "experiments" / f"{name}.yaml" for root in (Path.cwd(), shipped_folder())]
+    around = results.resolve()
+    usual += [folder / "experiment.yaml" for folder in (Path.cwd() / name, Path.cwd(), around, *around.parents[:3])]
+    return list(dict.fromkeys(usual))
 
 
 def find_browser() -> str | None:

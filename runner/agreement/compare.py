@@ -1,0 +1,277 @@
+"""From the results of an experiment to measures of its pictures beside what observers said."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from analysis.agreement import (
+    Agreement,
+    ObservedGroup,
+    Predicted,
+    agree,
+    observed_groups,
+    write_agreement_csv,
+    write_agreement_page,
+)
+from analysis.classes import Adjust
+from analysis.comparisons import factors_of
+from analysis.errors import ResultsError
+from analysis.observers import Filter, keep
+from analysis.records import Header, SessionLog, read_results
+from documents import Finding, did_you_mean
+from runner.agreement.photographs import photographs_of
+from runner.agreement.shown import ShownPictures, shown_pictures
+from runner.reports.comparison.report import check_page
+from runner.session.picture_source import Progress, no_progress
+from stimuli.measures import MeasureRow, measures_named
+
+# The limit of `cyclopean compare` for car paint, thesis Section 5.5.
+LIMITS: Mapping[str, float] = {"delta-e-2000": 1.4}
+MOST_LISTED = 5
+
+
+@dataclass(frozen=True, slots=True)
+class AgreementOptions:
+    """How measures are compared with observers, and what is written.
+
+    Attributes
+    ----------
+    photographs
+        The stimuli that the others are measured against, by name or as ``FACTOR=LEVEL``; none takes the experiment's
+        reference picture.
+    limits
+        Limits of measures by name, beside or in place of `LIMITS`.
+    task
+        As `analysis.agreement.observed_groups`.
+    rule
+        Which observers to leave out.
+    alpha, adjust
+        Level of the tests of pairs and of agreement, and correction of the former; None takes those of the experiment.
+    experiment
+        The experiment's file; None looks for it.
+    page, csv_folder
+        The HTML page and the folder of the tables to write; None for none.
+    """
+
+    photographs: tuple[str, ...] = ()
+    limits: Mapping[str, float] = field(default_factory=dict)
+    task: str | None = None
+    rule: Filter = field(default_factory=Filter)
+    alpha: float | None = None
+    adjust: Adjust | None = None
+    experiment: Path | None = None
+    page: Path | None = None
+    csv_folder: Path | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WrittenAgreement:
+    """The results, the ``header`` of a session, and ``facts`` on the pictures: pairs of a term and its value."""
+
+    agreement: Agreement
+    header: Header
+    facts: tuple[tuple[str, str], ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {
+            "experiment": self.header.experiment,
+            "question": self.header.question,
+            "pictures": dict(self.facts),
+            **self.agreement.to_json(),
+        }
+
+
+def compare_with_observers(
+    results: Sequence[Path],
+    measures: Sequence[str],
+    options: AgreementOptions = AgreementOptions(),
+    progress: Progress = no_progress,
+) -> WrittenAgreement:
+    """Compare measures of the pictures that an experiment showed with what its observers said.
+
+    Parameters
+    ----------
+    results
+        Folders of sessions, from one station or many, or single session logs.
+    measures
+        Names of `stimuli.measures.measure_names`, or ``all``.
+    options
+        Which stimuli are the photographs, the measures' limits, and what to write.
+    progress
+        Called with what is being done, how much of it is done, and of how much.
+
+    Returns
+    -------
+    WrittenAgreement
+        Correlations, accuracy on pairs, and limits against classes, for each measure.
+
+    Raises
+    ------
+    InputError
+        If results are missing, damaged or of several experiments, the pictures are not those that were shown, no
+        stimulus is known to be the photograph, a measure is unknown or not installed, or a group has fewer than three
+        stimuli. Nothing is then written.
+    OSError
+        If the page or a table cannot be written.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from runner.session import simulate
+    >>> experiment, observers = "experiments/dynamic_range.yaml", "configs/observers/table_4_4.yaml"
+    >>> with TemporaryDirectory() as folder:
+    ...     simulated = simulate(experiment, observers, 5, results=folder)
+    ...     found = compare_with_observers(
+    ...         [Path(folder)], ["delta-e-2000"], AgreementOptions(photographs=("2.1-stereo",))
+    ...     )
+    >>> found.agreement.photographs, found.agreement.groups[0].observers
+    (('2.1-stereo',), 5)
+    """
+    chosen = measures_named(measures)
+    _check_limits(options.limits, [measure.name for measure in chosen])
+    if options.page is not None:
+        check_page(options.page, ())
+    sessions = keep(read_results(*results), options.rule).sessions
+    found, notes = observed_groups(sessions, task=options.task, alpha=options.alpha, adjust=options.adjust)
+    header = sessions[0].header
+    shown = shown_pictures(sessions, options.experiment, results[0])
+    reference = shown.experiment.stimuli.reference
+    groups, photographs = photographs_of(found, factors_of(header), reference, options.photographs)
+    predicted = _predict(shown, groups, photographs, [one.name for one in chosen], options.limits, progress)
+    level = options.alpha if options.alpha is not None else float(header.analysis.get("alpha", 0.05))
+    notes = (*_session_notes(sessions), *notes, *_mixed(shown, groups, photographs))
+    agreement = agree(groups, photographs, predicted, alpha=level, notes=notes)
+    written = WrittenAgreement(agreement, header, _facts(shown, agreement))
+    if options.page is not None:
+        write_agreement_page(agreement, header, options.page, written.facts)
+    if options.csv_folder is not None:
+        write_agreement_csv(agreement, options.csv_folder)
+    return written
+
+
+def _check_limits(limits: Mapping[str, float], names: Sequence[str]) -> None:
+    for name, limit in limits.items():
+        if name not in names:
+            remedy = did_you_mean(name, names, f"the measures are: {', '.join(names)}")
+            raise ResultsError(Finding(f"a limit is given for '{name}', which is not measured", remedy=remedy))
+        if not np.isfinite(limit):
+            raise ResultsError(Finding(f"the limit of '{name}' is {limit}", remedy="give a finite number"))
+
+
+def _predict(
+    shown: ShownPictures,
+    groups: Sequence[ObservedGroup],
+    photographs: Sequence[str],
+    names: Sequence[str],
+    limits: Mapping[str, float],
+    progress: Callable[[str, int, int], None],
+) -> tuple[Predicted, ...]:
+    """Measure every stimulus beside its photograph, once."""
+    wanted = list(
+        dict.fromkeys(
+            (photograph, stimulus)
+            for group, photograph in zip(groups, photographs, strict=True)
+            for stimulus in group.stimuli
+            if stimulus != photograph
+        )
+    )
+    rows: dict[tuple[str, str], Mapping[str, MeasureRow]] = {}
+    for done, (photograph, stimulus) in enumerate(wanted):
+        progress("Measuring pictures", done, len(wanted))
+        rows[photograph, stimulus] = shown.measured(photograph, stimulus, names)
+    progress("Measuring pictures", len(wanted), len(wanted))
+    return tuple(_of_measure(name, rows, groups, photographs, limits) for name in names)
+
+
+def _of_measure(
+    name: str,
+    rows: Mapping[tuple[str, str], Mapping[str, MeasureRow]],
+    groups: Sequence[ObservedGroup],
+    photographs: Sequence[str],
+    limits: Mapping[str, float],
+) -> Predicted:
+    (measure,) = measures_named([name])
+
+    def value(photograph: str, stimulus: str) -> float:
+        if stimulus == photograph:
+            return measure.identical
+        row = rows[photograph, stimulus][name]
+        return float(row.eyes["both"].value if row.binocular is None else row.binocular)
+
+    return Predicted(
+        name=name,
+        title=measure.title,
+        unit=measure.unit,
+        better=measure.better,
+        values=tuple(
+            np.array([value(photograph, stimulus) for stimulus in group.stimuli])
+            for group, photograph in zip(groups, photographs, strict=True)
+        ),
+        limit=limits.get(name, LIMITS.get(name)),
+        remarks=_remarks(name, rows),
+    )
+
+
+def _remarks(name: str, rows: Mapping[tuple[str, str], Mapping[str, MeasureRow]]) -> tuple[str, ...]:
+    """Return a remark of a measure on one of the pictures, and of how many it has others."""
+    remarked = {
+        stimulus: remark
+        for (_, stimulus), row in rows.items()
+        for eye in row[name].eyes.values()
+        for remark in eye.remarks[:1]
+    }
+    if not remarked:
+        return ()
+    stimulus, remark = next(iter(remarked.items()))
+    if set(remarked.values()) == {remark}:
+        return (remark,)
+    more = f"; so for {len(remarked)} of {len(rows)} stimuli" if len(remarked) > 1 else ""
+    return (f"'{stimulus}': {remark}{more}",)
+
+
+def _mixed(shown: ShownPictures, groups: Sequence[ObservedGroup], photographs: Sequence[str]) -> list[str]:
+    mixed = dict.fromkeys(
+        name
+        for group, photograph in zip(groups, photographs, strict=True)
+        for name in shown.mixed(photograph, group.stimuli)
+    )
+    if not mixed:
+        return []
+    some = ", ".join(list(mixed)[:MOST_LISTED]) + (
+        f" and {len(mixed) - MOST_LISTED} more" if len(mixed) > MOST_LISTED else ""
+    )
+    return [
+        f"Of photograph and stimulus, one was in stereo and the other flat: {some}. Each eye's picture is measured; "
+        "depth, which observers see, is in no measure of single eyes."
+    ]
+
+
+def _session_notes(sessions: Sequence[SessionLog]) -> list[str]:
+    notes = []
+    if any(session.header.simulated for session in sessions):
+        notes.append("Observers are simulated.")
+    unfinished = sum(not session.complete for session in sessions)
+    if unfinished:
+        notes.append(f"{unfinished} of {len(sessions)} sessions were not completed; their answers count.")
+    if sessions[0].header.nominal:
+        notes.append("The display was not measured: luminances and colours of the pictures are nominal.")
+    return notes
+
+
+def _facts(shown: ShownPictures, agreement: Agreement) -> tuple[tuple[str, str], ...]:
+    viewing = shown.viewing
+    white = " ".join(f"{part:.4g}" for part in viewing.white_XYZ)
+    return (
+        ("Photographs", ", ".join(dict.fromkeys(agreement.photographs))),
+        ("Pictures", "as the display showed them: the part that the layout shows, clipped to the gamut"),
+        ("SHA-256 of the stimuli", shown.stimuli.digest),
+        ("Viewing distance", f"{viewing.distance_mm:g} mm, by the record of the sessions"),
+        ("Pixels per degree", f"{viewing.pixels_per_degree:.4g}"),
+        ("White of the display", f"XYZ {white} cd/m²"),
+    )
