@@ -98,7 +98,7 @@ def observed_pairs(
     parts = [("", comparisons)] if groups is None else list(split_groups(comparisons))
     found, notes = [], []
     for name, part in parts:
-        group = _of_comparisons(name, part, options)
+        group = of_comparisons(name, part, options)
         if isinstance(group, str):
             notes.append(group)
         else:
@@ -106,7 +106,8 @@ def observed_pairs(
     return tuple(found), tuple(notes)
 
 
-def _of_comparisons(name: str, comparisons: Comparisons, options: AnalysisOptions) -> ObservedGroup | str:
+def of_comparisons(name: str, comparisons: Comparisons, options: AnalysisOptions) -> ObservedGroup | str:
+    """Return what observers said of the stimuli of comparisons, or why there is nothing, in a sentence."""
     where = f" of '{name}'" if name else ""
     estimate = estimate_scores(comparisons, **options, draw=False)
     fitted, classes = estimate.scores.fit, estimate.scores.classes

@@ -71,9 +71,8 @@ def limit_words(calibration: Calibration, unit: str, *, higher: bool) -> tuple[s
     if calibration.best_low is not None and calibration.best_high is not None:
         agrees += f" ({value(calibration.best_low)} to {value(calibration.best_high, unit)} with other observers)"
     side = "at or above it" if higher else "at or below it"
-    sentences.append(
-        f"{area}; {agrees}: {side} are {_of(best.hit_rate, 'in its class')} and {_of(best.false_alarm_rate, 'in others')}."
-    )
+    hits, alarms = _of(best.hit_rate, "in its class"), _of(best.false_alarm_rate, "in others")
+    sentences.append(f"{area}; {agrees}: {side} are {hits} and {alarms}.")
     return tuple(sentences)
 
 
