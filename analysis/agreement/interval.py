@@ -74,13 +74,15 @@ def correlation_interval(
     size2 = float(centred @ centred)
     if size2 <= 0:
         return -1.0, 1.0
+    observed = float(correlation(scores, values, kind))
+    if not errors.any():
+        return observed, observed
     rest = float(np.sqrt(across @ across))
     # Where observers follow the measure exactly, any direction across it will do.
     across = _across(own) if rest <= TIED * np.sqrt(size2) else across / rest
     length = np.sqrt(max(size2 - float((wide**2).sum(axis=1).mean()), LEAST_SHARE * size2))
     freedom = observers - 1
     wide *= np.sqrt(freedom / random.chisquare(freedom, len(wide)))[:, None]
-    observed = float(correlation(scores, values, kind))
 
     def true_scores(angle: float) -> Floats:
         return np.asarray(length * (np.cos(angle) * own + np.sin(angle) * across))
