@@ -85,7 +85,7 @@ def command(
     csv_folder: Path | None,
     as_json: bool,
 ) -> None:
-    """Compare measures of the pictures that an experiment showed with what its observers said.
+    """Compare measures of an experiment's pictures with its observers.
 
     RESULTS are folders of sessions of one experiment. Every stimulus is measured beside its photograph, as the display
     showed both and from the distance in the record. Reported are correlations with observers' scores, how many of the
