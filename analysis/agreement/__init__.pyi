@@ -1,4 +1,4 @@
-from .agree import agree as agree
+from .beside import agree as agree
 from .chance import chance_of_agreement as chance_of_agreement
 from .correlations import KINDS as KINDS
 from .correlations import CorrelationKind as CorrelationKind
