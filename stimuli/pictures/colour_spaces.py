@@ -79,6 +79,11 @@ class Encoding:
         return np.stack([curve(codes) for curve in self.curves], axis=1)
 
 
+def primaries_of(name: NamedSpace) -> tuple[tuple[float, float], ...]:
+    """Return x, y of red, green, blue and white of a named colour space."""
+    return (*_SPACES[name][0], D65_XY)
+
+
 @cache
 def named_encoding(name: NamedSpace) -> Encoding:
     """Return the encoding of a named colour space."""

@@ -22,6 +22,7 @@ from stimuli.pictures.colour_spaces import NAMED_SPACES, Encoding, embedded_enco
 from stimuli.pictures.own_files import OwnFiles, decoded_eyes, own_files, stamps
 from stimuli.pictures.packing import PACKINGS, Packing, eye_size_px, stretched
 from stimuli.pictures.picture_header import PictureHeader, read_header
+from stimuli.pictures.picture_input import is_square, refuse_pixels_not_square
 from stimuli.pictures.picture_pixels import Pixels
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 
@@ -109,6 +110,8 @@ def check_ordinary(
     used = None if header.frames == 2 or header.packing == "none" else header.packing
     if used is not None:
         eye_size_px(header.size_px, used, header.path)
+    for item in headers:
+        _refuse_aspect(item, used)
     spaces = [encoding_of(item, decoding) for item in headers]
     if not _alike(spaces[0], spaces[-1]):
         message = "the two eyes' pictures have different colour spaces"
@@ -118,6 +121,13 @@ def check_ordinary(
         message = "there is no centre view for the flat version"
         raise StimulusError.at(header.path, message, "name an eye: flat_eye: left, or --flat-eye left")
     return plan
+
+
+def _refuse_aspect(header: PictureHeader, packing: Packing | None) -> None:
+    """Refuse pixels that are stated not to be square, unless they are as wide, or high, again for a half picture."""
+    half = {"side-by-side-half": 2.0, "top-bottom-half": 0.5}.get((packing or "").removesuffix("-crossed"), 1.0)
+    if not is_square(header.pixel_aspect / half):
+        refuse_pixels_not_square(header.pixel_aspect, header.path, "its resolution across and down")
 
 
 def read_ordinary(

@@ -6,6 +6,7 @@ palettes, one bit, animations, and sizes that no display has.
 
 from __future__ import annotations
 
+import math
 import struct
 import warnings
 from collections.abc import Iterator
@@ -18,6 +19,7 @@ from stimuli.errors import StimulusError
 from stimuli.pictures.exr_views import MAX_PIXELS
 from stimuli.pictures.packing import Packing, named_packing
 from stimuli.pictures.picture_input import opened
+from stimuli.pictures.png_chunks import png_aspect, png_chunks, png_exif, png_space, stated_space
 from stimuli.pictures.resampling import MAX_PIXELS as MAX_SIDE_PX
 
 if TYPE_CHECKING:
@@ -30,7 +32,7 @@ SUFFIXES = (".png", ".jpg", ".jpeg", ".jpe", ".jps", ".mpo", ".webp", *TIFF)
 OTHERS = (".gif", ".bmp", ".heic", ".heif", ".avif", ".jxl", ".jp2", ".psd", ".tga")
 
 _ORIENTATION, _EXIF_SPACE, _EXIF_IFD, _INTEROP_IFD = 0x0112, 0xA001, 0x8769, 0xA005
-_MOST_EXIF = 1_000_000
+_TIFF_WHITE, _TIFF_PRIMARIES = 318, 319
 # A pair's second picture; others of an MPO are previews, panoramas and gain maps.
 _PAIR_TYPES = ("Multi-Frame Image (Disparity)", "Undefined")
 _MODES = {"L": 1, "LA": 1, "RGB": 3, "RGBA": 3, "I;16": 1, "I;16B": 1, "I": 1}
@@ -45,6 +47,7 @@ class PictureHeader:
     its EXIF ``orientation`` (1 to 8). ``bits`` are 8, 16, or 32 of a float; ``channels`` 1 (grey) or 3, without alpha.
     ``profile`` is the embedded ICC profile. ``declared`` is the named colour space that the file states without one,
     else None. ``packing`` is the layout of two eyes that the file, or its name, states; ``frames`` is 2 of an MPO pair.
+    ``stored_aspect`` is a pixel's width over its height, as its resolutions along both state it, before it is upright.
     """
 
     path: Path
@@ -58,12 +61,18 @@ class PictureHeader:
     declared: str | None
     packing: Packing | None
     frames: int = 1
+    stored_aspect: float = 1.0
 
     @property
     def size_px(self) -> tuple[int, int]:
         """Width and height once upright."""
         width, height = self.stored_px
         return (height, width) if self.orientation >= 5 else (width, height)
+
+    @property
+    def pixel_aspect(self) -> float:
+        """A pixel's width over its height once upright."""
+        return 1.0 / self.stored_aspect if self.orientation >= 5 else self.stored_aspect
 
     @property
     def is_pair(self) -> bool:
@@ -131,7 +140,7 @@ def _of_pillow(picture: Image, path: Path) -> PictureHeader:
     if kind is None:
         message = f"the file is {picture.format}, whatever its name says"
         raise StimulusError.at(path, message, "save it as PNG, JPEG, TIFF or WebP")
-    png = dict(_png_chunks(path)) if kind == "png" else {}
+    png = dict(png_chunks(path)) if kind == "png" else {}
     bits, colour_type = (png["IHDR"][8], png["IHDR"][9]) if kind == "png" else (8, -1)
     if kind != "jpeg" and getattr(picture, "is_animated", False):
         raise StimulusError.at(path, "the picture is animated", "save the frame that is to be shown")
@@ -143,7 +152,7 @@ def _of_pillow(picture: Image, path: Path) -> PictureHeader:
     if picture.mode not in _MODES:
         what = "CMYK, inks for a printer" if picture.mode in ("CMYK", "YCCK") else f"of the mode {picture.mode}"
         raise StimulusError.at(path, f"the picture is {what}", "convert it to RGB with its profile, then save it")
-    exif = _png_exif(png) if kind == "png" else picture.getexif()
+    exif = png_exif(png) if kind == "png" else picture.getexif()
     frames, packing = 1, named_packing(path.stem)
     if kind == "jpeg":
         frames = _frames(picture)
@@ -157,52 +166,11 @@ def _of_pillow(picture: Image, path: Path) -> PictureHeader:
         _MODES[picture.mode],
         colour_type in (4, 6) or "tRNS" in png or (kind == "webp" and picture.mode == "RGBA"),
         picture.info.get("icc_profile") or None,
-        _png_space(png, path) if kind == "png" else _exif_space(exif),
+        png_space(png, path) if kind == "png" else _exif_space(exif),
         packing,
         frames,
+        png_aspect(png) if kind == "png" else pixel_aspect(picture.info.get("jfif_density")),
     )
-
-
-def _png_chunks(path: Path) -> Iterator[tuple[str, bytes]]:
-    """Yield name and content of a PNG's chunks but its pixels; of long ones the beginning."""
-    with path.open("rb", buffering=0) as file:
-        at = 8
-        while file.seek(at) and len(head := file.read(8)) == 8:
-            size, name = struct.unpack(">I4s", head)
-            if name != b"IDAT":
-                yield name.decode("latin-1"), file.read(min(size, 64 if name != b"eXIf" else _MOST_EXIF))
-            at += size + 12
-
-
-def _png_exif(png: dict[str, bytes]) -> Any:
-    """Return a PNG's EXIF; Pillow would decode the pixels for it."""
-    from PIL.Image import Exif
-
-    exif = Exif()
-    if "eXIf" in png:
-        exif.load(b"Exif\0\0" + png["eXIf"])
-    return exif
-
-
-def _png_space(png: dict[str, bytes], path: Path) -> str | None:
-    """Return the colour space that a PNG states beside a profile, in the order of its specification [PNG3]."""
-    if "cICP" in png:
-        primaries, transfer = png["cICP"][0], png["cICP"][1]
-        name = {(1, 13): "srgb", (12, 13): "display-p3"}.get((primaries, transfer))
-        if name is None:
-            message = f"its chunk cICP states primaries {primaries} and transfer {transfer}, which are not read"
-            raise StimulusError.at(path, message, "save it as sRGB or Display P3, or as OpenEXR")
-        return name
-    if "iCCP" in png:
-        return None
-    if "sRGB" in png:
-        return "srgb"
-    if "gAMA" in png and len(png["gAMA"]) >= 4:
-        gamma = struct.unpack(">I", png["gAMA"][:4])[0] / 1e5
-        if not 0.44 <= gamma <= 0.46:
-            message = f"its chunk gAMA states values to the power of {gamma:g}, which no named colour space has"
-            raise StimulusError.at(path, message, "save it as sRGB, or linear as OpenEXR")
-    return None
 
 
 def _exif_space(exif: Any) -> str | None:
@@ -213,6 +181,17 @@ def _exif_space(exif: Any) -> str | None:
     if str(exif.get_ifd(_INTEROP_IFD).get(1, "")).startswith("R03") or tags.get(_EXIF_SPACE) == 2:
         return "adobe-rgb"
     return None
+
+
+def pixel_aspect(per_length: object) -> float:
+    """Return a pixel's width over its height, of how many lie along a length, across and down; 1 if that is not known.
+
+    JFIF states 1 and 1 for square pixels without a size; 0, or anything else that is no resolution, states nothing.
+    """
+    match per_length:
+        case (int() | float() as across, int() | float() as down) if across > 0 and 0 < down < math.inf:
+            return float(down) / float(across)
+    return 1.0
 
 
 def _orientation(value: object) -> int:
@@ -265,6 +244,8 @@ def _tiff(path: Path) -> PictureHeader:
             raise StimulusError.at(path, message, remedy)
         data = spec.getattribute("ICCProfile")
         profile = None if data is None else bytes(bytearray(data))
+        if profile is None:
+            _refuse_other_primaries(path)
         return PictureHeader(
             path,
             "tiff",
@@ -276,11 +257,37 @@ def _tiff(path: Path) -> PictureHeader:
             profile,
             "srgb" if spec.getattribute("Exif:ColorSpace") == 1 and profile is None else None,
             named_packing(path.stem),
+            stored_aspect=pixel_aspect((spec.getattribute("XResolution"), spec.getattribute("YResolution"))),
         )
     except UnicodeDecodeError as error:
         raise StimulusError.at(path, "the picture is damaged: its header is not UTF-8 text", _DAMAGED) from error
     finally:
         picture.close()
+
+
+def _refuse_other_primaries(path: Path) -> None:
+    """Refuse a TIFF without a profile whose tags state other primaries than sRGB's; OpenImageIO leaves these out."""
+    from PIL import Image
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            with Image.open(path) as picture:
+                tags: Any = getattr(picture, "tag_v2", {})
+                white, primaries = tags.get(_TIFF_WHITE), tags.get(_TIFF_PRIMARIES)
+    except (
+        OSError,
+        ValueError,
+        SyntaxError,
+        TypeError,
+        struct.error,
+        KeyError,
+        EOFError,
+        Image.DecompressionBombError,
+    ):
+        return  # of a form that Pillow does not know: floats of some kinds
+    if white is not None and primaries is not None and len((*white, *primaries)) == 8:
+        stated_space([float(value) for value in (*white, *primaries)], None, path, "its tag PrimaryChromaticities")
 
 
 def _tiff_faults(spec: OpenImageIO.ImageSpec, channels: int, alpha: int) -> Iterator[tuple[str, str]]:

@@ -1,0 +1,97 @@
+"""What a PNG's chunks say of it beside its pixels: colour space, shape of its pixels, EXIF."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stimuli.errors import StimulusError
+
+_MOST_EXIF = 1_000_000
+# Chromaticities and powers as they are rounded by those who write them.
+_SAME_XY, _SAME_GAMMA = 2e-3, 1e-3
+_STATED = ("white", "red", "green", "blue")
+
+
+def png_chunks(path: Path) -> Iterator[tuple[str, bytes]]:
+    """Yield name and content of a PNG's chunks but its pixels; of long ones the beginning."""
+    with path.open("rb", buffering=0) as file:
+        at = 8
+        while file.seek(at) and len(head := file.read(8)) == 8:
+            size, name = struct.unpack(">I4s", head)
+            if name != b"IDAT":
+                yield name.decode("latin-1"), file.read(min(size, 64 if name != b"eXIf" else _MOST_EXIF))
+            at += size + 12
+
+
+def png_aspect(png: dict[str, bytes]) -> float:
+    """Return a pixel's width over its height, as the chunk pHYs states it; 1 without one."""
+    if len(png.get("pHYs", b"")) < 8:
+        return 1.0
+    across, down = struct.unpack(">II", png["pHYs"][:8])
+    return down / across if across and down else 1.0
+
+
+def png_exif(png: dict[str, bytes]) -> Any:
+    """Return a PNG's EXIF; Pillow would decode the pixels for it."""
+    from PIL.Image import Exif
+
+    exif = Exif()
+    if "eXIf" in png:
+        exif.load(b"Exif\0\0" + png["eXIf"])
+    return exif
+
+
+def png_space(png: dict[str, bytes], path: Path) -> str | None:
+    """Return the colour space that a PNG states beside a profile, in the order of its specification [PNG3]."""
+    if "cICP" in png:
+        primaries, transfer = png["cICP"][0], png["cICP"][1]
+        name = {(1, 13): "srgb", (12, 13): "display-p3"}.get((primaries, transfer))
+        if name is None:
+            message = f"its chunk cICP states primaries {primaries} and transfer {transfer}, which are not read"
+            raise StimulusError.at(path, message, "save it as sRGB or Display P3, or as OpenEXR")
+        return name
+    if "iCCP" in png:
+        return None
+    if "sRGB" in png:
+        return "srgb"
+    gamma = None
+    if len(png.get("gAMA", b"")) >= 4:
+        gamma = struct.unpack(">I", png["gAMA"][:4])[0] / 1e5
+        if not 0.44 <= gamma <= 0.46:
+            message = f"its chunk gAMA states values to the power of {gamma:g}, which no named colour space has"
+            raise StimulusError.at(path, message, "save it as sRGB, or linear as OpenEXR")
+    if len(png.get("cHRM", b"")) >= 32:
+        return stated_space(
+            [value / 1e5 for value in struct.unpack(">8I", png["cHRM"][:32])], gamma, path, "its chunk cHRM"
+        )
+    return None
+
+
+def stated_space(xy: Sequence[float], gamma: float | None, path: Path, named: str) -> str | None:
+    """Return the colour space of x, y of white, red, green and blue: that of Adobe RGB's power, else None of sRGB's.
+
+    Primaries alone do not say which curve the codes have: of sRGB's, the colour space is still to be named.
+
+    Raises
+    ------
+    StimulusError
+        If they are others. ``named`` says what states them.
+    """
+    from stimuli.pictures.colour_spaces import primaries_of
+
+    stated = np.reshape(xy, (4, 2))
+    for name in ("srgb", "adobe-rgb"):
+        red, green, blue, white = primaries_of(name)
+        if np.allclose(stated, [white, red, green, blue], rtol=0, atol=_SAME_XY):
+            if name == "srgb":
+                return None
+            if gamma is not None and abs(gamma - 256 / 563) <= _SAME_GAMMA:
+                return name
+    what = ", ".join(f"{colour} {x:.4g} {y:.4g}" for colour, (x, y) in zip(_STATED, stated, strict=True))
+    message = f"{named} states other primaries than sRGB's (x, y of {what}), and no profile beside them"
+    raise StimulusError.at(path, message, "save it with its ICC profile, or as sRGB")
