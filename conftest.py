@@ -333,6 +333,7 @@ PAGES: Mapping[str, Prepare] = {
     "diagnose": _panel,
     "factors": _table,
     "luminance": _plate,
+    "measures": _colours,
     "observer_table": _with_results("dynamic_range"),
     "hierarchical": _table,
     "pair_models": _table,

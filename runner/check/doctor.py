@@ -19,6 +19,7 @@ from runner.presenter.surfaces.screens import Monitor, compositor, monitors
 from runner.presenter.surfaces.surface import BACKENDS, Buffer, SurfaceFacts, open_surface
 from runner.session.header import software
 from runner.session.timing_record import explain, judge, swap_intervals, swaps_per_second
+from stimuli.measures import measure_names, missing_package
 
 _SIZE_PX = (640, 480)
 _PACKAGES = ("documents", "devices", "stimuli", "analysis", "runner")
@@ -77,10 +78,14 @@ class MonitorReport:
 
 @dataclass(frozen=True, slots=True)
 class MachineReport:
-    """The versions of the software, where its packages are, and what surfaces, monitors and signal path are like."""
+    """The versions of the software, where its packages are, and what surfaces, monitors and signal path are like.
+
+    ``measures`` are those of two pictures by name, with what to install, None where nothing is missing.
+    """
 
     software: Mapping[str, str]
     packages: Mapping[str, PackageReport]
+    measures: Mapping[str, str | None]
     surfaces: Mapping[str, SurfaceReport]
     monitors: tuple[MonitorReport, ...]
     signal_path: tuple[SignalFact, ...]
@@ -119,6 +124,7 @@ def examine_machine() -> MachineReport:
     return MachineReport(
         software=software(),
         packages={name: _package(name) for name in _PACKAGES},
+        measures={name: missing_package(name) for name in measure_names()},
         surfaces={backend: _surface(backend) for backend in BACKENDS},
         monitors=_monitors(),
         signal_path=examine_signal_path(),

@@ -62,6 +62,11 @@ def _print(report: MachineReport) -> None:
         click.echo(f"  {name}: {package.problem or 'from ' + package.folder}")
     for name, version in report.software.items():
         click.echo(f"  {name} {version}")
+    there = [name for name, missing in report.measures.items() if missing is None]
+    click.echo(f"\nMeasures of pictures\n  installed: {', '.join(there)}")
+    for name, missing in report.measures.items():
+        if missing is not None:
+            click.echo(f"  {name}: {missing}")
     click.echo("\nMonitors, by number and name" if report.monitors else "\nNo monitor")
     for monitor in report.monitors:
         click.echo(f"  {monitor.line}\n    gamma table: {monitor.gamma_table}")

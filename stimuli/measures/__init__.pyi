@@ -13,6 +13,7 @@ from .reduced import reduced as reduced
 from .registry import measure_named as measure_named
 from .registry import measure_names as measure_names
 from .registry import measures_named as measures_named
+from .registry import missing_package as missing_package
 from .scielab import SeenPicture as SeenPicture
 from .table import MeasureRow as MeasureRow
 from .table import MeasureTable as MeasureTable

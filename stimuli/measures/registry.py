@@ -66,9 +66,19 @@ def measure_named(name: str) -> Measure:
     if not measure.is_installed:
         raise StimulusError.of(
             f"the measure '{name}' needs the package {measure.package}, which is not installed",
-            f"pip install '.[{measure.extra}]', or leave out '{name}'",
+            f"{_remedy(measure)}, or leave out '{name}'",
         )
     return measure
+
+
+def missing_package(name: str) -> str | None:
+    """Return what to type to install what the measure of that name needs; None where nothing is missing."""
+    measure = _BY_NAME[name]
+    return None if measure.is_installed else _remedy(measure)
+
+
+def _remedy(measure: Measure) -> str:
+    return f"pip install '.[{measure.extra}]'"
 
 
 def measures_named(names: Iterable[str]) -> tuple[Measure, ...]:
