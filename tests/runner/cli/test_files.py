@@ -174,7 +174,16 @@ def test_doctor_says_what_there_is() -> None:
             ten_bits = surface["ten_bits"]
             assert ten_bits["given"] or "10 bits a channel were asked for" in ten_bits["problem"]
             assert surface["facts"]["arithmetic"].split(":")[0] in {kind.value for kind in Arithmetic}
-    assert f"colours computed in {egl['facts']['arithmetic']}" in _run("doctor").output
+    assert facts["measures"]["pu-ssim"] is None
+    printed = _run("doctor").output
+    assert f"colours computed in {egl['facts']['arithmetic']}" in printed
+    assert "installed: delta-e-2000, s-cielab" in printed
+
+
+def test_doctor_names_what_a_measure_needs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("stimuli.measures.measure.find_spec", lambda name: None)
+    assert json.loads(_run("doctor", "--json").stdout)["measures"]["flip"] == "pip install '.[measures]'"
+    assert "  flip: pip install '.[measures]'" in _run("doctor").output
 
 
 def test_the_schema_of_a_photodiode_s_record_names_its_keys() -> None:
