@@ -13,4 +13,5 @@ from .exposure import Exposure as Exposure
 from .exposure import parse_exposure as parse_exposure
 from .fit import CameraFit as CameraFit
 from .fit import fit_camera as fit_camera
+from .geometry import CameraGeometry as CameraGeometry
 from .solve import Loss as Loss

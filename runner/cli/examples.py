@@ -69,6 +69,10 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "cyclopean camera fit correspondences.csv --form affine",
         ),
         "camera develop": ("cyclopean camera develop photo.dng --camera configs/cameras/nikon_d800.yaml -o developed",),
+        "camera geometry": (
+            "cyclopean camera geometry --sensor-mm 36x24 --pixels 7360x4912 --focal-mm 105 --distance-mm 700",
+            "cyclopean camera geometry --sensor-mm 36x24 --pixels 7360x4912 --focal-mm 50 --px-per-mm 14.6",
+        ),
         "camera spectral": ("cyclopean camera spectral scene.hdr --quantity radiance -o scene.exr",),
         "compare": (
             "cyclopean compare photo.exr rendering.exr --regions configs/regions/plate.yaml -o compare.html",

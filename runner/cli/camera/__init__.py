@@ -10,10 +10,11 @@ from runner.cli.main import LazyGroup
 COMMANDS = {
     "fit": "Fit a camera model to a photographed colour chart.",
     "develop": "Turn photographs into pictures of linear light.",
+    "geometry": "Pixels per millimetre from sensor, lens and distance, and back.",
     "spectral": "Turn a spectral picture into XYZ, or into what a camera records.",
 }
 
 
 @click.group(cls=LazyGroup, name="camera", package="runner.cli.camera", commands_help=COMMANDS)
 def command() -> None:
-    """Fit a camera to a colour chart, and develop its photographs."""
+    """Fit a camera to a colour chart, develop its photographs, and plan how finely it sees."""
