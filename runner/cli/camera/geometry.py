@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import click
 
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 @click.option("--px-per-mm", type=float, help="Pixels that a millimetre of the plane is to have.")
 @click.option(
     "--distance-from",
+    "origin",
     type=click.Choice(["lens", "sensor"]),
     default="lens",
     show_default=True,
@@ -38,8 +39,8 @@ def command(
     focal_mm: float | None,
     distance_mm: float | None,
     px_per_mm: float | None,
-    distance_from: str,
-    lens: str,
+    origin: Literal["lens", "sensor"],
+    lens: Literal["thin", "pinhole"],
     size_mm: str | None,
     as_json: bool,
 ) -> None:
@@ -48,10 +49,8 @@ def command(
     Give two of --focal-mm, --distance-mm and --px-per-mm; the third follows. The camera looks straight at a plane.
     """
     import json
-    from typing import cast
 
     from devices.camera import CameraGeometry
-    from devices.camera.geometry import Lens, Origin
 
     if sum(value is not None for value in (focal_mm, distance_mm, px_per_mm)) != 2:
         raise click.UsageError("give two of --focal-mm, --distance-mm and --px-per-mm; the third follows")
@@ -59,16 +58,16 @@ def command(
     columns, rows = _size(pixels, "--pixels", "7360x4912")
     if columns != int(columns) or rows != int(rows):
         raise click.UsageError(f"--pixels is '{pixels}'; pixels are whole, such as 7360x4912")
-    grid, origin, kind = (int(columns), int(rows)), cast(Origin, distance_from), cast(Lens, lens)
+    grid = (int(columns), int(rows))
     sample = _size(size_mm, "--size-mm", "150x100") if size_mm else None
     if px_per_mm is not None:
         found = CameraGeometry.at_resolution(
-            sensor, grid, px_per_mm, focal_mm=focal_mm, distance_mm=distance_mm, origin=origin, lens=kind
+            sensor, grid, px_per_mm, focal_mm=focal_mm, distance_mm=distance_mm, origin=origin, lens=lens
         )
     else:
         assert focal_mm is not None
         assert distance_mm is not None
-        found = CameraGeometry(sensor, grid, focal_mm, distance_mm, origin, kind)
+        found = CameraGeometry(sensor, grid, focal_mm, distance_mm, origin, lens)
     in_px = found.size_in_px(sample) if sample else None
     if as_json:
         extra = {"sample_mm": list(sample), "sample_px": list(in_px)} if sample and in_px else {}
