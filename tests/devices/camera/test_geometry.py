@@ -44,9 +44,7 @@ def test_a_focused_lens_images_larger_than_a_pinhole() -> None:
     # 1/f = 1/d + 1/d′
     assert 1 / thin.lens_distance_mm + 1 / thin.image_distance_mm == pytest.approx(1 / 50, rel=1e-15)
     # Far away it makes no difference.
-    far = [
-        CameraGeometry(SENSOR, PIXELS, 50.0, 1e7, lens=cast(Lens, lens)).magnification for lens in ("thin", "pinhole")
-    ]
+    far = [CameraGeometry(SENSOR, PIXELS, 50.0, 1e7, lens=lens).magnification for lens in ("thin", "pinhole")]
     assert far[0] == pytest.approx(far[1], rel=1e-5)
 
 
