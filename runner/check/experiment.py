@@ -32,8 +32,8 @@ from stimuli.recipes import read_recipe, unreadable
 
 # ITU-R BT.500: a session should last up to half an hour.
 LONG_MINUTES = 30.0
-# One field of view: what the colorimetry of 2 and 10 degree observers is about.
-WIDEST_DEG = 10.0
+# Eyes turn by some 30° to either side before the head follows; a picture that fills a screen covers 40°.
+WIDEST_DEG = 60.0
 NARROWEST_DEG = 0.2
 
 
@@ -177,8 +177,8 @@ def check_geometry(report: CheckReport, design: Experiment, source: YamlSource) 
     report.facts["picture_px"] = list(design.aperture_px)
     report.facts["pixels_per_degree"] = round(density, 2)
     if max(angle) > WIDEST_DEG:
-        what = f"a picture covers {max(angle):.1f}°, more than the {WIDEST_DEG:.0f}° of one field"
-        remedy = "make size_mm smaller, or sit further away"
+        what = f"a picture covers {max(angle):.1f}°, more than is looked at without turning the head"
+        remedy = "make size_mm smaller, or sit further away; sizes and distances are in millimetres"
         report.warnings.append(source.finding(("layout", "size_mm"), what, remedy))
     if max(angle) < NARROWEST_DEG:
         what = f"a picture covers {max(angle):g}° only"

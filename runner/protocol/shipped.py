@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from documents import Finding, InputError
-from documents.files import beside, whole_folder
+from documents.files import beside, looked_for, whole_folder
 from documents.text import did_you_mean
 from documents.yaml import read_yaml
 from runner.errors import SessionError
@@ -138,7 +138,7 @@ def copy_experiment(experiment: str | Path, folder: str | Path) -> CopiedExperim
     observers = [Path(os.path.abspath(file)) for file in _observers(read)]
     files = list(dict.fromkeys([*(Path(os.path.abspath(file)) for file in _files(read)), *observers]))
     if missing := [file for file in files if not file.is_file()]:
-        raise SessionError([Finding("there is no such file", str(file), remedy="check the path") for file in missing])
+        raise SessionError([Finding("there is no such file", str(file), remedy=looked_for(file)) for file in missing])
     top = os.path.commonpath([file.parent for file in files])
 
     def place(file: str | Path) -> Path:

@@ -55,10 +55,14 @@ def test_repeats_ties_catch_trials_and_ratings_are_told(study: Study) -> None:
     assert (pairs["ties"], pairs["catch_trials"], pairs["ratings"]) == ("not_sure", 3, ["sure"])
 
 
-def test_a_picture_over_ten_degrees_is_warned_of_at_its_size(study: Study) -> None:
+def test_a_picture_that_eyes_do_not_take_in_is_warned_of_at_its_size(study: Study) -> None:
+    """What a screen shows from an ordinary distance is not: 41.6° from 532 mm at 700 mm."""
     study.edit("rig.yaml", "distance_mm: 700", "distance_mm: 100")
-    (warning,) = [warning for warning in _check(study).warnings if "of one field" in warning.message]
-    assert "a picture covers 11.4°" in warning.message
+    assert "turning the head" not in _messages(_check(study))
+    study.edit("rig.yaml", "distance_mm: 100", "distance_mm: 15")
+    (warning,) = [warning for warning in _check(study).warnings if "turning the head" in warning.message]
+    assert "a picture covers 67.4°" in warning.message
+    assert "millimetres" in str(warning.remedy)
     assert (warning.line, warning.column) == (6, 42)
 
 
