@@ -46,6 +46,12 @@ class _FlipKind(MapMeasure):
 
     def error_map(self, reference_XYZ: Rows, test_XYZ: Rows, viewing: ViewingConditions) -> Floats32:
         """Return ꟻLIP of each pixel, 0 to 1, float32 (height, width). Raises StimulusError."""
+        return self._mapped(reference_XYZ, test_XYZ, viewing)[0]
+
+    def _mapped(
+        self, reference_XYZ: Rows, test_XYZ: Rows, viewing: ViewingConditions
+    ) -> tuple[Floats32, tuple[float, float]]:
+        """Return the map, and the percentages of both pictures' pixels with a component above the display's white."""
         from flip_evaluator import evaluate
 
         density = viewing.pixels_per_degree
@@ -58,6 +64,7 @@ class _FlipKind(MapMeasure):
         matrix = linear_srgb_matrix(viewing.white_XYZ)
         parameters = {"ppd": float(density), **self._parameters(reference_XYZ, matrix)}
         errors = np.empty(reference_XYZ.shape[:2], dtype=np.float32)
+        above = np.zeros(2)
         for wanted, read, inner in bands_with_margin(errors.shape, int(np.ceil(_REACH_DEG * density)) + 1):
             linear = [_linear(picture[read], matrix) for picture in (reference_XYZ, test_XYZ)]
             found = evaluate(
@@ -69,7 +76,9 @@ class _FlipKind(MapMeasure):
                 parameters=dict(parameters),
             )
             errors[wanted] = found[0][..., 0][inner]
-        return errors
+            above += [np.count_nonzero((one[inner] > 1.0).any(axis=-1)) for one in linear]
+        first, second = (100.0 * above / errors.size).tolist()
+        return errors, (first, second)
 
 
 class Flip(_FlipKind):
@@ -86,9 +95,7 @@ class Flip(_FlipKind):
 
     def measure(self, reference_XYZ: Rows, test_XYZ: Rows, viewing: ViewingConditions) -> EyeMeasured:
         """Return the mean and the map, and how much of either picture is outside what ꟻLIP takes."""
-        errors = self.error_map(reference_XYZ, test_XYZ, viewing)
-        matrix = linear_srgb_matrix(viewing.white_XYZ)
-        above = [_above_white(picture, matrix) for picture in (reference_XYZ, test_XYZ)]
+        errors, above = self._mapped(reference_XYZ, test_XYZ, viewing)
         remarks: tuple[str, ...] = ()
         if any(above):
             remarks = (
@@ -133,11 +140,3 @@ class HdrFlip(_FlipKind):
 def _linear(rows: NDArray[np.floating], matrix: Floats) -> Floats32:
     """Return rows of XYZ as linear sRGB at or above 0, float32."""
     return np.maximum(np.asarray(rows, dtype=np.float64) @ matrix.T, 0.0).astype(np.float32)
-
-
-def _above_white(picture: Rows, matrix: Floats) -> float:
-    """Return the percentage of pixels with a component above white."""
-    above = 0
-    for band in bands(picture.shape):
-        above += int(np.count_nonzero((_linear(picture[band], matrix) > 1.0).any(axis=-1)))
-    return 100.0 * above / (picture.shape[0] * picture.shape[1])

@@ -84,6 +84,16 @@ def test_ldr_clips_and_says_so_and_hdr_does_not() -> None:
     assert within.value > 0.05
 
 
+@pytest.mark.parametrize("band_pixels", [1 << 19, 40 * 7])
+def test_the_share_of_clipped_pixels_is_of_each_picture(monkeypatch: pytest.MonkeyPatch, band_pixels: int) -> None:
+    reference = np.broadcast_to(0.5 * WHITE, (40, 40, 3)).astype(np.float32)
+    test = reference.copy()
+    test[:10] *= 3.0
+    monkeypatch.setattr(rows, "BAND_PIXELS", band_pixels)
+    remarks = measure_pictures(reference, test, ["flip"], VIEWING)["flip"].eyes["both"].remarks
+    assert "0 % of the reference's pixels and 25 % of the test picture's" in remarks[0]
+
+
 def test_a_black_reference_is_refused_and_the_program_stays() -> None:
     black, grey = np.zeros((20, 20, 3), np.float32), np.full((20, 20, 3), 10.0, np.float32)
     with pytest.raises(StimulusError, match="the reference is black"):
