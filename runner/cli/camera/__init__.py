@@ -11,6 +11,7 @@ COMMANDS = {
     "fit": "Fit a camera model to a photographed colour chart.",
     "develop": "Turn photographs into pictures of linear light.",
     "geometry": "Pixels per millimetre from sensor, lens and distance, and back.",
+    "bracket": "Merge exposures of one scene into one picture of linear light.",
     "spectral": "Turn a spectral picture into XYZ, or into what a camera records.",
 }
 

@@ -1,0 +1,289 @@
+"""Brackets as raw files: the light comes back, and planted faults are found and named, and none where there is none."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from devices.camera import CameraModel, Exposure
+from documents import InputError
+from stimuli.bracket import BracketOptions, BracketReport, NoiseModel, bracket_photographs
+from stimuli.develop import DevelopOptions
+from stimuli.develop.read import read_camera_image
+from stimuli.pictures.exr_read import read_exr
+from tests.stimuli.bracket.sensor import BLACK, FULL_E, READ_E, SPAN, TIMES, WHITE, bracket, codes, record, scene
+from tests.stimuli.develop.dng import camera_tags, exposure_tags, save_dng, save_linear_dng
+
+SUPERPIXEL = DevelopOptions(demosaic="superpixel")
+MATRIX = np.array([[60.0, 25.0, 15.0], [25.0, 80.0, 5.0], [1.0, 10.0, 120.0]])
+
+
+def merge(folder: Path, photos: Sequence[Path], **options: Any) -> BracketReport:
+    options.setdefault("develop", SUPERPIXEL)
+    return bracket_photographs(photos, folder / "merged.exr", BracketOptions(**options))
+
+
+def refusal(folder: Path, photos: Sequence[Path], **options: Any) -> str:
+    before = sorted(folder.iterdir())
+    with pytest.raises(InputError) as caught:
+        merge(folder, photos, **options)
+    (finding,) = caught.value.findings
+    assert finding.remedy
+    assert sorted(folder.iterdir()) == before, "nothing is written"
+    return f"{Path(finding.file or '').name}: {finding.message}"
+
+
+def halves(light: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return red, the mean of both greens, and blue of each 2 × 2 photosites."""
+    return np.stack([light[::2, ::2], (light[::2, 1::2] + light[1::2, ::2]) / 2, light[1::2, 1::2]], axis=-1)
+
+
+def test_the_light_of_the_scene_comes_back(tmp_path: Path) -> None:
+    light = scene()
+    report = merge(tmp_path, bracket(tmp_path, light)[::-1])
+    image = read_camera_image(tmp_path / "merged.exr")
+    assert image.exposure is not None
+    assert image.exposure.time_s == pytest.approx(1 / 250, rel=0.002)
+    truth = halves(light / 250)
+    unsaturated = ~image.saturated
+    off = (image.rgb / truth - 1)[unsaturated]
+    # 1 % of noise in the median of these patches, over 9216 values
+    assert abs(off.mean()) < 0.001
+    median = np.mean([report.merge["relative_standard_error"][name]["median"] for name in ("red", "green", "blue")])
+    assert 0.003 < median < 0.012
+    assert report.merge["moved"] == []
+    steps = [step["step"] for step in report.developed.steps]
+    assert steps == ["read", "merge", "demosaic", "rotate", "exposure"] == [step["step"] for step in image.steps[:5]]
+    noise = report.merge["noise"]["green"]
+    assert noise["full_scale_electrons"] == pytest.approx(FULL_E, rel=0.05)
+    assert noise["read_noise_electrons"] == pytest.approx(READ_E, rel=0.2)
+    full = report.merge["saturated_everywhere"]
+    assert sum(full.values()) == np.count_nonzero(codes(record(light, 1 / 250, seed=0)) == WHITE) > 0
+    assert any("full at every exposure" in note for note in report.notes)
+
+
+def test_a_bracket_has_less_noise_than_its_best_photograph(tmp_path: Path) -> None:
+    light = scene(stops=6) / 8
+    photos = bracket(tmp_path, light)
+    merge(tmp_path, photos)
+    truth = halves(light)
+
+    def error(path: Path, time: float) -> float:
+        image = read_camera_image(path, demosaic="superpixel")
+        return float(np.median(np.abs(image.rgb / (truth * time) - 1)[~image.saturated & (truth < truth.max() / 8)]))
+
+    assert error(tmp_path / "merged.exr", 1 / 250) < 0.95 * min(
+        error(path, time[0] / time[1]) for path, time in zip(photos[:4], TIMES[:4], strict=True)
+    )
+
+
+def test_with_a_camera_file_it_is_absolute_light_at_the_level_of_its_exposure(tmp_path: Path) -> None:
+    """Shutters round their times: 1/15 is 1/16. The camera file was fitted at what the camera calls 1/15."""
+    light = scene(stops=5) / 4
+    times, actual = ((1, 125), (1, 30), (1, 15)), (1 / 128, 1 / 32, 1 / 16)
+    photos = bracket(tmp_path, light, times, actual=actual)
+    camera = CameraModel(MATRIX, np.zeros(3), np.zeros(3), Exposure(1 / 15, 8, 200), name="test")
+    develop = DevelopOptions(demosaic="superpixel", camera=camera)
+    report = merge(tmp_path, photos, develop=develop)
+    truth = halves(light / 16) @ MATRIX.T
+    xyz = read_exr(tmp_path / "merged.exr").left
+    assert abs((xyz / truth - 1).mean()) < 0.002
+    assert report.merge["reference"] == "1_15.dng"
+    assert any("as the shutter's exact times" in note for note in report.notes)
+    assert not any("light changed" in note for note in report.notes)
+    ratios = [photo["measured_relative_exposure"] for photo in report.merge["photographs"]]
+    np.testing.assert_allclose(ratios, [1, 4, 8], rtol=0.002)
+    stated = merge(tmp_path, photos, develop=develop, ratios="stated")
+    assert stated.merge["ratios"] == "stated"
+    assert abs((read_exr(tmp_path / "merged.exr").left / truth - 1).mean()) > 0.01
+
+
+def test_a_lamp_that_drifted_is_named_and_taken_out(tmp_path: Path) -> None:
+    light = scene(stops=5) / 4
+    times = TIMES[1:4]
+    photos = bracket(tmp_path, [light, light, light * 1.08], times)
+    report = merge(tmp_path, photos, reference=photos[0])
+    (note,) = [note for note in report.notes if "light changed" in note]
+    assert note.startswith("1_30.dng has 1.080 × the light")
+    image = read_camera_image(tmp_path / "merged.exr")
+    assert abs((image.rgb / halves(light / 125) - 1).mean()) < 0.002
+    steady = merge(tmp_path, bracket(tmp_path / "steady", light, times))
+    assert not any("light" in note for note in steady.notes)
+
+
+def test_a_lamp_that_changed_colour_is_named(tmp_path: Path) -> None:
+    light = scene(stops=5) / 4
+    redder = light.copy()
+    redder[::2, ::2] *= 1.06
+    report = merge(tmp_path, bracket(tmp_path, [light, light, redder], TIMES[1:4]))
+    assert any("1_30.dng: the light's colour changed" in note for note in report.notes)
+
+
+def moving(light: NDArray[np.float64], at: tuple[int, int], size: int, factor: float) -> NDArray[np.float64]:
+    other = light.copy()
+    other[at[0] : at[0] + size, at[1] : at[1] + size] *= factor
+    return other
+
+
+@pytest.mark.parametrize(("size", "factor"), [(16, 0.8), (16, 1.25), (8, 0.5), (6, 4.0)])
+def test_a_moved_object_is_found_and_its_place_named(tmp_path: Path, size: int, factor: float) -> None:
+    light = scene(stops=5) / 4
+    lights = [light, moving(light, (40, 64), size, factor), light]
+    said = refusal(tmp_path, bracket(tmp_path, lights, TIMES[1:4]))
+    assert "something moved between 1_125.dng and 1_60.dng" in said
+    x, y = (int(said.split(f"{axis} ")[1].split(",")[0].split(";")[0]) for axis in ("at x", "y"))
+    assert abs(x - 64) <= 8
+    assert abs(y - 40) <= 8
+
+
+def test_the_place_is_named_in_the_upright_picture(tmp_path: Path) -> None:
+    light = scene(stops=5) / 4
+    lights = [light, moving(light, (0, 0), 16, 0.5), light]
+    photos = bracket(tmp_path, lights, TIMES[1:4], tags=[(274, "H", 1, 6, True)])
+    said = refusal(tmp_path, photos)
+    assert "16 × 16 pixels at x 80, y 0" in said  # turned clockwise: 96 across
+
+
+def test_the_reference_alone_counts_where_something_moved(tmp_path: Path) -> None:
+    light = scene(stops=5) / 4
+    lights = [light, moving(light, (40, 64), 16, 0.5), light]
+    photos = bracket(tmp_path, lights, TIMES[1:4])
+    report = merge(tmp_path, photos, ghosts="keep-reference", reference=photos[1])
+    truth = halves(lights[1] / 125)
+    off = read_camera_image(tmp_path / "merged.exr").rgb / truth - 1
+    assert np.abs(off[20:28, 32:40]).mean() < 0.03
+    assert abs(off.mean()) < 0.002
+    assert report.merge["moved"][0]["x_px"] == 64
+    assert any("the reference exposure alone" in note for note in report.notes)
+
+
+def test_nothing_is_found_where_nothing_moved(tmp_path: Path) -> None:
+    """Forty brackets of other noise and scenes; one in a hundred would already be too many."""
+    for seed in range(40):
+        light = scene(48, 64, stops=9, seed=seed)
+        photos = [
+            save_dng(
+                tmp_path / f"{number}.dng",
+                codes(record(light, time[0] / time[1], seed=100 * seed + number)),
+                black=(BLACK,),
+                white=WHITE,
+                tags=exposure_tags(time, (8, 1), 200),
+            )
+            for number, time in enumerate(TIMES)
+        ]
+        assert merge(tmp_path, photos).merge["moved"] == []
+
+
+def test_hot_photosites_are_no_motion(tmp_path: Path) -> None:
+    light = scene(stops=5) / 4
+    hot = np.random.default_rng(0).random(light.shape) < 0.002
+    lights = [light + 40 * hot * time[1] / 250 for time in TIMES[1:4]]  # not in proportion to time
+    assert merge(tmp_path, bracket(tmp_path, lights, TIMES[1:4])).merge["moved"] == []
+
+
+def test_other_scenes_and_a_moved_camera_are_refused(tmp_path: Path) -> None:
+    one, other = scene(stops=5) / 4, scene(stops=5, seed=9) / 4
+    assert "1_60.dng: it shows another scene than 1_125.dng" in refusal(
+        tmp_path, bracket(tmp_path, [one, other], TIMES[1:3])
+    )
+    moved = np.roll(one, (2, 3), axis=(0, 1))
+    said = refusal(tmp_path, bracket(tmp_path, [one, moved], TIMES[1:3]))
+    assert "the camera moved" in said or "the camera was moved" in said or "something moved" in said
+    assert "× the light of 1_125.dng" in refusal(tmp_path, bracket(tmp_path, [one, one * 2], TIMES[1:3]))
+
+
+def test_photographs_that_do_not_go_together_are_refused(tmp_path: Path) -> None:
+    light = scene(48, 64, stops=5) / 4
+    (one,) = bracket(tmp_path, light, TIMES[1:2], tags=camera_tags("Acme", "Mk I"))
+    other = tmp_path / "other"
+    assert "at ISO 400, and 1_125.dng at ISO 200" in refusal(
+        tmp_path, [one, *bracket(other, light, TIMES[2:3], iso=400)]
+    )
+    assert "of a Acme Mk II" in refusal(
+        tmp_path, [one, *bracket(other, light, TIMES[2:3], tags=camera_tags("Acme", "Mk II"))]
+    )
+    assert "it has 60 × 48 pixels" in refusal(tmp_path, [one, *bracket(other, light[:, :60], TIMES[2:3])])
+    wide = save_dng(other / "wide.dng", codes(light / 60), tags=exposure_tags((1, 60), (4, 1), 200))
+    assert "f/4, and 1_125.dng at f/8" in refusal(tmp_path, [one, wide])
+    bare = save_dng(other / "bare.dng", codes(light / 60))
+    assert "no exposure" in refusal(tmp_path, [one, bare])
+    assert "two photographs or more" in refusal(tmp_path, [one])
+    assert "named twice" in refusal(tmp_path, [one, one])
+    given = (Exposure(1 / 8, 8, 200),)
+    assert "1 exposures are given for 2" in refusal(tmp_path, [one, bare], exposures=given)
+    assert "none of the photographs" in refusal(tmp_path, [one, bare], reference=tmp_path / "no.dng")
+
+
+def test_given_exposures_take_the_place_of_the_files(tmp_path: Path) -> None:
+    light = scene(48, 64, stops=5) / 4
+    photos = [
+        save_dng(tmp_path / f"{time[1]}.dng", codes(record(light, 1 / time[1], seed)), black=(BLACK,), white=WHITE)
+        for seed, time in enumerate(TIMES[1:4])
+    ]
+    exposures = tuple(Exposure(1 / time[1], 8, 200) for time in TIMES[1:4])
+    report = merge(tmp_path, photos, exposures=exposures, noise=NoiseModel.of_electrons(FULL_E, READ_E))
+    assert report.merge["noise"]["source"] == "given"
+    assert abs((read_camera_image(tmp_path / "merged.exr").rgb / halves(light / 125) - 1).mean()) < 0.003
+
+
+def test_dark_frames_and_flat_fields_of_a_bracket(tmp_path: Path) -> None:
+    light = scene(stops=5) / 4
+    rows, columns = np.mgrid[-1 : 1 : light.shape[0] * 1j, -1 : 1 : light.shape[1] * 1j]
+    vignette = 1 - 0.3 * (rows**2 + columns**2)
+    pattern = np.random.default_rng(4).normal(0, 8, light.shape) / SPAN
+
+    def saved(name: str, values: NDArray[np.float64], time: tuple[int, int] = (1, 60)) -> Path:
+        tags = exposure_tags(time, (8, 1), 200)
+        return save_dng(tmp_path / name, codes(values + pattern), black=(BLACK,), white=WHITE, tags=tags)
+
+    photos = [
+        saved(f"{time[1]}.dng", record(light * vignette, 1 / time[1], seed), time)
+        for seed, time in enumerate(TIMES[1:4])
+    ]
+    darks = tuple(
+        saved(f"d{i}.dng", np.random.default_rng(i).normal(0, READ_E / FULL_E, light.shape)) for i in range(8)
+    )
+    flat = saved("flat.dng", 0.6 * vignette)
+    develop = DevelopOptions(demosaic="superpixel", dark=darks, flat=(flat,))
+    report = merge(tmp_path, photos, develop=develop)
+    truth = halves(light / 125) * vignette[38:58, 51:77].mean()
+    off = read_camera_image(tmp_path / "merged.exr").rgb / truth - 1
+    assert abs(off.mean()) < 0.002
+    assert np.abs(off).mean() < 0.02
+    assert report.merge["noise"]["source"] == "photographs and dark frames"
+    assert report.merge["noise"]["red"]["read_noise_electrons"] == pytest.approx(READ_E, rel=0.05)
+    full = DevelopOptions(demosaic="superpixel", flat=(saved("bright.dng", 2 * vignette),))
+    assert "bright.dng: the flat field is saturated" in refusal(tmp_path, photos, develop=full)
+
+
+def test_a_bracket_of_linear_dng(tmp_path: Path) -> None:
+    light = scene(48, 64, stops=5)[..., None] / 4 * np.array([1.0, 0.8, 0.5])
+    photos = [
+        save_linear_dng(
+            tmp_path / f"{time[1]}.dng",
+            codes(record(light, 1 / time[1], seed)),
+            black=(BLACK,) * 3,
+            white=WHITE,
+            tags=exposure_tags(time, (8, 1), 200),
+        )
+        for seed, time in enumerate(TIMES[1:4])
+    ]
+    report = merge(tmp_path, photos)
+    assert abs((read_camera_image(tmp_path / "merged.exr").rgb / (light / 125) - 1).mean()) < 0.002
+    assert report.merge["noise"]["blue"]["full_scale_electrons"] == pytest.approx(FULL_E, rel=0.15)
+
+
+def test_the_steps_are_written_and_equal_brackets_make_equal_files(tmp_path: Path) -> None:
+    photos = bracket(tmp_path, scene(48, 64, stops=5) / 4, TIMES[1:4])
+    merge(tmp_path, photos)
+    first = (tmp_path / "merged.exr").read_bytes()
+    steps = json.loads((tmp_path / "merged.steps.json").read_text(encoding="utf-8"))
+    assert [photo["file"] for photo in steps["steps"][1]["photographs"]] == [photo.name for photo in photos]
+    merge(tmp_path, photos)
+    assert (tmp_path / "merged.exr").read_bytes() == first
