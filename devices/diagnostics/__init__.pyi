@@ -1,4 +1,4 @@
-from .colours import locus_line as locus_line
+from .chromaticity_diagrams import locus_line as locus_line
 from .diagnosis import Colour as Colour
 from .diagnosis import Line as Line
 from .diagnosis import Panel as Panel

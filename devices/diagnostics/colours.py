@@ -10,63 +10,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.diagnostics.chromaticity_diagrams import diagrams
 from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, Panel, Table, numbers
 from devices.diagnostics.readings import CHANNELS, FLOOR_SHARE, black_or_none, by_code, means, primaries, uv, xy
 from devices.measurements import Measurements
 from documents.text import counted
-
-# Wavelength in nm, x, y; closer together where the curve bends.
-LOCUS: tuple[tuple[int, float, float], ...] = (
-    (400, 0.1733, 0.0048),
-    (430, 0.1689, 0.0069),
-    (440, 0.1644, 0.0109),
-    (450, 0.1566, 0.0177),
-    (455, 0.1510, 0.0227),
-    (460, 0.1440, 0.0297),
-    (465, 0.1355, 0.0399),
-    (470, 0.1241, 0.0578),
-    (475, 0.1096, 0.0868),
-    (480, 0.0913, 0.1327),
-    (485, 0.0687, 0.2007),
-    (490, 0.0454, 0.2950),
-    (495, 0.0235, 0.4127),
-    (500, 0.0082, 0.5384),
-    (505, 0.0039, 0.6548),
-    (510, 0.0139, 0.7502),
-    (515, 0.0389, 0.8120),
-    (520, 0.0743, 0.8338),
-    (525, 0.1142, 0.8262),
-    (530, 0.1547, 0.8059),
-    (535, 0.1929, 0.7816),
-    (540, 0.2296, 0.7543),
-    (550, 0.3016, 0.6923),
-    (560, 0.3731, 0.6245),
-    (570, 0.4441, 0.5547),
-    (580, 0.5125, 0.4866),
-    (590, 0.5752, 0.4242),
-    (600, 0.6270, 0.3725),
-    (620, 0.6915, 0.3083),
-    (640, 0.7190, 0.2809),
-    (700, 0.7347, 0.2653),
-)
-
-
-def locus_line() -> Line:
-    """Return the horseshoe of real colours in x, y, closed by the line of purples.
-
-    Returns
-    -------
-    Line
-        Chromaticities x and y, no unit, in 0..1, from 400 nm upwards.
-
-    Examples
-    --------
-    >>> line = locus_line()
-    >>> line.name, len(line.x) == len(line.y)
-    ('real colours', True)
-    """
-    return Line("real colours", tuple(x for _, x, _ in LOCUS), tuple(y for _, _, y in LOCUS), "soft", "outline")
-
 
 Floats = NDArray[np.float64]
 
@@ -121,7 +69,7 @@ def primary_colours(measurements: Measurements) -> Diagnosis:
         condition,
         words + remark,
         sound=not swapped,
-        series=(Panel("CIE 1931", "x", "y", (outline, *lines), equal=True),),
+        series=diagrams((outline, *lines)),
         table=Table(("", "X", "Y", "Z", "x", "y"), rows),
     )
 
@@ -217,12 +165,10 @@ def chromaticities(measurements: Measurements) -> Diagnosis:
     lit = np.all(np.isfinite(samples), axis=1) & np.all(light >= 0, axis=1)
     triangle = xy(matrix.T)
     lines = (
-        locus_line(),
         Line("primaries", numbers(triangle[:, 0]), numbers(triangle[:, 1]), "ink", "outline"),
         Line("samples", numbers(samples[lit, 0]), numbers(samples[lit, 1]), "accent", "points"),
         Line("sum of primaries", (float(white[0]),), (float(white[1]),), "ink", "points"),
     )
-    panel = Panel("CIE 1931", "x", "y", lines, equal=True)
     code = " ".join(f"{255 * part:.0f}" for part in codes[bright][worst])
     words = f"Of {int(bright.sum())} samples "
     words += (
@@ -243,7 +189,8 @@ def chromaticities(measurements: Measurements) -> Diagnosis:
             )
         ),
     )
-    return SAMPLES.judged(float(distance[worst]), words + remark, sound=not len(below), series=(panel,), table=table)
+    panels = diagrams(lines)
+    return SAMPLES.judged(float(distance[worst]), words + remark, sound=not len(below), series=panels, table=table)
 
 
 def outside(points: Floats, corners: Floats) -> Floats:

@@ -11,7 +11,7 @@ from devices.diagnostics.colours import chromaticities, primary_colours, spectra
 from devices.diagnostics.content import black_with_picture, dynamic_contrast, picture_level
 from devices.diagnostics.diagnosis import Diagnosis, Verdicts
 from devices.diagnostics.eyewear import crosstalk, glasses_transmittance, luminance_loss
-from devices.diagnostics.gamut_and_model import estimated_codes, gamut, gamut_change, model_difference
+from devices.diagnostics.gamut_and_model import estimated_codes, gamut, gamut_change, gamuts, model_difference
 from devices.diagnostics.light_of_readings import in_light_of, light_through
 from devices.diagnostics.measured_sets import MeasuredSet, by_eye, read_sets
 from devices.diagnostics.mixing import added_channels, standard_primaries, white_segment
@@ -236,6 +236,7 @@ def examine(
     full = [own for own, _ in subjects if primaries(own.measurements)[0] is not None]
     if len(full) > 1:
         first = full[0]
+        add([("", gamuts([(own.label, own.measurements) for own in full]))])
         add([(o.label, gamut_change(o.measurements, first.measurements, o.label, first.label)) for o in full[1:]])
     bare = [(own, _without_glasses(own.measurements, without_glasses)) for own, _ in subjects]
     pairs = [(own, table) for own, table in bare if table is not None]

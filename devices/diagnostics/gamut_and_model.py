@@ -1,12 +1,14 @@
 """Two families of checks: the gamut of the primaries, and how well a display model describes the readings.
 
-The gamut is the triangle of the primaries in u′v′ (thesis Figures 3.1, 3.3 and 3.4). The model is judged by real
+The gamut is the triangle of the primaries, drawn in xy and u′v′ (thesis Figures 3.1, 3.3 and 3.4), its area that in
+u′v′. The model is judged by real
 against estimated codes (thesis Figure 3.17) and by read against predicted XYZ. On readings that the model was fitted to
 both flatter it; `cyclopean display verify` shows new colours.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +17,8 @@ from numpy.typing import NDArray
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from devices.colour.srgb_encoding import SRGB_PRIMARIES_XY
+from devices.diagnostics.chromaticity_diagrams import diagrams, srgb_triangle, uv_from_xy
+from devices.diagnostics.chromaticity_diagrams import triangle as gamut_lines
 from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, Panel, Table, numbers
 from devices.diagnostics.readings import CHANNELS, FLOOR_SHARE, black_or_none, means, primaries, uv, xy
 from devices.display.model import DisplayModel
@@ -27,6 +31,13 @@ AREA = Check(
     None,
     "% of sRGB's area in u′v′",
     "No limit: what is enough depends on the stimuli, and every trial records what it clips",
+)
+TOGETHER = Check(
+    "gamuts",
+    "Gamuts of all readings",
+    None,
+    "% of the largest area",
+    "No limit: the changes from the first set to each other one are judged by themselves",
 )
 CHANGE = Check(
     "gamut_change",
@@ -89,17 +100,32 @@ def gamut(measurements: Measurements) -> Diagnosis:
     triangle, why = gamut_of(measurements)
     if triangle is None:
         return AREA.unjudged(f"The gamut is not known: {why}.")
-    value = 100 * triangle.area / _area(_uv_from_xy(np.array(SRGB_PRIMARIES_XY)))
+    value = 100 * triangle.area / _area(uv_from_xy(np.array(SRGB_PRIMARIES_XY)))
     words = f"The triangle's area in u′v′ is {triangle.area:.4g}, {value:.3g} % of that of sRGB."
-    srgb = np.array(SRGB_PRIMARIES_XY)
-    panel = Panel(
-        "CIE 1931",
-        "x",
-        "y",
-        (_outline("sRGB", srgb, "soft", "dashed"), _outline("primaries", triangle.corners_xy, "accent", "outline")),
-        equal=True,
+    lines = (srgb_triangle(), *gamut_lines("primaries and white", triangle.corners_xy, triangle.white_xy))
+    return AREA.described(value, words, series=diagrams(lines), table=_rows(triangle))
+
+
+def gamuts(sets: Sequence[tuple[str, Measurements]]) -> Diagnosis:
+    """Return the gamuts of several sets, such as both eyes' or those of several modes, in one diagram; none is judged.
+
+    The value is the smallest area in % of the largest; sets without primaries are left out.
+    """
+    known = [(name, found) for name, found in ((name, gamut_of(own)[0]) for name, own in sets) if found is not None]
+    if len(known) < 2:
+        return TOGETHER.unjudged("Fewer than two sets of readings have primaries.")
+    areas = [found.area for _, found in known]
+    words = f"The smallest of {len(known)} gamuts has {100 * min(areas) / max(areas):.3g} % of the largest one's area."
+    lines = [
+        line
+        for number, (name, found) in enumerate(known)
+        for line in gamut_lines(name, found.corners_xy, found.white_xy, number)
+    ]
+    table = Table(
+        ("", "area in u′v′", "white x", "white y", "white, cd/m²"),
+        tuple((name, each.area, *(f"{part:.4f}" for part in each.white_xy), each.white_cd_m2) for name, each in known),
     )
-    return AREA.described(value, words, series=(panel,), table=_rows(triangle))
+    return TOGETHER.described(100 * min(areas) / max(areas), words, series=diagrams(lines), table=table)
 
 
 def gamut_change(measurements: Measurements, other: Measurements, label: str, other_label: str) -> Diagnosis:
@@ -110,17 +136,9 @@ def gamut_change(measurements: Measurements, other: Measurements, label: str, ot
         return CHANGE.unjudged(f"A gamut is not known: {why or why_not}.")
     value = 100 * (triangle.area / before.area - 1)
     shift = triangle.white_uv - before.white_uv
-    panel = Panel(
-        "CIE 1931",
-        "x",
-        "y",
-        (
-            _outline(other_label, before.corners_xy, "soft", "dashed"),
-            _outline(label, triangle.corners_xy, "accent", "outline"),
-            Line("", (float(before.white_xy[0]),), (float(before.white_xy[1]),), "soft", "points"),
-            Line("", (float(triangle.white_xy[0]),), (float(triangle.white_xy[1]),), "accent", "points"),
-        ),
-        equal=True,
+    lines = (
+        *gamut_lines(label, triangle.corners_xy, triangle.white_xy),
+        *gamut_lines(other_label, before.corners_xy, before.white_xy, 1),
     )
     words = (
         f"The area is {abs(value):.2g} % {'larger' if value > 0 else 'smaller'} than that of {other_label}; white "
@@ -130,14 +148,7 @@ def gamut_change(measurements: Measurements, other: Measurements, label: str, ot
     for name, each in ((other_label, before), (label, triangle)):
         rows.append((name, each.area, *(f"{part:.4f}" for part in each.white_xy), each.white_cd_m2))
     table = Table(("", "area in u′v′", "white x", "white y", "white, cd/m²"), tuple(rows))
-    return CHANGE.judged(abs(value), words, series=(panel,), table=table)
-
-
-def _outline(name: str, corners: Floats, colour: Colour, style: str) -> Line:
-    if style == "outline":
-        return Line(name, numbers(corners[:, 0]), numbers(corners[:, 1]), colour, "outline")
-    closed = np.vstack([corners, corners[:1]])
-    return Line(name, numbers(closed[:, 0]), numbers(closed[:, 1]), colour, "dashed")
+    return CHANGE.judged(abs(value), words, series=diagrams(lines), table=table)
 
 
 def _rows(gamut: Gamut) -> Table:
@@ -149,11 +160,6 @@ def _rows(gamut: Gamut) -> Table:
         )
     )
     return Table(("", "x", "y", "u′", "v′"), rows)
-
-
-def _uv_from_xy(plane: Floats) -> Floats:
-    x, y = plane[:, 0], plane[:, 1]
-    return uv(np.column_stack([x, y, 1 - x - y]))
 
 
 def _area(corners: Floats) -> float:

@@ -183,7 +183,7 @@ def test_everything_at_once() -> None:
     assert verdicts["pixel_independence", ""] is None
     assert verdicts["primaries", "special, left eye"] is True
     assert verdicts["glasses_transmittance", "panel"] is True
-    assert len({one.name for one in found}) == 34
+    assert len({one.name for one in found}) == 35
     json.dumps([one.to_json() for one in found], allow_nan=False)
     assert all(one.source and one.words for one in found)
 
