@@ -12,7 +12,7 @@ from devices.diagnostics.colours import chromaticities, primary_colours
 from devices.diagnostics.gamut_and_model import gamut, gamut_change, gamuts
 from devices.diagnostics.readings import uv, xy
 from devices.display import DisplayModel
-from devices.measurements import Measurements
+from devices.measurements import Measurements, PatchEye
 
 MODEL = thesis_display()
 CODES = table_c1_codes()
@@ -78,11 +78,10 @@ def test_every_chromaticity_figure_has_both() -> None:
 
 def test_the_gamuts_of_both_eyes_are_in_one_diagram() -> None:
     """Through glasses whose right lens is paler; each eye's triangle and white are drawn."""
-    both = Measurements(
-        np.vstack([CODES, CODES]),
-        np.vstack([READ.XYZ, PALE_READ.XYZ]),
-        eye=("left",) * len(CODES) + ("right",) * len(CODES),
-    )
+    left_eye: tuple[PatchEye, ...] = ("left",)
+    right_eye: tuple[PatchEye, ...] = ("right",)
+    eyes = left_eye * len(CODES) + right_eye * len(CODES)
+    both = Measurements(np.vstack([CODES, CODES]), np.vstack([READ.XYZ, PALE_READ.XYZ]), eye=eyes)
     (found,) = (one for one in examine([MeasuredSet("glasses", both)]) if one.name == "gamuts")
     assert found.passed is None
     assert found.value is not None
