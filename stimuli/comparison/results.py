@@ -183,6 +183,7 @@ class Comparison:
                 "settings": dict(self.settings),
                 "eyes": {eye: result.to_json() for eye, result in self.eyes.items()},
                 "measures": None if self.measures is None else self.measures.to_json(),
+                "measures_left_out": [] if self.measures is None else list(self.measures.left_out),
                 "disparity": None if self.disparity is None else self.disparity.to_json(),
             }
         )

@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from documents import Finding
 from stimuli.errors import StimulusError
 from stimuli.measures.measure import EyeMeasured, Measure
 from stimuli.measures.reduced import reduced
-from stimuli.measures.registry import measures_named
+from stimuli.measures.registry import asked_names, measures_named
 from stimuli.measures.table import Eye, MeasureRow, MeasureTable
 from stimuli.measures.viewing import ViewingConditions
 from stimuli.pictures.rows import Floats32, Mask, Rows, bands
@@ -101,7 +102,8 @@ def measure_pairs(
     pairs
         The pictures of the ``left`` and ``right`` eye, or one pair for ``both``.
     names
-        Names of `measure_names`; ``all`` stands for those that are installed.
+        Names of `measure_names`; ``all`` stands for those that are installed, of which one that cannot take these
+        pictures is left out with a remark.
     viewing
         The pixels per degree of visual angle, and the white of the display.
     map_longest_px
@@ -119,17 +121,25 @@ def measure_pairs(
     StimulusError
         As of `measure_pictures`, or if no pixel of a pair counts.
     """
-    measures, viewing = measures_for(names, viewing), _known(viewing)
+    asked = asked_names(names)
+    measures, viewing = measures_for(asked, viewing), _known(viewing)
     for eye, pair in pairs.items():
         _check(pair, "" if eye == "both" else f" of the {eye} eye")
-    rows = []
+    rows, left_out = [], []
     for done, measure in enumerate(measures):
         if progress is not None:
             progress(f"Measuring {measure.title}", done, len(measures))
-        rows.append(_row(measure, pairs, viewing, map_longest_px))
+        try:
+            rows.append(_row(measure, pairs, viewing, map_longest_px))
+        except StimulusError as error:
+            if measure.name in asked:
+                raise
+            left_out.append(f"{measure.title} is left out: {error.findings[0].message}")
+    if not rows:
+        raise StimulusError([Finding("no measure can take these pictures"), *map(Finding, left_out)])
     if progress is not None:
         progress("Measuring pictures", len(measures), len(measures))
-    return MeasureTable(tuple(rows), viewing)
+    return MeasureTable(tuple(rows), viewing, tuple(left_out))
 
 
 def measures_for(names: Iterable[str], viewing: ViewingConditions | None) -> tuple[Measure, ...]:
@@ -157,9 +167,9 @@ def measures_for(names: Iterable[str], viewing: ViewingConditions | None) -> tup
     >>> [measure.name for measure in measures_for(["pu-psnr"], ViewingConditions(pixels_per_degree=45.0))]
     ['pu-psnr']
     """
-    measures = measures_named(names)
-    seen = _known(viewing)
-    if any(measure.needs_display_white for measure in measures):
+    asked = asked_names(names)
+    measures, seen = measures_named(asked), _known(viewing)
+    if any(measure.needs_display_white and measure.name in asked for measure in measures):
         _ = seen.white_XYZ
     return measures
 

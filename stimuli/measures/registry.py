@@ -71,6 +71,12 @@ def measure_named(name: str) -> Measure:
     return measure
 
 
+def asked_names(names: Iterable[str]) -> tuple[str, ...]:
+    """Return the words of ``names`` one by one, where several have commas between, as they are typed."""
+    listed = (names,) if isinstance(names, str) else names
+    return tuple(part.strip() for name in listed for part in name.split(",") if part.strip())
+
+
 def missing_package(name: str) -> str | None:
     """Return what to type to install what the measure of that name needs; None where nothing is missing."""
     measure = _BY_NAME[name]
@@ -105,7 +111,7 @@ def measures_named(names: Iterable[str]) -> tuple[Measure, ...]:
     >>> [measure.title for measure in measures_named(["s-cielab,delta-e-2000"])]
     ['S-CIELAB', 'ΔE00']
     """
-    asked = [part.strip() for name in names for part in name.split(",") if part.strip()]
+    asked = asked_names(names)
     if not asked:
         raise StimulusError.of("no measure is named", f"choose from {', '.join(_BY_NAME)}, or all")
     every = [one for name in asked for one in (measure_names(installed_only=True) if name == "all" else (name,))]

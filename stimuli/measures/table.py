@@ -43,10 +43,11 @@ class MeasureRow:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MeasureTable:
-    """The measures of two pictures, one row each."""
+    """The measures of two pictures, one row each; ``left_out`` says which could not be made, and why."""
 
     rows: tuple[MeasureRow, ...]
     viewing: ViewingConditions
+    left_out: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> MeasureRow:
         """Return the row of the measure of that name."""
@@ -77,7 +78,7 @@ class MeasureTable:
         if observer not in (None, DEFAULT_OBSERVER):
             of = f"measures of pictures are defined for {DEFAULT_OBSERVER}, and they take XYZ for {observer} here"
             remarks[of] = None
-        return list(remarks)
+        return [*self.left_out, *remarks]
 
     def to_json(self) -> list[dict[str, Any]]:
         """Return the rows as JSON values."""

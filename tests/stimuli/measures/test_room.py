@@ -79,6 +79,11 @@ def test_no_viewing_distance() -> None:
         measure_pictures(picture(), picture(), NAMES, None)
     with pytest.raises(StimulusError, match="the white of the display is not known"):
         measure_pictures(picture(), picture(), NAMES, ViewingConditions(45.0))
+    table = measure_pictures(picture(1), picture(2), "all", ViewingConditions(45.0))
+    left = {row.measure.name for row in table.rows}
+    assert left >= {"pu-ssim", "pu-psnr"}
+    assert not left & {"delta-e-2000", "s-cielab", "flip", "hdr-flip"}
+    assert "ΔE00 is left out: the white of the display is not known" in table.remarks()[0]
 
 
 def test_a_flat_picture_and_a_pair() -> None:
@@ -159,3 +164,16 @@ def test_a_value_beside_that_of_identical_pictures_does_not_look_like_it() -> No
     assert printed(0.0, flip) == "0 ΔE"
     assert printed(0.0184321, flip) == "0.01843 ΔE"
     assert printed(float("inf"), measure_named("pu-psnr")) == "∞ dB"
+
+
+def test_of_all_measures_one_that_cannot_take_the_pictures_is_left_out() -> None:
+    narrow = picture(1)[:8]
+    table = measure_pictures(narrow, 1.05 * narrow, ["all"], VIEWING)
+    assert "pu-ssim" not in [row.measure.name for row in table.rows]
+    assert "pu-psnr" in [row.measure.name for row in table.rows]
+    assert [
+        remark for remark in table.remarks() if remark.startswith("PU21-SSIM is left out: the pictures have 50 × 8")
+    ]
+    with pytest.raises(StimulusError, match="the window of SSIM"):
+        measure_pictures(narrow, 1.05 * narrow, ["all", "pu-ssim"], VIEWING)
+    assert measure_pictures(picture(1), picture(2), ["all"], VIEWING).left_out == ()
