@@ -13,9 +13,10 @@ import numpy as np
 from devices.colour_matching import mixed_observers
 from documents import Finding
 from stimuli.comparison.areas import inside, window
+from stimuli.comparison.both_eyes import register_eyes
 from stimuli.comparison.by_pixel import overview, seen_regions, summarise
 from stimuli.comparison.by_region import ComparedRegions, compare_regions
-from stimuli.comparison.depth import DisparityPair, disparity_pair
+from stimuli.comparison.depth import DepthComparison
 from stimuli.comparison.evidence import Evidence, RegistrationEvidence
 from stimuli.comparison.judging import judge
 from stimuli.comparison.luminance import luminance_factor
@@ -23,7 +24,7 @@ from stimuli.comparison.measuring import measure_eyes, usable_pixels
 from stimuli.comparison.pictures import Eye, read_picture
 from stimuli.comparison.regions import Region
 from stimuli.comparison.regions_file import RegionsFile, read_regions
-from stimuli.comparison.registering import EyePair, Progress, register_eye
+from stimuli.comparison.registering import EyePair, Progress
 from stimuli.comparison.results import CompareOptions, Comparison, EyeComparison
 from stimuli.comparison.sparkles import SparkleArea, sparkle_area
 from stimuli.comparison.verdict import Limits, Verdict, together
@@ -119,27 +120,11 @@ def compare_pictures(
         raise StimulusError(
             Finding(f"the {flat} is one picture and the {stereo} a pair for two eyes", remedy="give two of a kind")
         )
-    pairs: dict[Eye, EyePair] = {}
-    for eye, view in photo_picture.views.items():
-        named = _named(step, "" if eye == "both" else f", {eye} eye")
-        pairs[eye] = register_eye(
-            view,
-            rendering_picture.views[eye],
-            str(rendering_picture.file),
-            photo_picture.safe_cd_m2,
-            file,
-            options,
-            named,
-        )
+    rendering_picture, pairs, depth = register_eyes(photo_picture, rendering_picture, file, options, step)
     tables = _tables(pairs, file, options)
     eyes = {eye: _judge_eye(pair, tables[eye], file, options) for eye, pair in pairs.items()}
     measures = measure_eyes(eyes, options, step)
     eyes = {eye: replace(result, masks=None) for eye, result in eyes.items()}
-    disparity = None
-    if "left" in photo_picture.views:
-        step("Measuring disparity", 0, 2)
-        disparity = disparity_pair(photo_picture, rendering_picture)
-        step("Measuring disparity", 2, 2)
     seen_at = options.viewing
     viewing = {} if seen_at is None else {"pixel_pitch_mm": seen_at.pixel_pitch_mm, "distance_mm": seen_at.distance_mm}
     record = {**viewing, **(settings or {})}
@@ -147,8 +132,8 @@ def compare_pictures(
         photo_picture,
         rendering_picture,
         eyes,
-        disparity,
-        _verdict(eyes, disparity, file.limits),
+        depth,
+        _verdict(eyes, depth, file.limits),
         file.file,
         options,
         record,
@@ -158,10 +143,6 @@ def compare_pictures(
 
 def _silent(what: str, done: int, of: int) -> None:
     """Report no progress."""
-
-
-def _named(step: Progress, name: str) -> Progress:
-    return lambda what, done, of: step(what + name, done, of)
 
 
 def _tables(pairs: Mapping[Eye, EyePair], regions: RegionsFile, options: CompareOptions) -> dict[Eye, ComparedRegions]:
@@ -316,8 +297,8 @@ def _sparkle(pair: EyePair, options: CompareOptions) -> tuple[SparkleArea, ...]:
     return tuple(areas)
 
 
-def _verdict(eyes: Mapping[Eye, EyeComparison], disparity: DisparityPair | None, limits: Limits) -> Verdict:
-    if disparity is None:
+def _verdict(eyes: Mapping[Eye, EyeComparison], depth: DepthComparison | None, limits: Limits) -> Verdict:
+    if depth is None:
         return next(iter(eyes.values())).verdict
     verdicts = {f"{eye} eye": result.verdict for eye, result in eyes.items()}
-    return together({**verdicts, "both eyes": judge(Evidence(disparity=disparity.evidence), limits)})
+    return together({**verdicts, "both eyes": judge(Evidence(eyes=depth.evidence), limits)})

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from documents.text import json_fields
 from stimuli.comparison.by_pixel import DifferenceSummary
+from stimuli.comparison.eye_evidence import EyesEvidence
 from stimuli.comparison.table import RegionTable
 from stimuli.comparison.verdict import Limits, Outcome, Reason, decimals
 
@@ -83,14 +84,6 @@ class RegistrationEvidence:
 
 
 @dataclass(frozen=True, slots=True)
-class DisparityEvidence:
-    """The median disparity of the rendering minus that of the photograph, across and down, and its standard error."""
-
-    difference_px: tuple[float, float]
-    standard_error_px: tuple[float, float]
-
-
-@dataclass(frozen=True, slots=True)
 class Evidence:
     """All measurements of one pair; None for what was not measured.
 
@@ -104,7 +97,7 @@ class Evidence:
     seen: DifferenceSummary | None = None
     sparkle: tuple[SparklePair, ...] = ()
     registration: RegistrationEvidence | None = None
-    disparity: DisparityEvidence | None = None
+    eyes: EyesEvidence | None = None
     seen_regions: Mapping[str, float] = field(default_factory=dict)
     other_flakes: bool = False
 
@@ -132,30 +125,6 @@ def registration_reasons(evidence: RegistrationEvidence | None, limits: Limits) 
     if evidence.rotation_deg is not None and abs(evidence.rotation_deg) > NAMED_DEG:
         sentence = f"the rendering lay turned by {decimals(evidence.rotation_deg, 2)}° against the photograph"
         reasons.append(Reason("registration", "rotation", "noted", sentence, evidence.rotation_deg, None, "°"))
-    return reasons
-
-
-def disparity_reasons(evidence: DisparityEvidence | None, limits: Limits) -> list[Reason]:
-    """Return whether both eyes see the rendering as deep as the photograph.
-
-    What is beyond the limit by fewer than ``NAMED_Z`` standard errors is left open, and so is what is known less well
-    than to the limit.
-    """
-    if evidence is None:
-        return []
-    reasons = []
-    most = limits.disparity_px
-    for name, apart, error in zip(("across", "down"), evidence.difference_px, evidence.standard_error_px, strict=True):
-        outcome: Outcome = "passes"
-        if math.isnan(apart) or math.isnan(error):
-            outcome = "cannot say"
-        elif abs(apart) > most:
-            outcome = "fails" if abs(apart) - NAMED_Z * error > most else "cannot say"
-        elif error > most:
-            outcome = "cannot say"
-        how = "within" if outcome == "passes" else "more than" if outcome == "fails" else "too uncertain against"
-        sentence = f"disparity {name} differs by {decimals(apart, 2)} ± {error:.2g} px, {how} {most:g} px"
-        reasons.append(Reason("disparity", name, outcome, sentence, apart, most, "px"))
     return reasons
 
 

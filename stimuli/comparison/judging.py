@@ -22,7 +22,8 @@ from typing import Literal
 import numpy as np
 
 from stimuli.comparison.by_pixel import DifferenceSummary
-from stimuli.comparison.evidence import Evidence, disparity_reasons, registration_reasons, sparkle_reasons
+from stimuli.comparison.evidence import Evidence, registration_reasons, sparkle_reasons
+from stimuli.comparison.eye_evidence import eyes_reasons
 from stimuli.comparison.table import RegionTable
 from stimuli.comparison.verdict import Limits, Outcome, Reason, Verdict, decided, decimals
 
@@ -33,7 +34,7 @@ def judge(evidence: Evidence, limits: Limits | None = None) -> Verdict:
     Parameters
     ----------
     evidence
-        The measurements: regions, maps of ΔE00, sparkle, registration, disparity; what was not measured is None.
+        The measurements: regions, maps of ΔE00, sparkle, registration, depth; what was not measured is None.
     limits
         The limits that the rendering must keep.
 
@@ -54,7 +55,7 @@ def judge(evidence: Evidence, limits: Limits | None = None) -> Verdict:
         *colour_reasons(evidence, limits),
         *sparkle_reasons(evidence.sparkle, limits),
         *registration_reasons(evidence.registration, limits),
-        *disparity_reasons(evidence.disparity, limits),
+        *eyes_reasons(evidence.eyes, limits),
         *region_notes(evidence.regions, limits),
     ]
     return decided(reasons, limits)

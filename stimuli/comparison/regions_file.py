@@ -138,6 +138,18 @@ class LimitsSpec(Strict):
     """The largest standard error of a sparkle measure, as a share."""
     disparity_px: PositiveFloat | None = None
     """By how much disparities may differ, in pixels."""
+    depth_scale: PositiveFloat | None = None
+    """By how much the rendering may be deeper or shallower, as a share."""
+    eye_roll_deg: PositiveFloat | None = None
+    """How far one view may be turned against the other, in degrees."""
+    eye_luminance: PositiveFloat | None = None
+    """By how much the ratio of both eyes' luminances may differ, as a share."""
+    eye_contrast: PositiveFloat | None = None
+    """By how much the ratio of both eyes' contrasts may differ, as a share."""
+    eye_agreement: PositiveFloat | None = None
+    """By how much the correlations of the two views may differ."""
+    one_eyed_share: PositiveFloat | None = None
+    """By how much the shares of sparkles that one eye alone sees may differ."""
     stands_out_delta_xy: PositiveFloat | None = None
     """How far in x, y a sparkle's colour stands out."""
     stands_out_luminance: PositiveFloat | None = None

@@ -68,8 +68,11 @@ def register_eye(
     regions: RegionsFile,
     options: CompareOptions,
     step: Progress,
+    known: Floats | None = None,
 ) -> EyePair:
     """Bring the rendering, of the file named, onto the photograph's grid.
+
+    ``known`` (3, 3) is where it lies, if that is known.
 
     Raises
     ------
@@ -78,7 +81,12 @@ def register_eye(
         lies outside or beyond the rendering's edge.
     """
     step("Registering", 0, 1)
-    alignment = _aligned(photo, rendering, file, regions, options)
+    if known is None:
+        alignment = _aligned(photo, rendering, file, regions, options)
+    else:
+        shifts = measure_squares(photo.xyz, rendering.xyz, known)
+        still = photo.xyz.shape == rendering.xyz.shape and np.array_equal(known, np.eye(3))
+        alignment = _alignment(known, "the other eye", shifts, None, photo.xyz.shape, moved=not still)
     step("Registering", 1, 1)
     height, width = photo.xyz.shape[:2]
     size = (width, height)

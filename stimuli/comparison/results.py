@@ -10,7 +10,7 @@ from typing import Any, Literal
 from stimuli.comparison.alignment import Alignment
 from stimuli.comparison.by_pixel import DifferenceOverview, DifferenceSummary
 from stimuli.comparison.camera_rgb import CameraRGBTable
-from stimuli.comparison.depth import DisparityPair
+from stimuli.comparison.depth import DepthComparison
 from stimuli.comparison.luminance import LuminanceMode
 from stimuli.comparison.pictures import Eye, Holds, Picture, ReadOptions
 from stimuli.comparison.regions import PlacedRegions
@@ -134,7 +134,7 @@ class Comparison:
     photo: Picture
     rendering: Picture
     eyes: Mapping[Eye, EyeComparison]
-    disparity: DisparityPair | None
+    disparity: DepthComparison | None
     verdict: Verdict
     regions_file: str
     options: CompareOptions

@@ -35,7 +35,17 @@ class Limits:
         Sparkle differs if it does by more than this share and by more than so many standard errors; if a share's
         standard error is larger than the last, the verdict is open.
     disparity_px
-        So far may the disparities of photograph and rendering lie apart.
+        So far may the disparities of photograph and rendering lie apart, in the middle and from place to place.
+    depth_scale
+        By this share may the rendering be deeper or shallower than the photograph, where that has depth.
+    eye_roll_deg
+        So far may one view be turned against the other, beyond the photograph's.
+    eye_luminance, eye_contrast
+        By this share may the ratio of the right eye's luminance, or contrast, to the left eye's differ.
+    eye_agreement
+        So far may the correlations of the two views lie apart.
+    one_eyed_share
+        So far may the shares of sparkles lie apart that one eye alone sees.
     stands_out_delta_xy, stands_out_luminance, stands_out_z
         A region whose chromaticity, or share of luminance, departs from that of the others by more is named.
     """
@@ -47,6 +57,12 @@ class Limits:
     sparkle_z: float = 2.58
     sparkle_relative_se: float = 0.25
     disparity_px: float = 0.5
+    depth_scale: float = 0.1
+    eye_roll_deg: float = 0.2
+    eye_luminance: float = 0.1
+    eye_contrast: float = 0.2
+    eye_agreement: float = 0.1
+    one_eyed_share: float = 0.1
     stands_out_delta_xy: float = 0.001
     stands_out_luminance: float = 0.01
     stands_out_z: float = 3.0

@@ -95,6 +95,22 @@ def histogram_figure(overview: DifferenceOverview, limit: float, label: str) -> 
         return svg_of(figure, label)
 
 
+def disparity_figure(photo: ArrayLike, rendering: ArrayLike, what: str, label: str) -> str:
+    """Return how many disparities across, in px, either pair of views has, as ``<svg>``; (n,) and (m,) of them."""
+    pairs = [np.asarray(values, dtype=np.float64) for values in (photo, rendering)]
+    low, high = np.percentile(np.concatenate(pairs), [0.5, 99.5])
+    margin = max(0.5, 0.05 * float(high - low))
+    edges = np.linspace(float(low) - margin, float(high) + margin, 41)
+    with drawing("disparity-histogram", NARROW_IN, 2.4) as (figure, axes):
+        for values, name, colour in zip(pairs, ("photograph", "rendering"), (DEEP, RENDERED), strict=True):
+            shares = 100.0 * np.histogram(values, edges)[0] / max(1, len(values))
+            axes.stairs(shares, edges, color=colour, linewidth=1.4, label=name)
+        axes.set(xlabel="right eye minus left, px", ylabel=f"% of {what}")
+        axes.legend(frameon=False, fontsize=8)
+        axes.spines[["top", "right"]].set_visible(False)
+        return svg_of(figure, label)
+
+
 def draw_profiles(photo: Rows, rendering: Rows, regions: Sequence[Region]) -> tuple[tuple[str, str], ...]:
     """Return the luminance along a line across every plate and along each chart's greys, as names and SVGs."""
     drawn = []

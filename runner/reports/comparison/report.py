@@ -21,6 +21,7 @@ from runner.reports.comparison.experiment import checked_name, write_experiment
 from runner.reports.comparison.figures import (
     chromaticity_figure,
     delta_e_figure,
+    disparity_figure,
     draw_pictures,
     draw_profiles,
     histogram_figure,
@@ -42,6 +43,21 @@ from stimuli.comparison import (
 from stimuli.measures import MeasureTable, printed
 
 _MARKS: dict[Outcome, str] = {"fails": "fails", "cannot say": "not known", "noted": "noted"}
+
+# The measures of two eyes as the page's table names them.
+_DEPTH_WORDS = {
+    "disparity across": "median disparity across, px",
+    "disparity down": "median disparity down, px",
+    "roll": "right view turned against left, °",
+    "relief": "relief: standard deviation of disparity, px",
+    "depth scale": "depth, times the photograph's",
+    "disparity left": "what depth differs by from place to place, px",
+    "eye luminance": "luminance, ln of right over left",
+    "eye contrast": "contrast, ln of right over left",
+    "eye agreement": "correlation of both views",
+    "one-eyed share": "share of sparkles seen by one eye only",
+    "sparkle depth": "mean disparity of sparkles in both, px",
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -185,6 +201,8 @@ def render(comparison: Comparison) -> str:
         passing_heading=passing_heading(verdict),
         eyes=[(eye, result, _drawings(comparison, result, str(eye))) for eye, result in comparison.eyes.items()],
         measures=_measure_figures(comparison.measures),
+        depth_figures=_depth_figures(comparison),
+        depth_words=_DEPTH_WORDS,
         versions={name: version(name) for name in ("cyclopean", "numpy", "scipy", "opencv-python-headless")},
         settings=[
             (key.replace("_", " "), _plain(value)) for key, value in comparison.settings.items() if key != "regions"
@@ -206,6 +224,25 @@ def _measure_figures(table: MeasureTable | None) -> list[tuple[str, Markup]]:
         for row in (table.rows if table is not None else ())
         for eye, svg in measure_figures(row).items()
     ]
+
+
+def _depth_figures(comparison: Comparison) -> list[tuple[Markup, str]]:
+    """Return figures of disparities in squares and of sparkles, with captions; none of a flat picture."""
+    if comparison.disparity is None:
+        return []
+    eyes = comparison.disparity.eyes
+    drawn = []
+    if len(eyes.across):
+        label = "How many squares have which disparity, photograph and rendering"
+        figure = disparity_figure(eyes.across[:, 0], eyes.across[:, 1], "squares", label)
+        drawn.append((figure, "Disparities of squares at the same places."))
+    if eyes.sparkles is not None and all(len(one.disparity_px) for one in eyes.sparkles):
+        label = "How many sparkles have which disparity, photograph and rendering"
+        photo, rendering = (one.disparity_px for one in eyes.sparkles)
+        drawn.append(
+            (disparity_figure(photo, rendering, "sparkles", label), "Disparities of sparkles that both eyes see.")
+        )
+    return [(Markup(_own_names(svg, f"depth-{place}")), caption) for place, (svg, caption) in enumerate(drawn)]
 
 
 def _drawings(comparison: Comparison, result: EyeComparison, eye: str) -> _Drawings:

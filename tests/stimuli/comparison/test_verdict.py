@@ -11,7 +11,9 @@ import pytest
 
 from stimuli.comparison.areas import AreaMean
 from stimuli.comparison.by_pixel import DifferenceSummary, seen_regions
-from stimuli.comparison.evidence import DisparityEvidence, Evidence, RegistrationEvidence, SparklePair
+from stimuli.comparison.evidence import Evidence, RegistrationEvidence, SparklePair
+from stimuli.comparison.eye_evidence import EyesEvidence
+from stimuli.comparison.jackknife import EyesPair
 from stimuli.comparison.judging import judge
 from stimuli.comparison.regions import Region
 from stimuli.comparison.table import RegionTable, region_table
@@ -35,6 +37,11 @@ def table(*lightness: float, saturated: float = 0.0) -> RegionTable:
     return region_table(regions, photo, rendering, WHITE)
 
 
+def depth(across: float, error: float) -> EyesEvidence:
+    measures = {"disparity across": EyesPair(1.0, 1.0 + across, across, error)}
+    return EyesEvidence(measures | {"disparity down": EyesPair(0.0, 0.0, 0.0, 0.01)}, squares=(20, 20))
+
+
 def only(verdict: Verdict, outcome: str) -> Reason:
     (reason,) = [one for one in verdict.reasons if one.outcome == outcome]
     return reason
@@ -47,7 +54,7 @@ def test_all_within_is_validated() -> None:
         SMALL,
         (SparklePair("density", 100.0, 5.0, 100.0, 5.0, "per cm²", "plate"),),
         RegistrationEvidence(0.02),
-        DisparityEvidence((0.01, 0.0), (0.02, 0.02)),
+        depth(0.01, 0.02),
     )
     verdict = judge(evidence)
     assert verdict.decision == "validated"
@@ -208,7 +215,7 @@ def test_a_ratios_error_is_that_of_repetition() -> None:
     ],
 )
 def test_disparity(across: float, error: float, decision: str) -> None:
-    verdict = judge(Evidence(disparity=DisparityEvidence((across, 0.0), (error, 0.01))))
+    verdict = judge(Evidence(eyes=depth(across, error)))
     assert verdict.decision == decision
 
 

@@ -1,0 +1,89 @@
+"""Both eyes of a rendering on the photograph's grid, and what two eyes see of both.
+
+Which eye shows which view is found first: exchanged eyes are changed back, so that all else can be compared. An eye
+that fits nowhere, because its depth is another, lies where the other eye does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from stimuli.comparison.depth import DepthComparison, common_movement, compare_depth, exchanged, which_eyes
+from stimuli.comparison.pictures import Eye, Picture
+from stimuli.comparison.regions import place_regions
+from stimuli.comparison.regions_file import RegionsFile
+from stimuli.comparison.registering import EyePair, Progress, register_eye
+from stimuli.comparison.results import CompareOptions
+from stimuli.errors import StimulusError
+from stimuli.pictures.rows import Floats
+
+
+def register_eyes(
+    photo: Picture, rendering: Picture, regions: RegionsFile, options: CompareOptions, step: Progress
+) -> tuple[Picture, dict[Eye, EyePair], DepthComparison | None]:
+    """Return the rendering, each eye's views on one grid, and the depth of both; none of a single picture.
+
+    The rendering's eyes are changed back if they are exchanged.
+
+    Raises
+    ------
+    StimulusError
+        If an eye cannot be registered, and nothing in its depth explains it.
+    """
+    if "both" in photo.views:
+        pairs, _ = _registered(photo, rendering, regions, options, step)
+        return rendering, pairs, None
+    step("Identifying eyes", 0, 1)
+    identity = which_eyes(photo, rendering)
+    if identity is not None and identity.way == "exchanged":
+        rendering = exchanged(rendering)
+    pairs, refused = _registered(photo, rendering, regions, options, step)
+    step("Measuring disparity", 0, 2)
+    movement = common_movement([pair.alignment for pair in pairs.values()], identity)
+    placed = place_regions(regions, photo.views["left"].xyz.shape).regions
+    depth = compare_depth(photo, rendering, movement, identity, placed, regions.limits)
+    step("Measuring disparity", 2, 2)
+    if refused:
+        if not depth.fails(regions.limits):
+            raise next(iter(refused.values()))
+        pairs, _ = _registered(photo, rendering, regions, options, step, depth.matrix, pairs)
+    return rendering, pairs, depth
+
+
+def _registered(
+    photo: Picture,
+    rendering: Picture,
+    regions: RegionsFile,
+    options: CompareOptions,
+    step: Progress,
+    known: Floats | None = None,
+    before: Mapping[Eye, EyePair] | None = None,
+) -> tuple[dict[Eye, EyePair], dict[Eye, StimulusError]]:
+    """Return both views of each eye on one grid, and why those of an eye of two could not be brought there.
+
+    Eyes that are in ``before`` are taken from there; the others lie where ``known`` (3, 3) takes them, if it is given.
+
+    Raises
+    ------
+    StimulusError
+        If a single picture cannot be registered, or an eye cannot although its place is known.
+    """
+    pairs: dict[Eye, EyePair] = {}
+    refused: dict[Eye, StimulusError] = {}
+    for eye, view in photo.views.items():
+        if before is not None and eye in before:
+            pairs[eye] = before[eye]
+            continue
+        named = _named(step, "" if eye == "both" else f", {eye} eye")
+        other, name, safe = rendering.views[eye], str(rendering.file), photo.safe_cd_m2
+        try:
+            pairs[eye] = register_eye(view, other, name, safe, regions, options, named, known)
+        except StimulusError as error:
+            if eye == "both" or known is not None:
+                raise
+            refused[eye] = error
+    return pairs, refused
+
+
+def _named(step: Progress, name: str) -> Progress:
+    return lambda what, done, of: step(what + name, done, of)
