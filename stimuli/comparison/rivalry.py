@@ -1,6 +1,7 @@
 """How the two views of a pair compare where they show the same: luminance, contrast, and how well they agree.
 
-The right view is taken where the disparity of each square puts it, so that depth is not counted twice.
+The right view is taken where the disparity of each square puts it, so that depth is not counted twice. Agreement is the
+interocular correlation [Cormack1991] of local contrasts.
 """
 
 from __future__ import annotations
