@@ -50,8 +50,11 @@ def fails(photo: Pair, rendering: Pair) -> list[str]:
 
 
 def compare(folder: Path, photo: Pair, rendering: Pair) -> Comparison:
-    files = [written(folder / name, *map(coloured, pair)) for name, pair in (("a.exr", photo), ("b.exr", rendering))]
-    return compare_pictures(*files, PLATE)
+    first, second = (
+        written(folder / "a.exr", *map(coloured, photo)),
+        written(folder / "b.exr", *map(coloured, rendering)),
+    )
+    return compare_pictures(first, second, PLATE)
 
 
 @pytest.mark.parametrize("name", list(FAULTS))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,6 +97,7 @@ class Sparkles:
 
 
 Scene = Relief | Sparkles
+S = TypeVar("S", Relief, Sparkles)
 
 
 def noisy(views: tuple[Floats, Floats], seed: int, share: float) -> Pair:
@@ -105,7 +107,7 @@ def noisy(views: tuple[Floats, Floats], seed: int, share: float) -> Pair:
     return left, right
 
 
-def rendered(scene: Scene) -> Scene:
+def rendered(scene: S) -> S:
     """Return the same scene with other noise."""
     return replace(scene, noise=scene.noise + 1)
 
