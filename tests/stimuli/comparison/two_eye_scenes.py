@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import TypeVar
 
 import numpy as np
@@ -32,6 +33,7 @@ class Relief:
     noise_share: float = 0.005
     shape: tuple[int, int] = (240, 320)
 
+    @cache  # noqa: B019  # as many as tests draw
     def views(self) -> Pair:
         """Return both views, in cd/m²."""
         height, width = self.shape
@@ -73,6 +75,7 @@ class Sparkles:
     count: int = 700
     shape: tuple[int, int] = (200, 300)
 
+    @cache  # noqa: B019  # as many as tests draw
     def views(self) -> Pair:
         """Return both views, in cd/m²."""
         height, width = self.shape
@@ -97,7 +100,7 @@ class Sparkles:
 
 
 Scene = Relief | Sparkles
-S = TypeVar("S", Relief, Sparkles)
+S = TypeVar("S", bound=Relief | Sparkles)
 
 
 def noisy(views: tuple[Floats, Floats], seed: int, share: float) -> Pair:
