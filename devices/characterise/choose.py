@@ -118,7 +118,8 @@ class Characterisation:
 
     ``notes``: sentences about the readings that a reader must know. ``where_it_errs``: plain sentences. ``patches``:
     the readings that were fitted; those ``left_out`` are named, and ``all_kept`` is the choice with them, None where
-    there are none. ``fits_made``: how often all models were fitted.
+    there are none. ``fits_made``: how often all models were fitted; ``residual_fits``: of those judged, how often that
+    of the residual was among them.
     """
 
     chosen: Candidate
@@ -132,6 +133,7 @@ class Characterisation:
     all_kept: AllKept | None
     patches: Patches
     fits_made: int
+    residual_fits: int
 
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON."""
@@ -155,7 +157,9 @@ def characterise(
 ) -> Characterisation:
     """Fit the candidates to ``readings`` and choose, or take ``model``.
 
-    With ``keep_all`` no reading is left out, however wrong it looks.
+    With ``keep_all`` no reading is left out, however wrong it looks. For a ``model`` that is named the others are
+    fitted all the same: a reading is doubted by what all of them miss. But that of the residual, which takes twice as
+    long as they, is then left out where they predict the readings without it.
 
     Raises
     ------
@@ -167,7 +171,7 @@ def characterise(
     if {"left", "right"} <= eyes:
         raise DeviceError(Finding("the readings are of both eyes", remedy="choose one with --eye left or --eye right"))
     notes = list(readings.assumptions) + list(check_readings(readings))
-    screened = screen(readings.codes, readings.XYZ, seed)
+    screened = screen(readings.codes, readings.XYZ, seed, residual=model in ("auto", "residual"))
     wrong = np.zeros(len(readings), dtype=bool) if keep_all else screened.wrong
     judged = screened.all_kept if keep_all else screened.kept
     if not len(judged.judged):
@@ -209,6 +213,7 @@ def characterise(
         before,
         judged.patches,
         screened.fits_made,
+        sum("residual" in fit for fit in (judged.fits, *(fold.fits for fold in judged.folds))),
     )
 
 
@@ -280,7 +285,7 @@ def _no_model(asked: str, chosen: Candidate, why: tuple[str, str] | None) -> Fin
 
 
 def _chosen_of(judged: CrossValidation, asked: str) -> tuple[Candidate, str, tuple[Candidate, ...]]:
-    candidates = tuple(_candidate(name, judged) for name in NAMES)
+    candidates = tuple(_candidate(name, judged) for name in NAMES if name in judged.fits)
     return (*_choose(candidates, asked), candidates)
 
 

@@ -68,12 +68,15 @@ class Missed:
     leading: Flags
 
 
-def screen(codes: Floats, XYZ: Floats, seed: int) -> Screened:
-    """Return which of the readings, codes (n, 3) in 0..1 and XYZ (n, 3), are wrong, and the models judged without."""
+def screen(codes: Floats, XYZ: Floats, seed: int, *, residual: bool = True) -> Screened:
+    """Return which of the readings, codes (n, 3) in 0..1 and XYZ (n, 3), are wrong, and the models judged without.
+
+    The model of the residual, which takes its time, is fitted where the others are rough, and if it is to be judged.
+    """
     data = patches(codes, XYZ)
     first = latest = cross_validate(data, seed, residual=False)
-    residual = min(first.medians.values(), default=0.0) > _ROUGH
-    if residual:
+    rough = min(first.medians.values(), default=0.0) > _ROUGH
+    if rough:
         first = latest = first.with_residual()
     wrong = np.zeros(len(data), dtype=bool)
     fits_made = first.fits_made + 1
@@ -91,12 +94,13 @@ def screen(codes: Floats, XYZ: Floats, seed: int) -> Screened:
         wrong = again
         tried.add(wrong.tobytes())
         rest = patches(codes[~wrong], XYZ[~wrong])
-        latest = cross_validate(rest, seed, residual=residual) if wrong.any() else first
+        latest = cross_validate(rest, seed, residual=rough) if wrong.any() else first
         data = patches(codes, XYZ, white=rest.white)
         found = missed(data, latest, wrong)
         fits_made += latest.fits_made + 1
-    kept = latest.with_residual()
-    return Screened(wrong, found.delta_e_2000, kept if latest is first else first.with_residual(), kept, fits_made)
+    all_kept = first.with_residual() if residual else first
+    kept = all_kept if latest is first else latest.with_residual() if residual else latest
+    return Screened(wrong, found.delta_e_2000, all_kept, kept, fits_made)
 
 
 def missed(data: Patches, models: CrossValidation, wrong: Flags) -> Missed:

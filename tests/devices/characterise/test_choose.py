@@ -49,6 +49,21 @@ def test_without_noise_it_is_recovered_exactly() -> None:
         assert curve.gain == pytest.approx(gain / (gain + offset), abs=1e-8)  # type: ignore[union-attr]  # of the kind that was asked for
 
 
+def test_a_named_model_costs_no_fit_of_the_residual() -> None:
+    """And is the same as in a choice among all, with the same readings left out and the same held-out errors."""
+    XYZ = noisy(THESIS, 0.002, 1)
+    XYZ[70] *= 1.3
+    chosen, named, residual = (characterise(Measurements(CODES, XYZ), model) for model in ("auto", "gog", "residual"))
+    assert (named.residual_fits, residual.residual_fits, chosen.residual_fits) == (0, 6, 6)
+    assert len(named.left_out) == 1
+    assert named.left_out == chosen.left_out
+    assert chosen.chosen.name == "gog"
+    assert named.chosen.held_out == chosen.chosen.held_out
+    assert named.chosen.to_json() == chosen.chosen.to_json()
+    assert [candidate.name for candidate in named.candidates] == [name for name in NAMES if name != "residual"]
+    assert residual.chosen.held_out == next(each.held_out for each in chosen.candidates if each.name == "residual")
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_gog_is_rejected_on_a_liquid_crystal_display(seed: int) -> None:
     found = characterise(Measurements(CODES, noisy(LCD, 0.002, seed)))
