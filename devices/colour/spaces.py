@@ -11,7 +11,6 @@ Floats = NDArray[np.float64]
 
 # Lab is a cube root above this share of white and a straight line below it.
 _DELTA = 6.0 / 29.0
-_BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
 
 
 def xyY_from_XYZ(xyz: ArrayLike) -> Floats:
@@ -108,30 +107,6 @@ def rgb_to_xyz_matrix(red_xy: ArrayLike, green_xy: ArrayLike, blue_xy: ArrayLike
     white = columns[:, 3] / corners[3, 1]
     scale: Floats = np.linalg.solve(columns[:, :3], white)
     return np.asarray(columns[:, :3] * scale)
-
-
-def bradford_matrix(from_white_XYZ: ArrayLike, to_white_XYZ: ArrayLike) -> Floats:
-    """Return the chromatic adaptation matrix of Bradford's transform.
-
-    Parameters
-    ----------
-    from_white_XYZ, to_white_XYZ
-        XYZ of the two whites, shape (3,), in any unit.
-
-    Returns
-    -------
-    ndarray
-        The matrix A, shape (3, 3): ``XYZ @ A.T`` looks under the second white as XYZ does under the first. Source:
-        [Lam1985].
-
-    Examples
-    --------
-    >>> d50, d65 = [96.42, 100.0, 82.52], [95.05, 100.0, 108.88]
-    >>> (bradford_matrix(d50, d65) @ d50).round(6).tolist()
-    [95.05, 100.0, 108.88]
-    """
-    gains = (_BRADFORD @ np.asarray(to_white_XYZ, dtype=np.float64)) / (_BRADFORD @ np.asarray(from_white_XYZ))
-    return np.asarray(np.linalg.inv(_BRADFORD) @ np.diag(gains) @ _BRADFORD)
 
 
 def xyz_to_lab(xyz: ArrayLike, white_xyz: ArrayLike) -> Floats:

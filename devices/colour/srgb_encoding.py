@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from devices.colour.spaces import bradford_matrix, rgb_to_xyz_matrix
+from devices.colour.adaptation import bradford_matrix
+from devices.colour.spaces import rgb_to_xyz_matrix
 
 Floats = NDArray[np.float64]
 SRGB_PRIMARIES_XY = ((0.64, 0.33), (0.30, 0.60), (0.15, 0.06))

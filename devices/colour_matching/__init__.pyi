@@ -1,4 +1,10 @@
 from .cie_2006_xyz import xyz_from_lms as xyz_from_lms
+from .cone_contrast import cone_contrasts as cone_contrasts
+from .cone_contrast import dkl_direction as dkl_direction
+from .cone_contrast import dkl_from_xyz as dkl_from_xyz
+from .cone_contrast import lms_from_xyz as lms_from_xyz
+from .cone_contrast import xyz_of_cone_contrasts as xyz_of_cone_contrasts
+from .cone_contrast import xyz_of_dkl as xyz_of_dkl
 from .cone_fundamentals import Departure as Departure
 from .cone_fundamentals import cone_fundamentals as cone_fundamentals
 from .individuals import STANDARD_DEVIATIONS as STANDARD_DEVIATIONS

@@ -14,7 +14,8 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.colour.spaces import bradford_matrix, rgb_to_xyz_matrix
+from devices.colour.adaptation import bradford_matrix
+from devices.colour.spaces import rgb_to_xyz_matrix
 from devices.colour.srgb_encoding import D65_XY, SRGB_PRIMARIES_XY
 from devices.diagnostics.content import dynamic_contrast
 from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, Panel, Table, numbers

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.colour.spaces import bradford_matrix, rgb_to_xyz_matrix
+from devices.colour.adaptation import bradford_matrix
+from devices.colour.spaces import rgb_to_xyz_matrix
 from devices.colour.srgb_encoding import D65_XY, SRGB_PRIMARIES_XY, srgb_decoded
 from devices.display.model import DisplayModel
 from devices.patches.patch import Patch

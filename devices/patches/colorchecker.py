@@ -16,7 +16,8 @@ from importlib.resources import files
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from devices.colour.spaces import XYZ_from_xyY, bradford_matrix
+from devices.colour.adaptation import bradford_matrix
+from devices.colour.spaces import XYZ_from_xyY
 from devices.display.model import DisplayModel
 from devices.errors import DeviceError
 from documents import Finding

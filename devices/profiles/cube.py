@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.colour import delta_e_2000, rgb_to_xyz_matrix, srgb_decoded, xyz_to_lab
-from devices.colour.spaces import bradford_matrix
+from devices.colour.adaptation import bradford_matrix
 from devices.colour.srgb_encoding import SRGB_PRIMARIES_XY
 from devices.display import DisplayModel
 from devices.errors import DeviceError

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from devices.colour.spaces import bradford_matrix
+from devices.colour.adaptation import bradford_matrix
 from devices.colour.white_points import WHITE_POINTS_XYZ
 from devices.display import GammaTable
 from devices.errors import DeviceError

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.colour import delta_e_2000, xyz_to_lab
-from devices.colour.spaces import bradford_matrix
+from devices.colour.adaptation import bradford_matrix
 from devices.display import DisplayModel, GammaTable, ToneCurve
 from devices.display.srgb_curve import SrgbCurve
 from devices.errors import DeviceError

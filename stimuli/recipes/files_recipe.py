@@ -199,7 +199,9 @@ class FilesRecipe(RecipeKind, StepsSpec):
                     kept = None if picture.series else prepared.unchanged(picture.view)
                     if kept is None:
                         image, before = prepared.picture(picture.view)
-                        image, after = finished_picture(image, steps, picture.series, pitch_mm, setup)
+                        image, after = finished_picture(
+                            image, steps, picture.series, pitch_mm, setup, str(self.observer)
+                        )
                         made = MadePicture(picture.name, image, {}, (*before, *after, *banding(before, after)))
                     else:
                         made = MadePicture(picture.name, kept.held, {}, kept.steps, kept.exact)

@@ -1,10 +1,10 @@
-"""From views to the pictures that are shown: aligned, cropped, brought to a luminance, resampled, fitted to a display.
+"""From views to the pictures that are shown: aligned, cropped, adapted, scaled, resampled, fitted to a display.
 
-A stimulus is read, aligned and cropped once, however many pictures show it (`Prepared`). Then each picture gets its
-luminance, its series, its size and the display's range (`finished_picture`). Factors and grey act on each pixel alone,
-so that they come before the picture is resampled, at its own precision. What saturates is counted on the display's
-pixels, so that tone mapping comes last: a sparkle that one camera pixel holds is less bright where it is averaged with
-its neighbours.
+A stimulus is read, aligned and cropped once, however many pictures show it (`Prepared`). Then each picture is adapted
+to another white, and gets its luminance, its series, its size and the display's range (`finished_picture`). What acts
+on each pixel alone comes before the picture is resampled, at its own precision. What saturates is counted on the
+display's pixels, so that tone mapping comes last: a sparkle that one camera pixel holds is less bright where it is
+averaged with its neighbours.
 """
 
 from __future__ import annotations
@@ -12,6 +12,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import numpy as np
+
+from devices.colour_matching import DEFAULT_OBSERVER
 from stimuli.align.disparity import Viewing
 from stimuli.align.pair import Alignment, align_pair
 from stimuli.align.planes import Region
@@ -30,9 +33,10 @@ from stimuli.luminance.scale import (
 )
 from stimuli.pictures.resampling import resample_picture
 from stimuli.pictures.resolution import display_resolution
+from stimuli.pictures.rows import bands
 from stimuli.pictures.stereo_image import Eye, StereoImage, View, XYZImage
 from stimuli.recipes.build_context import DisplaySetup, Step
-from stimuli.recipes.steps_spec import CropSpec, LuminanceSpec, ResampleSpec, StepsSpec
+from stimuli.recipes.steps_spec import AdaptSpec, CropSpec, LuminanceSpec, ResampleSpec, StepsSpec
 from stimuli.recipes.values import SeriesSpec
 from stimuli.recipes.view_sources import Source, StoredPicture
 
@@ -207,15 +211,22 @@ def finished_picture(
     series: SeriesSpec | None,
     pixel_pitch_mm: float,
     setup: DisplaySetup | None,
+    observer: str = DEFAULT_OBSERVER,
 ) -> tuple[StereoImage, tuple[Step, ...]]:
     """Return the picture as a display of ``pixel_pitch_mm`` shows it, and what was done.
+
+    ``observer`` is whose XYZ the picture has.
 
     Raises
     ------
     StimulusError
-        If no factor brings it to its luminance, or it is to be fitted to a display and none is known.
+        If adaptation leaves negative light that is refused, no factor brings the picture to its luminance, or it is to
+        be fitted to a display and none is known.
     """
     done: list[Step] = []
+    if steps.adapt:
+        image, step = adapted(image, steps.adapt, observer)
+        done.append(step)
     if steps.luminance:
         image, more = _at_luminance(image, steps.luminance)
         done += more
@@ -235,6 +246,46 @@ def finished_picture(
         image = mapped.apply(image)
         done.append(mapped.to_json())
     return image, tuple(done)
+
+
+def adapted(image: StereoImage, spec: AdaptSpec, observer: str = DEFAULT_OBSERVER) -> tuple[StereoImage, Step]:
+    """Return the picture as it looks under another white, and the step; the picture itself where nothing changes.
+
+    Raises
+    ------
+    StimulusError
+        If light falls below 0 and that is refused.
+    """
+    matrix = spec.matrix(observer)
+    step: Step = {
+        "step": "chromatic_adaptation",
+        "method": spec.method,
+        "degree": spec.degree,
+        "from_white_XYZ": spec.white_XYZ("from_white", observer).tolist(),
+        "to_white_XYZ": spec.white_XYZ("to_white", observer).tolist(),
+    }
+    # A matrix this near to none changes no XYZ by a rounding of single precision.
+    if np.abs(matrix - np.eye(3)).max() < 1e-9:
+        return image, {**step, "pixels_computed": 0}
+    if observer != DEFAULT_OBSERVER:
+        step = {**step, "said": [f"{spec.method} is defined for {DEFAULT_OBSERVER}; for {observer} it is approximate"]}
+    eyes, clipped = [], 0
+    for eye in eyes_once(image):
+        light = np.empty_like(eye)
+        for band in bands(eye.shape):
+            light[band] = eye[band].astype(np.float64) @ matrix.T
+            below = light[band] < 0
+            clipped += int(below.any(axis=-1).sum())
+            light[band][below] = 0.0
+        eyes.append(light)
+    if clipped and spec.negative == "refuse":
+        raise StimulusError.of(
+            f"{clipped} pixels get negative light by the adaptation: their colours are too saturated for {spec.method}",
+            "write negative: clip below 'adapt', or a smaller degree",
+        )
+    computed = sum(eye.shape[0] * eye.shape[1] for eye in eyes)
+    shown = StereoImage.flat(eyes[0]) if image.is_flat else StereoImage(eyes[0], eyes[1])
+    return shown, {**step, "pixels_computed": computed, "clipped_pixels": clipped}
 
 
 def _at_luminance(image: StereoImage, spec: LuminanceSpec) -> tuple[StereoImage, list[Step]]:

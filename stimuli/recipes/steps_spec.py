@@ -1,4 +1,4 @@
-"""The steps of a recipe once pictures are XYZ: align, crop, bring to a luminance, resample, fit to a display.
+"""The steps of a recipe once pictures are XYZ: align, crop, adapt, bring to a luminance, resample, fit to a display.
 
 Every step is optional and their order is fixed. A step of the recipe is for all of its stimuli; a step of a
 stimulus takes its place.
@@ -6,18 +6,45 @@ stimulus takes its place.
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BeforeValidator, Field, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
 
+from devices.colour import WHITE_POINTS_XYZ, XYZ_from_xyY, adaptation_matrix, white_point
+from devices.colour_matching import DEFAULT_OBSERVER
+from devices.errors import DeviceError
+from documents import did_you_mean
 from documents.yaml import Strict
 from stimuli.align.interpolate import Interpolation
 from stimuli.luminance.saturation import LIMIT_PERCENT
+from stimuli.pictures.exr_read import Negative
 from stimuli.pictures.resampling import Filter
 from stimuli.sparkle.recipe import Chromaticity
 
 Place = tuple[float, float]
 Pixels = tuple[NonNegativeInt, NonNegativeInt, PositiveInt, PositiveInt]
+
+
+def _white(given: Any) -> Any:
+    """Return a white as it is stated, or raise ValueError with the three ways to state one."""
+    if isinstance(given, str):
+        name = given.lower()
+        if name not in WHITE_POINTS_XYZ:
+            raise ValueError(did_you_mean(given, WHITE_POINTS_XYZ, f"write one of {', '.join(WHITE_POINTS_XYZ)}"))
+        return name
+    numbers = list(given) if isinstance(given, list | tuple) else []
+    if len(numbers) not in (2, 3) or not all(isinstance(n, int | float) and math.isfinite(n) for n in numbers):
+        raise ValueError("write a name such as d65, a chromaticity [x, y], or [X, Y, Z]")
+    x, y, z = numbers if len(numbers) == 3 else (*numbers, 1.0 - sum(numbers))
+    if y <= 0 or x < 0 or z < 0:
+        raise ValueError("no light has it: X and Z are at least 0, Y is above 0, and x + y is at most 1")
+    return tuple(float(n) for n in numbers)
+
+
+White = Annotated[str | tuple[float, ...], BeforeValidator(_white)]
 _LUMINANCES = ("scale", "mean_cd_m2", "max_cd_m2", "white_cd_m2")
 
 
@@ -106,6 +133,46 @@ class CropSpec(Strict):
     """How many rows."""
 
 
+class AdaptSpec(Strict):
+    """Chromatic adaptation: the picture as it looks under another white, see `devices.colour.adaptation`.
+
+    A white is a name (``d65``), a chromaticity x, y, or XYZ. Of XYZ the chromaticity counts: a white keeps its
+    luminance.
+    """
+
+    from_white: White
+    """The white of the picture's own light: a name such as d65, x and y, or XYZ."""
+    to_white: White
+    """The white to which its observers are adapted, likewise."""
+    method: Literal["cat16", "von-kries", "bradford"] = "cat16"
+    """Which responses of the eye are scaled: cat16, von-kries or bradford."""
+    degree: Annotated[float, Field(ge=0, le=1)] = 1.0
+    """How complete the adaptation is: 0 leaves the picture as it is."""
+    negative: Negative = "refuse"
+    """What becomes of pixels whose light falls below 0: clipped, or refused."""
+
+    @model_validator(mode="after")
+    def _are_whites(self) -> Self:
+        self.matrix(DEFAULT_OBSERVER)
+        return self
+
+    def white_XYZ(self, which: Literal["from_white", "to_white"], observer: str) -> NDArray[np.float64]:
+        """Return the XYZ of a white with Y = 1, shape (3,); names are of the whites of the ``observer``."""
+        white = getattr(self, which)
+        if isinstance(white, str):
+            return white_point(white, 1.0, observer)
+        XYZ = XYZ_from_xyY([*white, 1.0]) if len(white) == 2 else np.array(white) / white[1]
+        return np.asarray(XYZ, dtype=np.float64)
+
+    def matrix(self, observer: str) -> NDArray[np.float64]:
+        """Return the matrix (3, 3) from the picture's XYZ to the adapted one's. Raises ValueError."""
+        whites = self.white_XYZ("from_white", observer), self.white_XYZ("to_white", observer)
+        try:
+            return adaptation_matrix(*whites, self.method, self.degree)
+        except DeviceError as error:
+            raise ValueError(str(error)) from error
+
+
 class LuminanceSpec(Strict):
     """One factor for all XYZ of both eyes, and whether the picture becomes grey.
 
@@ -180,6 +247,8 @@ class StepsSpec(Strict):
     """How the sample's plane comes to zero parallax."""
     crop: CropSpec | None = None
     """The part that is shown."""
+    adapt: AdaptSpec | None = None
+    """Chromatic adaptation from one white to another."""
     luminance: LuminanceSpec | None = None
     """One factor for all XYZ of both eyes."""
     resample: ResampleSpec | None = None

@@ -17,7 +17,7 @@ from PIL import Image, ImageCms, ImageOps
 
 from devices.characterise import thesis_display
 from devices.colour import WHITE_POINTS_XYZ, rgb_to_xyz_matrix, srgb_encoded
-from devices.colour.spaces import bradford_matrix
+from devices.colour.adaptation import bradford_matrix
 from devices.profiles import profile_of_model
 from documents import InputError
 from stimuli.build import StimulusSet, build_set, export_exr
