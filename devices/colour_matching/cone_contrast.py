@@ -251,4 +251,5 @@ def _mechanisms(background_XYZ: ArrayLike, observer: str) -> Floats:
     """Return the matrix from cone contrasts to the three axes."""
     _, (long, middle, _) = _seen(background_XYZ, observer)
     l, m = long / (long + middle), middle / (long + middle)  # noqa: E741  # the paper's letters
-    return np.diag([np.sqrt(3.0), np.hypot(l, m), 1.0]) @ np.array([[l, m, 0.0], [1.0, -1.0, 0.0], [-l, -m, 1.0]])
+    axes = np.array([[l, m, 0.0], [1.0, -1.0, 0.0], [-l, -m, 1.0]])
+    return np.asarray(np.diag([np.sqrt(3.0), np.hypot(l, m), 1.0]) @ axes)
