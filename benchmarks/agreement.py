@@ -38,6 +38,7 @@ OBSERVERS = (5, 10, 15, 30)
 STIMULI = (4, 6, 10)
 TRUTHS = (0.0, 0.8, 0.95, 1.0)
 OBSERVER_SD = 0.5
+STIMULUS_SETS = 4
 SPREAD = 1.0  # standard deviation of the stimuli's strengths, in nats
 
 
@@ -55,9 +56,14 @@ def run(studies: int = 8) -> dict[str, Any]:
     return {"name": "agreement", "title": TITLE, "rows": rows}
 
 
-def simulated(people: int, n: int, truth: float, seed: int) -> tuple[ObservedGroup, Floats, Floats]:
-    """Return a study's group, its measure (larger for better), and what endless observers would say."""
-    random = np.random.default_rng([seed, people, n])
+def simulated(
+    people: int, n: int, truth: float, seed: int, stimuli: int | None = None
+) -> tuple[ObservedGroup, Floats, Floats]:
+    """Return a study's group, its measure (larger for better), and what endless observers would say.
+
+    Studies of one ``stimuli`` differ in their observers alone; without it, each has stimuli of its own.
+    """
+    random = np.random.default_rng([seed if stimuli is None else stimuli, n])
     theta = random.normal(size=n)
     theta = SPREAD * (theta - theta.mean()) / theta.std()
     design = Design(theta, people, OBSERVER_SD)
@@ -67,7 +73,7 @@ def simulated(people: int, n: int, truth: float, seed: int) -> tuple[ObservedGro
     other -= other.mean()
     other -= (other @ along) * along
     measure = truth * along + np.sqrt(1 - truth**2) * other / np.linalg.norm(other)
-    counts = next(design.studies(1, int(random.integers(1 << 30))))
+    counts = next(design.studies(1, seed))
     group = of_comparisons("", as_comparisons(counts), OPTIONS)
     assert not isinstance(group, str)
     return group, measure, said
@@ -165,9 +171,10 @@ def _coverage_rows(cell: tuple[int, int, float, int], found: dict[tuple[str, str
 def _decided(cell: tuple[int, int]) -> dict[str, Floats]:
     """Return, of each study of nine stimuli and a photograph, what was said of noise and of a perfect measure."""
     people, studies = cell
-    found: dict[str, list[Any]] = {"noise": [], "perfect": [], "pairs": [], "area": []}
+    found: dict[str, list[Any]] = {"noise": [], "perfect": [], "pairs": [], "area": [], "limit": []}
     for seed in range(studies):
-        group, measure, said = simulated(people, 10, 0.8, 10_000 + seed)
+        stimuli = seed % STIMULUS_SETS
+        group, measure, said = simulated(people, 10, 0.8, seed, stimuli)
         best = group.stimuli[int(np.argmax(said))]
         noise = np.random.default_rng(seed).normal(size=10)
         values = (("noise", noise), ("perfect", said), ("near", measure))
@@ -175,11 +182,12 @@ def _decided(cell: tuple[int, int]) -> dict[str, Floats]:
         for one in predicted[:2]:
             found[one.name].append(agree([group], [best], [one]).measures[0].decision == "agrees")
         near = agree([group], [best], [predicted[2]]).measures[0].whole
-        pairs, area = near.accuracy, near.calibration
+        pairs, limits = near.accuracy, near.calibration
         if pairs.share is not None and pairs.low is not None:
-            found["pairs"].append((pairs.right, pairs.of, pairs.low, pairs.high))
-        if area is not None and area.area is not None and area.area_low is not None:
-            found["area"].append((area.area, 1.0, area.area_low, area.area_high))
+            found["pairs"].append((stimuli, pairs.share, pairs.low, pairs.high))
+        if limits is not None and limits.area is not None and limits.area_low is not None:
+            found["area"].append((stimuli, limits.area, limits.area_low, limits.area_high))
+            found["limit"].append((stimuli, limits.best, limits.best_low, limits.best_high))
     return {name: np.array(rows, dtype=np.float64) for name, rows in found.items()}
 
 
@@ -195,18 +203,23 @@ def _decision_rows(people: int, found: dict[str, Floats], studies: int) -> Itera
             "note": f"{studies} studies: {100 * share:.1f} %",
             "share": share,
         }
-    for name, words in (("pairs", "share of pairs in order"), ("area", "area under the curve")):
+    for name, words in (
+        ("pairs", "share of pairs in order"),
+        ("area", "area under the curve"),
+        ("limit", "limit that agrees best"),
+    ):
         rows = found[name]
-        if not len(rows):
+        if len(rows) < 2:
             continue
-        truth = rows[:, 0].sum() / rows[:, 1].sum()
+        # Of each set of stimuli, what its studies have on average.
+        truth = np.array([rows[rows[:, 0] == stimuli, 1].mean() for stimuli in rows[:, 0]])
         covered = float(((rows[:, 2] <= truth + 1e-9) & (truth <= rows[:, 3] + 1e-9)).mean())
         yield {
             "series": f"percentile, {words}",
             "parameter": parameter,
             "seconds": None,
             "error": abs(covered - 0.95),
-            "note": f"{len(rows)} of {studies} studies have one: {100 * covered:.0f} % contain their mean {truth:.3f}",
+            "note": f"{len(rows)} of {studies} studies have one: {100 * covered:.0f} % contain the mean of such",
             "covered": covered,
         }
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.agreement.chance import Orders, Statistic, chance_of_agreement, least_p
-from analysis.agreement.correlations import KINDS, TIED, CorrelationKind, correlation
+from analysis.agreement.correlations import KINDS, TIED, CorrelationKind, correlation, mean_ranks
 from analysis.agreement.interval import correlation_interval
 from analysis.agreement.limits import calibrate
 from analysis.agreement.observed import ObservedGroup, check_sizes
@@ -176,6 +176,8 @@ def _varies(values: Floats) -> bool:
 
 def _with(scores: Floats, values: Floats, kind: CorrelationKind) -> Statistic:
     """Return the statistic of the permutation test: the scores take other orders, which is the same."""
+    if kind == "spearman":  # ranks once, not in every order
+        scores, values, kind = mean_ranks(scores), mean_ranks(values), "pearson"
 
     def statistic(orders: Orders) -> Floats:
         return correlation(scores[orders], values, kind)

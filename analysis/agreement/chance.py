@@ -19,7 +19,7 @@ Orders = NDArray[np.intp]
 # The agreement of a group, shape (B,), of its stimuli's values in each of B orders, shape (B, n).
 Statistic = Callable[[Orders], Floats]
 MOST_EXACT = 50_000
-DRAWN = 9_999
+DRAWN, FEWER, LARGE = 9_999, 999, 60  # the second where a group has more stimuli than the third
 SEED = 1935
 TIED = 1e-9
 
@@ -27,8 +27,8 @@ TIED = 1e-9
 def chance_of_agreement(sizes: Sequence[int], statistics: Sequence[Statistic]) -> float:
     """Return the one-sided p value of the sum of the groups' agreements.
 
-    All orders are counted where there are at most 50,000, otherwise 9,999 are drawn with a fixed seed and the measured
-    one counts as one more [Phipson2010].
+    All orders are counted where there are at most 50,000, otherwise 9,999 (999 above 60 stimuli) are drawn with a fixed
+    seed and the measured one counts as one more [Phipson2010].
 
     Parameters
     ----------
@@ -61,17 +61,23 @@ def chance_of_agreement(sizes: Sequence[int], statistics: Sequence[Statistic]) -
         return float((every >= measured - TIED).mean())
     random = np.random.default_rng(SEED)
     as_high = 0
-    for count in _blocks(DRAWN, max(sizes)):
+    draws = _draws(sizes)
+    for count in _blocks(draws, max(sizes)):
         drawn = np.zeros(count)
         for size, statistic in zip(sizes, statistics, strict=True):
             drawn += statistic(random.permuted(np.tile(np.arange(size), (count, 1)), axis=1))
         as_high += int((drawn >= measured - TIED).sum())
-    return (as_high + 1) / (DRAWN + 1)
+    return (as_high + 1) / (draws + 1)
 
 
 def least_p(sizes: Sequence[int]) -> float:
     """Return the least p value that so many stimuli in each group can give."""
-    return 1 / min(prod(factorial(min(size, 20)) for size in sizes), DRAWN + 1)
+    orders = prod(factorial(min(size, 20)) for size in sizes)
+    return 1 / (orders if orders <= MOST_EXACT else _draws(sizes) + 1)
+
+
+def _draws(sizes: Sequence[int]) -> int:
+    return DRAWN if max(sizes) <= LARGE else FEWER
 
 
 def _blocks(count: int, size: int) -> Iterator[int]:

@@ -29,7 +29,7 @@ def correlation(scores: Floats, values: Floats, kind: CorrelationKind) -> Floats
     values
         Shape (n,). Ranks may have infinite values; Pearson's correlation has none.
     kind
-        ``pearson``; ``spearman``, that of the mean ranks; or ``kendall``, τ-b [Kendall1948].
+        ``pearson``; ``spearman``, that of the mean ranks; or ``kendall``, τ-b [Kendall1945].
 
     Returns
     -------
@@ -44,8 +44,8 @@ def direction(values: Floats, kind: CorrelationKind) -> Floats:
     Those are the values themselves for Pearson's correlation, their ranks for the others.
     """
     one = values if kind == "pearson" else mean_ranks(values)
-    centred = one - one.mean()
-    return np.asarray(centred / np.sqrt((centred**2).sum()))
+    centred, size = _centred(one)
+    return np.asarray(centred / size)
 
 
 def mean_ranks(values: Floats) -> Floats:
@@ -79,10 +79,12 @@ def _pearson(scores: Floats, values: Floats) -> Floats:
 
 
 def _centred(values: Floats) -> tuple[Floats, Floats]:
-    """Return rows without their mean, and their lengths: 0 where all that is left is rounding."""
+    """Return rows over their largest value, without their mean, and their lengths: 0 where rounding alone is left."""
+    largest = np.abs(values).max(axis=-1, keepdims=True, initial=0.0)
+    values = np.divide(values, largest, out=np.zeros_like(values), where=largest > 0)
     off = values - values.mean(axis=-1, keepdims=True)
     size = np.sqrt((off**2).sum(axis=-1))
-    return off, np.where(size > TIED * np.abs(values).max(axis=-1, initial=0.0), size, 0.0)
+    return off, np.where(size > TIED, size, 0.0)
 
 
 def _spearman(scores: Floats, values: Floats) -> Floats:

@@ -1,9 +1,10 @@
 """An interval of a correlation between a measure, which is known, and scores, which observers give with error.
 
-Error of the scores lowers a correlation: of a measure that agrees perfectly with all people, the sample's correlation
-lies below 1, and that of a bootstrap sample, which has the error twice, lower still. Percentiles of the bootstrap then
-never contain the truth. So the bootstrap's errors are used to invert a test [Garthwaite1996]: a true correlation is in
-the interval unless the observed one would be among the lowest or the highest 2.5 % of those that it leads to.
+Error of the scores lowers a correlation [Spearman1904]: of a measure that agrees perfectly with all people, that of the
+sample lies below 1, and that of a bootstrap sample, which has the error twice, lower still. Percentiles of the
+bootstrap then never contain the truth. So the bootstrap's errors are used to invert a test [Carpenter1999]: a true
+correlation is in the interval unless the observed one would be among the lowest or the highest 2.5 % of those that it
+leads to.
 
 Scores with a given true correlation lie on the half circle that runs from the measure's own order over the observed
 scores to the reversed order. Their length is that of the observed scores without the error's share. Errors are those of

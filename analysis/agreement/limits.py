@@ -79,6 +79,7 @@ class LimitTable:
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
         return json_fields(self) | {
+            "limit": _finite(self.limit),
             "hit_rate": self.hit_rate.to_json(),
             "false_alarm_rate": self.false_alarm_rate.to_json(),
             "right": self.right.to_json(),
@@ -99,7 +100,7 @@ class Calibration:
         Area under the curve, 0 to 1: how often the measure puts a stimulus in the photograph's class nearer than one in
         another class. None where all are in one class, or none is. The interval is by bootstrap over observers.
     best, best_low, best_high
-        The limit that agrees best, by the hit rate minus the false alarm rate, and its interval likewise.
+        The limit that agrees best, by the hit rate minus the false alarm rate [Youden1950], and its interval likewise.
     best_from, best_to
         All limits between these agree equally well; infinite where nothing bounds them.
     best_table

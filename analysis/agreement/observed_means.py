@@ -112,7 +112,7 @@ def _simple(adjust: Adjust) -> Adjust:
 def draw_means(total: Floats, count: Floats) -> tuple[Floats, Floats]:
     """Return draws of observers, shape (R, S), and the means that they give, (R, n); those without an answer are out.
 
-    ``total`` and ``count`` are as in `analysis.agreement.observed.of_means`.
+    ``total`` and ``count`` are as in `of_means`.
     """
     weights = draw_observers(len(total), REPLICATES, SEED)
     answers = weights @ count
@@ -130,7 +130,7 @@ def differing_means(total: Floats, count: Floats, weights: Floats, *, alpha: flo
     Parameters
     ----------
     total, count
-        As in `analysis.agreement.observed.of_means`.
+        As in `of_means`.
     weights
         Shape (R, S): how often each observer was drawn.
     """

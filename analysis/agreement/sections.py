@@ -183,14 +183,14 @@ def stimuli_table(agreement: Agreement) -> Table:
                     *(float(result.predicted.values[number][place]) for result in agreement.measures),
                 )
             )
-    return Table("stimuli", "Scores and measures", tuple(columns), tuple(rows))
+    return Table("scores", "Scores and measures", tuple(columns), tuple(rows))
 
 
 def _methods(agreement: Agreement, facts: tuple[tuple[str, str], ...]) -> Section:
     sentences = (
         "Scores and classes are those of the report. Correlations: Pearson's, Spearman's, and Kendall's τ-b "
-        "[Kendall1948]. Their intervals invert a test with the errors of the bootstrap over observers, widened by "
-        "Student's law for few observers [Garthwaite1996]: percentiles of the bootstrap never contain the correlation "
+        "[Kendall1945]. Their intervals invert a test with the errors of the bootstrap over observers, widened by "
+        "Student's law for few observers [Carpenter1999]: percentiles of the bootstrap never contain the correlation "
         "of a measure that agrees perfectly, since error lowers every sample's.",
         "p values are by permutation of the stimuli within each group [Fisher1935], one-sided. A measure is said to "
         f"agree where p of Spearman's correlation, by Holm's correction for the number of measures, is at most "

@@ -45,7 +45,8 @@ def pairs_words(accuracy: PairAccuracy) -> str:
         f"Of {pairs} that observers tell apart, it puts {accuracy.right:g} in their order ({percent(accuracy.share)}"
     )
     if accuracy.low is not None and accuracy.high is not None:
-        words += f"; {fixed(100 * accuracy.low, 0)} to {fixed(100 * accuracy.high, 0)} % with other observers"
+        low, high = fixed(100 * accuracy.low, 0), fixed(100 * accuracy.high, 0)
+        words += f"; {low} to {high} % with other observers" if low != high else "; the same in the draws of observers"
     return words + ")."
 
 

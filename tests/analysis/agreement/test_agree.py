@@ -143,5 +143,5 @@ def test_the_terminal_the_page_and_the_tables(tmp_path: Path) -> None:
     for text in ("<simulated>", "<as shown>", "church <i>", "nan", "NaN"):
         assert text not in page
     files = write_agreement_csv(found, tmp_path / "tables")
-    assert [file.name for file in files] == ["agreement.csv", "stimuli.csv", "limits.csv"]
-    assert len((tmp_path / "tables/stimuli.csv").read_text(encoding="utf-8").splitlines()) == 13
+    assert [file.name for file in files] == ["agreement.csv", "scores.csv", "limits.csv"]
+    assert len((tmp_path / "tables/scores.csv").read_text(encoding="utf-8").splitlines()) == 13
