@@ -1,4 +1,6 @@
 from .json_values import json_fields as json_fields
+from .numbers import significant as significant
+from .numbers import with_error as with_error
 from .terminal import plain_table as plain_table
 from .terminal import print_table as print_table
 from .words import counted as counted

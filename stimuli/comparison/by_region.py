@@ -18,6 +18,7 @@ from devices.colour import XYZ_from_xyY, white_point
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.patches import colorchecker_xyY
 from documents import Finding
+from documents.text import significant
 from stimuli.comparison.areas import AreaMean, area_means
 from stimuli.comparison.camera_rgb import CameraRGBTable, camera_rgb_table
 from stimuli.comparison.regions import Chart, PlacedRegions
@@ -182,7 +183,7 @@ def choose_white(
         )
     white = regions.spec.white
     named = white if observer == DEFAULT_OBSERVER else f"{white} for {observer}"
-    return white_point(white, luminance, observer), f"white is {named} at {luminance:.4g} cd/m², {where}"
+    return white_point(white, luminance, observer), f"white is {named} at {significant(luminance, 4)} cd/m², {where}"
 
 
 def _luminance(

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from documents import Finding
+from documents.text import significant
 from stimuli.align.homography import mapped, warp
 from stimuli.errors import StimulusError
 from stimuli.pictures.rows import Floats, Floats32, RowFile, block_means
@@ -57,7 +58,7 @@ def guess_alignment(photo: RowFile, rendering: RowFile) -> tuple[Floats, str]:
     if not 1.0 / MOST_SCALE < size < MOST_SCALE:
         raise StimulusError(
             Finding(
-                f"the rendering is {size:.3g} times as large as the photograph",
+                f"the rendering is {significant(size)} times as large as the photograph",
                 remedy="render or resample it to the photograph's pixels first",
             )
         )

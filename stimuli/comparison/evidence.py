@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from documents.text import json_fields
+from documents.text import json_fields, significant, with_error
 from stimuli.comparison.by_pixel import DifferenceSummary
 from stimuli.comparison.eye_evidence import EyesEvidence
 from stimuli.comparison.table import RegionTable
@@ -15,6 +15,8 @@ from stimuli.comparison.verdict import Limits, Outcome, Reason, decimals
 # A displacement that was undone is named from here on, if it is above so many of its standard errors.
 NAMED_PX, NAMED_Z = 0.02, 3.0
 NAMED_DEG = 0.01
+# From so many standard errors on, their decimals are of no use.
+_MANY = 1000
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +112,7 @@ def registration_reasons(evidence: RegistrationEvidence | None, limits: Limits) 
     residual, most = evidence.residual_px, limits.registration_residual_px
     if residual is not None:
         good = residual <= most
-        sentence = f"the pictures lie {residual:.2g} px apart, {'within' if good else 'more than'} {most:g} px"
+        sentence = f"the pictures lie {significant(residual, 2)} px apart, {'within' if good else 'more than'} {most:g} px"
         if not good:
             sentence += ": single pixels cannot be compared"
         outcome: Outcome = "passes" if good else "cannot say"
@@ -137,14 +139,12 @@ def _reason(pair: SparklePair, limits: Limits) -> Reason:
     relative = pair.relative
     outcome, why = _outcome(pair, limits)
     where = f" on '{pair.where}'" if pair.where else ""
-    unit = f" {pair.unit}" if pair.unit else ""
-    sentence = (
-        f"sparkle {pair.measure}{where} is {pair.rendering:.4g}{_error(pair.rendering_se)}{unit} in the rendering and "
-        f"{pair.photo:.4g}{_error(pair.photo_se)}{unit} in the photograph"
-    )
+    rendering = _number(pair.rendering, pair.rendering_se, pair.unit)
+    photo = _number(pair.photo, pair.photo_se, pair.unit)
+    sentence = f"sparkle {pair.measure}{where} is {rendering} in the rendering and {photo} in the photograph"
     if math.isfinite(relative) and relative:
-        error = _error(100 * pair.relative_se)
-        sentence += f", {100 * abs(relative):.3g}{error} % {'more' if relative > 0 else 'less'}"
+        by = with_error(100 * abs(relative), 100 * pair.relative_se)
+        sentence += f", {by} % {'more' if relative > 0 else 'less'}"
     value = 100 * abs(relative) if math.isfinite(relative) else None
     return Reason(
         f"sparkle{where}",
@@ -161,21 +161,34 @@ def _outcome(pair: SparklePair, limits: Limits) -> tuple[Outcome, str]:
     relative, z, most = pair.relative, pair.z, limits.sparkle_relative
     if math.isnan(pair.photo) and math.isnan(pair.rendering):
         return "noted", "neither picture has sparkles to measure it on"
+    if math.isinf(pair.photo) or math.isinf(pair.rendering):
+        return "cannot say", "one of them is no number"
     if pair.photo == pair.rendering:
         return "passes", "equal"
     if math.isnan(z) or math.isnan(relative):
         return "cannot say", "there are too few sparkles"
     large, certain = abs(relative) > most, abs(z) > limits.sparkle_z
     if large and certain:
-        return "fails", f"{abs(z):.1f} standard errors and more than {100 * most:g} %"
+        return "fails", f"{_standard_errors(z)} and more than {100 * most:g} %"
     if certain:
-        return "noted", f"{abs(z):.1f} standard errors, but within {100 * most:g} %"
+        return "noted", f"{_standard_errors(z)}, but within {100 * most:g} %"
     if large:
-        return "cannot say", f"more than {100 * most:g} %, but only {abs(z):.1f} standard errors"
+        return "cannot say", f"more than {100 * most:g} %, but only {_standard_errors(z)}"
+    if not math.isfinite(pair.relative_se):
+        return "cannot say", "it is not known how closely the difference is known"
     if pair.relative_se > limits.sparkle_relative_se:
-        return "cannot say", f"the difference is known to {100 * pair.relative_se:.2g} % only"
+        return "cannot say", f"the difference is known to {significant(100 * pair.relative_se, 2)} % only"
     return "passes", f"within {100 * most:g} % and {limits.sparkle_z:g} standard errors"
 
 
-def _error(se: float) -> str:
-    return f" ± {se:.2g}" if math.isfinite(se) else ""
+def _number(value: float, se: float, unit: str) -> str:
+    if not math.isfinite(value):
+        return "unknown"
+    return f"{with_error(value, se)} {unit}".rstrip()
+
+
+def _standard_errors(z: float) -> str:
+    """Return how many standard errors a difference is; without any error it is certain."""
+    if math.isinf(z):
+        return "a difference without standard error"
+    return f"{f'{abs(z):.1f}' if abs(z) < _MANY else significant(abs(z))} standard errors"

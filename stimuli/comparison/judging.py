@@ -21,6 +21,7 @@ from typing import Literal
 
 import numpy as np
 
+from documents.text import significant, with_error
 from stimuli.comparison.by_pixel import DifferenceSummary
 from stimuli.comparison.evidence import Evidence, registration_reasons, sparkle_reasons
 from stimuli.comparison.eye_evidence import eyes_reasons
@@ -89,8 +90,8 @@ def _regions(table: RegionTable, seen: Mapping[str, float], limits: Limits) -> l
     worst = max(table.compared, key=lambda row: row.delta_e)
     for row in table.compared:
         if row.delta_e > limit:
-            error = "" if row.delta_e_se is None else f" ± {row.delta_e_se:.2g}"
-            sentence = f"region '{row.name}' differs by ΔE00 {row.delta_e:.2f}{error}, more than {limit:g}"
+            by = with_error(row.delta_e, row.delta_e_se) if row.delta_e_se else f"{row.delta_e:.2f}"
+            sentence = f"region '{row.name}' differs by ΔE00 {by}, more than {limit:g}"
             as_seen = seen.get(row.name, row.delta_e)
             outcome: Outcome = "fails"
             if as_seen <= limit:
@@ -135,7 +136,7 @@ def _map(summary: DifferenceSummary, subject: str, how: str, limits: Limits) -> 
             subject,
             "share above the limit",
             "fails" if many else "passes",
-            f"{share:.3g} % of the pixels differ by more than ΔE00 {limits.delta_e:g} {how}, "
+            f"{significant(share)} % of the pixels differ by more than ΔE00 {limits.delta_e:g} {how}, "
             f"{'more than' if many else 'within'} {most:g} %",
             share,
             most,
@@ -176,6 +177,8 @@ def _with(reason: Reason, outcome: Literal["noted", "cannot say"], sentence: str
 
 
 LEAST_REGIONS = 4
+# A smaller one rounds to 0 with the decimals of a chromaticity.
+_LEAST_ERROR = 0.5e-4
 # Medians of |x| for one and of √(x² + y²) for two normal distributions of standard deviation 1.
 _MEDIAN_1, _MEDIAN_2 = 0.6745, 1.1774
 
@@ -194,15 +197,14 @@ def _factor(table: RegionTable, limits: Limits) -> list[Reason]:
     off, error = factor.mean_ratio - 1.0, factor.mean_ratio_se
     if abs(off) <= max(limits.stands_out_luminance, limits.stands_out_z * (error or 0.0)):
         return []
-    given = "" if error is None else f" ± {error:.2g}"
     brighter = 100 * (1.0 / factor.mean_ratio - 1.0)
     over = f"{factor.regions} {'region' if factor.regions == 1 else 'regions'}"
     sentence = (
-        f"luminances differ by a factor: photograph / rendering is {factor.mean_ratio:.4g}{given} over {over}, "
-        f"the rendering {abs(brighter):.3g} % {'brighter' if brighter > 0 else 'darker'}"
+        f"luminances differ by a factor: photograph / rendering is {with_error(factor.mean_ratio, error)} over {over}, "
+        f"the rendering {significant(abs(brighter))} % {'brighter' if brighter > 0 else 'darker'}"
     )
     if table.luminance != "absolute":
-        sentence += f"; colours were compared after the rendering was multiplied by {table.scaled_by:.4g}"
+        sentence += f"; colours were compared after the rendering was multiplied by {significant(table.scaled_by, 4)}"
     return [Reason("luminance", "factor", "noted", sentence, factor.mean_ratio, None)]
 
 
@@ -224,8 +226,8 @@ def _chromaticity(table: RegionTable, limits: Limits) -> list[Reason]:
         if distance > max(least, limits.stands_out_z * error, limits.stands_out_z * scatter):
             x, y = _signed(row.delta_x), _signed(row.delta_y)
             sentence = f"region '{row.name}' is shifted in chromaticity, by Δx {x} and Δy {y}"
-            if error:
-                sentence += f" (± {error:.1g})"
+            if error >= _LEAST_ERROR:
+                sentence += f" (± {decimals(error, 4)})"
             reasons.append(Reason(f"region {row.name}", "Δxy", "noted", sentence, row.delta_xy, least))
     return reasons
 
@@ -248,8 +250,8 @@ def _luminance(table: RegionTable, limits: Limits) -> list[Reason]:
         error = (row.luminance_ratio_se or 0.0) / common
         if abs(off) > max(limits.stands_out_luminance, limits.stands_out_z * max(error, scatter)):
             sentence = (
-                f"region '{row.name}' stands out in luminance: photograph / rendering is {ratio:.4g}, "
-                f"{100 * abs(off):.3g} % {'above' if off > 0 else 'below'} the median of all"
+                f"region '{row.name}' stands out in luminance: photograph / rendering is {significant(ratio, 4)}, "
+                f"{significant(100 * abs(off))} % {'above' if off > 0 else 'below'} the median of all"
             )
             reasons.append(Reason(f"region {row.name}", "luminance", "noted", sentence, float(ratio), None))
     return reasons

@@ -15,6 +15,7 @@ from functools import partial
 import numpy as np
 
 from documents import Finding
+from documents.text import significant
 from stimuli.align.homography import homography_from_points, mapped
 from stimuli.comparison.alignment import STILL_PX, Alignment, resample, resample_flags
 from stimuli.comparison.areas import inside, window
@@ -165,7 +166,7 @@ def _refuse_bad_alignment(alignment: Alignment, file: str, regions: RegionsFile,
         where = "; ".join(alignment.sentences())
         raise StimulusError(
             Finding(
-                f"photograph and rendering lie {alignment.residual_px:.2g} px apart, more than {most:g} px"
+                f"photograph and rendering lie {significant(alignment.residual_px, 2)} px apart, more than {most:g} px"
                 + (f": {where}" if where else ""),
                 file,
                 remedy="let them be registered with --register auto"

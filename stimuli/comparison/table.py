@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from devices.colour import delta_e_2000, delta_e_2000_parts, xyY_from_XYZ, xyz_to_lab
-from documents.text import json_fields
+from documents.text import json_fields, significant
 from stimuli.comparison.areas import AreaMean
 from stimuli.comparison.luminance import LuminanceFactor, LuminanceMode, luminance_factor
 from stimuli.comparison.regions import Kind, Region
@@ -144,14 +144,14 @@ def _reasons(
     reasons = []
     for area, name in ((photo, "photograph"), (rendering, "rendering")):
         if area.saturated_share > most_saturated:
-            reasons.append(f"{100 * area.saturated_share:.3g} % of its pixels are saturated in the {name}")
+            reasons.append(f"{significant(100 * area.saturated_share)} % of its pixels are saturated in the {name}")
         if not area.XYZ[1] > 0 or not area.XYZ.sum() > 0:
             reasons.append(f"it holds no light in the {name}")
     if zone is not None and not zone[0] <= photo.XYZ[1] <= zone[1]:
         side = "below" if photo.XYZ[1] < zone[0] else "above"
         reasons.append(
-            f"its luminance of {photo.XYZ[1]:.4g} cd/m² lies {side} the camera's safe zone, "
-            f"{zone[0]:.4g} to {zone[1]:.4g} cd/m²"
+            f"its luminance of {significant(photo.XYZ[1], 4)} cd/m² lies {side} the camera's safe zone, "
+            f"{significant(zone[0], 4)} to {significant(zone[1], 4)} cd/m²"
         )
     return tuple(reasons)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from documents import Finding
-from documents.text import json_fields
+from documents.text import json_fields, significant
 from stimuli.errors import StimulusError
 
 Outcome = Literal["passes", "fails", "cannot say", "noted"]
@@ -317,4 +317,4 @@ def _numbers(measure: str, reasons: Sequence[Reason]) -> str:
 
 def _number(reason: Reason) -> str:
     value = 0.0 if reason.value is None else reason.value
-    return decimals(value, 2) if "ΔE00" in reason.measure or reason.unit == "px" else f"{abs(value):.2g}"
+    return decimals(value, 2) if "ΔE00" in reason.measure or reason.unit == "px" else significant(abs(value), 2)

@@ -5,6 +5,7 @@ The page is one HTML file that needs nothing but itself.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ from markupsafe import Markup
 from documents import Finding, InputError
 from documents.files import write_whole
 from documents.pages import page_environment
+from documents.text import with_error
 from runner.reports.comparison.experiment import checked_name, write_experiment
 from runner.reports.comparison.figures import (
     chromaticity_figure,
@@ -190,7 +192,7 @@ def render(comparison: Comparison) -> str:
     # The style is that of the report on a display.
     environment = page_environment("runner.reports.comparison", "runner.reports.display")
     environment.filters.update(
-        {"short": short, "typeset": typeset, "places": _places, "signed": _signed, "printed": printed}
+        {"short": short, "typeset": typeset, "places": _places, "signed": _signed, "printed": printed, "with_error": _with_error}
     )
     verdict = comparison.verdict
     return environment.get_template("compare.html.j2").render(
@@ -285,6 +287,8 @@ def _places(value: float | None, count: int) -> str:
     """Return a number with ``count`` decimals and a real minus sign, a dash for none."""
     if value is None or value != value:
         return "–"
+    if math.isinf(value):
+        return "∞" if value > 0 else "−∞"
     text = f"{value:.{count}f}"
     if float(text) == 0:
         text = text.lstrip("-")
@@ -294,6 +298,17 @@ def _places(value: float | None, count: int) -> str:
 def _signed(value: float, count: int) -> str:
     text = _places(value, count)
     return text if text.startswith("−") or value != value or float(text) == 0 else f"+{text}"
+
+
+def _with_error(value: float | None, error: float | None, *, signed: bool = False) -> str:
+    """Return a number with its error, a real minus sign, and a plus sign if it is ``signed``; a dash for none."""
+    if value is None or value != value:
+        return "–"
+    if math.isinf(value):
+        return _places(value, 0)
+    text = with_error(value, error)
+    plus = "+" if signed and value > 0 and text[0].isdigit() and float(text.split()[0]) > 0 else ""
+    return plus + text.replace("-", "−")
 
 
 def _plain(value: Any) -> str:

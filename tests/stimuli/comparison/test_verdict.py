@@ -192,7 +192,7 @@ def test_the_right_mean_colour_and_the_wrong_sparkle_fail() -> None:
     pairs = (SparklePair("density", 400.0, 20.0, 520.0, 22.8), SparklePair("contrast", 3.0, 0.1, 3.01, 0.1))
     verdict = judge(Evidence(table(1.0), SMALL, SMALL, pairs))
     assert verdict.decision == "not validated"
-    assert "30 ± 8.6 % more" in only(verdict, "fails").sentence
+    assert "30.0 ± 8.6 % more" in only(verdict, "fails").sentence
 
 
 def test_a_ratios_error_is_that_of_repetition() -> None:
