@@ -112,7 +112,9 @@ def registration_reasons(evidence: RegistrationEvidence | None, limits: Limits) 
     residual, most = evidence.residual_px, limits.registration_residual_px
     if residual is not None:
         good = residual <= most
-        sentence = f"the pictures lie {significant(residual, 2)} px apart, {'within' if good else 'more than'} {most:g} px"
+        sentence = (
+            f"the pictures lie {significant(residual, 2)} px apart, {'within' if good else 'more than'} {most:g} px"
+        )
         if not good:
             sentence += ": single pixels cannot be compared"
         outcome: Outcome = "passes" if good else "cannot say"

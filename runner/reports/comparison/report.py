@@ -192,7 +192,14 @@ def render(comparison: Comparison) -> str:
     # The style is that of the report on a display.
     environment = page_environment("runner.reports.comparison", "runner.reports.display")
     environment.filters.update(
-        {"short": short, "typeset": typeset, "places": _places, "signed": _signed, "printed": printed, "with_error": _with_error}
+        {
+            "short": short,
+            "typeset": typeset,
+            "places": _places,
+            "signed": _signed,
+            "printed": printed,
+            "with_error": _with_error,
+        }
     )
     verdict = comparison.verdict
     return environment.get_template("compare.html.j2").render(

@@ -1,4 +1,4 @@
-"""Every sentence of a verdict from numbers that are unknown, infinite, nought or far too large: sentences all the same."""
+"""Every sentence of a verdict from numbers that are unknown, infinite, nought or far too large."""
 
 from __future__ import annotations
 
