@@ -11,10 +11,11 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
+from documents.text import significant, with_error
 from stimuli.comparison.disparities import LEAST_SQUARES
 from stimuli.comparison.eye_identity import EyeIdentity
 from stimuli.comparison.jackknife import EyesPair
-from stimuli.comparison.verdict import Limits, Outcome, Reason, decimals
+from stimuli.comparison.verdict import Limits, Outcome, Reason
 
 _Z = 3.0
 # With another scale of depth than this, views are no copies of each other, and with less than the last it is inverted.
@@ -141,19 +142,19 @@ def _reason(
 
 def _disparity(axis: str) -> _Judge:
     def judged(pair: EyesPair, limits: Limits) -> Reason:
-        sentence = f"disparity {axis} differs by {_with_error(pair.difference, pair.standard_error)} px"
+        sentence = f"disparity {axis} differs by {with_error(pair.difference, pair.standard_error)} px"
         return _reason("disparity", axis, pair.difference, pair.standard_error, limits.disparity_px, sentence)
 
     return judged
 
 
 def _left(pair: EyesPair, limits: Limits) -> Reason:
-    sentence = f"disparities differ from place to place by {_with_error(pair.difference, pair.standard_error)} px"
+    sentence = f"disparities differ from place to place by {with_error(pair.difference, pair.standard_error)} px"
     return _reason("disparity", "by place", pair.difference, pair.standard_error, limits.disparity_px, sentence)
 
 
 def _scale(pair: EyesPair, limits: Limits) -> Reason:
-    times, most = _with_error(pair.rendering, pair.standard_error), 100 * limits.depth_scale
+    times, most = with_error(pair.rendering, pair.standard_error), 100 * limits.depth_scale
     outcome = _outcome(pair.difference, pair.standard_error, limits.depth_scale)
     if pair.rendering + _Z * pair.standard_error < _INVERTED_SCALE:
         sentence = f"depth is inverted: what lies in front lies behind, {times} times as far"
@@ -166,7 +167,7 @@ def _scale(pair: EyesPair, limits: Limits) -> Reason:
 def _roll(pair: EyesPair, limits: Limits) -> Reason:
     way = "clockwise" if pair.difference >= 0 else "anticlockwise"
     sentence = (
-        f"the rendering's right view is turned by {_with_error(abs(pair.difference), pair.standard_error)}° {way} "
+        f"the rendering's right view is turned by {with_error(abs(pair.difference), pair.standard_error)}° {way} "
         "against its left, beyond the photograph's"
     )
     return _reason("eyes", "roll", pair.difference, pair.standard_error, limits.eye_roll_deg, sentence, "°")
@@ -179,9 +180,10 @@ def _ratio(measure: str) -> _Judge:
         most = limits.eye_contrast if measure == "contrast" else limits.eye_luminance
         apart = math.expm1(abs(pair.difference))
         error = math.exp(abs(pair.difference)) * pair.standard_error
+        rendering, photo = (significant(math.exp(value)) for value in (pair.rendering, pair.photo))
         sentence = (
-            f"the right eye has {math.exp(pair.rendering):.3g} times the left eye's {measure} in the rendering and "
-            f"{math.exp(pair.photo):.3g} times in the photograph, {_with_error(100 * apart, 100 * error)} % apart"
+            f"the right eye has {rendering} times the left eye's {measure} in the rendering and {photo} times in the "
+            f"photograph, {with_error(100 * apart, 100 * error)} % apart"
         )
         return _reason("eyes", measure, apart, error, most, sentence, "%")
 
@@ -191,15 +193,16 @@ def _ratio(measure: str) -> _Judge:
 def _agreement(pair: EyesPair, limits: Limits) -> Reason:
     sentence = (
         f"the two views correlate by {pair.rendering:.2f} in the rendering and by {pair.photo:.2f} in the photograph, "
-        f"{_with_error(abs(pair.difference), pair.standard_error)} apart"
+        f"{with_error(abs(pair.difference), pair.standard_error)} apart"
     )
     return _reason("eyes", "agreement", pair.difference, pair.standard_error, limits.eye_agreement, sentence, "")
 
 
 def _one_eyed(pair: EyesPair, limits: Limits) -> Reason:
+    rendering, photo = (significant(100 * value) for value in (pair.rendering, pair.photo))
     sentence = (
-        f"one eye alone sees {100 * pair.rendering:.3g} % of the rendering's sparkles and {100 * pair.photo:.3g} % of "
-        f"the photograph's, {_with_error(100 * abs(pair.difference), 100 * pair.standard_error)} % apart"
+        f"one eye alone sees {rendering} % of the rendering's sparkles and {photo} % of the photograph's, "
+        f"{with_error(100 * abs(pair.difference), 100 * pair.standard_error)} % apart"
     )
     return _reason(
         "sparkles", "one eye only", pair.difference, pair.standard_error, limits.one_eyed_share, sentence, "%"
@@ -209,13 +212,9 @@ def _one_eyed(pair: EyesPair, limits: Limits) -> Reason:
 def _sparkle_depth(pair: EyesPair, limits: Limits) -> Reason:
     sentence = (
         "the mean disparity of sparkles that both eyes see differs by "
-        f"{_with_error(pair.difference, pair.standard_error)} px"
+        f"{with_error(pair.difference, pair.standard_error)} px"
     )
     return _reason("sparkles", "disparity", pair.difference, pair.standard_error, limits.disparity_px, sentence)
-
-
-def _with_error(value: float, error: float) -> str:
-    return f"{decimals(value, 2)} ± {error:.2g}"
 
 
 _JUDGED: dict[str, _Judge] = {
