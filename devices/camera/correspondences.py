@@ -44,7 +44,8 @@ class Correspondences:
 
     ``saturated`` (n, 3) marks channels that clipped anywhere within the patch; ``file`` is what findings carry.
     ``exposures`` has the exposure of each, where they are known and may differ. ``observer`` is the colorimetric
-    observer of XYZ, where the file names it.
+    observer of XYZ, where the file names it. ``noise_rgb`` (n, 3) are the standard errors of ``rgb``, where repeated
+    photographs have shown them; 0 for colours that were photographed once.
     Raises DeviceError, with a finding for each fault, if the numbers cannot be those of a linear camera and a meter.
     """
 
@@ -55,6 +56,7 @@ class Correspondences:
     file: str | None = None
     exposures: tuple[Exposure, ...] | None = None
     observer: str | None = None
+    noise_rgb: Floats | None = None
 
     def __post_init__(self) -> None:
         if not (self.rgb.shape == self.XYZ.shape == self.saturated.shape == (len(self.names), 3)):
@@ -63,6 +65,8 @@ class Correspondences:
             )
         if self.exposures is not None and len(self.exposures) != len(self.names):
             raise DeviceError(Finding(f"{len(self.names)} colours have {len(self.exposures)} exposures", self.file))
+        if self.noise_rgb is not None and self.noise_rgb.shape != self.rgb.shape:
+            raise DeviceError(Finding(f"camera RGB {self.rgb.shape} and noise {self.noise_rgb.shape}", self.file))
         findings = self._faults()
         if findings:
             raise DeviceError(findings)

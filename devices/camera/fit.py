@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from devices.camera.camera_model import CameraModel, Form
 from devices.camera.correspondences import (
     Correspondences,
+    Pooled,
     check_black,
     check_determined,
     check_enough,
@@ -138,7 +139,8 @@ def fit_camera(
     Saturated patches are left out, and those that do not belong to the rest. ``black_rgb`` (3,) is subtracted before
     anything else. Colours of several exposures are brought to ``exposure``, or to the least of theirs. ΔE00 is against
     the brightest colour measured. The safe luminance zone is the range of luminances fitted to (thesis Figure 5.8), or
-    that stand, at the model's exposure, for the signals fitted to.
+    that stand, at the model's exposure, for the signals fitted to. Where colours have a noise, squares in XYZ are
+    weighed by what noise and model leave unknown together.
 
     Parameters
     ----------
@@ -209,7 +211,8 @@ def fit_camera(
     check_enough(colours, used, form)
     check_determined(colours, C[used], form)
 
-    solution = solve(C[used], XYZ[used], loss, white)
+    root = np.sqrt(_weights(colours, pooled, C, XYZ, used))[:, None] if loss == "xyz" else np.ones((len(C), 1))
+    solution = solve((root * C)[used], (root * XYZ)[used], loss, white)
     lab = xyz_to_lab(XYZ, white)
     estimated = C @ solution.M.T
     apart = delta_e_2000(xyz_to_lab(estimated, white), lab)
@@ -223,9 +226,9 @@ def fit_camera(
         )
     alone = np.full(len(colours), np.nan)
     # A colour seen at several exposures is not held out while one of them is kept.
-    several = len(set(colours.exposures or ())) > 1
+    several = len(set(colours.exposures or ())) > 1 or colours.noise_rgb is not None
     names = [colours.names[i] for i in np.flatnonzero(used)] if several else ()
-    left_out = left_out_xyz(C[used], XYZ[used], loss, white, solution, names)
+    left_out = left_out_xyz((root * C)[used], (root * XYZ)[used], loss, white, solution, names) / root[used]
     alone[used] = delta_e_2000(xyz_to_lab(left_out, white), lab[used])
     luminance = XYZ[:, 1]
     # At the reference exposure, a set's signals stand for its luminances times its exposure's share.
@@ -267,6 +270,27 @@ def fit_camera(
         white,
         (*remarks(colours, used, model, white), *uneven(colours, used, estimated / level)),
     )
+
+
+def _weights(colours: Correspondences, pooled: Pooled, C: Floats, XYZ: Floats, used: NDArray[np.bool_]) -> Floats:
+    """Return the weight of each row, (n,), at most 1: one over the variance of model and noise together.
+
+    What no matrix explains, the model's variance, is what the residuals of the plain fit have beyond noise
+    [DerSimonian1986]. Where noise is small beside it, as with a chart well exposed, all rows count alike.
+    """
+    if colours.noise_rgb is None:
+        return np.ones(len(C))
+    plain = solve(C[used], XYZ[used], "xyz", XYZ.max(axis=0))
+    scale = (pooled.light / pooled.signal)[:, None]
+    noise = ((colours.noise_rgb * scale) ** 2 @ plain.M[:, :3].T ** 2).mean(axis=1)
+    n, k = int(used.sum()), C.shape[1]
+    left = ((XYZ - C @ plain.M.T)[used] ** 2).mean(axis=1).sum() / max(n - k, 1)
+    model = max(float(left) - float(noise[used].mean()), 0.0)
+    variance = model + noise
+    if not variance[used].max() > 0:
+        return np.ones(len(C))
+    variance = np.maximum(variance, 1e-3 * variance[used].max())
+    return np.asarray(variance[used].min() / variance)
 
 
 def _saturated(row: NDArray[np.bool_]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -27,7 +28,9 @@ from devices.patches import colorchecker_XYZ
 from documents import Finding
 from documents.text import visible
 from stimuli.chart.find import find_corners, turn_upright
+from stimuli.chart.pooled import ChartShot, Pooled, PooledChart, pool_shots
 from stimuli.chart.sample import Bools, Floats, PatchValues, Picture, sample_patches
+from stimuli.develop.calibration_frames import read_calibration
 from stimuli.develop.levels import Levels
 from stimuli.develop.read import read_camera_image
 from stimuli.errors import StimulusError
@@ -165,18 +168,21 @@ _TABLES = (".csv", ".txt")
 class ChartFit:
     """A camera fitted to a chart: the ``fit``, and how the ``chart`` was read, None if its values came in a table.
 
-    ``notes`` are remarks on reading the chart, a sentence each.
+    ``notes`` are remarks on reading the chart, a sentence each. Of several photographs ``chart`` is the first, and
+    ``charts`` says of each chart and exposure how the fit does on it.
     """
 
     file: str
     fit: CameraFit
     chart: PhotographedChart | None
     notes: tuple[str, ...]
+    charts: tuple[PooledChart, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON."""
         chart = None if self.chart is None else {**self.chart.to_json(), "said": list(self.notes)}
-        return {"file": self.file, "chart": chart, **self.fit.to_json()}
+        charts = {"charts": [pooled.to_json() for pooled in self.charts]} if self.charts else {}
+        return {"file": self.file, "chart": chart, **charts, **self.fit.to_json()}
 
 
 def is_table(chart: str | Path) -> bool:
@@ -201,9 +207,9 @@ def is_table(chart: str | Path) -> bool:
 
 
 def fit_camera_to_chart(
-    chart: str | Path,
+    chart: str | Path | Sequence[str | Path],
     *,
-    reference: str | Path | None = None,
+    reference: str | Path | Sequence[str | Path] | None = None,
     white_XYZ_cd_m2: Triple | None = None,
     corners_px: ArrayLike | None = None,
     exposure: Exposure | None = None,
@@ -214,22 +220,28 @@ def fit_camera_to_chart(
     assume_linear: bool = False,
     name: str = "",
     observer: str | None = None,
+    dark: Sequence[str | Path] = (),
+    flat: Sequence[str | Path] = (),
 ) -> ChartFit:
-    """Fit a camera model to a photographed colour chart.
+    """Fit a camera model to a photographed colour chart, or to several photographs of charts together.
+
+    Photographs of one chart at one exposure are repeated shots: the mean of each patch counts, weighed by how the shots
+    differ. Those at other exposures, or of charts with references of their own, are fitted to side by side.
 
     Parameters
     ----------
     chart
         A table ``R,G,B,X,Y,Z[,name]`` (``.csv``, ``.txt``), or a photograph of a 24-patch ColorChecker: raw, or TIFF or
-        OpenEXR of linear camera RGB.
+        OpenEXR of linear camera RGB; or several photographs.
     reference
-        The measured patches of a photographed chart, a table ``X,Y,Z[,name]`` in cd/m².
+        The measured patches of a photographed chart, a table ``X,Y,Z[,name]`` in cd/m²; of several photographs one for
+        all, or one for each.
     white_XYZ_cd_m2
         The measured white patch, in place of ``reference``; the other patches are those of the published chart.
     corners_px
         The outer corners of the patches in the photograph, shape (4, 2), in order around the chart; None finds them.
     exposure
-        The exposure of the photograph; None takes the file's own.
+        The exposure of the photograph, or of all; None takes the files' own.
     form
         ``linear``, or ``affine`` with an offset, for one exposure only.
     loss
@@ -245,6 +257,10 @@ def fit_camera_to_chart(
     observer
         The colorimetric observer of the measured XYZ, such as ``CIE 2015 10``; the camera file names it. None takes
         the one that the table names (``# observer: CIE 2015 10``), else CIE 1931 2°.
+    dark
+        Dark frames of the photographs, or folders of them.
+    flat
+        Flat fields, or folders of them.
 
     Returns
     -------
@@ -269,27 +285,77 @@ def fit_camera_to_chart(
     >>> fitted.chart is None, fitted.notes
     (True, ())
     """
-    chart = Path(chart)
+    charts = [Path(chart)] if isinstance(chart, str | Path) else [Path(one) for one in chart]
+    _check_charts(charts)
     observer = None if observer is None else colorimetric_observer(observer).name
-    photographed: PhotographedChart | None = None
+    first: PhotographedChart | None = None
+    pooled: Pooled | None = None
     notes: tuple[str, ...] = ()
-    if is_table(chart):
-        colours = read_correspondences(chart)
+    if is_table(charts[0]):
+        colours = read_correspondences(charts[0])
     else:
-        # Bilinear demosaicing leaves the mean of a patch of one colour what it is, and the picture its size.
-        patches = _reference(reference, white_XYZ_cd_m2, observer)
+        references = _references(reference, white_XYZ_cd_m2, observer, len(charts))
         levels = Levels(saturated=saturated)
-        image = read_camera_image(
-            chart, demosaic="bilinear", levels=levels, exposure=exposure, assume_linear=assume_linear
+        calibration = read_calibration(
+            [Path(frame) for frame in dark], [Path(frame) for frame in flat], levels=levels, assume_linear=assume_linear
         )
-        photographed = read_chart(image.rgb, image.saturated, patches, corners_px, file=str(chart))
-        colours, exposure = photographed.colours, image.exposure
-        notes = (*photographed.notes, *image.full_early())
-    source = f"{form} form, least squares in {'ΔE00' if loss == 'delta-e' else 'XYZ'}, {visible(chart.name)}"
+        shots: list[ChartShot] = []
+        for photo, patches in zip(charts, references, strict=True):
+            # Bilinear demosaicing leaves the mean of a patch of one colour what it is, and the picture its size.
+            image = read_camera_image(
+                photo,
+                demosaic="bilinear",
+                levels=levels,
+                exposure=exposure,
+                assume_linear=assume_linear,
+                calibration=calibration,
+            )
+            read = read_chart(image.rgb, image.saturated, patches, corners_px, file=str(photo))
+            first = first or read
+            said = (*read.notes, *image.full_early())
+            notes += said if len(charts) == 1 else tuple(f"{photo.name}: {note}" for note in said)
+            shots.append(ChartShot(photo.name, patches.file, read.colours, image.exposure))
+        colours, exposure = shots[0].colours, shots[0].exposure
+        if len(shots) > 1:
+            pooled = pool_shots(shots)
+            colours, notes = pooled.colours, (*notes, *pooled.notes)
+            exposure = None
+    what = visible(charts[0].name) + (f" and {len(charts) - 1} more" if len(charts) > 1 else "")
+    source = f"{form} form, least squares in {'ΔE00' if loss == 'delta-e' else 'XYZ'}, {what}"
     fit = fit_camera(
         colours, form, loss, black_rgb=black_rgb, exposure=exposure, name=name, source=source, observer=observer
     )
-    return ChartFit(str(chart), _with_figures(fit), photographed, notes)
+    by_chart = () if pooled is None else pooled.residuals(fit)
+    return ChartFit(str(charts[0]), _with_figures(fit), first, notes, by_chart)
+
+
+def _check_charts(charts: Sequence[Path]) -> None:
+    if not charts:
+        raise StimulusError.of("there is no chart to fit to", "give a table, or photographs of a chart")
+    tables = [chart for chart in charts if is_table(chart)]
+    if tables and len(charts) > 1:
+        message = "a table is given beside other charts"
+        raise StimulusError.at(tables[0], message, "put all rows into one table, or give photographs alone")
+    if len({chart.resolve() for chart in charts}) < len(charts):
+        raise StimulusError.of("a photograph is named twice", "name it once: it would count as a repeated shot")
+
+
+def _references(
+    reference: str | Path | Sequence[str | Path] | None,
+    white_XYZ_cd_m2: Triple | None,
+    observer: str | None,
+    count: int,
+) -> list[ReferenceColours]:
+    """Return the reference of each photograph."""
+    if reference is None or isinstance(reference, str | Path):
+        return [_reference(reference, white_XYZ_cd_m2, observer)] * count
+    if len(reference) not in (1, count):
+        what = f"{len(reference)} references are given for {count} photographs"
+        raise StimulusError.of(what, "give one for all, or one for each in their order")
+    read = [_reference(one, white_XYZ_cd_m2, observer) for one in reference]
+    if len({one.observer for one in read}) > 1:
+        raise StimulusError.of("the references are for different observers", "give XYZ of one observer")
+    return read * count if len(read) == 1 else read
 
 
 def _reference(reference: str | Path | None, white_XYZ_cd_m2: Triple | None, observer: str | None) -> ReferenceColours:

@@ -11,8 +11,14 @@ if TYPE_CHECKING:
 
 
 @click.command(name="fit")
-@click.argument("chart", metavar="CHART.csv|PHOTO")
-@click.option("--reference", metavar="REF.csv", help="Measured patches of the chart as CSV: X,Y,Z[,name] in cd/m².")
+@click.argument("charts", metavar="CHART.csv|PHOTO...", nargs=-1, required=True)
+@click.option(
+    "--reference",
+    "references",
+    multiple=True,
+    metavar="REF.csv",
+    help="Measured patches of the chart as CSV: X,Y,Z[,name] in cd/m²; once for all photographs, or once for each.",
+)
 @click.option("--white", metavar="X,Y,Z", help="Measured white patch in cd/m²; the other patches as on a ColorChecker.")
 @click.option(
     "--corners",
@@ -44,6 +50,12 @@ if TYPE_CHECKING:
     metavar="CODE",
     help="Level from which a photosite counts as saturated. Default: the file's white.",
 )
+@click.option(
+    "--dark", multiple=True, metavar="FRAME|FOLDER", help="Dark frame to subtract, or a folder; several are averaged."
+)
+@click.option(
+    "--flat", multiple=True, metavar="FRAME|FOLDER", help="Flat field to divide by, or a folder; several are averaged."
+)
 @click.option("--linear", is_flag=True, help="Read a TIFF or OpenEXR file as linear camera RGB, whatever it declares.")
 @click.option(
     "--observer",
@@ -56,8 +68,8 @@ if TYPE_CHECKING:
 @click.option("--report", metavar="PAGE.html", help="HTML page to write.")
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
-    chart: str,
-    reference: str | None,
+    charts: tuple[str, ...],
+    references: tuple[str, ...],
     white: str | None,
     corners: tuple[str, ...] | None,
     exposure: str | None,
@@ -65,6 +77,8 @@ def command(
     loss: str,
     black: str | None,
     saturated: float | None,
+    dark: tuple[str, ...],
+    flat: tuple[str, ...],
     linear: bool,
     observer: str | None,
     name: str,
@@ -79,6 +93,8 @@ def command(
     or linear TIFF or OpenEXR, with --reference (or, less exactly, --white); its patches are then found, read and, if
     the chart lies upside down, turned.
 
+    Several PHOTOs are fitted to together: those of one chart at one exposure as repeated shots, by their mean.
+
     Every patch is judged by the fit to all others. Saturated patches, and those that do not belong to the rest, are
     left out and named.
     """
@@ -91,15 +107,18 @@ def command(
     from runner.reports.camera.page import write_page
     from stimuli.chart import fit_camera_to_chart, is_table
 
-    if is_table(chart) and (reference or white or corners or linear or saturated is not None):
+    chart = charts[0]
+    of_photographs = references or white or corners or linear or saturated is not None or dark or flat
+    if is_table(chart) and len(charts) == 1 and of_photographs:
         raise click.UsageError(
-            "--reference, --white, --corners, --saturated and --linear go with a photograph, not with a table"
+            "--reference, --white, --corners, --saturated, --dark, --flat and --linear go with a photograph, not "
+            "with a table"
         )
-    if not is_table(chart) and (reference is None) == (white is None):
+    if not any(is_table(one) for one in charts) and bool(references) == (white is not None):
         raise click.UsageError("a photograph needs --reference REF.csv or --white X,Y,Z, and one of them")
     result = fit_camera_to_chart(
-        chart,
-        reference=reference,
+        charts,
+        reference=references or None,
         white_XYZ_cd_m2=_triple(white, "--white") if white is not None else None,
         corners_px=[_pair(corner) for corner in corners] if corners else None,
         exposure=parse_exposure(exposure) if exposure else None,
@@ -110,6 +129,8 @@ def command(
         assume_linear=linear,
         name=name,
         observer=observer,
+        dark=dark,
+        flat=flat,
     )
     if output and not replace:  # what is wrong with the table comes first: it has to be mended anyway
         refuse_existing(output)
@@ -125,6 +146,8 @@ def command(
         click.echo(json.dumps(facts, indent=2, allow_nan=False))
         return
     _print(result.fit, result.notes)
+    for pooled in result.charts:
+        click.echo(f"Chart: {pooled}.")
     for what, path in (("Camera file", output), ("Report", report)):
         if path:
             click.echo(f"{what}: {path}")

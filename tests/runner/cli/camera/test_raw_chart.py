@@ -132,3 +132,20 @@ def test_a_chart_of_other_colours_is_not_asked_for_corners_that_were_given(tmp_p
     assert "not those of the chart in any way round" in finding.message
     assert finding.remedy is not None
     assert "that the reference is this chart's" in finding.remedy
+
+
+def test_repeated_shots_and_another_exposure_are_fitted_together(tmp_path: Path, reference: Path) -> None:
+    light = _light()
+    shots = [_photo(tmp_path / f"{number}.dng", _codes(light)) for number in range(2)]
+    half = _photo(tmp_path / "half.dng", _codes(light / 2), (1, 30))
+    facts = _told("fit", *shots, half, "--reference", reference, "-o", tmp_path / "camera.yaml")
+    assert [chart["files"] for chart in facts["charts"]] == [["0.dng", "1.dng"], ["half.dng"]]
+    assert all(chart["delta_e_2000_max"] < 1 for chart in facts["charts"])  # by noise; the shorter has twice as much
+    assert [chart["luminance_ratio"] for chart in facts["charts"]] == pytest.approx([1, 1], abs=0.005)
+    model = read_camera(tmp_path / "camera.yaml")
+    np.testing.assert_allclose(model.matrix / 2, MATRIX, atol=1.5)
+    printed = _run("fit", *shots, half, "--reference", reference).output
+    assert "Chart: 0.dng and 1 more (1/15 s, f/8, ISO 800): ΔE00 mean" in printed
+    refused = _run("fit", shots[0], reference, "--reference", reference)
+    assert isinstance(refused.exception, InputError)
+    assert "a table is given beside other charts" in str(refused.exception)
