@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import count, islice
 from pathlib import Path
+from tokenize import TokenError
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,19 @@ SUFFIX, OWN_FILES = ".codes", ".own"
 SUFFIXES = (SUFFIX, OWN_FILES)
 Codes = NDArray[np.uint8] | NDArray[np.uint16]
 _AGAIN = "build the stimuli again: cyclopean stimuli build --force"
+# What NumPy raises for a header that was changed, or that asks for all memory, and a file that ends.
+_DAMAGED = (
+    OSError,
+    ValueError,
+    EOFError,
+    TypeError,
+    KeyError,
+    StopIteration,
+    RuntimeError,
+    SyntaxError,
+    MemoryError,
+    TokenError,
+)
 # Rows converted at a time: what stays in the processor's cache.
 _ROWS = 32
 
@@ -143,8 +157,8 @@ def read_coded(path: Path) -> CodedPicture:
             own = OwnFiles.of_arrays(rest) if path.suffix == OWN_FILES else None
             eyes = list(islice(rest, len(sums))) if own is None else own.decoded()
         same = [_sum(codes) for codes in eyes] == sums.tolist() and 1 <= len(eyes) <= 2
-    except (OSError, ValueError, EOFError, TypeError, KeyError, StopIteration, RuntimeError) as error:
-        raise StimulusError.at(path, f"the picture is damaged: {error}", _AGAIN) from error
+    except _DAMAGED as error:
+        raise StimulusError.at(path, f"the picture is damaged: {' '.join(str(error).split())}", _AGAIN) from error
     except StimulusError as error:
         message = f"the picture is damaged: {error.findings[0].message}"
         raise StimulusError.at(path, message, _AGAIN) from error

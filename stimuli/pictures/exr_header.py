@@ -64,12 +64,14 @@ def declared_chromaticities(spec: OpenImageIO.ImageSpec, path: Path) -> NDArray[
     stated = numbers(spec, "chromaticities", 8, path)
     chromaticities = None if stated is None else stated.reshape(4, 2)
     name = spec.getattribute("colorInteropID")
-    if name in (None, "", "unknown"):
+    if not isinstance(name, str) or name in ("", "unknown"):
         return chromaticities
-    named = _INTEROP.get(str(name))
-    what = f"its attribute colorInteropID is {visible(str(name))[:60]}"
+    named = _INTEROP.get(name)
+    what = f"its attribute colorInteropID is {visible(name)[:60]}"
     if named is None:
-        message = f"{what}, and that is no linear light" if str(name)[:4] != "lin_" else f"{what}, which is not known"
+        message = (
+            f"{what}, and that is no linear light" if not name.startswith("lin_") else f"{what}, which is not known"
+        )
         raise StimulusError.at(
             path, message, "write it as linear light, such as lin_rec709_scene; or correct its header"
         )

@@ -196,8 +196,9 @@ def _groups(spec: OpenImageIO.ImageSpec, path: Path) -> dict[str, tuple[int, int
     listed = [_spelling(name) for name in _strings(spec.getattribute("multiView"))]
     if len(set(listed)) != len(listed):
         raise StimulusError.at(path, f"multiView lists a view twice: {', '.join(listed)}", "name each view once")
-    unprefixed = listed[0] if listed else _spelling(str(spec.getattribute("view") or ""))
-    if not listed and not spec.getattribute("view"):
+    view_of_all = spec.getattribute("view")
+    unprefixed = listed[0] if listed else _spelling(view_of_all if isinstance(view_of_all, str) else "")
+    if not listed and not unprefixed:
         _refuse_unlisted(spec, path)
     channels_by_view: dict[str, dict[str, int]] = {}
     for index, channel in enumerate(spec.channelnames):

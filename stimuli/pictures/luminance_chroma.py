@@ -45,8 +45,10 @@ def rgb_of(
     if not weights[1] > 0:
         message = "its chromaticities give green no luminance, and luminance and chroma then leave green open"
         raise StimulusError.at(path, message, "correct the picture's header")
-    Y, RY, BY = np.moveaxis(luminance_chroma.astype(np.float64), -1, 0)
-    red, blue = (RY + 1.0) * Y, (BY + 1.0) * Y
-    green = (Y - weights[0] * red - weights[2] * blue) / weights[1]
-    rgb = np.stack([red, np.where((RY == 0) & (BY == 0), Y, green), blue], axis=-1)
-    return rgb.astype(np.float32)
+    # What is not finite, or becomes so, is refused with the pixels of any other picture.
+    with np.errstate(over="ignore", invalid="ignore"):
+        Y, RY, BY = np.moveaxis(luminance_chroma.astype(np.float64), -1, 0)
+        red, blue = (RY + 1.0) * Y, (BY + 1.0) * Y
+        green = (Y - weights[0] * red - weights[2] * blue) / weights[1]
+        rgb = np.stack([red, np.where((RY == 0) & (BY == 0), Y, green), blue], axis=-1)
+        return rgb.astype(np.float32)
