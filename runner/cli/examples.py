@@ -87,6 +87,9 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "cyclopean stimuli build configs/stimuli/manitoba_gray.yaml --rig configs/rigs/asus_vg248qe_3dvision.yaml",
             "cyclopean stimuli build my_study/recipe.yaml --pixel-pitch-mm 0.2768 --export-exr pictures",
         ),
+        "stimuli contrast": (
+            "cyclopean stimuli contrast configs/stimuli/manitoba_gray.yaml --pixel-pitch-mm 0.2768 -o contrast.svg",
+        ),
         "stimuli list": ("cyclopean stimuli list",),
         "stimuli clean": ("cyclopean stimuli clean --hours 1",),
         "show": (

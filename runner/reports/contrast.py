@@ -1,0 +1,166 @@
+"""Contrast over exposure of a set of stimuli: the numbers, and a figure after thesis Figures 4.10 and 4.11."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from devices.display import Rig
+from documents import Finding, InputError
+from documents.files import write_whole
+from documents.pages import DEEP, FAINT, INK, SERIES_COLOURS, WIDE_IN, Drawing, drawing, drawn
+from documents.text import did_you_mean
+from stimuli.build import StimulusSet
+from stimuli.luminance import ContrastOverExposure, contrast_over_exposure
+from stimuli.sparkle import Threshold
+
+_SHOWN = SERIES_COLOURS[1]
+_SUFFIXES = (".svg", ".pdf")
+
+
+def contrast_of_set(
+    built: StimulusSet,
+    rig: Rig | None,
+    *,
+    names: Sequence[str] = (),
+    threshold: Threshold | None = None,
+    mean_cd_m2: float | None = None,
+) -> ContrastOverExposure:
+    """Return the contrast over exposure of the pictures ``names`` of a set, on the display of ``rig`` if it is given.
+
+    Without names, all pictures with an exposure are taken whose luminance was not scaled; of one in stereo and flat the
+    stereo one.
+
+    Raises
+    ------
+    InputError
+        If a name is not there or has no exposure, or two pictures have one exposure.
+    """
+    file = str(built.recipe_path)
+    chosen: dict[str, float] = {}
+    for name in names:
+        if name not in built.names:
+            remedy = did_you_mean(name, built.names)
+            raise InputError(Finding(f"there is no stimulus '{name}'", file, remedy=remedy))
+        exposure_s = _statistics(built, name)["exposure_s"]
+        if exposure_s is None:
+            raise InputError(Finding(f"the stimulus '{name}' has no exposure", file, remedy="leave it out"))
+        chosen[name] = exposure_s
+    if not names:
+        chosen = {
+            name: _statistics(built, name)["exposure_s"]
+            for name in built.names
+            if _statistics(built, name)["exposure_s"] is not None and _statistics(built, name)["luminance_scale"] == 1
+        }
+        in_stereo = {built.factors(name).get("image") for name in chosen if _is_stereo(built, name)}
+        chosen = {
+            name: exposure_s
+            for name, exposure_s in chosen.items()
+            if _is_stereo(built, name) or built.factors(name).get("image") not in in_stereo
+        }
+    by_time: dict[float, str] = {}
+    for name, exposure_s in chosen.items():
+        if exposure_s in by_time:
+            raise InputError(
+                Finding(
+                    f"'{by_time[exposure_s]}' and '{name}' have one exposure, {exposure_s:g} s",
+                    file,
+                    remedy="name the pictures of one plate with --stimuli NAME,NAME,...",
+                )
+            )
+        by_time[exposure_s] = name
+    pictures = [(name, exposure_s, built.load(name)) for name, exposure_s in chosen.items()]
+    return contrast_over_exposure(
+        pictures, None if rig is None else rig.models, threshold=threshold, mean_cd_m2=mean_cd_m2
+    )
+
+
+def _statistics(built: StimulusSet, name: str) -> dict[str, Any]:
+    found: dict[str, Any] = built.entry(name)["statistics"]
+    return found
+
+
+def _is_stereo(built: StimulusSet, name: str) -> bool:
+    return built.factors(name).get("view") == "stereo"
+
+
+def check_figure(figure: Path) -> None:
+    """Refuse a figure that is neither SVG nor PDF. Raises InputError."""
+    if figure.suffix.lower() not in _SUFFIXES:
+        raise InputError(Finding("the figure is no .svg or .pdf file", str(figure), remedy="name one"))
+
+
+def write_figure(found: ContrastOverExposure, figure: Path) -> None:
+    """Write the figure as SVG or PDF, by its suffix, whole or not at all. Raises OSError if it cannot be written."""
+    made = contrast_figure(found)
+    if figure.suffix.lower() == ".svg":
+        write_whole(figure, made.svg_file())
+    else:
+        figure.parent.mkdir(parents=True, exist_ok=True)
+        figure.write_bytes(made.pdf())
+
+
+def contrast_figure(found: ContrastOverExposure) -> Drawing:
+    """Return two panels over exposure: light on the sensor of sparkles and background, and their contrast."""
+    from matplotlib.ticker import LogLocator, StrMethodFormatter
+
+    times = [row.exposure_s for row in found.rows]
+    with drawing("contrast-over-exposure", WIDE_IN, 3.2) as (figure, axes):
+        figure.clear()
+        left, right = figure.subplots(1, 2)
+        for name, colour, marker, values in (
+            ("sparkles", DEEP, "o", [row.exposed_sparkle_cd_s_m2 for row in found.rows]),
+            ("background", INK, "s", [row.exposed_background_cd_s_m2 for row in found.rows]),
+        ):
+            left.plot(times, values, marker=marker, color=colour, linewidth=1.3, markersize=4.5, label=name)
+        left.set_ylabel("luminance × exposure (cd·s/m²)", color=INK)
+        left.set_yscale("log")
+        left.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        left.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        series = [("as photographed", DEEP, "o", [row.as_photographed for row in found.rows])]
+        shown = [row.as_shown for row in found.rows if row.as_shown is not None]
+        if shown:
+            series.append(("on the display", _SHOWN, "s", shown))
+        for name, colour, marker, contrasts in series:
+            values = [one.contrast.value for one in contrasts]
+            errors = [one.contrast.se for one in contrasts]
+            right.errorbar(
+                times, values, yerr=errors, marker=marker, color=colour, linewidth=1.3, markersize=4.5, label=name
+            )
+        right.set_ylabel("Weber contrast of sparkles", color=INK)
+        right.set_ylim(bottom=0)
+        for axes in (left, right):
+            axes.set_xscale("log")
+            axes.set_xticks(times, [_seconds(time) for time in times])
+            axes.minorticks_off()
+            axes.set_xlabel("exposure (s)", color=INK)
+            axes.grid(color=FAINT, linewidth=0.7)
+            axes.set_axisbelow(True)
+            axes.spines[["top", "right"]].set_visible(False)
+            axes.patch.set_alpha(0)
+            axes.legend(frameon=False, fontsize=9)
+        return drawn(figure, f"Contrast of {found.sparkles} sparkles over exposure, {found.eye} eye")
+
+
+def lines(found: ContrastOverExposure) -> list[str]:
+    """Return the table that a terminal shows."""
+    out = [f"{found.sparkles} sparkles of the shortest exposure, {found.eye} eye; ± standard error"]
+    width = max(len(row.name) for row in found.rows)
+    for row in found.rows:
+        contrast = row.as_photographed.contrast
+        sparkle, background = row.as_photographed.sparkle_cd_m2, row.as_photographed.background_cd_m2
+        words = (
+            f"{row.name:<{width}}  {_seconds(row.exposure_s):>5} s: sparkles {sparkle.value:.4g} cd/m² on "
+            f"{background.value:.4g}, contrast {contrast.value:.3f} ± {contrast.se:.3f}"
+        )
+        if row.as_shown is not None:
+            words += f", on the display {row.as_shown.contrast.value:.3f} ± {row.as_shown.contrast.se:.3f}"
+        if row.width_px.value == row.width_px.value:
+            words += f"; {row.width_px.value:.2f} px wide"
+        out.append(words)
+    return out
+
+
+def _seconds(time_s: float) -> str:
+    return f"{time_s:.3g}" if time_s >= 0.3 else f"1/{1 / time_s:.3g}"
