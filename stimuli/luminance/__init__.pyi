@@ -1,5 +1,5 @@
-from .contrast_over_exposure import ContrastOverExposure as ContrastOverExposure
-from .contrast_over_exposure import contrast_over_exposure as contrast_over_exposure
+from .exposures import ContrastOverExposure as ContrastOverExposure
+from .exposures import contrast_over_exposure as contrast_over_exposure
 from .saturation import tone_mapping as tone_mapping
 from .scale import factor_to as factor_to
 from .scale import mean_luminance_cd_m2 as mean_luminance_cd_m2
