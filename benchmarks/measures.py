@@ -14,8 +14,9 @@ import numpy as np
 from curves import seconds, write
 from numpy.typing import NDArray
 
-from devices.colour import linear_srgb_matrix
-from stimuli.measures import ViewingConditions, measure_named, pu21_encoded
+from devices.colour import linear_srgb_matrix, xyz_to_lab
+from stimuli.measures import ViewingConditions, kernels_1996, measure_named, pu21_encoded
+from stimuli.measures.scielab_1996 import OPPONENT_FROM_XYZ
 
 SIZE_PX = (768, 1024)
 PIXELS_PER_DEGREE = 45.0
@@ -80,6 +81,21 @@ def peers(
     def psnr() -> float:
         return float(peak_signal_noise_ratio(*encoded(), data_range=256))
 
+    def scielab_1996() -> Map:
+        """Return the map by filters in two dimensions, of the whole picture at once."""
+        from scipy.signal import fftconvolve
+
+        seen = []
+        for picture in (reference, test):
+            opponent = picture.astype(np.float64) @ OPPONENT_FROM_XYZ.T
+            for channel, kernels in enumerate(kernels_1996(PIXELS_PER_DEGREE)):
+                filter_2d = sum(np.outer(np.abs(kernel), kernel) for kernel in kernels)
+                padded = np.pad(opponent[..., channel], len(filter_2d) // 2, mode="symmetric")
+                opponent[..., channel] = fftconvolve(padded, filter_2d, mode="valid")
+            seen.append(xyz_to_lab(opponent @ np.linalg.inv(OPPONENT_FROM_XYZ).T, WHITE))
+        return np.linalg.norm(seen[0] - seen[1], axis=-1)
+
+    found.append(("s-cielab-1996", "two-dimensional filters (SciPy)", scielab_1996))
     return [*found, ("pu-ssim", "scikit-image", ssim), ("pu-psnr", "scikit-image", psnr)]
 
 

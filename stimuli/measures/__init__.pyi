@@ -15,6 +15,9 @@ from .registry import measure_names as measure_names
 from .registry import measures_named as measures_named
 from .registry import missing_package as missing_package
 from .scielab import SeenPicture as SeenPicture
+from .scielab_1996 import SCielab1996 as SCielab1996
+from .scielab_1996 import kernels_1996 as kernels_1996
+from .scielab_1996 import seen_1996 as seen_1996
 from .table import MeasureRow as MeasureRow
 from .table import MeasureTable as MeasureTable
 from .table import printed as printed
