@@ -152,6 +152,17 @@ def test_one_reference_picture_is_the_photograph(tmp_path: Path, cyclopean: Cycl
     assert found["measures"][0]["correlations"]["spearman"]["value"] > 0.7
 
 
+def test_a_reference_picture_that_is_compared_too_has_a_class(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    stimuli = ", ".join(f"church-{step}" for step in range(5))
+    file = write_study(tmp_path, f"{{kind: all_pairs, stimuli: [{stimuli}], repeats: 2}}", "church-0", SCENES[:1])
+    simulate(file, tmp_path / "observers.yaml", 6, results=tmp_path / "results")
+    study = Study(tmp_path, file, tmp_path / "results")
+    found = json.loads(cyclopean(*asked(study, "--measures", "delta-e-2000", "--json")).stdout)
+    assert found["groups"][0]["photograph"] == "church-0"
+    assert found["measures"][0]["limit"]["stimuli"] == 4
+    assert found["measures"][0]["limit"]["table"]["limit"] == 1.4
+
+
 def test_ratings_are_divided_by_their_photographs(tmp_path: Path, cyclopean: Cyclopean) -> None:
     scale = "{name: quality, question: How good, lowest: 1, highest: 9}"
     file = write_study(tmp_path, f"{{kind: rating, ratings: [{scale}]}}")
