@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from analysis.agreement.chance import Orders, Statistic, chance_of_agreement, least_p
 from analysis.agreement.correlations import KINDS, TIED, CorrelationKind, correlation, mean_ranks
-from analysis.agreement.interval import correlation_interval
+from analysis.agreement.interval import Observed, mean_interval
 from analysis.agreement.limits import calibrate
 from analysis.agreement.observed import ObservedGroup, check_sizes
 from analysis.agreement.pairs import pair_accuracy
@@ -161,9 +161,9 @@ def _correlation(groups: Sequence[ObservedGroup], values: Sequence[Floats], kind
     value = float(np.mean([correlation(group.scores, own, kind) for group, own in both]))
     p = chance_of_agreement([len(own) for own in values], [_with(group.scores, own, kind) for group, own in both])
     low = high = None
-    (group, own), drawn = both[0], both[0][0].drawn
-    if len(both) == 1 and drawn is not None:
-        low, high = correlation_interval(group.scores, drawn.errors, group.observers, own, kind)
+    said = [Observed(group.scores, group.drawn.errors, group.observers) for group, _ in both if group.drawn]
+    if len(said) == len(both):
+        low, high = mean_interval(said, [own for _, own in both], kind)
     return Correlation(value, low, high, p)
 
 

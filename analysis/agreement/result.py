@@ -98,8 +98,7 @@ class MeasureResult:
     groups
         Each group's result.
     whole
-        That of all groups: mean correlations, without an interval where there are several groups, and the pairs and
-        stimuli of all.
+        That of all groups: mean correlations, and the pairs and stimuli of all.
     adjusted_p
         The p value of Spearman's correlation over all groups, by Holm's correction for the number of measures; None
         where the measure does not vary.

@@ -94,7 +94,13 @@ def test_groups_have_results_of_their_own_and_one_over_all() -> None:
     each = [group.correlations["pearson"].value for group in result.groups]
     assert None not in each
     assert result.whole.correlations["pearson"].value == pytest.approx(np.mean(np.array(each, dtype=float)))
-    assert result.whole.correlations["spearman"].p == pytest.approx(1 / (120 * 24))
+    mean = result.whole.correlations["spearman"]
+    assert mean.p == pytest.approx(1 / (120 * 24))
+    assert mean.low is not None
+    assert mean.high is not None
+    # Of two groups more is known than of one.
+    assert mean.low > min(group.correlations["spearman"].low or 0.0 for group in result.groups) - 1e-9
+    assert mean.high == pytest.approx(1)
     assert result.whole.accuracy.of == sum(group.accuracy.of for group in result.groups)
 
 

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.agreement.correlations import KINDS, CorrelationKind, correlation
-from analysis.agreement.interval import correlation_interval
+from analysis.agreement.interval import Observed, correlation_interval, mean_interval
 
 Floats = NDArray[np.float64]
 
@@ -50,6 +50,19 @@ def test_the_truth_of_a_measure_that_agrees_in_part_is_in_it(kind: CorrelationKi
         low, high = correlation_interval(scores, errors, observers, measure, kind)
         inside += low - 1e-9 <= expected <= high + 1e-9
     assert inside >= 52  # 57 expected; fewer than 52 in 1 of 100 such tests, with other seeds
+
+
+def test_the_truth_of_the_mean_over_groups_is_in_it() -> None:
+    random = np.random.default_rng(6)
+    truths = [np.linspace(-1, 1, 5), np.array([-1.0, 0.3, -0.2, 0.8, 1.2, 0.1])]
+    measures = [truths[0], np.array([-0.5, -0.2, 0.4, 0.1, 1.0, -0.6])]
+    expected = np.mean([float(correlation(*pair, "pearson")) for pair in zip(truths, measures, strict=True)])
+    inside = 0
+    for _ in range(60):
+        groups = [Observed(*study(truth, 8, 0.8, random), 8) for truth in truths]
+        low, high = mean_interval(groups, measures, "pearson")
+        inside += low - 1e-9 <= expected <= high + 1e-9
+    assert inside >= 52  # as above
 
 
 def test_more_observers_make_it_narrower() -> None:
