@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -116,7 +117,12 @@ def bracket_photographs(
     photos, output = [Path(photo) for photo in photos], Path(output)
     _check_paths(photos, output, options)
     calibration = options.develop.calibration()
-    image, step, notes = merge_photographs(photos, options, calibration, progress=progress)
+    try:
+        image, step, notes = merge_photographs(photos, options, calibration, progress=progress)
+    except OSError as error:
+        remedy = "make room there, or name another folder in the environment variable TMPDIR"
+        what = f"the photographs cannot be kept in temporary files: {error.strerror}"
+        raise StimulusError(Finding(what, tempfile.gettempdir(), remedy=remedy)) from error
     developed = write_developed(image, f"{len(photos)} photographs", output, options.develop)
     return BracketReport(developed, step, notes)
 
@@ -144,9 +150,12 @@ def merge_photographs(
         for colour, (values, full) in enumerate(zip(samples.values, samples.full, strict=True))
     ]
     blocks = moved_blocks(shots, measured.relative, noise)
-    moved = where_moved(shots, blocks, compared, options.ghosts == "refuse", shots[reference].name)
+    moved = where_moved(shots, measured.relative, blocks, compared, options.ghosts == "refuse", shots[reference].name)
     alone = np.logical_or.reduce(blocks) if moved else None
     merged, facts = _merge(shots, t, noise, level, alone, reference)
+    if merged.saturated.all():
+        what = "every photosite is full at every exposure"
+        raise StimulusError.at(shots[0].sensor.source, what, "photograph the scene with shorter exposures too")
     step: dict[str, Any] = {
         "step": "merge",
         "photographs": [

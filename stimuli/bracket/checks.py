@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents import Finding, InputError
-from stimuli.bracket.consistency import Compared, Samples, colour_ratios, shift_px
+from stimuli.bracket.consistency import Compared, Samples, camera_shift, colour_ratios
 from stimuli.bracket.shots import BLOCK_PX, Shot
 from stimuli.develop.metadata import turned
 from stimuli.develop.sensor_image import SensorImage
@@ -25,7 +25,9 @@ _EXACT = 0.012
 _MOST_OFF = 1.5
 _LEAST_CORRELATION = 0.7
 _MOST_MOVED = 0.25
-_LEAST_SHIFT_PX = 0.75
+# From so many places on it may be the camera that moved.
+_MANY_PLACES = 5
+_LEAST_EXPLAINED = 0.4
 _NAMED = 3
 
 
@@ -169,19 +171,31 @@ def _exact_time(time_s: float) -> float:
 
 
 def where_moved(
-    shots: Sequence[Shot], blocks: Sequence[Mask], compared: Sequence[Compared], refuse: bool, reference: str
+    shots: Sequence[Shot],
+    t: Sequence[float],
+    blocks: Sequence[Mask],
+    compared: Sequence[Compared],
+    refuse: bool,
+    reference: str,
 ) -> list[Place]:
     """Return the places in which something moved, the largest first; InputError if that is refused or too much."""
     for number, (moved, pair) in enumerate(zip(blocks, compared, strict=True)):
         of = np.count_nonzero(pair.count > 0)
-        if of and np.count_nonzero(moved) > _MOST_MOVED * of:
-            share = f"{100 * np.count_nonzero(moved) / of:.0f} % of what is well exposed in both differs"
-            across, down = shift_px(pair.shorter, pair.longer)
-            why = f"the camera moved between {shots[number].name} and it, or the scene is another: {share}"
-            if max(abs(across), abs(down)) >= _LEAST_SHIFT_PX:
-                why += f", by about {across:+.1f} pixels across and {down:+.1f} down"
-            remedy = "photograph the bracket again from a tripod, the mirror up"
-            raise InputError(Finding(why, str(shots[number + 1].sensor.source), remedy=remedy))
+        share = int(np.count_nonzero(moved)) / max(int(of), 1)
+        if share <= _MOST_MOVED and len(_places(shots, number, moved)) < _MANY_PLACES:
+            continue
+        across, down, explained = camera_shift(shots, t, number)
+        if share <= _MOST_MOVED and explained < _LEAST_EXPLAINED:
+            continue
+        name, other = shots[number].name, f"{100 * share:.2g} % of what is well exposed in both differs"
+        if explained >= _LEAST_EXPLAINED:
+            why = (
+                f"the camera moved between {name} and it, by {across:+.1f} pixels across and {down:+.1f} down: {other}"
+            )
+        else:
+            why = f"the camera moved between {name} and it, or the scene is another: {other}"
+        remedy = "photograph the bracket again from a tripod, the mirror up"
+        raise InputError(Finding(why, str(shots[number + 1].sensor.source), remedy=remedy))
     places = [place for number, moved in enumerate(blocks) for place in _places(shots, number, moved)]
     places.sort(key=lambda place: -place.width_px * place.height_px)
     if places and refuse:

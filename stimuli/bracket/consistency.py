@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stimuli.bracket.noise import NEARLY_FULL, NoiseModel
-from stimuli.bracket.shots import BLOCK_PX, Shot, block_sums
+from stimuli.bracket.shots import Shot, block_sums
 from stimuli.develop.sensor_image import SensorImage
 
 Floats = NDArray[np.float64]
@@ -28,6 +28,8 @@ _CLIP = 4.0
 # A block has moved beyond this many standard deviations of its sum, and beyond this share of its light.
 _DEVIATIONS = 6.0
 _LEAST_CHANGE = 0.05
+# A tripod gives by such a part of a pixel.
+_STEADY_PX = 0.3
 # Black that is off by this share of full scale is no motion.
 _BLACK = 3e-4
 _LEAST_COUNT = 16
@@ -144,22 +146,55 @@ def moved_blocks(shots: Sequence[Shot], t: Sequence[float], noise: Sequence[Nois
             count = block_sums(good)
             beyond = clipped > _DEVIATIONS * np.sqrt(block_sums(variance * good))
             change = np.abs(block_sums(off))
-            black = _BLACK * (1 / one + 1 / other) * count
-            beyond &= change > _LEAST_CHANGE * np.abs(block_sums(light * good)) + black
+            allowed = _LEAST_CHANGE * np.abs(block_sums(light * good)) + _BLACK * (1 / one + 1 / other) * count
+            for slope in _slopes(light, light.ndim == 2):
+                allowed += _STEADY_PX * np.abs(block_sums(slope * good))
+            beyond &= change > allowed
             found[number].append(beyond & (count >= _LEAST_COUNT))
     return [np.concatenate(parts) for parts in found]
 
 
-def shift_px(one: Floats, other: Floats) -> tuple[float, float]:
-    """Return by how many photosites, across and down, the blocks of ``other`` lie beside those of ``one``."""
-    import cv2
+def camera_shift(shots: Sequence[Shot], t: Sequence[float], number: int) -> tuple[float, float, float]:
+    """Return by how many pixels exposure ``number + 1`` lies to the right of and below ``number``, and how well.
 
-    logs = []
-    for part in (one, other):
-        lit = np.log(np.maximum(part, 1e-6 * max(float(part.max()), 1e-12)))
-        logs.append(np.ascontiguousarray(lit - lit.mean(), dtype=np.float64))
-    (across, down), _ = cv2.phaseCorrelate(logs[0], logs[1], cv2.createHanningWindow(logs[0].shape[::-1], cv2.CV_64F))
-    return BLOCK_PX * float(across), BLOCK_PX * float(down)
+    The shift explains the differences best by the slope of the light (least squares, [Lucas1981]); the third number is
+    the share of their squares that it explains, 0 to 1. Shifts of several pixels come out as about one.
+    """
+    short, long = shots[number], shots[number + 1]
+    normal, pull, total = np.zeros((2, 2)), np.zeros(2), 0.0
+    for rows in short.bands():
+        read = short.read(rows), long.read(rows)
+        one, other = (
+            _smooth(part[0] / np.float32(time)) for part, time in zip(read, t[number : number + 2], strict=True)
+        )
+        good = _comparable(read[0], t[number + 1] / t[number], long.level)
+        light = np.asarray((one + other) / 2, np.float32)
+        dim = np.maximum(light, 1e-3)
+        slopes = [part / dim * good for part in _slopes(light, len(short.shape) == 2)]
+        off = (other - one) / dim * good
+        normal += [[float((p * q).sum()) for q in slopes] for p in slopes]
+        pull -= [float((p * off).sum()) for p in slopes]
+        total += float((off**2).sum())
+    if not total > 0 or np.linalg.cond(normal) > 1e6:
+        return 0.0, 0.0, 0.0
+    shift = np.linalg.solve(normal, pull)
+    return float(shift[0]), float(shift[1]), float(shift @ pull / total)
+
+
+def _smooth(values: NDArray[np.float32]) -> NDArray[np.float32]:
+    from scipy.ndimage import gaussian_filter
+
+    # Of a mosaic each colour by itself would be needed; its blur of two photosites is nearly that of grey.
+    return np.asarray(gaussian_filter(values, (2, 2, 0)[: values.ndim], mode="nearest"))
+
+
+def _slopes(light: NDArray[np.float32], is_mosaic: bool) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return how the light rises to the right and downwards, for each pixel, by photosites of the same colour."""
+    step = 2 if is_mosaic else 1
+    across, down = np.zeros_like(light), np.zeros_like(light)
+    across[:, step:-step] = (light[:, 2 * step :] - light[:, : -2 * step]) / (2 * step)
+    down[step:-step] = (light[2 * step :] - light[: -2 * step]) / (2 * step)
+    return across, down
 
 
 def _comparable(short: tuple[NDArray[np.float32], Mask], ratio: float, level: float) -> Mask:

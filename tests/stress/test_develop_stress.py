@@ -126,6 +126,22 @@ def test_thirty_six_megapixels_become_xyz_in_a_gigabyte_and_a_half(tmp_path: Pat
     assert float(said.stdout) < 1.5
 
 
+def test_compare_reads_a_raw_file_of_thirty_six_megapixels_in_a_gigabyte_and_a_half(tmp_path: Path) -> None:
+    path = tmp_path / "large.dng"
+    codes = np.random.default_rng(0).integers(590, 15600, (4912, 7360), dtype=np.uint16)
+    save_dng(path, codes, black=(600,), white=15520, tags=exposure_tags((1, 15), (8, 1), 800))
+    program = (
+        "from pathlib import Path; from devices.camera import read_camera;"
+        "from stimuli.comparison.pictures import ReadOptions, read_picture;"
+        f"{PEAK_KB} camera = read_camera('configs/cameras/nikon_d800.yaml');"
+        f"read_picture(Path({str(path)!r}), ReadOptions(camera=camera), None, 'photo', lambda done, of: None);"
+        "print(peak_kb() / 1e6)"
+    )
+    said = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True)
+    print("gigabytes", said.stdout)
+    assert float(said.stdout) < 1.5
+
+
 def test_a_large_spectral_picture_does_not_fill_memory(tmp_path: Path) -> None:
     """Of 660 MB of bands only blocks of 32 MB are held at a time."""
     row = bumps(WAVES, (1, 1000)).astype(np.float32)
