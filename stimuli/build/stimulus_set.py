@@ -16,7 +16,7 @@ from stimuli.errors import StimulusError
 from stimuli.pictures.coded import SUFFIXES as CODED
 from stimuli.pictures.coded import read_coded
 from stimuli.pictures.exr_read import read_exr
-from stimuli.pictures.exr_views import Part
+from stimuli.pictures.region import Part
 from stimuli.pictures.stereo_image import StereoImage
 from stimuli.recipes.build_context import Factors
 

@@ -181,7 +181,7 @@ def _ordinary(path: Path, decoding: Decoding, done: RowsDone) -> Picture:
 def _exr(path: Path, digest: str, given: Holds | None, done: RowsDone) -> Picture:
     """Read a picture of light a band of rows at a time; negative XYZ is set to 0 and counted."""
     from stimuli.pictures.exr_read import read_exr_counted
-    from stimuli.pictures.exr_views import Region
+    from stimuli.pictures.region import Region
 
     space: ColourSpace | None = "xyz" if given == "xyz" else "rec709" if given == "rec709" else None
     width, height = _exr_size(path)

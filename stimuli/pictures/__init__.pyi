@@ -1,7 +1,5 @@
 from .exr_read import ColourSpace as ColourSpace
 from .exr_read import read_exr as read_exr
-from .exr_views import Part as Part
-from .exr_views import Region as Region
 from .exr_write import write_exr as write_exr
 from .find import FoundPicture as FoundPicture
 from .find import find_pictures as find_pictures
@@ -10,6 +8,8 @@ from .packing import PACKINGS as PACKINGS
 from .packing import Packing as Packing
 from .picture_header import is_ordinary as is_ordinary
 from .read import read_picture as read_picture
+from .region import Part as Part
+from .region import Region as Region
 from .resampling import resample_picture as resample_picture
 from .resolution import display_resolution as display_resolution
 from .rows import Floats as Floats

@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from documents.files import whole_file
 from stimuli.errors import StimulusError
-from stimuli.pictures.exr_views import Region
 from stimuli.pictures.own_files import OwnFiles, decoders
+from stimuli.pictures.region import Region
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 
 # Of codes as they are, and of the files that they are decoded from.

@@ -17,7 +17,8 @@ from documents import Finding
 from documents.text import counted
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_header import REC709, SAME, XYZ
-from stimuli.pictures.exr_views import Region, View, read_views
+from stimuli.pictures.exr_views import View, read_views
+from stimuli.pictures.region import Region
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 
 

@@ -6,10 +6,10 @@ its unprefixed channels belonging to the first of them; and several parts, each 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,7 @@ from stimuli.pictures.exr_header import (
 )
 from stimuli.pictures.luminance_chroma import is_reconstructed, rgb_of
 from stimuli.pictures.picture_input import opened, reason
+from stimuli.pictures.region import Region
 
 if TYPE_CHECKING:
     import OpenImageIO
@@ -278,32 +279,3 @@ def _strings(value: Any) -> list[str]:
 def _spelling(name: str) -> str:
     name = name.lower()
     return _SPELLINGS.get(name, name)
-
-
-@dataclass(frozen=True, slots=True)
-class Region:
-    """``height`` rows from ``top`` and ``width`` columns from ``left``, in pixels from a picture's top left corner."""
-
-    left: int
-    top: int
-    width: int
-    height: int
-
-    @property
-    def right(self) -> int:
-        """The first column beyond it."""
-        return self.left + self.width
-
-    @property
-    def bottom(self) -> int:
-        """The first row beyond it."""
-        return self.top + self.height
-
-    def is_within(self, width_px: int, height_px: int) -> bool:
-        """Whether it has a pixel, and all of them are those of a picture of that size."""
-        across = 0 <= self.left < self.right <= width_px
-        return across and 0 <= self.top < self.bottom <= height_px
-
-
-# From a picture's (width, height) in pixels to the part of it to read.
-Part: TypeAlias = Callable[[tuple[int, int]], Region]

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from documents.files import looked_for
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_views import MAX_PIXELS
+from stimuli.pictures.jpeg_pairs import frames_of, jps_packing
 from stimuli.pictures.packing import Packing, named_packing
 from stimuli.pictures.picture_input import opened
 from stimuli.pictures.png_chunks import png_aspect, png_chunks, png_exif, png_space, stated_space
@@ -33,8 +34,6 @@ OTHERS = (".gif", ".bmp", ".heic", ".heif", ".avif", ".jxl", ".jp2", ".psd", ".t
 
 _ORIENTATION, _EXIF_SPACE, _EXIF_IFD, _INTEROP_IFD = 0x0112, 0xA001, 0x8769, 0xA005
 _TIFF_WHITE, _TIFF_PRIMARIES = 318, 319
-# A pair's second picture; others of an MPO are previews, panoramas and gain maps.
-_PAIR_TYPES = ("Multi-Frame Image (Disparity)", "Undefined")
 _MODES = {"L": 1, "LA": 1, "RGB": 3, "RGBA": 3, "I;16": 1, "I;16B": 1, "I": 1}
 _DAMAGED = "copy or write it again"
 
@@ -155,8 +154,8 @@ def _of_pillow(picture: Image, path: Path) -> PictureHeader:
     exif = png_exif(png) if kind == "png" else picture.getexif()
     frames, packing = 1, named_packing(path.stem)
     if kind == "jpeg":
-        frames = _frames(picture)
-        packing = None if frames == 2 else _jps_packing(picture, path) or packing
+        frames = frames_of(picture)
+        packing = None if frames == 2 else jps_packing(picture, path) or packing
     return PictureHeader(
         path,
         kind,
@@ -196,38 +195,6 @@ def pixel_aspect(per_length: object) -> float:
 
 def _orientation(value: object) -> int:
     return value if isinstance(value, int) and 1 <= value <= 8 else 1
-
-
-def _frames(picture: Any) -> int:
-    """Return 2 of an MPO whose two pictures are a pair: of one size, and not a preview or a gain map."""
-    if picture.format != "MPO" or picture.n_frames != 2:
-        return 1
-    types = [entry["Attribute"]["MPType"] for entry in picture.mpinfo[0xB002]]
-    if types[1] not in _PAIR_TYPES:
-        return 1
-    size = picture.size
-    picture.seek(1)
-    pair = picture.size == size
-    picture.seek(0)
-    return 2 if pair else 1
-
-
-def _jps_packing(picture: Any, path: Path) -> Packing | None:
-    """Return the packing that a JPS states in its stereoscopic descriptor; without one a .jps is crossed [JPS]."""
-    for name, content in getattr(picture, "applist", ()):
-        if name == "APP3" and content[:8] == b"_JPSJPS_" and len(content) >= 14:
-            _, flags, layout, media = content[10:14]
-            if media != 1:
-                return "none"
-            if layout not in (2, 3):
-                message = f"its stereoscopic descriptor states layout {layout}, rows in turn or an anaglyph"
-                raise StimulusError.at(path, message, "save it side by side")
-            half = "-half" if flags & (2 if layout == 2 else 1) else ""
-            crossed = "" if flags & 4 else "-crossed"
-            name_of: Any = ("side-by-side" if layout == 2 else "top-bottom") + half + crossed
-            packing: Packing = name_of
-            return packing
-    return "side-by-side-crossed" if path.suffix.lower() == ".jps" else None
 
 
 def _tiff(path: Path) -> PictureHeader:

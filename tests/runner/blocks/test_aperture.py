@@ -23,8 +23,8 @@ from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces.surface import open_surface
 from stimuli.build.stimulus_set import StimulusSet
-from stimuli.pictures.exr_views import Part
 from stimuli.pictures.exr_write import write_exr
+from stimuli.pictures.region import Part
 from stimuli.pictures.stereo_image import StereoImage
 
 SIZES = st.tuples(st.integers(1, 40), st.integers(1, 40))

@@ -69,22 +69,15 @@ def views_of_two_sizes(folder: Path) -> Recipe:
     return photographs({"name": "bad", "left": "left.dng", "right": "right.dng"})
 
 
-def views_of_two_sizes_in_one_file(folder: Path) -> Recipe:
+def pixels_that_are_not_square(folder: Path) -> Recipe:
     write_exr(folder / "one.exr", StereoImage.flat(XYZ.astype(np.float32)))
-    parts = []
-    for name, rows in (("left", 40), ("right", 38)):
-        part = oiio.ImageSpec(48, rows, 3, "half")
-        part.full_width, part.full_height = 48, 40  # all parts of a file share the display window
-        part.attribute("view", name)
-        part.attribute("oiio:subimagename", name)
-        part.attribute("chromaticities", "float[8]", XYZ_CHROMATICITIES)
-        parts.append(part)
+    spec = oiio.ImageSpec(48, 40, 3, "half")
+    spec.attribute("chromaticities", "float[8]", XYZ_CHROMATICITIES)
+    spec.attribute("PixelAspectRatio", 1.5)
     output = oiio.ImageOutput.create(str(folder / "pair.exr"))
     assert output is not None
-    assert output.open(str(folder / "pair.exr"), parts)
-    for index, part in enumerate(parts):
-        assert index == 0 or output.open(str(folder / "pair.exr"), part, "AppendSubimage")
-        assert output.write_image(XYZ[: part.height].astype(np.float32))
+    assert output.open(str(folder / "pair.exr"), spec)
+    assert output.write_image(XYZ.astype(np.float32))
     assert output.close()
     return pictures({"name": "good", "file": "one.exr"}, {"name": "bad", "file": "pair.exr"})
 
@@ -190,7 +183,7 @@ WRONG: dict[str, tuple[Callable[[Path], Recipe], str, str]] = {
         "right.dng",
         "the views differ in size: 'left' is 48 × 40, 'right' is 48 × 36",
     ),
-    "mismatched views": (views_of_two_sizes_in_one_file, "pair.exr", "the views differ in size"),
+    "wide pixels": (pixels_that_are_not_square, "pair.exr", r"its pixels are 1\.5 times as wide as high"),
     "a missing file": (no_right_file, "recipe.yaml", "'bad' has no view 'right'"),
     "a missing view": (no_right_view, "pair.exr", "the view 'left' has no 'right' beside it"),
     "one view": (one_view_for_stereo, "pair.exr", "the picture has one view"),
@@ -225,7 +218,7 @@ def test_wrong_input_is_told_and_leaves_the_cache_as_it_was(
     folder.mkdir()
     camera(folder)
     recipe = make(folder)
-    if name == "mismatched views":
+    if name == "wide pixels":
         # A stimulus was made before the wrong one is met, and one is taken from the other set.
         recipe["stimuli"].insert(0, {"name": "other", "file": "one.exr", "luminance": {"scale": 0.5}})
     result = CliRunner().invoke(
