@@ -81,7 +81,7 @@ class CameraRGBTable:
         lines = [f"{self.title}, in % of full scale, photograph, rendering and difference:"]
         for row in shown[:_MOST_LINES]:
             cells = [
-                f"{letter} {100 * photo:6.2f} {100 * rendering:6.2f} {100 * difference:+6.2f}"
+                f"{letter} {100 * photo:6.2f} {100 * rendering:6.2f} {_signed(100 * difference):>6}"
                 for letter, photo, rendering, difference in zip(
                     "RGB", row.photo_rgb, row.rendering_rgb, row.delta_rgb, strict=True
                 )
@@ -135,6 +135,12 @@ def camera_rgb_table(
         _of_channels([row.ratio_rgb for row in rows if not row.excluded], np.mean),
         _of_channels([row.delta_rgb for row in rows if not row.excluded], lambda x: np.sqrt(np.mean(np.square(x)))),
     )
+
+
+def _signed(value: float) -> str:
+    """Return two decimals with their sign; zero has none."""
+    text = f"{value:+.2f}"
+    return text if float(text) else "0.00"
 
 
 def _chromaticity(rgb: Floats) -> Floats | None:
