@@ -95,7 +95,7 @@ def write_agreement_csv(agreement: Agreement, folder: Path) -> tuple[Path, ...]:
     Returns
     -------
     tuple of pathlib.Path
-        ``agreement.csv``, ``scores.csv`` and, where photographs were compared, ``limits.csv``.
+        ``agreement.csv``, ``scores.csv``, ``pairs.csv`` and, where photographs were compared, ``limits.csv``.
 
     Raises
     ------
@@ -111,6 +111,6 @@ def write_agreement_csv(agreement: Agreement, folder: Path) -> tuple[Path, ...]:
     >>> found = agree([group], ["photo"], [Predicted("blur", "Blur", "px", "lower", (np.arange(4.0),))])
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     [file.name for file in write_agreement_csv(found, Path(folder))]
-    ['agreement.csv', 'scores.csv']
+    ['agreement.csv', 'scores.csv', 'pairs.csv']
     """
     return write_csv_files(tables_of(agreement), folder)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any, Literal
 
 import numpy as np
@@ -130,6 +131,30 @@ class MeasureResult:
         }
 
 
+@dataclass(frozen=True, slots=True)
+class PairPrediction:
+    """Two stimuli: the one with the higher score and the other, and what measures say of them.
+
+    ``difference`` is that of the scores; ``predicted`` says by the measure's name whether it puts the ``better`` one
+    first: 1, −1 for the other way, and 0 where both have the same value.
+    """
+
+    better: str
+    worse: str
+    difference: float
+    told_apart: bool
+    predicted: Mapping[str, int]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return json_fields(self)
+
+
+def _way(predicted: Predicted, number: int, first: int, second: int) -> int:
+    one, other = (predicted.sign * float(predicted.values[number][place]) for place in (first, second))
+    return (one > other) - (one < other)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Agreement:
     """Measures beside observers.
@@ -157,6 +182,22 @@ class Agreement:
     least_p: float
     notes: tuple[str, ...]
 
+    def pairs(self, number: int) -> tuple[PairPrediction, ...]:
+        """Return every two stimuli of a group, without its photograph: what observers and the measures say of them."""
+        group, photograph = self.groups[number], self.photographs[number]
+        others = [place for place, name in enumerate(group.stimuli) if name != photograph]
+        return tuple(
+            PairPrediction(
+                better=group.stimuli[first],
+                worse=group.stimuli[second],
+                difference=float(group.scores[first] - group.scores[second]),
+                told_apart=bool(group.differs[first, second]),
+                predicted={one.predicted.name: _way(one.predicted, number, first, second) for one in self.measures},
+            )
+            for i, j in combinations(others, 2)
+            for first, second in [(i, j) if group.scores[i] >= group.scores[j] else (j, i)]
+        )
+
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON: no NaN, null where there is no finite value."""
         return {
@@ -182,6 +223,7 @@ class Agreement:
                         }
                         for place, stimulus in enumerate(group.stimuli)
                     ],
+                    "pairs": [pair.to_json() for pair in self.pairs(number)],
                 }
                 for number, (group, photograph) in enumerate(zip(self.groups, self.photographs, strict=True))
             ],

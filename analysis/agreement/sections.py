@@ -19,14 +19,14 @@ def sections_of(agreement: Agreement, facts: tuple[tuple[str, str], ...]) -> tup
     return (
         _found(agreement),
         *(_measure(agreement, result) for result in agreement.measures),
-        Section("stimuli", "Stimuli", (stimuli_table(agreement),)),
+        Section("stimuli", "Stimuli", (stimuli_table(agreement), pairs_table(agreement))),
         _methods(agreement, facts),
     )
 
 
 def tables_of(agreement: Agreement) -> tuple[Table, ...]:
     """Return the tables that are written as CSV."""
-    tables = [correlations_table(agreement), stimuli_table(agreement)]
+    tables = [correlations_table(agreement), stimuli_table(agreement), pairs_table(agreement)]
     if any(result.whole.calibration for result in agreement.measures):
         tables.append(limits_table(agreement))
     return tuple(tables)
@@ -184,6 +184,28 @@ def stimuli_table(agreement: Agreement) -> Table:
                 )
             )
     return Table("scores", "Scores and measures", tuple(columns), tuple(rows))
+
+
+def pairs_table(agreement: Agreement) -> Table:
+    """Return every pair of stimuli, and whether each measure puts the one with the higher score first."""
+    columns = [
+        Column("Better", "better"),
+        Column("Worse", "worse"),
+        Column("Group", "group"),
+        Column("Difference of scores", "difference", "number", 3),
+        Column("Told apart", "told_apart"),
+    ]
+    columns += [Column(result.predicted.title, result.predicted.name) for result in agreement.measures]
+    said = {1: "yes", 0: "the same", -1: "no"}
+    rows: list[Row] = []
+    for number, group in enumerate(agreement.groups):
+        for pair in agreement.pairs(number):
+            told = "yes" if pair.told_apart else "no"
+            measures = (said[pair.predicted[result.predicted.name]] for result in agreement.measures)
+            rows.append((pair.better, pair.worse, words.group_name(group.name), pair.difference, told, *measures))
+    return Table(
+        "pairs", "Pairs, and whether each measure puts the better one first", tuple(columns), tuple(rows), True
+    )
 
 
 def _methods(agreement: Agreement, facts: tuple[tuple[str, str], ...]) -> Section:

@@ -104,6 +104,21 @@ def test_groups_have_results_of_their_own_and_one_over_all() -> None:
     assert result.whole.accuracy.of == sum(group.accuracy.of for group in result.groups)
 
 
+def test_every_pair_has_each_measure_s_prediction() -> None:
+    group = rated(QUALITY)
+    turned = np.array([0.0, 0.2, 1.5, 0.8, 2.4, 2.4])
+    found = agree([group], ["photo"], [measure(BLUR), measure(turned, name="turned")])
+    pairs = {(pair.better, pair.worse): pair for pair in found.pairs(0)}
+    assert len(pairs) == 10  # of five stimuli
+    assert all(pair.difference >= 0 and pair.predicted["blur"] == 1 for pair in pairs.values())
+    assert (pairs["b", "c"].predicted["turned"], pairs["d", "e"].predicted["turned"]) == (-1, 0)
+    apart = [pair for pair in pairs.values() if pair.told_apart]
+    result = found.measures[1].whole.accuracy
+    assert result.of == len(apart)
+    assert result.right == sum((1 + pair.predicted["turned"]) / 2 for pair in apart)
+    assert len(found.to_json()["groups"][0]["pairs"]) == 10
+
+
 def test_a_small_group_is_left_out_with_a_note() -> None:
     groups = [rated(QUALITY, "church "), rated(QUALITY[:3], "beach ")]
     found = agree(groups, ["church photo", "beach photo"], [measure(BLUR, BLUR[:3])])
@@ -149,5 +164,5 @@ def test_the_terminal_the_page_and_the_tables(tmp_path: Path) -> None:
     for text in ("<simulated>", "<as shown>", "church <i>", "nan", "NaN"):
         assert text not in page
     files = write_agreement_csv(found, tmp_path / "tables")
-    assert [file.name for file in files] == ["agreement.csv", "scores.csv", "limits.csv"]
+    assert [file.name for file in files] == ["agreement.csv", "scores.csv", "pairs.csv", "limits.csv"]
     assert len((tmp_path / "tables/scores.csv").read_text(encoding="utf-8").splitlines()) == 13

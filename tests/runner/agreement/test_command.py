@@ -13,7 +13,9 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
+from runner.agreement.compare import LIMITS
 from runner.session.run import simulate
+from stimuli.comparison.verdict import Limits
 from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage
 
@@ -108,6 +110,10 @@ def test_a_measure_of_blur_agrees_with_observers_who_see_blur(
         assert values[0] == 0
         assert values == sorted(values)
     assert (tmp_path / "tables/agreement.csv").is_file()
+
+
+def test_the_limit_is_that_of_compare() -> None:
+    assert LIMITS["delta-e-2000"] == Limits().delta_e
 
 
 def test_a_level_of_a_factor_names_every_group_s_photograph(study: Study, cyclopean: Cyclopean) -> None:
