@@ -40,62 +40,58 @@ def photographs() -> tuple[Floats, list[Floats]]:
 def hat(values: list[Floats]) -> Floats:
     """Return the mean weighed by a hat over the middle of the range [Debevec1997]."""
     weights = [np.maximum(0.5 - np.abs(value - 0.5), 1e-6) for value in values]
-    above = sum(weight * value / time for weight, value, time in zip(weights, values, T, strict=True))
+    above = sum(weight * value / time for weight, value, time in zip(weights, values, T, strict=False))
     return np.asarray(above / sum(weights))
 
 
 def ours(values: list[Floats], noise: NoiseModel | None) -> Floats:
     """Return the merged light."""
-    return merge_exposures(values, [value >= 1 for value in values], T, noise).value
+    return merge_exposures(values, [value >= 1 for value in values], T[: len(values)], noise).value
 
 
 def by_opencv(merge: Callable[..., NDArray[np.float32]], bytes_: list[NDArray[np.uint8]]) -> Floats:
     """Return OpenCV's light, in a unit of its own."""
-    return np.asarray(merge(bytes_, np.array(SECONDS, np.float32)), dtype=np.float64)  # its response is linear
+    times = np.array(SECONDS[: len(bytes_)], np.float32)
+    return np.asarray(merge(bytes_, times), dtype=np.float64)  # its response is linear
+
+
+def bound(light: Floats, seen: NDArray[np.bool_], count: int) -> float:
+    """Return the Cramér-Rao bound on the root mean square relative error, of exposures that are not full."""
+    information = np.zeros_like(light)
+    for time in T[:count]:
+        information += np.where(light * time < 1, time**2 / (NOISE.gain * light * time + NOISE.read**2), 0)
+    return float(np.sqrt(np.mean(1 / (information * light**2)[seen & (light < 1)])))
 
 
 def run() -> dict[str, object]:
     """Return the rows."""
-    light, values = photographs()
-    bytes_ = [np.clip(np.rint(value * 255), 0, 255).astype(np.uint8) for value in values]
-    eight = [part / 255.0 for part in bytes_]
-    seen = values[0] < 1
+    light, all_values = photographs()
+    seen = all_values[0] < 1
     coarse = NoiseModel(NOISE.gain, float(np.hypot(NOISE.read, 1 / 255 / np.sqrt(12))))
-    work: dict[str, Callable[[], Floats]] = {
-        "ours, 14 bits": partial(ours, values, NOISE),
-        "ours, photon noise alone, 14 bits": partial(ours, values, None),
-        "hat weights, 14 bits": partial(hat, values),
-        "the shortest exposure alone, 14 bits": lambda: values[0],
-        "ours, 8 bits": partial(ours, eight, coarse),
-        "OpenCV Debevec, 8 bits": partial(by_opencv, cv2.createMergeDebevec().process, bytes_),
-        "OpenCV Robertson, 8 bits": partial(by_opencv, cv2.createMergeRobertson().process, bytes_),
-    }
-    variances = [NOISE.gain * light * time + NOISE.read**2 for time in T]
-    clear = [light * time < 1 for time in T]
-    parts = zip(T, variances, clear, strict=True)
-    information = sum(np.where(below, time**2 / variance, 0) for time, variance, below in parts)
-    known = seen & clear[0]
-    bound = float(np.sqrt(np.mean(1 / (information * light**2)[known])))
     rows: list[dict[str, object]] = []
-    for name, make in work.items():
-        found = make()
-        relative = (found / light)[seen]
-        if "OpenCV" in name:
-            relative = relative / np.median(relative)
-        error = float(np.sqrt(np.mean((relative - 1) ** 2)))
-        note = f"median error {100 * np.median(np.abs(relative - 1)):.2g} %"
-        note += f", mean off by {100 * (relative.mean() - 1):+.2g} %"
-        if name == "ours, 14 bits":
-            note += f"; the Cramér-Rao bound is {bound:.4g}"
-        rows.append(
-            {
-                "series": name,
-                "parameter": "six exposures",
-                "seconds": seconds(make, repeats=3),
-                "error": error,
-                "note": note,
-            }
-        )
+    for count in (1, 2, 4, 6):
+        values = all_values[:count]
+        bytes_ = [np.clip(np.rint(value * 255), 0, 255).astype(np.uint8) for value in values]
+        work: dict[str, Callable[[], Floats]] = {
+            "ours, 14 bits": partial(ours, values, NOISE),
+            "ours, photon noise alone, 14 bits": partial(ours, values, None),
+            "hat weights, 14 bits": partial(hat, values),
+            "ours, 8 bits": partial(ours, [part / 255.0 for part in bytes_], coarse),
+            "OpenCV Debevec, 8 bits": partial(by_opencv, cv2.createMergeDebevec().process, bytes_),
+            "OpenCV Robertson, 8 bits": partial(by_opencv, cv2.createMergeRobertson().process, bytes_),
+        }
+        for name, make in work.items():
+            relative = (make() / light)[seen]
+            if "OpenCV" in name:
+                relative = relative / np.median(relative)
+            error = float(np.sqrt(np.mean((relative - 1) ** 2)))
+            note = f"median error {100 * np.median(np.abs(relative - 1)):.2g} %"
+            note += f", mean off by {100 * (relative.mean() - 1):+.2g} %"
+            if name == "ours, 14 bits":
+                note += f"; the Cramér-Rao bound is {bound(light, seen, count):.4g}"
+            exposures = f"{count} exposure{'s' if count > 1 else ''}"
+            row = {"series": name, "parameter": exposures, "error": error, "note": note}
+            rows.append({**row, "seconds": seconds(make, repeats=3)})
     return {"title": "Bracketed photographs", "rows": rows}
 
 

@@ -19,6 +19,7 @@ from curves import seconds, write
 from numpy.typing import NDArray
 
 from stimuli.develop.camera_image import CameraImage
+from stimuli.develop.demosaic import Mosaic, by_bands, interpolate
 from stimuli.develop.raw_files import DEMOSAICS, read_raw
 from stimuli.sparkle.measures.find import Threshold
 from stimuli.sparkle.measures.measure import measure_sparkles
@@ -135,6 +136,25 @@ def _averaged(light: NDArray[np.float64], times: int) -> NDArray[np.float64]:
     return np.asarray(light.reshape(height, times, width, times, -1).mean(axis=(1, 3)))
 
 
+def band_rows(side_px: int = 2048) -> list[dict[str, object]]:
+    """Return rows of the same photosites interpolated at once and by bands; the error is that between the two: none."""
+    values = np.random.default_rng(0).random((side_px, side_px)).astype(np.float32)
+    mosaic = Mosaic(values, values > 0.99, np.array([[0, 1], [1, 2]]))
+
+    def bands() -> NDArray[np.float32]:
+        rgb = np.empty((side_px, side_px, 3), np.float32)
+        for rows, (part, _) in by_bands(mosaic, "malvar"):
+            rgb[rows] = part
+        return rgb
+
+    whole = partial(interpolate, mosaic, "malvar")
+    error = float(np.abs(bands() - whole()[0]).max())
+    return [
+        {"series": "4 megapixels, malvar", "parameter": name, "seconds": seconds(work, repeats=3), "error": error}
+        for name, work in (("at once", whole), ("by bands", bands))
+    ]
+
+
 def spectral_rows(folder: Path) -> list[dict[str, object]]:
     """Return a row for each spacing, ours and colour-science's, both against the sum over every nm."""
     import colour
@@ -174,7 +194,7 @@ def run() -> dict[str, object]:
         for sigma_px in (0.6, 1.0, 1.5):
             rows += light_rows(folder, f"sparkles of {sigma_px:g} px, shown", sparkles(SIDE_PX, sigma_px))
         rows += light_rows(folder, "zone plate, shown", zone_plate(SIDE_PX))
-        return {"title": "Development and spectra", "rows": rows + spectral_rows(folder)}
+        return {"title": "Development and spectra", "rows": rows + band_rows() + spectral_rows(folder)}
 
 
 if __name__ == "__main__":

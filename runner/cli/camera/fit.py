@@ -136,7 +136,8 @@ def command(
         refuse_existing(output)
     try:
         if report:
-            write_page(result.fit, name or Path(chart).name, Path(report), result.notes)
+            charts_said = tuple(f"Chart {pooled}" for pooled in result.charts)
+            write_page(result.fit, name or Path(chart).name, Path(report), (*result.notes, *charts_said))
         if output:
             write_camera(result.fit.model, output)
     except OSError as error:
