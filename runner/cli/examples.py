@@ -67,8 +67,16 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "camera fit": (
             "cyclopean camera fit chart.dng --reference chart.csv -o camera.yaml",
             "cyclopean camera fit correspondences.csv --form affine",
+            "cyclopean camera fit shot1.dng shot2.dng --reference chart.csv -o camera.yaml",
         ),
-        "camera develop": ("cyclopean camera develop photo.dng --camera configs/cameras/nikon_d800.yaml -o developed",),
+        "camera develop": (
+            "cyclopean camera develop photo.dng --camera configs/cameras/nikon_d800.yaml -o developed",
+            "cyclopean camera develop photo.dng --dark darks --flat flats -o photo.exr",
+        ),
+        "camera bracket": (
+            "cyclopean camera bracket short.dng middle.dng long.dng -o scene.exr",
+            "cyclopean camera bracket short.dng long.dng --camera configs/cameras/nikon_d800.yaml -o scene.exr",
+        ),
         "camera geometry": (
             "cyclopean camera geometry --sensor-mm 36x24 --pixels 7360x4912 --focal-mm 105 --distance-mm 700",
             "cyclopean camera geometry --sensor-mm 36x24 --pixels 7360x4912 --focal-mm 50 --px-per-mm 14.6",
