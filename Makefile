@@ -9,7 +9,7 @@ BIN = $(VENV)/bin
 WORKERS ?= 3
 ONE_THREAD = OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
-.PHONY: help env gl test-tools demo test check api docs bench bench-psychopy stress dither-mask test-quad validate-bids clean
+.PHONY: help env gl test-tools demo test check api docs bench bench-psychopy stress dither-mask test-quad test-vdp validate-bids clean
 
 help:
 	@echo "make demo       build stimuli, run 30 simulated observers, write a report"
@@ -22,6 +22,7 @@ help:
 	@echo "make stress     slow sweeps to the edges"
 	@echo "make dither-mask     make the shipped dither mask again"
 	@echo "make validate-bids DATASET=DIR   the official BIDS validator on an export"
+	@echo "make test-vdp   ColorVideoVDP, in an environment of its own (.venv-vdp, with PyTorch)"
 	@echo "make test-quad STEREO_GL=DIR/lib   quad-buffered for real, on a GL with stereo visuals"
 
 env: $(VENV)/.installed
@@ -44,7 +45,7 @@ demo: gl
 	@$(BIN)/cyclopean demo
 
 test: test-tools
-	@$(ONE_THREAD) $(BIN)/python -m pytest -m "not stress and not quad" -n $(WORKERS) --dist loadfile
+	@$(ONE_THREAD) $(BIN)/python -m pytest -m "not stress and not quad and not vdp" -n $(WORKERS) --dist loadfile
 
 check: env
 	$(BIN)/ruff check .
@@ -77,7 +78,7 @@ bench-psychopy: test-tools
 
 stress: gl
 	$(BIN)/python -m pytest -m stress tests/stress
-	$(ONE_THREAD) $(BIN)/python -m pytest -m "hypothesis and not stress and not quad" --hypothesis-profile searching -n $(WORKERS)
+	$(ONE_THREAD) $(BIN)/python -m pytest -m "hypothesis and not stress and not quad and not vdp" --hypothesis-profile searching -n $(WORKERS)
 
 dither-mask: env
 	$(BIN)/python -m devices.compensation.dither_mask
@@ -85,6 +86,11 @@ dither-mask: env
 test-quad: test-tools
 	@test -n "$(STEREO_GL)" || { echo "name the folder of a GL with stereo visuals: make test-quad STEREO_GL=DIR/lib"; exit 1; }
 	STEREO_GL=$(STEREO_GL) $(BIN)/python -m pytest -m quad tests/quad
+
+test-vdp:
+	@test -x .venv-vdp/bin/python || $(PYTHON) -m venv .venv-vdp
+	@PIP_CONSTRAINT=constraints.txt .venv-vdp/bin/python -m pip install --quiet --disable-pip-version-check -e '.[dev,vdp]'
+	$(ONE_THREAD) .venv-vdp/bin/python -m pytest -m vdp tests/vdp
 
 validate-bids: env
 	@test -n "$(DATASET)" || { echo "name the folder of a dataset: make validate-bids DATASET=DIR"; exit 1; }

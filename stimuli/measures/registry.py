@@ -7,13 +7,23 @@ from collections.abc import Iterable
 from documents import did_you_mean
 from stimuli.errors import StimulusError
 from stimuli.measures.colour_measures import DeltaE2000, SCielab
+from stimuli.measures.cvvdp import ColorVideoVDP
 from stimuli.measures.flip import Flip, HdrFlip
 from stimuli.measures.measure import Measure
 from stimuli.measures.pu_measures import PuPsnr, PuSsim
 from stimuli.measures.scielab_1996 import SCielab1996
 
 # In the order in which they are printed.
-_MEASURES: tuple[Measure, ...] = (DeltaE2000(), SCielab(), SCielab1996(), Flip(), HdrFlip(), PuSsim(), PuPsnr())
+_MEASURES: tuple[Measure, ...] = (
+    DeltaE2000(),
+    SCielab(),
+    SCielab1996(),
+    Flip(),
+    HdrFlip(),
+    PuSsim(),
+    PuPsnr(),
+    ColorVideoVDP(),
+)
 _BY_NAME = {measure.name: measure for measure in _MEASURES}
 
 
