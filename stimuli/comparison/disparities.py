@@ -7,12 +7,16 @@ vertical disparity strays from what roll and size explain is left out.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
-from stimuli.align.disparity import DisparityReport
+from stimuli.align.disparity import FALSE_ALARM, DisparityReport, Spread, measure_disparity
+from stimuli.align.phase import correlation, find_peak, hann
 from stimuli.align.roll_scale import fit_roll_scale
+from stimuli.comparison.eye_identity import local_contrast
 from stimuli.comparison.jackknife import EyesPair, jackknife
+from stimuli.comparison.views import Views
 from stimuli.pictures.rows import Floats, Mask
 
 Place = tuple[float, float]
@@ -25,6 +29,29 @@ LEAST_SQUARES, _LEAST_FOR_SCALE = 5, 10
 _RELIEF, _RELIEF_SD = (15.0, 85.0), 2.073
 # Squares that stray by more than so many robust standard deviations, and px, were registered wrongly.
 _STRAY, _STRAY_PX = 6.0, 1.0
+
+
+def register_views(views: Views, side: int) -> DisparityReport:
+    """Return the disparities of squares of ``side`` pixels of the left view.
+
+    They are found by local contrast: in light, the brightest sparkle of either view would be laid onto that of the
+    other. One shift for the whole picture goes before, where it is large, since a square is looked for near its place.
+    """
+    left, right = local_contrast(views.left), local_contrast(views.right)
+    height, width = left.shape
+    window = np.outer(hann(height), hann(width))
+    peak = find_peak(correlation(left * window, right * window), (width // 4, height // 8))
+    shift = peak.shift_px[0]
+    if abs(shift) < side // 8 or peak.false_alarm > FALSE_ALARM:
+        return measure_disparity(left, right, block_px=side)
+    moved = np.zeros_like(right)
+    here, there = slice(max(0, -shift), width - max(0, shift)), slice(max(0, shift), width + min(0, shift))
+    moved[:, here] = right[:, there]
+    report = measure_disparity(left, moved, block_px=side)
+    if not report.used:
+        return report
+    disparity = report.disparity_px + [shift, 0]
+    return replace(report, disparity_px=disparity, horizontal={"px": Spread.of(disparity[:, 0])})
 
 
 def kept_squares(report: DisparityReport, counted: Mask) -> Disparities:

@@ -14,17 +14,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stimuli.align.disparity import DisparityReport, measure_disparity
-from stimuli.comparison.disparities import depth_measures, filled_in, kept_squares, squares_of
-from stimuli.comparison.eye_identity import local_contrast
+from stimuli.align.disparity import DisparityReport
+from stimuli.comparison.disparities import depth_measures, filled_in, kept_squares, register_views, squares_of
 from stimuli.comparison.jackknife import EyesPair
 from stimuli.comparison.rivalry import rivalry_measures
 from stimuli.comparison.sparkle_depth import SparkleDepth, sparkle_measures
 from stimuli.comparison.views import Views
 from stimuli.pictures.rows import Floats, Mask
 
-# Squares have a fifth of the shorter side, within these bounds.
-_SHARE, _SQUARE_PX = 5, (48, 192)
+# Squares have a fifth of the shorter side up to the usual, and a twentieth of larger pictures, within these bounds.
+_SHARE, _USUAL_PX, _MOST_ACROSS, _SQUARE_PX = 5, 64, 20, (48, 96)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -53,12 +52,9 @@ def measure_two_eyes(
     Of a photograph with less relief than ``least_relief_px``, the scale of depth is not measured.
     """
     height, width = photo.left.shape
-    side = min(int(np.clip(min(height, width) // _SHARE, *_SQUARE_PX)), height, width)
-    # By local contrast: in light, the brightest sparkle of either view would be laid onto that of the other.
-    reports = [
-        measure_disparity(local_contrast(views.left), local_contrast(views.right), block_px=side)
-        for views in (photo, rendering)
-    ]
+    shorter = min(height, width)
+    side = min(int(np.clip(max(min(shorter // _SHARE, _USUAL_PX), shorter // _MOST_ACROSS), *_SQUARE_PX)), shorter)
+    reports = [register_views(views, side) for views in (photo, rendering)]
     fields = [kept_squares(report, counted) for report in reports]
     shared = sorted(set(fields[0]) & set(fields[1]))
     middle = np.array(shared, dtype=np.float64).reshape(-1, 2)
