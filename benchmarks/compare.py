@@ -1,4 +1,4 @@
-"""A turned and shifted rendering brought back: run time against error, ours beside OpenCV; and a comparison's parts.
+"""A turned and shifted rendering brought back, and the scale of its depth: run time against error, beside OpenCV.
 
 The pictures are sparkles integrated over pixels, with 2 % noise, turned about the middle and shifted by known amounts.
 The error is how far the farthest corner of the picture would lie from its place.
@@ -12,10 +12,13 @@ import cv2
 import numpy as np
 from curves import Row, seconds, write
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.special import ndtr
 
 from stimuli.align.homography import mapped
 from stimuli.comparison.registering import align
+from stimuli.comparison.two_eyes import measure_two_eyes
+from stimuli.comparison.views import Views
 from stimuli.pictures.rows import RowFile
 
 Floats = NDArray[np.float64]
@@ -40,6 +43,53 @@ def run() -> dict[str, object]:
             note = "corner off, px" if np.isfinite(error) else "not found"
             rows.append({"series": method, "parameter": name, "seconds": taken, "error": min(error, 1e3), "note": note})
     return {"title": f"A rendering of {SIZE[0]} × {SIZE[1]} pixels brought onto its photograph", "rows": rows}
+
+
+def depth() -> dict[str, object]:
+    """Time how depth is compared where the base is 1.2 times the photograph's, by squares and by OpenCV's SGBM."""
+    rows: list[Row] = []
+    shape = (480, 640)
+    everywhere = np.ones(shape, dtype=np.bool_)
+    for noise in (0.0, 0.01, 0.05):
+        photo, rendering = (_relief(shape, base, noise) for base in (1.0, 1.2))
+        for method in ("squares", "OpenCV, SGBM"):
+            if method == "squares":
+                work = partial(_scale_by_squares, photo, rendering, everywhere)
+            else:
+                work = partial(_scale_by_sgbm, photo, rendering)
+            error, taken = abs(work() / 1.2 - 1.0), seconds(work, repeats=3)
+            note = "scale of depth, relative error"
+            rows.append(
+                {"series": method, "parameter": f"noise {noise:g}", "seconds": taken, "error": error, "note": note}
+            )
+    return {"title": f"Depth of a pair of {shape[1]} × {shape[0]} pixels beside its photograph's", "rows": rows}
+
+
+def _scale_by_squares(photo: Views, rendering: Views, everywhere: NDArray[np.bool_]) -> float:
+    return measure_two_eyes(photo, rendering, everywhere, ~everywhere).measures["depth scale"].rendering
+
+
+def _scale_by_sgbm(photo: Views, rendering: Views) -> float:
+    """Return the slope of dense disparities by least squares, where both are known."""
+    matcher = cv2.StereoSGBM.create(-16, 32, 7, 8 * 49, 32 * 49, 1, 0, 10, 50, 2)
+    # OpenCV counts disparities from right to left.
+    found = [-matcher.compute(_byte(pair.left), _byte(pair.right)) / 16.0 for pair in (photo, rendering)]
+    known = (np.abs(found[0]) < 15) & (np.abs(found[1]) < 15)
+    return float(np.polyfit(found[0][known], found[1][known], 1)[0])
+
+
+def _relief(shape: tuple[int, int], base: float, noise: float) -> Views:
+    """Return a textured scene with waves of depth, of 3 px of disparity."""
+    height, width = shape
+    rng = np.random.default_rng(3)
+    rough = sum(gaussian_filter(rng.standard_normal((height, width + 80)), sd) * sd for sd in (1.0, 2.0, 4.0))
+    light = 20 * np.exp(0.35 * rough / np.std(rough))
+    y, x = np.mgrid[:height, :width].astype(np.float64)
+    moved = base * 3 * np.sqrt(2) * np.sin(3 * np.pi * x / width) * np.cos(2 * np.pi * y / height)
+    views = [map_coordinates(light, [y, x + 40 + side * moved], order=3) for side in (0.5, -0.5)]
+    draw = np.random.default_rng(round(10 * base))
+    left, right = (np.asarray(v * (1 + noise * draw.standard_normal(shape)), dtype=np.float32) for v in views)
+    return Views(left, right)
 
 
 def _found(method: str, one: Floats32, two: Floats32, files: tuple[RowFile, RowFile]) -> Floats | None:
@@ -105,3 +155,5 @@ def _plate(dx: float, dy: float, angle_deg: float, seed: int) -> Floats32:
 if __name__ == "__main__":
     result = run()
     write("compare", str(result["title"]), result["rows"])
+    result = depth()
+    write("compare_depth", str(result["title"]), result["rows"])

@@ -20,6 +20,8 @@ from stimuli.comparison.verdict import Limits, Outcome, Reason
 _Z = 3.0
 # With another scale of depth than this, views are no copies of each other, and with less than the last it is inverted.
 _FLAT_SCALE, _INVERTED_SCALE = 0.5, -0.5
+# Less is no depth.
+_NO_SCALE = 0.2
 # An eye agrees with the photograph's, and the other by less than this share of it: it shows something else.
 _AGREES, _ELSEWHERE_SHARE = 0.4, 0.5
 
@@ -78,7 +80,8 @@ def _flat(evidence: EyesEvidence) -> list[Reason]:
     twice = found is not None and found.way in ("left twice", "right twice")
     if twice and scale is not None and abs(scale.rendering) > _FLAT_SCALE:
         twice = False
-    if not (twice or evidence.same_views):
+    shallow = scale is not None and abs(scale.rendering) + _Z * scale.standard_error < _NO_SCALE
+    if not (twice or shallow or evidence.same_views):
         return []
     which = f"the {found.way.removesuffix(' twice')} view" if found is not None and found.way and twice else "one view"
     sentence = f"the rendering is flat: both eyes of the rendering show {which}, and the photograph's two views differ"
@@ -211,7 +214,7 @@ def _one_eyed(pair: EyesPair, limits: Limits) -> Reason:
 
 def _sparkle_depth(pair: EyesPair, limits: Limits) -> Reason:
     sentence = (
-        "the mean disparity of sparkles that both eyes see differs by "
+        "the mean disparity of sparkles from their surface, of those that both eyes see, differs by "
         f"{with_error(pair.difference, pair.standard_error)} px"
     )
     return _reason("sparkles", "disparity", pair.difference, pair.standard_error, limits.disparity_px, sentence)

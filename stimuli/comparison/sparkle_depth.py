@@ -9,17 +9,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stimuli.comparison.disparities import Place
 from stimuli.comparison.jackknife import EyesPair, jackknifed
 from stimuli.comparison.views import Views
 from stimuli.errors import StimulusError
-from stimuli.pictures.rows import Floats, Mask
+from stimuli.pictures.rows import Floats, Floats32, Mask
 from stimuli.sparkle.measures.find import Threshold, find_peaks
-from stimuli.sparkle.measures.moments import sparkle_moments
 
 # With fewer in both eyes together, nothing is known of them.
-LEAST_SPARKLES = 20
+LEAST_SPARKLES = 60
 SAME_PX = 1.5
 
 
@@ -53,7 +53,7 @@ def sparkle_measures(
 def _sparkles(
     views: Views, sparkling: Mask, squares: list[Place], places: Floats
 ) -> tuple[SparkleDepth, Floats] | None:
-    """Return the sparkles of a pair, and sums by squares (n, 4): left, right, both, and the disparities of both."""
+    """Return the sparkles of a pair, and sums by squares (n, 4): left, right, both, px off the surface."""
     from scipy.spatial import KDTree
 
     try:
@@ -62,8 +62,8 @@ def _sparkles(
         return None  # half of the picture is brighter than a sparkle has to be
     at = []
     for plane, peaks in zip((views.left, views.right), found, strict=True):
-        moments = sparkle_moments(plane, peaks)
-        at.append(np.column_stack([moments.column_px, moments.row_px])[sparkling[peaks.row, peaks.column]])
+        here = sparkling[peaks.row, peaks.column]
+        at.append(_tops(plane, peaks.row[here], peaks.column[here]))
     left, right = at
     nearest = KDTree(np.array(squares))
     sums = np.zeros((len(squares), 4))
@@ -80,11 +80,26 @@ def _sparkles(
             (left_square, None),
             (right_square, None),
             (left_square[both], None),
-            (left_square[both], disparity),
+            (left_square[both], (right[there] - expected)[both, 0]),
         )
     ):
         sums[:, column] = np.bincount(square, weight, minlength=len(squares))
     return SparkleDepth(len(left), len(right), int(both.sum()), disparity), sums
+
+
+def _tops(plane: Floats32, row: NDArray[np.int64], column: NDArray[np.int64]) -> Floats:
+    """Return where parabolas through the brightest pixels and their neighbours are highest, (n, 2), x and y."""
+    padded = np.pad(plane, 1, mode="edge").astype(np.float64)
+    middle = padded[row + 1, column + 1]
+    places = []
+    for at, before, after in (
+        (column, padded[row + 1, column], padded[row + 1, column + 2]),
+        (row, padded[row, column + 1], padded[row + 2, column + 1]),
+    ):
+        bend = 2 * (2 * middle - before - after)
+        top = np.divide(after - before, bend, out=np.zeros_like(bend), where=bend > 0)
+        places.append(at + np.clip(top, -0.5, 0.5))
+    return np.column_stack(places)
 
 
 def _one_eyed(total: Floats) -> float:

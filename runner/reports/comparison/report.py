@@ -58,7 +58,7 @@ _DEPTH_WORDS = {
     "eye contrast": "contrast, ln of right over left",
     "eye agreement": "correlation of both views",
     "one-eyed share": "share of sparkles seen by one eye only",
-    "sparkle depth": "mean disparity of sparkles in both, px",
+    "sparkle depth": "mean disparity of sparkles from their surface, px",
 }
 
 
