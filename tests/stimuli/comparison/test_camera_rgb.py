@@ -171,6 +171,29 @@ def test_a_spectral_rendering_is_taken_by_the_sensor(cyclopean: Cyclopean, tmp_p
     np.testing.assert_allclose(row["rendering_rgb"], row["photo_rgb"], rtol=2e-3)
 
 
+def test_a_photograph_s_own_rgb_at_its_own_exposure(cyclopean: Cyclopean, regions_yaml: Path, tmp_path: Path) -> None:
+    """Camera RGB of 1/5 s, by a camera file of 1/15 s, beside the scene's XYZ: RGB as in the file, and alike."""
+    import tifffile
+
+    scene = chart()
+    rgb = np.asarray(CAMERA.rgb(scene, Exposure(1 / 5, 8.0, 800.0)), dtype=np.float32)
+    rgb *= np.float32(0.8)  # so that no patch fills the sensor
+    tifffile.imwrite(tmp_path / "photo.tif", rgb, photometric="rgb")
+    write_camera(CAMERA, tmp_path / "camera.yaml")
+    words = ("--regions", regions_yaml, "--register", "none", "--camera", tmp_path / "camera.yaml", "--linear")
+    rendering = written(tmp_path / "scene.exr", np.asarray(scene * np.float32(0.8), dtype=np.float32))
+    more = ("--exposure", "1/5,8,800", "--rendering-holds", "xyz")
+    found = compared(cyclopean, tmp_path / "photo.tif", rendering, *words, *more, expect=None)
+    table = found["eyes"]["both"]["camera_rgb"]
+    assert table["exposure"] == "1/5 s, f/8, ISO 800"
+    regions = place_regions(read_regions(regions_yaml), rgb.shape).regions
+    means = area_means(rgb, [(region.name, region.photo_px) for region in regions], None, least_pixels=4, what="it")
+    for row, mean in zip(table["rows"], means, strict=True):
+        assert row["photo_rgb"] == pytest.approx(mean.XYZ.tolist(), abs=2e-5)
+        # Half floats round the rendering's XYZ by 1/2048 each.
+        assert row["rendering_rgb"] == pytest.approx(mean.XYZ.tolist(), rel=2e-3, abs=2e-4)
+
+
 def test_the_command_prints_it_in_the_terminal_in_json_and_on_the_page(
     cyclopean: Cyclopean, regions_yaml: Path, tmp_path: Path
 ) -> None:
