@@ -15,6 +15,7 @@ disagree, and rises to the root of their number where all agree.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,8 +72,6 @@ def correlation(reference: Floats32, moving: Floats32) -> Floats32:
 
 def find_peak(surface: Floats32, most_px: tuple[int, int]) -> Peak:
     """Return the highest peak of `correlation`'s ``surface`` (height, width) within ``most_px``, across and down."""
-    from scipy.stats import norm
-
     height, width = surface.shape
     reach = (min(most_px[0], (width - 1) // 2), min(most_px[1], (height - 1) // 2))
     rows, columns = np.arange(-reach[1], reach[1] + 1), np.arange(-reach[0], reach[0] + 1)
@@ -85,7 +84,7 @@ def find_peak(surface: Floats32, most_px: tuple[int, int]) -> Peak:
     _blank(near, int(row), int(column))
     rival_row, rival_column = np.unravel_index(int(near.argmax()), near.shape)
     rival = float(near[rival_row, rival_column])
-    alarms = [float(min(1.0, cells * norm.sf(height_at / floor))) if floor > 0 else 1.0 for height_at in (peak, rival)]
+    alarms = [float(min(1.0, cells * 0.5 * math.erfc(height_at / floor / math.sqrt(2.0)))) if floor > 0 else 1.0 for height_at in (peak, rival)]
     return Peak(
         shift_px=(int(columns[column]), int(rows[row])),
         height=peak / floor if floor > 0 else 0.0,

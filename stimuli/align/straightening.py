@@ -25,7 +25,10 @@ Floats32 = NDArray[np.float32]
 # At the worst corner: less is not worth an interpolation.
 LEAST_CORNER_PX = 0.05
 _ROUNDS = 4
-_CONVERGED_PX = 0.01
+# A step that moves the corners by less is the last: what it leaves is a small part of it.
+_CONVERGED_PX = 0.03
+# Where the corners were moved by less, the shift has not changed by as much as blocks allow for.
+_SAME_SHIFT_PX = 4.0
 # Of the picture's sides: what to register by where a roll leaves no one shift over the whole.
 _MIDDLE_PARTS = (3, 5, 8)
 
@@ -110,9 +113,12 @@ def straighten(
     search = _Search(offset_px, region, most_px).binned(bin_px)
     matrix = np.eye(2)
     measured: RollScale | None = None
+    shift: tuple[float, float] | None = None
     for _ in range(_ROUNDS):
         left_plane, right_plane = _turned(planes, matrix)
-        now = _measured(left_plane, right_plane, search.shift(left_plane, right_plane))
+        if shift is None or measured is None or measured.corner_px > _SAME_SHIFT_PX:
+            shift = search.shift(left_plane, right_plane)
+        now = _measured(left_plane, right_plane, shift)
         matrix = _similarity(now.roll_deg, now.scale) @ matrix
         # The last round says how much was left, and so how certain the whole is.
         measured = now

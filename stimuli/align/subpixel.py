@@ -90,7 +90,9 @@ class _Sums:
     def over(
         cls, reference: Floats32, moving: Floats32, fraction: Floats, bands: tuple[tuple[int, int], ...]
     ) -> _Sums | None:
-        moved = [(_half(reference[a:b], -fraction / 2), _half(moving[a:b], fraction / 2)) for a, b in bands]
+        taps = [_blurred(weights(float(component) / 2)) for component in fraction]
+        back = [one[::-1] for one in taps]
+        moved = [(_half(reference[a:b], back), _half(moving[a:b], taps)) for a, b in bands]
         sizes = [float(np.sqrt(sum(np.vdot(pair[i][0], pair[i][0]) for pair in moved))) for i in (0, 1)]
         if not all(np.isfinite(size) and size > 0 for size in sizes):
             return None
@@ -116,17 +118,18 @@ class _Sums:
         return np.asarray(np.sqrt(np.diag(inverse @ middle @ inverse))[:2])
 
 
-def _half(plane: Floats32, shift: Floats) -> tuple[Floats32, Floats32, Floats32]:
-    """Return ``plane`` at x + shift, blurred, without its margin, and its slopes across and down."""
-    from scipy.ndimage import correlate1d
+def _half(plane: Floats32, taps: list[Floats]) -> tuple[Floats32, Floats32, Floats32]:
+    """Return ``plane`` moved and blurred by weights across and down, without its margin, and its two slopes."""
+    import cv2
 
-    across, down = (_blurred(weights(float(component))) for component in shift)
-    slope = np.array([-0.5, 0.0, 0.5])
-    rows = correlate1d(plane, down, axis=0, mode="nearest")
+    across, down = taps
+    slope, still = np.array([-0.5, 0.0, 0.5]), np.ones(1)
+    # OpenCV correlates as SciPy does, on float32 in a third to a tenth of the time.
+    value, along, below = np.empty_like(plane), np.empty_like(plane), np.empty_like(plane)
+    cv2.sepFilter2D(plane, cv2.CV_32F, across, down, dst=value, borderType=cv2.BORDER_REPLICATE)
+    cv2.sepFilter2D(value, cv2.CV_32F, slope, still, dst=along, borderType=cv2.BORDER_REPLICATE)
+    cv2.sepFilter2D(value, cv2.CV_32F, still, slope, dst=below, borderType=cv2.BORDER_REPLICATE)
     kept = (slice(MARGIN_PX, -MARGIN_PX), slice(MARGIN_PX, -MARGIN_PX))
-    value = correlate1d(rows, across, axis=1, mode="nearest")
-    along = correlate1d(value, slope, axis=1, mode="nearest")
-    below = correlate1d(value, slope, axis=0, mode="nearest")
     return value[kept], along[kept], below[kept]
 
 
@@ -140,7 +143,7 @@ def _clusters(scores: NDArray[np.floating]) -> Floats:
     """Return sums (n, 4) over squares of ``scores`` (4, height, width): a sixth of the shorter side, 32 at most."""
     side = int(np.clip(min(scores.shape[1:]) // 6, 4, 32))
     rows, columns = (np.arange(0, length, side) for length in scores.shape[1:])
-    summed = np.add.reduceat(np.add.reduceat(scores.astype(np.float64), rows, axis=1), columns, axis=2)
+    summed = np.add.reduceat(np.add.reduceat(scores, rows, axis=1, dtype=np.float64), columns, axis=2)
     return np.asarray(summed.reshape(4, -1).T)
 
 
