@@ -20,6 +20,8 @@ from stimuli.align.interpolate import cut
 from stimuli.align.phase import hann
 from stimuli.align.registration import register
 from stimuli.align.straightening import straighten
+from stimuli.comparison.registering import align
+from stimuli.pictures.rows import RowFile
 from stimuli.recipes.recipe import read_recipe
 from stimuli.sparkle.studio import Studio
 
@@ -34,7 +36,7 @@ def run() -> dict[str, object]:
     """Time both on made-up sparkles and on the shipped plate, and interpolators on a half-pixel shift."""
     return {
         "title": "A known shift found again (error in px)",
-        "rows": [*_found("sparkles"), *_found("plate"), *_cut(), *_rolled()],
+        "rows": [*_found("sparkles"), *_found("plate"), *_cut(), *_rolled(), *_compared()],
     }
 
 
@@ -123,6 +125,44 @@ def _rolled() -> list[Row]:
                 "note": f"worst of {len(rights)} rolls, {max(errors):.4f}°",
             }
         )
+    return rows
+
+
+def _compared() -> list[Row]:
+    """Find a shift as `cyclopean compare` does, and by ECC, of a blurred picture too; errors are at the corners."""
+    import cv2
+    from scipy.ndimage import gaussian_filter
+
+    photo = _spots(0.0)
+    rendering = _spots(0.4)
+    want = np.array([[1.0, 0.0, 0.4], [0.0, 1.0, 0.0]])
+    corners = np.array([[x, y, 1.0] for x in (0, SIDE_PX - 1) for y in (0, SIDE_PX - 1)])
+    noise = 0.01 * photo.mean() * np.random.default_rng(2).normal(size=photo.shape)
+
+    def ours(other: Floats32) -> NDArray[np.float64]:
+        pair = [RowFile.of(np.repeat(plane[..., None], 3, axis=2)) for plane in (first, other)]
+        return align(pair[0], pair[1], "auto").matrix[:2]
+
+    def ecc(other: Floats32) -> NDArray[np.float64]:
+        step = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 100, 1e-8)
+        start = np.eye(2, 3, dtype=np.float32)
+        return np.asarray(cv2.findTransformECC(first, other, start, cv2.MOTION_EUCLIDEAN, step)[1], dtype=np.float64)
+
+    first = photo.astype(np.float32)
+    rows: list[Row] = []
+    for sd_px in (0.0, 4.0):
+        soft = gaussian_filter(rendering, sd_px) if sd_px else rendering
+        other = np.asarray(soft + noise, dtype=np.float32)
+        for series, find in (("compare", ours), ("OpenCV, ECC", ecc)):
+            rows.append(
+                {
+                    "series": series,
+                    "parameter": f"shift, blur {sd_px:g} px, {SIDE_PX} × {SIDE_PX}",
+                    "seconds": seconds(partial(find, other), repeats=3),
+                    "error": float(np.abs((find(other) - want) @ corners.T).max()),
+                    "note": "shift and turn",
+                }
+            )
     return rows
 
 

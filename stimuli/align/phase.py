@@ -84,10 +84,12 @@ def find_peak(surface: Floats32, most_px: tuple[int, int]) -> Peak:
     _blank(near, int(row), int(column))
     rival_row, rival_column = np.unravel_index(int(near.argmax()), near.shape)
     rival = float(near[rival_row, rival_column])
-    alarms = [float(min(1.0, cells * 0.5 * math.erfc(height_at / floor / math.sqrt(2.0)))) if floor > 0 else 1.0 for height_at in (peak, rival)]
+    heights = [height_at / floor if floor > 0 else 0.0 for height_at in (peak, rival)]
+    # The tail of the normal distribution.
+    alarms = [min(1.0, cells * 0.5 * math.erfc(height_at / math.sqrt(2.0))) for height_at in heights]
     return Peak(
         shift_px=(int(columns[column]), int(rows[row])),
-        height=peak / floor if floor > 0 else 0.0,
+        height=heights[0],
         false_alarm=alarms[0],
         rival_px=(int(columns[rival_column]), int(rows[rival_row])),
         rival_share=max(0.0, rival / peak) if peak > 0 and np.isfinite(rival) else 0.0,

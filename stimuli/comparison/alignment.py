@@ -26,7 +26,8 @@ class Alignment:
 
     ``matrix`` (3, 3) takes a place of the photograph to the rendering. ``shift_px``, ``rotation_deg`` and ``scale`` are
     what it does to the photograph's middle, with their standard errors where squares gave them. ``residual_px`` is left
-    after it, None where nothing could be measured. ``start`` is where the first guess came from.
+    after it, None where nothing could be measured. ``start`` is where the first guess came from. ``blur_px`` is the
+    standard deviation of the Gaussian by which the rendering is blurrier, negative if the photograph is; 0 below 1.
     """
 
     matrix: Floats
@@ -40,6 +41,7 @@ class Alignment:
     squares: int
     squares_of: int
     moved: bool
+    blur_px: float = 0.0
 
     def to_json(self) -> dict[str, Any]:
         """Return the numbers by name."""
@@ -62,8 +64,14 @@ class Alignment:
         return lines
 
     def remarks(self) -> list[str]:
-        """Return sentences on the scale and on a residual that is not known; the verdict has neither."""
+        """Return sentences on the scale, on blur, and on a residual that is not known; the verdict has none."""
         remarks = [f"the rendering is {self.scale:.4f} times as large"] if abs(self.scale - 1.0) >= 5e-5 else []
+        if self.blur_px:
+            one, other = ("rendering", "photograph") if self.blur_px > 0 else ("photograph", "rendering")
+            remarks.append(
+                f"the {one} is blurrier than the {other}, as if by a Gaussian of {abs(self.blur_px):.1f} px standard "
+                "deviation"
+            )
         if self.residual_px is None:
             remarks.append(
                 "how far the pictures lie apart could not be measured: their textures have nothing in common"

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from documents import Finding
 from documents.text import significant
 from stimuli.align.homography import mapped, warp
+from stimuli.comparison.sharpness import blur_between, blurred
 from stimuli.errors import StimulusError
 from stimuli.pictures.rows import Floats, Floats32, RowFile, block_means
 
@@ -34,6 +35,8 @@ def guess_alignment(photo: RowFile, rendering: RowFile) -> tuple[Floats, str]:
 
     (photo_plane, bin_px), (rendering_plane, rendering_bin_px) = _small_plane(photo), _small_plane(rendering)
     reason: StimulusError | None = None
+    blur_bins = blur_between(photo_plane, rendering_plane)
+    photo_plane, rendering_plane = blurred(photo_plane, blur_bins), blurred(rendering_plane, -blur_bins)
     if photo.shape == rendering.shape:
         try:
             registration = register_planes(photo_plane, rendering_plane, names=("photograph's", "rendering's"))
@@ -63,6 +66,17 @@ def guess_alignment(photo: RowFile, rendering: RowFile) -> tuple[Floats, str]:
             )
         )
     return bring, "features"
+
+
+def blur_px(photo: RowFile, rendering: RowFile) -> float:
+    """Return by how many pixels' standard deviation the rendering is blurrier, negative if the photograph is.
+
+    0 for pictures of other sizes, whose pixels are not the same.
+    """
+    if photo.shape != rendering.shape:
+        return 0.0
+    (photo_plane, bin_px), (rendering_plane, _) = _small_plane(photo), _small_plane(rendering)
+    return bin_px * blur_between(photo_plane, rendering_plane)
 
 
 def _small_plane(picture: RowFile) -> tuple[Floats32, int]:
@@ -148,8 +162,11 @@ class SquareShifts:
         return float(np.sqrt(sum(parts)))
 
 
-def measure_squares(photo: RowFile, rendering: RowFile, matrix: Floats) -> SquareShifts:
-    """Return how squares of the photograph lie in the rendering once ``matrix`` is undone."""
+def measure_squares(photo: RowFile, rendering: RowFile, matrix: Floats, blur_px: float = 0.0) -> SquareShifts:
+    """Return how squares of the photograph lie in the rendering once ``matrix`` is undone.
+
+    The sharper of both is blurred by ``blur_px``, which is negative if that is the rendering: see `blur_px`.
+    """
     from stimuli.align.registration import register_planes
 
     height, width = photo.shape[:2]
@@ -161,17 +178,22 @@ def measure_squares(photo: RowFile, rendering: RowFile, matrix: Floats) -> Squar
     down = max(2, min(_SQUARES_ACROSS, 2 * height // side))
     rows: list[tuple[float, ...]] = []
     plain = np.array_equal(matrix, np.eye(3))
+    beyond = int(np.ceil(4 * abs(blur_px)))
     for top in np.linspace(0, height - side, down).round().astype(int).tolist():
-        band = photo[top : top + side][:, :, 1]
+        begin = max(0, top - beyond)
+        band = blurred(np.ascontiguousarray(photo[begin : top + side + beyond][:, :, 1]), blur_px)[top - begin :][:side]
         for left in np.linspace(0, width - side, across).round().astype(int).tolist():
             photo_square = np.ascontiguousarray(band[:, left : left + side])
             box = np.array([[0, 0], [side, 0], [side, side], [0, side]]) + [left, top]
             seen = mapped(matrix, box.astype(np.float64))
-            low = np.maximum(np.floor(seen.min(axis=0)).astype(int) - 16, 0)
-            high = np.minimum(np.ceil(seen.max(axis=0)).astype(int) + 17, [rendering.shape[1], rendering.shape[0]])
+            low = np.maximum(np.floor(seen.min(axis=0)).astype(int) - 16 - beyond, 0)
+            high = np.minimum(
+                np.ceil(seen.max(axis=0)).astype(int) + 17 + beyond, [rendering.shape[1], rendering.shape[0]]
+            )
             if not (np.all(seen > -0.5) and np.all(seen < [rendering.shape[1] + 0.5, rendering.shape[0] + 0.5])):
                 continue
             part = rendering[int(low[1]) : int(high[1])][:, int(low[0]) : int(high[0]), 1]
+            part = blurred(np.ascontiguousarray(part), -blur_px)
             if plain:
                 rendering_square = np.ascontiguousarray(part[top - low[1] :, left - low[0] :][:side, :side])
             else:

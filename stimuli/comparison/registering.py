@@ -9,7 +9,7 @@ The displacements that are left afterwards give the residual.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -23,6 +23,7 @@ from stimuli.comparison.by_region import Side, check_charts
 from stimuli.comparison.displacements import (
     LEAST_SQUARES,
     SquareShifts,
+    blur_px,
     fit_similarity,
     guess_alignment,
     measure_squares,
@@ -85,7 +86,7 @@ def register_eye(
     if known is None:
         alignment = _aligned(photo, rendering, file, regions, options)
     else:
-        shifts = measure_squares(photo.xyz, rendering.xyz, known)
+        shifts = measure_squares(photo.xyz, rendering.xyz, known, blur_px(photo.xyz, rendering.xyz))
         still = photo.xyz.shape == rendering.xyz.shape and np.array_equal(known, np.eye(3))
         alignment = _alignment(known, "the other eye", shifts, None, photo.xyz.shape, moved=not still)
     step("Registering", 1, 1)
@@ -209,7 +210,12 @@ def align(
             )
         still = np.eye(3)
         return _alignment(
-            still, "as they are", measure_squares(photo, rendering, still), None, photo.shape, moved=False
+            still,
+            "as they are",
+            measure_squares(photo, rendering, still, blur_px(photo, rendering)),
+            None,
+            photo.shape,
+            moved=False,
         )
     if register == "corners":
         if corners is None:
@@ -224,7 +230,8 @@ def _refined(photo: RowFile, rendering: RowFile, matrix: Floats, start: str) -> 
     turned = start != "shift"
     if photo.shape == rendering.shape and _reach(matrix, photo.shape) < STILL_PX:
         matrix = np.eye(3)
-    shifts = measure_squares(photo, rendering, matrix)
+    blur = blur_px(photo, rendering)
+    shifts = measure_squares(photo, rendering, matrix, blur)
     for _ in range(_ROUNDS):
         if len(shifts.middle_px) < LEAST_SQUARES:
             break
@@ -234,7 +241,7 @@ def _refined(photo: RowFile, rendering: RowFile, matrix: Floats, start: str) -> 
         if _reach(step, photo.shape) < STILL_PX / 4:
             break
         candidate = np.asarray(matrix @ step)
-        measured = measure_squares(photo, rendering, candidate)
+        measured = measure_squares(photo, rendering, candidate, blur)
         before, after = shifts.residual_px, measured.residual_px
         if before is not None and (after is None or after > before):
             break
@@ -243,9 +250,9 @@ def _refined(photo: RowFile, rendering: RowFile, matrix: Floats, start: str) -> 
     if still:
         # As good as where it was: nothing is interpolated.
         if not np.array_equal(matrix, np.eye(3)):
-            shifts = measure_squares(photo, rendering, np.eye(3))
+            shifts = measure_squares(photo, rendering, np.eye(3), blur)
         matrix = np.eye(3)
-    return _alignment(matrix, start, shifts, errors, photo.shape, moved=not still)
+    return replace(_alignment(matrix, start, shifts, errors, photo.shape, moved=not still), blur_px=blur)
 
 
 def _alignment(

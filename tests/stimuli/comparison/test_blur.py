@@ -1,0 +1,64 @@
+"""A rendering that is the photograph but blurred: found where it lies, and failed for its blur."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.ndimage import gaussian_filter
+
+from stimuli.comparison.compare import compare_pictures
+from stimuli.comparison.registering import align
+from stimuli.comparison.sharpness import blur_between
+from stimuli.pictures.rows import RowFile
+from tests.stimuli.comparison.scenes import PLATE, Floats32, coloured, spots, written
+
+
+def blurred(picture: Floats32, sd_px: float) -> Floats32:
+    return coloured(gaussian_filter(picture[..., 1].astype(np.float64), sd_px))
+
+
+def noisy(picture: Floats32, share: float, seed: int = 3) -> Floats32:
+    return np.asarray(picture * (1 + share * np.random.default_rng(seed).standard_normal(picture.shape)), np.float32)
+
+
+@pytest.mark.parametrize("sd_px", [2.0, 4.0, 8.0])
+@pytest.mark.parametrize("share", [0.0, 0.01])
+def test_a_blur_is_measured_by_its_size_and_way(sd_px: float, share: float) -> None:
+    photo = spots(size=(400, 300), count=2500)
+    soft = noisy(blurred(photo, sd_px), share)[..., 1]
+    assert blur_between(photo[..., 1], soft) == pytest.approx(sd_px, rel=0.06)
+    assert blur_between(soft, photo[..., 1]) == pytest.approx(-sd_px, rel=0.06)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.01, 0.1, 0.5])
+def test_noise_or_other_flakes_are_no_blur(share: float) -> None:
+    photo, other = spots(size=(400, 300), count=2500), spots(size=(400, 300), count=2500, seed=9)
+    assert blur_between(noisy(photo, share)[..., 1], photo[..., 1]) == 0.0
+    assert blur_between(noisy(photo, share)[..., 1], other[..., 1]) == 0.0
+
+
+@pytest.mark.parametrize("sd_px", [2.0, 4.0, 8.0])
+@pytest.mark.parametrize("way", ["rendering", "photograph"])
+def test_a_blurred_picture_is_registered(sd_px: float, way: str) -> None:
+    photo, moved = spots(size=(400, 300), count=2500), spots(3.3, -1.7, size=(400, 300), count=2500)
+    pair = (photo, blurred(moved, sd_px)) if way == "rendering" else (blurred(photo, sd_px), moved)
+    found = align(RowFile.of(pair[0]), RowFile.of(pair[1]), "auto")
+    assert found.shift_px == pytest.approx((3.3, -1.7), abs=0.005 * sd_px**2)
+    assert found.residual_px is not None
+    assert found.residual_px < 0.15
+    assert abs(found.blur_px) == pytest.approx(sd_px, rel=0.06)
+
+
+def test_a_blurred_rendering_fails_for_its_blur(tmp_path: Path) -> None:
+    photo = spots(size=(400, 300), count=2500)
+    files = [written(tmp_path / name, one) for name, one in (("a.exr", photo), ("b.exr", blurred(photo, 4.0)))]
+    result = compare_pictures(files[0], files[1], PLATE)
+    assert result.verdict.decision == "not validated"
+    assert any("sparkle density" in reason.sentence for reason in result.verdict.having("fails"))
+    said = "the rendering is blurrier than the photograph, as if by a Gaussian of 4.0 px"
+    assert any(said in line for line in result.lines())
+    same = compare_pictures(files[0], files[0], PLATE)
+    assert same.verdict.decision == "validated"
+    assert not any("blurrier" in line for line in same.lines())
