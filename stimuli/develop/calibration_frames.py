@@ -33,6 +33,7 @@ _COLOURS = ("red", "green", "blue")
 class Frames:
     """Frames of one kind, pooled: ``mean`` of their values in shares of full scale, as the sensor stores them.
 
+    ``first`` is the first frame without its values: zeros of their shape.
     ``usable`` says which photosites are: not full in any frame, nor dead in a flat field. ``noise`` (3,) is the
     standard deviation of red, green and blue from frame to frame; of a single frame, from photosite to photosite.
     """
@@ -142,7 +143,11 @@ def _pooled(files: Sequence[Path], what: str, levels: Levels | None, assume_line
     if not variances:
         variances.append(_variances(first.values, first))
     noise = np.sqrt(np.mean(variances, axis=0))
-    mean = (total / len(files)).astype(np.float32)
+    total /= len(files)
+    mean = total.astype(np.float32)
+    # Of the first frame no more is needed than its shape and what is known of it.
+    shape = first.values.shape
+    first = replace(first, values=np.broadcast_to(np.float32(0), shape), saturated=np.broadcast_to(np.False_, shape))
     return Frames(first, mean, usable, tuple(path.name for path in files), tuple(digests), noise)
 
 

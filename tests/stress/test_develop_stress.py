@@ -126,6 +126,26 @@ def test_thirty_six_megapixels_become_xyz_in_a_gigabyte_and_a_half(tmp_path: Pat
     assert float(said.stdout) < 1.5
 
 
+def test_dark_frames_and_flat_fields_of_thirty_six_megapixels(tmp_path: Path) -> None:
+    """Two of each, and the photograph, to XYZ: at most 1.5 GB."""
+    rng = np.random.default_rng(0)
+    even = rng.integers(0, 40, (4912, 7360), dtype=np.uint16)
+    for name, level in (("d0", 590), ("d1", 590), ("f0", 8000), ("f1", 8000), ("photo", 6000)):
+        tags = exposure_tags((1, 15), (8, 1), 800)
+        save_dng(tmp_path / f"{name}.dng", even + np.uint16(level), black=(600,), white=15520, tags=tags)
+    program = (
+        "from pathlib import Path; from devices.camera import read_camera;"
+        "from stimuli.develop import DevelopOptions, develop_photographs;"
+        f"{PEAK_KB} camera = read_camera('configs/cameras/nikon_d800.yaml'); at = Path({str(tmp_path)!r});"
+        "options = DevelopOptions(camera=camera, dark=(at/'d0.dng', at/'d1.dng'), flat=(at/'f0.dng', at/'f1.dng'));"
+        "report = develop_photographs([at/'photo.dng'], at/'a.exr', options); assert not report.findings, report;"
+        "print(peak_kb() / 1e6)"
+    )
+    said = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True)
+    print("gigabytes", said.stdout)
+    assert float(said.stdout) < 1.5
+
+
 def test_compare_reads_a_raw_file_of_thirty_six_megapixels_in_a_gigabyte_and_a_half(tmp_path: Path) -> None:
     path = tmp_path / "large.dng"
     codes = np.random.default_rng(0).integers(590, 15600, (4912, 7360), dtype=np.uint16)
