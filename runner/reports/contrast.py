@@ -10,7 +10,7 @@ from devices.display import Rig
 from documents import Finding, InputError
 from documents.files import write_whole
 from documents.pages import DEEP, FAINT, INK, SERIES_COLOURS, WIDE_IN, Drawing, drawing, drawn
-from documents.text import did_you_mean
+from documents.text import did_you_mean, with_error
 from stimuli.build import StimulusSet
 from stimuli.luminance import ContrastOverExposure, contrast_over_exposure
 from stimuli.sparkle import Threshold
@@ -152,10 +152,10 @@ def lines(found: ContrastOverExposure) -> list[str]:
         sparkle, background = row.as_photographed.sparkle_cd_m2, row.as_photographed.background_cd_m2
         words = (
             f"{row.name:<{width}}  {_seconds(row.exposure_s):>5} s: sparkles {sparkle.value:.4g} cd/m² on "
-            f"{background.value:.4g}, contrast {contrast.value:.3f} ± {contrast.se:.3f}"
+            f"{background.value:.4g}, contrast {with_error(contrast.value, contrast.se)}"
         )
         if row.as_shown is not None:
-            words += f", on the display {row.as_shown.contrast.value:.3f} ± {row.as_shown.contrast.se:.3f}"
+            words += f", on the display {with_error(row.as_shown.contrast.value, row.as_shown.contrast.se)}"
         if row.width_px.value == row.width_px.value:
             words += f"; {row.width_px.value:.2f} px wide"
         out.append(words)
