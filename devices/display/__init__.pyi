@@ -2,6 +2,11 @@ from .code_table import ENTRIES as ENTRIES
 from .code_table import curve_table as curve_table
 from .colour_table import Kind as Kind
 from .colour_table import convert_colours as convert_colours
+from .contrast_sensitivity import CHROMATIC_CYCLES_PER_DEGREE as CHROMATIC_CYCLES_PER_DEGREE
+from .contrast_sensitivity import FinestDetail as FinestDetail
+from .contrast_sensitivity import contrast_sensitivity as contrast_sensitivity
+from .contrast_sensitivity import finest_visible as finest_visible
+from .contrast_sensitivity import visible as visible
 from .display_file import NO_TABLE as NO_TABLE
 from .display_file import Display as Display
 from .display_file import read_display as read_display

@@ -10,7 +10,16 @@ from typing import Any
 
 from analysis.records import FILE_NAME
 from devices.camera import read_camera
-from devices.display import EYES, Display, DisplayModel, pixels_per_degree, read_display, read_rig, read_verification
+from devices.display import (
+    EYES,
+    Display,
+    DisplayModel,
+    FinestDetail,
+    pixels_per_degree,
+    read_display,
+    read_rig,
+    read_verification,
+)
 from documents import Finding, InputError
 from documents.text import did_you_mean, nearest
 from documents.yaml import KIND_BY_KEY, read_yaml
@@ -85,7 +94,8 @@ def check_rig(report: CheckReport, options: CheckOptions) -> None:
     )
     density = pixels_per_degree(rig.display.panel.pixel_pitch_mm, rig.distance_mm)
     facts = {"kind": "rig", "mode": rig.mode, "observer": rig.observer, "pixels_per_degree": round(density, 2)}
-    report.facts.update(facts)
+    white_cd_m2 = max(float(rig.models.eye(eye).shown_white_XYZ_cd_m2[1]) for eye in EYES)
+    report.facts.update(facts | {"finest_detail": list(FinestDetail.of(density, white_cd_m2).sentences())})
     check_display_facts(report, rig)
     check_screen(report, rig, options)
 
