@@ -7,9 +7,11 @@ that fits nowhere, because its depth is another, lies where the other eye does.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from stimuli.comparison.depth import DepthComparison, common_movement, compare_depth, exchanged, which_eyes
-from stimuli.comparison.pictures import Eye, Picture
+from stimuli.comparison.eye_identity import EyeIdentity
+from stimuli.comparison.pictures import Eye, EyeView, Picture
 from stimuli.comparison.regions import place_regions
 from stimuli.comparison.regions_file import RegionsFile
 from stimuli.comparison.registering import EyePair, Progress, register_eye
@@ -38,6 +40,9 @@ def register_eyes(
     if identity is not None and identity.way == "exchanged":
         rendering = exchanged(rendering)
     pairs, refused = _registered(photo, rendering, regions, options, step)
+    if identity is None or identity.way is None:
+        # A rendering that is turned is identified once it was brought onto the photograph, one way or the other.
+        rendering, pairs, refused, identity = _identified(photo, rendering, pairs, refused, regions, options, step)
     step("Measuring disparity", 0, 2)
     movement = common_movement([pair.alignment for pair in pairs.values()], identity)
     placed = place_regions(regions, photo.views["left"].xyz.shape).regions
@@ -48,6 +53,36 @@ def register_eyes(
             raise next(iter(refused.values()))
         pairs, _ = _registered(photo, rendering, regions, options, step, depth.matrix, pairs)
     return rendering, pairs, depth
+
+
+def _identified(
+    photo: Picture,
+    rendering: Picture,
+    pairs: dict[Eye, EyePair],
+    refused: dict[Eye, StimulusError],
+    regions: RegionsFile,
+    options: CompareOptions,
+    step: Progress,
+) -> tuple[Picture, dict[Eye, EyePair], dict[Eye, StimulusError], EyeIdentity | None]:
+    """Return the rendering with its eyes as they should be, and which they were, by the views as they were brought."""
+    if refused and len(refused) < len(photo.views):
+        return rendering, pairs, refused, None
+    identity = None if refused else which_eyes(photo, _brought(rendering, pairs))
+    if not refused and (identity is None or identity.way != "exchanged"):
+        return rendering, pairs, refused, identity
+    changed = exchanged(rendering)
+    others, others_refused = _registered(photo, changed, regions, options, step)
+    if others_refused:
+        return rendering, pairs, refused, None
+    identity = which_eyes(photo, exchanged(_brought(changed, others)))
+    if identity is None or identity.way != "exchanged":
+        return rendering, pairs, refused, None
+    return changed, others, {}, identity
+
+
+def _brought(rendering: Picture, pairs: Mapping[Eye, EyePair]) -> Picture:
+    """Return the rendering as it was brought to the photograph's grid."""
+    return replace(rendering, views={eye: EyeView(pair.moved, None) for eye, pair in pairs.items()})
 
 
 def _registered(

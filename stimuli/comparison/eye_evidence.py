@@ -136,7 +136,9 @@ def _reason(
     subject: str, measure: str, apart: float, error: float, most: float, sentence: str, unit: str = "px"
 ) -> Reason:
     if math.isnan(apart) or math.isnan(error):
-        return Reason(subject, measure, "cannot say", f"{subject}: {measure} is not known", None, most, unit)
+        return Reason(
+            subject, measure, "cannot say", f"{measure} of the {subject} is known of one picture only", None, most, unit
+        )
     outcome = _outcome(apart, error, most)
     times = 100.0 if unit == "%" else 1.0
     tail = f"{_HOW[outcome]} {times * most:g}{'' if unit == '°' else ' ' if unit else ''}{unit}"

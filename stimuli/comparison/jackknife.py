@@ -36,12 +36,14 @@ def jackknife(rows: Floats, measure: Callable[[Floats], float]) -> tuple[float, 
 def jackknifed(
     photo: Floats, rendering: Floats, measures: Mapping[str, Callable[[Floats], float]]
 ) -> dict[str, EyesPair]:
-    """Return measures of sums over squares (n, k) of both pairs, and the errors of their differences."""
+    """Return measures of sums over squares (n, k) of both pairs, those that either has, with their errors."""
     totals = photo.sum(axis=0), rendering.sum(axis=0)
     count = len(photo)
     pairs = {}
     for name, measure in measures.items():
         values = [measure(total) for total in totals]
+        if np.isnan(values).all():
+            continue  # neither picture has what it measures
         without = np.array(
             [measure(totals[1] - rendering[number]) - measure(totals[0] - photo[number]) for number in range(count)]
         )

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stimuli.comparison import Comparison, compare_pictures
+from stimuli.comparison import CompareOptions, Comparison, compare_pictures
 from stimuli.comparison.eye_evidence import EyesEvidence, eyes_reasons
 from stimuli.comparison.eye_identity import identify_eyes
 from stimuli.comparison.jackknife import EyesPair
@@ -113,6 +113,24 @@ def test_a_shift_of_both_eyes_is_no_fault(tmp_path: Path) -> None:
     left, right = rendered(PAINT).views()
     shifted = (np.roll(left, (3, 5), axis=(0, 1)), np.roll(right, (3, 5), axis=(0, 1)))
     assert fails_of(compare(tmp_path, PAINT.views(), shifted)) == []
+
+
+def test_eyes_are_exchanged_in_a_turned_rendering(tmp_path: Path) -> None:
+    from scipy.ndimage import rotate
+
+    left, right = (rotate(view, 3.0, reshape=False, mode="nearest") for view in rendered(PAINT).views())
+    result = compare(tmp_path, PAINT.views(), (right, left))
+    assert any("eyes are exchanged" in line for line in fails_of(result))
+    assert result.eyes["left"].alignment.rotation_deg == pytest.approx(-3.0, abs=0.05)
+
+
+def test_views_without_any_texture(tmp_path: Path) -> None:
+    """Nothing in two even pictures can differ but their light."""
+    even = np.full((100, 140), 20.0, np.float32)
+    files = [written(tmp_path / name, coloured(even), coloured(even)) for name in ("a.exr", "b.exr")]
+    result = compare_pictures(files[0], files[1], PLATE, CompareOptions(register="none"))
+    assert result.verdict.decision == "validated"
+    assert any("neither picture has enough texture" in reason.sentence for reason in result.verdict.having("noted"))
 
 
 def fails_of(result: Comparison) -> list[str]:
