@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter
 
 from documents import InputError
 from stimuli.bracket import BracketOptions, NoiseModel, bracket_photographs, merge_exposures
@@ -80,6 +81,30 @@ def test_motion_is_found_wherever_it_is_and_never_where_it_is_not(tmp_path: Path
     assert false == 0
     # Beside a patch a hundred times as bright, the shift by 0.3 pixels that is let pass is worth more than the change.
     assert missed <= 3
+
+
+@pytest.mark.parametrize(("full_e", "read_e"), [(1500.0, 3.0), (3000.0, 20.0), (100000.0, 2.0)])
+def test_no_motion_with_other_sensors_nor_among_sparkles(tmp_path: Path, full_e: float, read_e: float) -> None:
+    """Twelve brackets each of 12 stops, every third of sparkles through a lens of one pixel; the gain is found."""
+    for seed in range(12):
+        light = scene(128, 160, stops=12, seed=seed)
+        if seed % 3 == 2:
+            rng = np.random.default_rng(seed)
+            points = np.where(rng.random(light.shape) < 0.01, rng.lognormal(1, 1, light.shape), 0)
+            light = 300 * np.clip(0.04 + gaussian_filter(points, 1.0), 0, 1)
+        photos = [
+            save_dng(
+                tmp_path / f"{number}.dng",
+                codes(record(light, time[0] / time[1], 1000 * seed + number, full_e, read_e)),
+                black=(BLACK,),
+                white=WHITE,
+                tags=exposure_tags(time, (8, 1), 200),
+            )
+            for number, time in enumerate(TIMES)
+        ]
+        step = bracket_photographs(photos, tmp_path / "a.exr", SUPERPIXEL).merge
+        assert step["moved"] == []
+        assert step["noise"]["green"]["full_scale_electrons"] == pytest.approx(full_e, rel=0.1)
 
 
 def test_six_raw_files_of_thirty_six_megapixels(tmp_path: Path) -> None:
