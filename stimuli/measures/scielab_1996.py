@@ -117,9 +117,7 @@ def seen_1996(picture: NDArray[np.floating], pixels_per_degree: float, support_d
     opponent = np.asarray(picture, dtype=np.float64) @ OPPONENT_FROM_XYZ.T
     seen = np.empty_like(opponent)
     for channel, kernels in enumerate(kernels_1996(pixels_per_degree, support_deg)):
-        seen[..., channel] = sum(
-            _filtered(_filtered(opponent[..., channel], kernel, 1), np.abs(kernel), 0) for kernel in kernels
-        )
+        seen[..., channel] = _filtered(opponent[..., channel], kernels)
     return np.asarray(seen @ np.linalg.inv(OPPONENT_FROM_XYZ).T)
 
 
@@ -163,13 +161,13 @@ class SCielab1996(MapMeasure):
         return EyeMeasured(self.pooled(errors.ravel()), errors, (said,))
 
 
-def _filtered(plane: Floats, kernel: Floats, axis: int) -> Floats:
-    """Return a plane filtered along one axis; it is mirrored for half a kernel, or half its own length if shorter."""
-    from scipy.ndimage import convolve1d
+def _filtered(plane: Floats, kernels: Floats) -> Floats:
+    """Return a plane filtered; it is mirrored for half a kernel, or for half its own length where that is shorter."""
+    from scipy.signal import fftconvolve
 
-    length = plane.shape[axis]
-    mirrored = len(kernel) // 2 if len(kernel) < length else length // 2
-    widths = [(mirrored, mirrored) if each == axis else (0, 0) for each in range(2)]
-    padded = np.pad(plane, widths, mode="symmetric")
-    done = convolve1d(padded, kernel, axis=axis, mode="constant")
-    return np.asarray(np.take(done, np.arange(mirrored, mirrored + length), axis=axis))
+    size = kernels.shape[1]
+    across = [size // 2 if size < length else length // 2 for length in plane.shape]
+    padded = np.pad(plane, [(each, each) for each in across], mode="symmetric")
+    done = fftconvolve(padded, np.abs(kernels).T @ kernels, mode="full")
+    first = [each + size // 2 for each in across]
+    return np.asarray(done[first[0] : first[0] + plane.shape[0], first[1] : first[1] + plane.shape[1]])
