@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -96,7 +98,7 @@ def compare_pictures(
     0.0
     """
     options = options or CompareOptions()
-    step = progress or _silent
+    step = _one_at_a_time(progress or _silent)
     if options.measures:
         measures_for(options.measures, options.viewing)
     file = regions if isinstance(regions, RegionsFile) else read_regions(Path(regions))
@@ -122,7 +124,7 @@ def compare_pictures(
         )
     rendering_picture, pairs, depth = register_eyes(photo_picture, rendering_picture, file, options, step)
     tables = _tables(pairs, file, options)
-    eyes = {eye: _judge_eye(pair, tables[eye], file, options) for eye, pair in pairs.items()}
+    eyes = _judge_eyes(pairs, tables, file, options)
     measures = measure_eyes(eyes, options, step)
     eyes = {eye: replace(result, masks=None) for eye, result in eyes.items()}
     seen_at = options.viewing
@@ -139,6 +141,17 @@ def compare_pictures(
         record,
         measures,
     )
+
+
+def _one_at_a_time(step: Progress) -> Progress:
+    """Return the same for eyes that are worked on side by side."""
+    lock = Lock()
+
+    def locked(what: str, done: int, of: int) -> None:
+        with lock:
+            step(what, done, of)
+
+    return locked
 
 
 def _silent(what: str, done: int, of: int) -> None:
@@ -193,6 +206,15 @@ def _table(
         camera=options.reading.camera,
         exposure=options.reading.exposure,
     )
+
+
+def _judge_eyes(
+    pairs: Mapping[Eye, EyePair], tables: Mapping[Eye, ComparedRegions], regions: RegionsFile, options: CompareOptions
+) -> dict[Eye, EyeComparison]:
+    """Judge the eyes side by side, where there are two: each reads files of its own, and filters release the lock."""
+    with ThreadPoolExecutor(len(pairs), "compare") as pool:
+        work = {eye: pool.submit(_judge_eye, pair, tables[eye], regions, options) for eye, pair in pairs.items()}
+        return {eye: one.result() for eye, one in work.items()}
 
 
 def _judge_eye(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+import threading
 import weakref
 from collections.abc import Callable, Iterator
 from typing import Protocol
@@ -102,6 +103,8 @@ class RowFile:
         self._file = tempfile.TemporaryFile(prefix="cyclopean-rows-", buffering=0)  # noqa: SIM115  # open as long as this
         weakref.finalize(self, self._file.close)
         self._row_bytes = shape[1] * shape[2] * 4
+        # A place in the file is sought and read at once, whoever else reads.
+        self._lock = threading.Lock()
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -117,22 +120,24 @@ class RowFile:
         if not part.size:
             return part
         view = part.data.cast("B")
-        self._file.seek(start * self._row_bytes)
-        done = 0
-        while done < len(view):
-            read = self._file.readinto(view[done:])
-            if not read:
-                raise OSError("a picture's rows were read before they were written")
-            done += read
+        with self._lock:
+            self._file.seek(start * self._row_bytes)
+            done = 0
+            while done < len(view):
+                read = self._file.readinto(view[done:])
+                if not read:
+                    raise OSError("a picture's rows were read before they were written")
+                done += read
         return part
 
     def write(self, first: int, rows: NDArray[np.floating]) -> None:
         """Put ``rows`` (n, width, 3) where row ``first`` begins."""
         view = np.ascontiguousarray(rows, dtype=np.float32).data.cast("B")
-        self._file.seek(first * self._row_bytes)
-        done = 0
-        while done < len(view):
-            done += self._file.write(view[done:])
+        with self._lock:
+            self._file.seek(first * self._row_bytes)
+            done = 0
+            while done < len(view):
+                done += self._file.write(view[done:])
 
     @classmethod
     def of(cls, picture: NDArray[np.floating]) -> RowFile:
