@@ -15,6 +15,8 @@ Decision = Literal["validated", "not validated", "cannot say"]
 
 # Up to this many regions that fail are listed one by one.
 MOST_REGIONS = 3
+# Below it a number that passes is printed as 0.00.
+_NEXT_TO_NOTHING = 1e-4
 # As `together` begins the reasons of either eye.
 _EYES = ("left eye: ", "right eye: ")
 
@@ -317,4 +319,8 @@ def _numbers(measure: str, reasons: Sequence[Reason]) -> str:
 
 def _number(reason: Reason) -> str:
     value = 0.0 if reason.value is None else reason.value
-    return decimals(value, 2) if "ΔE00" in reason.measure or reason.unit == "px" else significant(abs(value), 2)
+    return (
+        decimals(value, 2)
+        if "ΔE00" in reason.measure or reason.unit == "px" or abs(value) < _NEXT_TO_NOTHING
+        else significant(abs(value), 2)
+    )
