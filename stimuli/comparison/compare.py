@@ -255,7 +255,7 @@ def _judge_eye(
     else:
         step("As the eye sees it", 0, photo.shape[0])
         first, second = (SeenPicture(rows, options.pixels_per_degree, table.white_XYZ) for rows in (photo, rendering))
-        delta_e = difference_map(first, second, table.white_XYZ, partial(step, "As the eye sees it"))
+        delta_e = difference_map(first, second, table.white_XYZ, partial(step, "As the eye sees it"), filtered=True)
         seen, seen_overview = summarise(delta_e, limits.delta_e, compared), overview(delta_e, pair.within, compared)
         by_region = seen_regions(delta_e, counts)
         del delta_e

@@ -44,4 +44,4 @@ class SCielab(MapMeasure):
         """Return ΔE00 of each pixel, float32 (height, width)."""
         white, density = viewing.cielab_white_XYZ, viewing.pixels_per_degree
         seen = [SeenPicture(picture, density, white) for picture in (reference_XYZ, test_XYZ)]
-        return difference_map(seen[0], seen[1], white)
+        return difference_map(seen[0], seen[1], white, filtered=True)

@@ -10,7 +10,9 @@ from stimuli.errors import StimulusError
 from stimuli.pictures.rows import Floats32, Rows, RowsDone, bands
 
 
-def difference_map(photo: Rows, rendering: Rows, white_XYZ: ArrayLike, rows_done: RowsDone | None = None) -> Floats32:
+def difference_map(
+    photo: Rows, rendering: Rows, white_XYZ: ArrayLike, rows_done: RowsDone | None = None, *, filtered: bool = False
+) -> Floats32:
     """Return ΔE00 between two pictures, pixel by pixel.
 
     Parameters
@@ -22,6 +24,9 @@ def difference_map(photo: Rows, rendering: Rows, white_XYZ: ArrayLike, rows_done
         The white of CIELAB, (3,), in the pictures' unit.
     rows_done
         Called with how many rows of how many are done.
+    filtered
+        The pictures are what the eye's filters leave: beside bright places that is below 0, and counts as it is. CIELAB
+        goes on in a straight line there, so that a difference in the dark is not lost.
 
     Returns
     -------
@@ -52,7 +57,9 @@ def difference_map(photo: Rows, rendering: Rows, white_XYZ: ArrayLike, rows_done
         finite = np.isfinite(rows[0]).all(axis=-1) & np.isfinite(rows[1]).all(axis=-1)
         bad += finite.size - int(np.count_nonzero(finite))
         if not bad:
-            first, second = (xyz_to_lab(np.maximum(picture, 0.0), white_XYZ) for picture in rows)
+            first, second = (
+                xyz_to_lab(picture if filtered else np.maximum(picture, 0.0), white_XYZ) for picture in rows
+            )
             out[band] = delta_e_2000(first, second)
         if rows_done is not None:
             rows_done(band.stop, height)

@@ -112,7 +112,7 @@ class SeenPicture:
         return self._picture.shape
 
     def __getitem__(self, rows: slice, /) -> Floats32:
-        """Return those rows in XYZ, float32, (rows, width, 3); light stays at or above 0."""
+        """Return those rows in XYZ, float32, (rows, width, 3); beside bright places dark ones fall below 0."""
         import cv2
 
         height, width = self.shape[:2]
@@ -129,9 +129,7 @@ class SeenPicture:
             seen[..., blur.channel] += np.float32(blur.weight) * soft[own : len(part) - own]
         for layer in self._wide:
             seen[..., layer.blur.channel] += layer.rows(start, stop)
-        return np.maximum(
-            _turned(seen, np.asarray(np.linalg.inv(self._opponent), dtype=np.float64)), 0, dtype=np.float32
-        )
+        return _turned(seen, np.asarray(np.linalg.inv(self._opponent), dtype=np.float64))
 
 
 def remarks_on_observer(observer: str) -> list[str]:

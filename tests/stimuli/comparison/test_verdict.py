@@ -113,7 +113,10 @@ def test_a_checkerboard_of_regions_cancels_where_the_eye_is_far() -> None:
     rendering = np.asarray(0.4 * WHITE * (1 - 0.2 * (board[..., None] - 0.5)), dtype=np.float32)
     regions = [Region("cell", "cell", SQUARE / 9 * 2 + 20, SQUARE / 9 * 2 + 20, "g")]
     near, far = (
-        seen_regions(difference_map(SeenPicture(photo, ppd, WHITE), SeenPicture(rendering, ppd, WHITE), WHITE), regions)
+        seen_regions(
+            difference_map(SeenPicture(photo, ppd, WHITE), SeenPicture(rendering, ppd, WHITE), WHITE, filtered=True),
+            regions,
+        )
         for ppd in (4, 200)
     )
     assert near["cell"] > 2

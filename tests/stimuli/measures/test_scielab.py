@@ -41,7 +41,7 @@ def seen_plain(xyz: NDArray[np.float64], pixels_per_degree: float) -> NDArray[np
             sd = spread_deg * pixels_per_degree / np.sqrt(2)
             down, across = (blur_matrix(pixels, sd) for pixels in xyz.shape[:2])
             out[..., channel] += weight / total * (down @ opponent[..., channel] @ across.T)
-    return np.asarray(np.maximum(out @ np.linalg.inv(OPPONENT).T, 0))
+    return np.asarray(out @ np.linalg.inv(OPPONENT).T)
 
 
 @pytest.mark.parametrize("pixels_per_degree", [12.0, 44.1, 178.0, 300.0])
@@ -73,8 +73,12 @@ def test_a_fine_pattern_is_seen_near_and_not_far() -> None:
     pattern = (0.2 + 0.6 * board)[..., None] * WHITE
     mean = np.broadcast_to(0.5 * WHITE, pattern.shape)
     point_by_point = difference_map(pattern, mean, WHITE).mean()
-    near = difference_map(SeenPicture(pattern, 15, WHITE), SeenPicture(mean, 15, WHITE), WHITE)[16:-16, 16:-16].mean()
-    far = difference_map(SeenPicture(pattern, 240, WHITE), SeenPicture(mean, 240, WHITE), WHITE)[16:-16, 16:-16].mean()
+    near = difference_map(SeenPicture(pattern, 15, WHITE), SeenPicture(mean, 15, WHITE), WHITE, filtered=True)[
+        16:-16, 16:-16
+    ].mean()
+    far = difference_map(SeenPicture(pattern, 240, WHITE), SeenPicture(mean, 240, WHITE), WHITE, filtered=True)[
+        16:-16, 16:-16
+    ].mean()
     assert point_by_point > 15
     assert near > 5
     assert far < 0.05
@@ -88,7 +92,7 @@ def test_colour_is_lost_before_lightness() -> None:
     flat = np.broadcast_to(grey, stripes.shape[:2] + (3,))
     left = []
     for pattern in (grey * (1 + 0.2 * stripes), grey + 3.0 * stripes * red_green):
-        seen = difference_map(SeenPicture(pattern, 96, WHITE), SeenPicture(flat, 96, WHITE), WHITE)
+        seen = difference_map(SeenPicture(pattern, 96, WHITE), SeenPicture(flat, 96, WHITE), WHITE, filtered=True)
         left.append(float(seen.mean() / difference_map(pattern, flat, WHITE).mean()))
     assert left[0] > 3 * left[1]
 
@@ -107,6 +111,19 @@ def test_farther_away_is_finer() -> None:
     np.testing.assert_allclose(seen, SeenPicture(coarse, 60, WHITE)[:], rtol=0, atol=0.06 * coarse.max())
 
 
+def test_a_difference_in_the_dark_beside_a_highlight_is_not_lost() -> None:
+    """The widest Gaussian's weight is below 0, so that dark places near bright ones are left below 0."""
+    photo = np.full((60, 200, 3), 0.5) * WHITE / 100.0
+    photo[:, 80:90] *= 2000.0
+    rendering = photo.copy()
+    rendering[:, 150:] *= 6.0
+    seen = [SeenPicture(picture, 40, WHITE) for picture in (photo, rendering)]
+    assert (seen[0][:][:, 160:] < 0).all()
+    map_ = difference_map(seen[0], seen[1], WHITE, filtered=True)
+    assert map_[:, 160:].min() > 1.0
+    assert map_[:, :60].max() < 0.5
+
+
 def test_rows_are_read_a_few_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("stimuli.pictures.rows.BAND_PIXELS", 20 * 30)
     most = 0
@@ -121,7 +138,7 @@ def test_rows_are_read_a_few_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
             return np.ones((height, 30, 3))
 
     source: Rows = Counted()
-    difference_map(SeenPicture(source, 20, WHITE), SeenPicture(source, 20, WHITE), WHITE)
+    difference_map(SeenPicture(source, 20, WHITE), SeenPicture(source, 20, WHITE), WHITE, filtered=True)
     assert most < 400 / 4
 
 
