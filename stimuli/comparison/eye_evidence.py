@@ -175,7 +175,13 @@ def _roll(pair: EyesPair, limits: Limits) -> Reason:
         f"the rendering's right view is turned by {with_error(abs(pair.difference), pair.standard_error)}° {way} "
         "against its left, beyond the photograph's"
     )
-    return _reason("eyes", "roll", pair.difference, pair.standard_error, limits.eye_roll_deg, sentence, "°")
+    return _reason(
+        "right eye beside left", "roll", pair.difference, pair.standard_error, limits.eye_roll_deg, sentence, "°"
+    )
+
+
+def _times(ratio: float) -> str:
+    return f"{ratio:.2f}" if 0.1 <= ratio < 100 else significant(ratio)
 
 
 def _ratio(measure: str) -> _Judge:
@@ -185,12 +191,12 @@ def _ratio(measure: str) -> _Judge:
         most = limits.eye_contrast if measure == "contrast" else limits.eye_luminance
         apart = math.expm1(abs(pair.difference))
         error = math.exp(abs(pair.difference)) * pair.standard_error
-        rendering, photo = (significant(math.exp(value)) for value in (pair.rendering, pair.photo))
+        rendering, photo = (_times(math.exp(value)) for value in (pair.rendering, pair.photo))
         sentence = (
             f"the right eye has {rendering} times the left eye's {measure} in the rendering and {photo} times in the "
             f"photograph, {with_error(100 * apart, 100 * error)} % apart"
         )
-        return _reason("eyes", measure, apart, error, most, sentence, "%")
+        return _reason("right eye beside left", measure, apart, error, most, sentence, "%")
 
     return judged
 
@@ -200,7 +206,9 @@ def _agreement(pair: EyesPair, limits: Limits) -> Reason:
         f"the two views correlate by {pair.rendering:.2f} in the rendering and by {pair.photo:.2f} in the photograph, "
         f"{with_error(abs(pair.difference), pair.standard_error)} apart"
     )
-    return _reason("eyes", "agreement", pair.difference, pair.standard_error, limits.eye_agreement, sentence, "")
+    return _reason(
+        "right eye beside left", "agreement", pair.difference, pair.standard_error, limits.eye_agreement, sentence, ""
+    )
 
 
 def _one_eyed(pair: EyesPair, limits: Limits) -> Reason:

@@ -15,7 +15,9 @@ import numpy as np
 from stimuli.comparison.alignment import Alignment
 from stimuli.comparison.areas import inside, window
 from stimuli.comparison.evidence import SparklePair
+from stimuli.comparison.eye_identity import local_contrast
 from stimuli.comparison.regions import Region
+from stimuli.comparison.sharpness import blurred
 from stimuli.pictures.rows import Floats32, Mask, RowFile
 from stimuli.sparkle.measures.find import Peaks, Threshold
 from stimuli.sparkle.measures.measure import Estimate, SparkleMeasures, measure_sparkles, mutual_nearest
@@ -26,6 +28,8 @@ _TURNED_DEG, _GROWN = 1e-6, 1e-6
 SAME_PX, SAME_SHARE = 1.5, 0.5
 # With fewer sparkles it is not known whether both show the same flakes.
 _SPARKLING = 20
+# Local contrasts of the same flakes, both as blurred as the blurrier picture, correlate by more; of others, by nothing.
+_SAME_CORRELATION = 0.5
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -34,13 +38,15 @@ class SparkleArea:
     have, None where the plates are not one and the same.
 
     ``own_pixels`` is true if the rendering was measured on its own pixels: if it was only shifted, by whole pixels
-    then, so that the blur of interpolation does not count as a difference.
+    then, so that the blur of interpolation does not count as a difference. ``correlation`` is that of both pictures'
+    local contrasts, the sharper one blurred like the other: a blurred picture has few sparkles, and the same flakes.
     """
 
     name: str
     pixels: int
     own_pixels: bool
     matched: int | None
+    correlation: float
     photo: SparkleMeasures
     rendering: SparkleMeasures
     pairs: tuple[SparklePair, ...]
@@ -52,6 +58,7 @@ class SparkleArea:
             "pixels": self.pixels,
             "rendering_as_rendered": self.own_pixels,
             "in_both": self.matched,
+            "correlation": self.correlation,
             "photograph": self.photo.to_json(),
             "rendering": self.rendering.to_json(),
             "pairs": [pair.to_json() for pair in self.pairs],
@@ -60,7 +67,8 @@ class SparkleArea:
     @property
     def other_flakes(self) -> bool:
         """Whether both sparkle, and elsewhere."""
-        return self.matched is None and min(len(self.photo.peaks), len(self.rendering.peaks)) >= _SPARKLING
+        sparkling = min(len(self.photo.peaks), len(self.rendering.peaks)) >= _SPARKLING
+        return self.matched is None and sparkling and self.correlation < _SAME_CORRELATION
 
 
 def sparkle_area(
@@ -107,7 +115,17 @@ def sparkle_area(
         _pair("width", measured[0].width_px, measured[1].width_px, "px", region.name),
         _pair("contrast", measured[0].contrast, measured[1].contrast, "", region.name),
     )
-    return SparkleArea(region.name, pixels, shifted, matched, *measured, pairs)
+    correlation = _correlation(
+        blurred(photo_plane, alignment.blur_px), blurred(rendering_plane, -alignment.blur_px), mask
+    )
+    return SparkleArea(region.name, pixels, shifted, matched, correlation, *measured, pairs)
+
+
+def _correlation(photo: Floats32, rendering: Floats32, mask: Mask) -> float:
+    one, other = (local_contrast(plane)[mask].astype(np.float64) for plane in (photo, rendering))
+    one, other = one - one.mean(), other - other.mean()
+    both = float(np.sqrt((one @ one) * (other @ other)))
+    return float(one @ other) / both if both > 0 else 0.0
 
 
 def _matched(photo: Peaks, rendering: Peaks, shift_px: tuple[float, float]) -> int | None:

@@ -312,7 +312,7 @@ def _split(text: str) -> tuple[str, str]:
 
 def _numbers(measure: str, reasons: Sequence[Reason]) -> str:
     first = reasons[0]
-    unit = f" {first.unit}" if first.unit else ""
+    unit = first.unit if first.unit in ("", "°") else f" {first.unit}"
     values = " / ".join(_number(reason) for reason in reasons)
     return f"{measure} {values}{unit}" + ("" if first.limit is None else f" (limit {first.limit:g}{unit})")
 

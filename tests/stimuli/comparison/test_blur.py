@@ -10,7 +10,10 @@ from scipy.ndimage import gaussian_filter
 
 from stimuli.comparison.compare import compare_pictures
 from stimuli.comparison.registering import align
+from stimuli.comparison.results import CompareOptions, Comparison
 from stimuli.comparison.sharpness import blur_between
+from stimuli.comparison.sparkles import SparkleArea
+from stimuli.measures import ViewingConditions
 from stimuli.pictures.rows import RowFile
 from tests.stimuli.comparison.scenes import PLATE, Floats32, coloured, spots, written
 
@@ -62,3 +65,28 @@ def test_a_blurred_rendering_fails_for_its_blur(tmp_path: Path) -> None:
     same = compare_pictures(files[0], files[0], PLATE)
     assert same.verdict.decision == "validated"
     assert not any("blurrier" in line for line in same.lines())
+
+
+@pytest.mark.parametrize("moved", [0.0, 0.4])
+def test_pixels_of_a_blurred_plate_count(tmp_path: Path, moved: float) -> None:
+    """Few of its sparkles lie on one of the photograph's, and its flakes are the same all the same."""
+    photo, other = spots(size=(400, 300), count=9000), spots(moved, size=(400, 300), count=9000, seed=9)
+    soft = blurred(spots(moved, size=(400, 300), count=9000), 3.0)
+    for name, picture in (("photo", photo), ("soft", soft), ("other", other)):
+        written(tmp_path / f"{name}.exr", picture)
+    options = CompareOptions(viewing=ViewingConditions(40.0))
+    area, reasons = _plate(compare_pictures(tmp_path / "photo.exr", tmp_path / "soft.exr", PLATE, options))
+    assert area.matched is None
+    assert area.correlation > 0.9
+    assert not area.other_flakes
+    assert any("as the eye resolves them" in reason for reason in reasons)
+    options = CompareOptions(viewing=ViewingConditions(40.0), register="none")
+    area, reasons = _plate(compare_pictures(tmp_path / "photo.exr", tmp_path / "other.exr", PLATE, options))
+    assert abs(area.correlation) < 0.1
+    assert area.other_flakes
+    assert not any("as the eye resolves them" in reason for reason in reasons)
+
+
+def _plate(result: Comparison) -> tuple[SparkleArea, list[str]]:
+    (area,) = result.eyes["both"].sparkle
+    return area, [reason.sentence for reason in result.verdict.having("fails")]
