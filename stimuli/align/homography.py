@@ -1,4 +1,4 @@
-"""Pictures of one plane seen by two cameras: the homography or the shift between marked places, and warped pictures.
+"""Pictures of one plane seen by two cameras: the homography or the shift between marked places.
 
 scikit-image estimates the homography, by the direct linear transformation on normalised places [Hartley2003].
 """
@@ -18,8 +18,6 @@ from stimuli.errors import StimulusError
 Floats = NDArray[np.float64]
 Floats32 = NDArray[np.float32]
 
-_BAND_ROWS = 256
-_PAD = 12
 # The spread of places across their line, as a share of that along it.
 _ON_A_LINE = 1e-5
 
@@ -30,15 +28,6 @@ class Homography:
 
     matrix: Floats
     residual_px: float
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Warped:
-    """A warped picture, how many of its pixels lie outside the one it came from, and how many were set to 0."""
-
-    picture: Floats32
-    outside_px: int
-    negative_px: int
 
 
 def homography_from_points(reference_points: ArrayLike, moving_points: ArrayLike) -> Homography:
@@ -141,59 +130,6 @@ def shift_from_points(left_points: ArrayLike, right_points: ArrayLike, shape: tu
 def mapped(matrix: ArrayLike, places: ArrayLike) -> Floats:
     """Return the places (..., 2) that the homography ``matrix`` (3, 3) takes ``places`` (..., 2) to."""
     return project(np.asarray(matrix, dtype=np.float64), np.asarray(places, dtype=np.float64))
-
-
-def warp(picture: Floats32, matrix: ArrayLike, size_px: tuple[int, int]) -> Warped:
-    """Return ``picture`` (height, width, channels) as it lies before a homography, of ``size_px`` across and down.
-
-    In linear light, by a cubic spline; what lies outside takes the nearest edge's light and is counted; where
-    ``picture`` has no negative light none is made.
-
-    Parameters
-    ----------
-    picture
-        Linear light in any unit, float32 (height, width, channels).
-    matrix
-        The homography, (3, 3), from places x and y of the outcome to places of ``picture``, in pixels.
-    size_px
-        Width and height of the outcome, in pixels.
-
-    Returns
-    -------
-    Warped
-        The picture, float32 (height, width, channels), and how many of its pixels lie outside or were set to 0.
-
-    Examples
-    --------
-    >>> light = np.full((20, 30, 3), 5.0, np.float32)
-    >>> warped = warp(light, [[1.0, 0.0, 10.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], (30, 20))
-    >>> warped.picture.shape, warped.outside_px              # 10 of 30 columns lie outside
-    ((20, 30, 3), 200)
-    """
-    from scipy.ndimage import map_coordinates, spline_filter
-
-    width, height = size_px
-    warped = np.empty((height, width, picture.shape[2]), dtype=np.float32)
-    outside = 0
-    below = np.zeros((height, width), dtype=np.bool_)
-    columns = np.arange(width, dtype=np.float64)
-    for channel in range(picture.shape[2]):
-        plane = np.asarray(picture[:, :, channel], dtype=np.float32)
-        spline = spline_filter(np.pad(plane, _PAD, mode="edge"), 3, output=np.float32, mode="mirror")
-        for first in range(0, height, _BAND_ROWS):
-            rows = np.arange(first, min(first + _BAND_ROWS, height), dtype=np.float64)
-            places = mapped(matrix, np.stack(np.meshgrid(columns, rows), axis=-1))
-            x, y = places[..., 0], places[..., 1]
-            right, bottom = plane.shape[1] - 1, plane.shape[0] - 1
-            if channel == 0:
-                outside += int(np.count_nonzero((x < -0.5) | (x > right + 0.5) | (y < -0.5) | (y > bottom + 0.5)))
-            where = [np.clip(y, 0, bottom) + _PAD, np.clip(x, 0, right) + _PAD]
-            part = map_coordinates(spline, where, order=3, prefilter=False, output=np.float32, mode="mirror")
-            warped[first : first + len(rows), :, channel] = part
-        if plane.min() >= 0.0:
-            below |= warped[:, :, channel] < 0.0
-            np.maximum(warped[:, :, channel], 0.0, out=warped[:, :, channel])
-    return Warped(warped, outside, int(below.sum()))
 
 
 def common_part(homographies: list[Floats], width: int, height: int, remedy: str) -> tuple[int, int, int, int]:

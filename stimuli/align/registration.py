@@ -104,7 +104,8 @@ def register(
     moving_plane = light_plane(moving, luminance_weights, "moving")
     homography = None
     if corners is not None:
-        from stimuli.align.homography import homography_from_points, warp
+        from stimuli.align.homography import homography_from_points
+        from stimuli.align.warping import warp
 
         homography = homography_from_points(*corners).matrix
         moving_plane = warp(

@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stimuli.align.disparity import BLOCK_PX, measure_disparity
-from stimuli.align.homography import common_part, warp
+from stimuli.align.homography import common_part
 from stimuli.align.planes import LEAST_SIDE_PX, Region, binned, light_plane, same_size
 from stimuli.align.registration import register_planes
 from stimuli.align.roll_scale import RollScale
 from stimuli.align.subpixel import MOST_PIXELS
+from stimuli.align.warping import warp
 from stimuli.errors import StimulusError
 from stimuli.pictures.stereo_image import StereoImage, XYZImage
 

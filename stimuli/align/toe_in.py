@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 from devices.display import disparity_arcmin, mm_from_px, visual_angle_deg
 from documents.text import json_fields
 from stimuli.align.disparity import Viewing
-from stimuli.align.homography import common_part, mapped, warp
+from stimuli.align.homography import common_part, mapped
 from stimuli.align.planes import light_plane, same_size
+from stimuli.align.warping import warp
 from stimuli.errors import StimulusError
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 

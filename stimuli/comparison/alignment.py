@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from documents.text import json_fields
-from stimuli.align.homography import mapped, warp
+from stimuli.align.homography import mapped
+from stimuli.align.warping import grid_places, warp
 from stimuli.pictures.rows import Floats, Mask, RowFile, RowsDone
 
 # Displacements below this are not worth an interpolation.
@@ -116,22 +117,16 @@ def resample_flags(flags: Mask, alignment: Alignment, size_px: tuple[int, int]) 
     resampled = np.zeros((height, width), dtype=np.bool_)
     for first in range(0, height, _BAND_ROWS):
         last = min(first + _BAND_ROWS, height)
-        places = np.round(_places(alignment.matrix, first, last, width)).astype(np.int64)
-        x, y = places[..., 0], places[..., 1]
+        places = np.broadcast_arrays(*grid_places(alignment.matrix, slice(first, last), width))
+        x, y = (np.round(place).astype(np.int64) for place in places)
         inside = (x >= 0) & (x < flags.shape[1]) & (y >= 0) & (y < flags.shape[0])
         part = resampled[first:last]
         part[inside] = wide[y[inside], x[inside]]
     return resampled
 
 
-def _places(matrix: Floats, first: int, last: int, width: int) -> Floats:
-    columns, rows = np.arange(width, dtype=np.float64), np.arange(first, last, dtype=np.float64)
-    return mapped(matrix, np.stack(np.meshgrid(columns, rows), axis=-1))
-
-
 def _within(matrix: Floats, first: int, last: int, width: int, shape: tuple[int, ...]) -> Mask:
-    places = _places(matrix, first, last, width)
-    x, y = places[..., 0], places[..., 1]
+    x, y = grid_places(matrix, slice(first, last), width)
     return np.asarray((x >= 1) & (x <= shape[1] - 2) & (y >= 1) & (y <= shape[0] - 2))
 
 

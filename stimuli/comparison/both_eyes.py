@@ -7,6 +7,7 @@ that fits nowhere, because its depth is another, lies where the other eye does.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 from stimuli.comparison.depth import DepthComparison, common_movement, compare_depth, exchanged, which_eyes
@@ -96,28 +97,35 @@ def _registered(
 ) -> tuple[dict[Eye, EyePair], dict[Eye, StimulusError]]:
     """Return both views of each eye on one grid, and why those of an eye of two could not be brought there.
 
-    Eyes that are in ``before`` are taken from there; the others lie where ``known`` (3, 3) takes them, if it is given.
+    Both eyes are registered side by side. Those in ``before`` are taken from there; the others lie where ``known``
+    (3, 3) takes them, if it is given.
 
     Raises
     ------
     StimulusError
         If a single picture cannot be registered, or an eye cannot although its place is known.
     """
-    pairs: dict[Eye, EyePair] = {}
-    refused: dict[Eye, StimulusError] = {}
-    for eye, view in photo.views.items():
-        if before is not None and eye in before:
-            pairs[eye] = before[eye]
-            continue
-        named = _named(step, "" if eye == "both" else f", {eye} eye")
-        other, name, safe = rendering.views[eye], str(rendering.file), photo.safe_cd_m2
-        try:
-            pairs[eye] = register_eye(view, other, name, safe, regions, options, named, known)
-        except StimulusError as error:
-            if eye == "both" or known is not None:
-                raise
-            refused[eye] = error
-    return pairs, refused
+    pairs, refused = dict(before or {}), dict[Eye, StimulusError]()
+    file, safe = str(rendering.file), photo.safe_cd_m2
+    with ThreadPoolExecutor(len(photo.views), "register") as pool:
+        work = {
+            eye: pool.submit(
+                register_eye,
+                *(view, rendering.views[eye], file, safe, regions, options),
+                _named(step, "" if eye == "both" else f", {eye} eye"),
+                known,
+            )
+            for eye, view in photo.views.items()
+            if eye not in pairs
+        }
+        for eye, one in work.items():
+            try:
+                pairs[eye] = one.result()
+            except StimulusError as error:
+                if eye == "both" or known is not None:
+                    raise
+                refused[eye] = error
+    return {eye: pairs[eye] for eye in photo.views if eye in pairs}, refused
 
 
 def _named(step: Progress, name: str) -> Progress:

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from documents.text import json_fields
-from stimuli.align.homography import mapped, warp
+from stimuli.align.homography import mapped
+from stimuli.align.warping import warp
 from stimuli.comparison.alignment import Alignment
 from stimuli.comparison.areas import inside, window
 from stimuli.comparison.displacements import move

@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from documents import Finding
 from documents.text import significant
-from stimuli.align.homography import mapped, warp
+from stimuli.align.homography import mapped
+from stimuli.align.warping import warp
 from stimuli.comparison.sharpness import blur_between, blurred
 from stimuli.errors import StimulusError
 from stimuli.pictures.rows import Floats, Floats32, RowFile, block_means

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from devices.display.viewing import visual_angle_deg
 from stimuli.align.disparity import Viewing
-from stimuli.align.homography import homography_from_points, mapped, warp
+from stimuli.align.homography import homography_from_points, mapped
 from stimuli.align.pair import align_pair
 from stimuli.align.registration import register
 from stimuli.align.toe_in import focal_px, keystone, rectify_toe_in, toe_in_homography
+from stimuli.align.warping import warp
 from stimuli.errors import StimulusError
 from stimuli.pictures.stereo_image import Eye
 
@@ -171,3 +172,14 @@ def test_angles_that_cannot_be_are_refused() -> None:
     assert focal_px(7360, 39.6) == pytest.approx(7360 / 35.9 * 49.86, rel=0.01)  # a lens of 50 mm on full frame
     with pytest.raises(StimulusError, match="field_of_view_deg"):
         focal_px(100, 180.0)
+
+
+@pytest.mark.parametrize("shift_px", [(0.4, 0.0), (-3.7, 2.25), (12.5, -30.9), (5.0, 0.0), (1e3, 1e3)])
+def test_a_shift_along_rows_and_columns_is_the_shift_at_once(shift_px: tuple[float, float]) -> None:
+    """The slow twin takes every place by itself, as any homography does."""
+    picture = np.random.default_rng(5).gamma(0.3, 10.0, (340, 90, 2)).astype(np.float32)
+    matrix = np.array([[1.0, 0.0, shift_px[0]], [0.0, 1.0, shift_px[1]], [0.0, 0.0, 1.0]])
+    quick = warp(picture, matrix, (100, 300))
+    plain = warp(picture, matrix * 2.0, (100, 300))  # the same homography, and not seen as a shift
+    np.testing.assert_allclose(quick.picture, plain.picture, rtol=0, atol=2e-6 * picture.max())
+    assert quick.outside_px == plain.outside_px

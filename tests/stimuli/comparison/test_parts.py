@@ -19,7 +19,7 @@ from devices.colour.spaces import rgb_to_xyz_matrix
 from devices.colour.white_points import white_point
 from devices.display.rig_file import read_rig
 from runner.reports.comparison.figures import draw_pictures
-from stimuli.align.homography import warp
+from stimuli.align.warping import warp
 from stimuli.comparison.alignment import Alignment, resample, resample_flags
 from stimuli.comparison.registering import align
 from stimuli.pictures.exr_header import REC709
