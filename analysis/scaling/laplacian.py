@@ -24,6 +24,8 @@ WIDEST_FOR_PLAIN_SUMS = 1e3
 SMALL_GRAPH = 32
 LARGE_BATCH = 16
 MOST_FOR_EQUAL_BITS = 50
+# So few columns are one thread's; so many are shared evenly by any number of threads.
+ALONE, SHARED_COLUMNS = 16, 64
 BLOCK_ROWS = 256
 ROUNDING = 64 * float(np.finfo(np.float64).eps)
 SLOPE_ROUNDING = 1e-12
@@ -77,8 +79,10 @@ def _pseudo_inverse_in_place(weights: Floats, precision: float) -> Floats:
     if failed:
         return np.full_like(matrix, np.nan)  # the graph is not connected
     inverse: Floats
-    if n <= MOST_FOR_EQUAL_BITS:  # dpotri rounds otherwise with other numbers of threads
-        inverse = _lapack().dpotrs(factor, np.eye(n), lower=1)[0]
+    if n <= MOST_FOR_EQUAL_BITS:
+        # dpotri rounds otherwise with other numbers of threads, and dpotrs in columns that are left over where threads
+        # share them: so many columns leave none.
+        inverse = _lapack().dpotrs(factor, np.eye(n, n if n <= ALONE else SHARED_COLUMNS), lower=1)[0][:, :n]
         return np.asarray((inverse + inverse.T) / 2 - 1 / (n * (n * added + precision)))
     inverse = _lapack().dpotri(factor, lower=1, overwrite_c=1)[0]
     inverse.T.reshape(-1)[:: n + 1] /= 2

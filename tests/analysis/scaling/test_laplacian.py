@@ -102,7 +102,7 @@ def test_strong_flows_cancel_and_the_weak_one_survives() -> None:
     assert twice.net_flows(np.repeat(flow, 2, axis=0)).tolist() == [[0, 0, 1, -1]] * 2
 
 
-@pytest.mark.parametrize("n", [5, 20, 50])
+@pytest.mark.parametrize("n", [5, 17, 20, 33, 45, 50])
 def test_the_covariance_of_small_graphs_does_not_depend_on_threads(n: int) -> None:
     """Power's promise: the same numbers to the last bit from any process, with any number of threads."""
     program = (
@@ -112,9 +112,9 @@ def test_the_covariance_of_small_graphs_does_not_depend_on_threads(n: int) -> No
         "sys.stdout.buffer.write(b''.join(pseudo_inverse(one[None]).tobytes() for one in weights))"
     )
     found = []
-    for threads in ("1", "2", "4"):
+    for threads in ("1", "2", "3", "4"):
         own = os.environ | {"OMP_NUM_THREADS": threads, "OPENBLAS_NUM_THREADS": threads}
         done = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True, env=own, cwd=ROOT)
         found.append(done.stdout)
-    assert found[0] == found[1] == found[2]
+    assert len(set(found)) == 1
     assert len(found[0]) == 40 * n * n * 8

@@ -169,7 +169,8 @@ def test_it_sleeps_while_nobody_types(terminal: Terminal) -> None:
         time.sleep(0.1)
         worked_s = time.process_time()
         time.sleep(1.0)
-        assert time.process_time() - worked_s < 0.05
+        # One that waits in a loop takes what it gets of a second: half of it where three share two processors.
+        assert time.process_time() - worked_s < 0.2
 
 
 def test_a_process_in_the_background_of_its_terminal_leaves_it_alone(
