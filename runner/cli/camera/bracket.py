@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from runner.cli.camera.options import developing_options
+
 if TYPE_CHECKING:
     from stimuli.bracket import BracketReport, NoiseModel
 
@@ -45,36 +47,7 @@ if TYPE_CHECKING:
     metavar="FULL,READ",
     help="Electrons at full scale and of read noise, such as 45000,3. Default: estimated from the photographs.",
 )
-@click.option(
-    "--dark", multiple=True, metavar="FRAME|FOLDER", help="Dark frame to subtract, or a folder; several are averaged."
-)
-@click.option(
-    "--flat", multiple=True, metavar="FRAME|FOLDER", help="Flat field to divide by, or a folder; several are averaged."
-)
-@click.option(
-    "--demosaic",
-    type=click.Choice(["superpixel", "bilinear", "malvar", "vng", "ppg", "ahd"]),
-    default="malvar",
-    show_default=True,
-    help="Demosaicing method, after merging; superpixel does not interpolate and halves the size.",
-)
-@click.option("--black", type=float, metavar="CODE", help="Black level of the sensor. Default: the files' own.")
-@click.option("--white", type=float, metavar="CODE", help="Full scale of the sensor. Default: the files' own.")
-@click.option(
-    "--saturated",
-    type=float,
-    metavar="CODE",
-    help="Level from which a photosite counts as saturated. Default: full scale.",
-)
-@click.option("--as-stored", is_flag=True, help="Do not rotate the picture upright.")
-@click.option("--linear", is_flag=True, help="Read TIFF or OpenEXR files as linear camera RGB, whatever they declare.")
-@click.option(
-    "--negative",
-    type=click.Choice(["clip", "refuse"]),
-    default="clip",
-    show_default=True,
-    help="What to do with negative XYZ from noise around black: set to 0 and count, or refuse.",
-)
+@developing_options
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     photos: tuple[str, ...],

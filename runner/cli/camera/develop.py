@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from runner.cli.camera.options import developing_options
+
 if TYPE_CHECKING:
     from devices.camera import Exposure
     from stimuli.develop import DevelopedPhotograph
@@ -16,36 +18,7 @@ if TYPE_CHECKING:
 @click.option("-o", "--output", required=True, metavar="OUT.exr|FOLDER", help="OpenEXR file or folder to write.")
 @click.option("--camera", metavar="CAMERA.yaml", help="Camera file written by `camera fit`. Default: keep camera RGB.")
 @click.option("--exposure", metavar="TIME,F,ISO", help="Exposure, such as 1/15,8,200. Default: the file's own.")
-@click.option(
-    "--demosaic",
-    type=click.Choice(["superpixel", "bilinear", "malvar", "vng", "ppg", "ahd"]),
-    default="malvar",
-    show_default=True,
-    help="Demosaicing method; superpixel does not interpolate and halves the size.",
-)
-@click.option("--black", type=float, metavar="CODE", help="Black level of the sensor. Default: the file's own.")
-@click.option("--white", type=float, metavar="CODE", help="Full scale of the sensor. Default: the file's own.")
-@click.option(
-    "--saturated",
-    type=float,
-    metavar="CODE",
-    help="Level from which a photosite counts as saturated. Default: full scale.",
-)
-@click.option(
-    "--dark", multiple=True, metavar="FRAME|FOLDER", help="Dark frame to subtract, or a folder; several are averaged."
-)
-@click.option(
-    "--flat", multiple=True, metavar="FRAME|FOLDER", help="Flat field to divide by, or a folder; several are averaged."
-)
-@click.option("--as-stored", is_flag=True, help="Do not rotate the picture upright.")
-@click.option("--linear", is_flag=True, help="Read a TIFF or OpenEXR file as linear camera RGB, whatever it declares.")
-@click.option(
-    "--negative",
-    type=click.Choice(["clip", "refuse"]),
-    default="clip",
-    show_default=True,
-    help="What to do with negative XYZ from noise around black: set to 0 and count, or refuse.",
-)
+@developing_options
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     photos: tuple[str, ...],

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from runner.cli.camera.options import frame_options
+
 if TYPE_CHECKING:
     from devices.camera import CameraFit
 
@@ -50,12 +52,7 @@ if TYPE_CHECKING:
     metavar="CODE",
     help="Level from which a photosite counts as saturated. Default: the file's white.",
 )
-@click.option(
-    "--dark", multiple=True, metavar="FRAME|FOLDER", help="Dark frame to subtract, or a folder; several are averaged."
-)
-@click.option(
-    "--flat", multiple=True, metavar="FRAME|FOLDER", help="Flat field to divide by, or a folder; several are averaged."
-)
+@frame_options
 @click.option("--linear", is_flag=True, help="Read a TIFF or OpenEXR file as linear camera RGB, whatever it declares.")
 @click.option(
     "--observer",
