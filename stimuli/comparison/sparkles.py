@@ -30,6 +30,8 @@ SAME_PX, SAME_SHARE = 1.5, 0.5
 _SPARKLING = 20
 # Local contrasts of the same flakes, both as blurred as the blurrier picture, correlate by more; of others, by nothing.
 _SAME_CORRELATION = 0.5
+# Of larger areas, the middle is correlated.
+_MIDDLE_PX = 2048
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -39,14 +41,15 @@ class SparkleArea:
 
     ``own_pixels`` is true if the rendering was measured on its own pixels: if it was only shifted, by whole pixels
     then, so that the blur of interpolation does not count as a difference. ``correlation`` is that of both pictures'
-    local contrasts, the sharper one blurred like the other: a blurred picture has few sparkles, and the same flakes.
+    local contrasts, the sharper one blurred like the other, where ``matched`` is None: a blurred picture has few
+    sparkles, and the same flakes.
     """
 
     name: str
     pixels: int
     own_pixels: bool
     matched: int | None
-    correlation: float
+    correlation: float | None
     photo: SparkleMeasures
     rendering: SparkleMeasures
     pairs: tuple[SparklePair, ...]
@@ -68,7 +71,7 @@ class SparkleArea:
     def other_flakes(self) -> bool:
         """Whether both sparkle, and elsewhere."""
         sparkling = min(len(self.photo.peaks), len(self.rendering.peaks)) >= _SPARKLING
-        return self.matched is None and sparkling and self.correlation < _SAME_CORRELATION
+        return self.correlation is not None and sparkling and self.correlation < _SAME_CORRELATION
 
 
 def sparkle_area(
@@ -115,14 +118,21 @@ def sparkle_area(
         _pair("width", measured[0].width_px, measured[1].width_px, "px", region.name),
         _pair("contrast", measured[0].contrast, measured[1].contrast, "", region.name),
     )
-    correlation = _correlation(
-        blurred(photo_plane, alignment.blur_px), blurred(rendering_plane, -alignment.blur_px), mask
-    )
+    correlation = None
+    if matched is None:
+        correlation = _correlation(photo_plane, rendering_plane, mask, alignment.blur_px)
     return SparkleArea(region.name, pixels, shifted, matched, correlation, *measured, pairs)
 
 
-def _correlation(photo: Floats32, rendering: Floats32, mask: Mask) -> float:
-    one, other = (local_contrast(plane)[mask].astype(np.float64) for plane in (photo, rendering))
+def _correlation(photo: Floats32, rendering: Floats32, mask: Mask, blur_px: float) -> float:
+    """Return the correlation of local contrasts in an area's middle, the sharper picture blurred like the other."""
+    middle = tuple(
+        slice(max(0, (side - _MIDDLE_PX) // 2), max(0, (side - _MIDDLE_PX) // 2) + _MIDDLE_PX) for side in mask.shape
+    )
+    if not mask[middle].any():
+        return 0.0
+    planes = blurred(photo[middle], blur_px), blurred(rendering[middle], -blur_px)
+    one, other = (local_contrast(plane)[mask[middle]].astype(np.float64) for plane in planes)
     one, other = one - one.mean(), other - other.mean()
     both = float(np.sqrt((one @ one) * (other @ other)))
     return float(one @ other) / both if both > 0 else 0.0

@@ -77,11 +77,13 @@ def test_pixels_of_a_blurred_plate_count(tmp_path: Path, moved: float) -> None:
     options = CompareOptions(viewing=ViewingConditions(40.0))
     area, reasons = _plate(compare_pictures(tmp_path / "photo.exr", tmp_path / "soft.exr", PLATE, options))
     assert area.matched is None
+    assert area.correlation is not None
     assert area.correlation > 0.9
     assert not area.other_flakes
     assert any("as the eye resolves them" in reason for reason in reasons)
     options = CompareOptions(viewing=ViewingConditions(40.0), register="none")
     area, reasons = _plate(compare_pictures(tmp_path / "photo.exr", tmp_path / "other.exr", PLATE, options))
+    assert area.correlation is not None
     assert abs(area.correlation) < 0.1
     assert area.other_flakes
     assert not any("as the eye resolves them" in reason for reason in reasons)
