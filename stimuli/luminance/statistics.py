@@ -179,7 +179,7 @@ def _mean_and_deviation(values: NDArray[np.float32]) -> tuple[float, float]:
         band = values[top : top + _ROWS]
         from_near = np.subtract(band, near, out=differences[: len(band)], dtype=np.float64).ravel()
         first += float(from_near.sum())
-        second += float(from_near @ from_near)
+        second += float(np.einsum("i,i->", from_near, from_near))  # `@` waits for threads of BLAS
     offset = first / values.size
     return near + offset, math.sqrt(max(second / values.size - offset * offset, 0.0))
 
