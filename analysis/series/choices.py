@@ -9,6 +9,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -242,19 +243,18 @@ def gather(
         raise ResultsError(
             Finding("the results hold no choice from a series", files, remedy="answer some trials first")
         )
-    series: dict[str, tuple[str, ...]] = {}
-    first: dict[str, SessionLog] = {}
-    for session, trial in trials:
-        name, stimuli = _series(session, trial, factors)
-        if series.setdefault(name, stimuli) != stimuli:
-            raise damaged(session, trial, f"shows other pictures as '{name}' than {first[name].file}")
-        first.setdefault(name, session)
+    shown = [_series(session, trial, factors) for session, trial in trials]
+    names = _names([(session, trial, *one) for (session, trial), one in zip(trials, shown, strict=True)])
+    series = {names[trial.block, *one]: one[1] for (_, trial), one in zip(trials, shown, strict=True)}
     place = {name: number for number, name in enumerate(factors)}
     ordered = dict(sorted(series.items(), key=lambda item: (place[item[1][0]], item[0])))
     observers = tuple(sorted({session.header.observer for session, _ in trials}))
     numbers = {name: number for number, name in enumerate(ordered)}
     people = {name: number for number, name in enumerate(observers)}
-    choices = [_choice(session, trial, people, numbers) for session, trial in trials]
+    choices = [
+        _choice(session, trial, people[session.header.observer], numbers[names[trial.block, *one]])
+        for (session, trial), one in zip(trials, shown, strict=True)
+    ]
     choices.sort(key=lambda choice: (choice.observer, choice.series))
     scales = sorted({scale for choice in choices for scale in choice.ratings})
     known = [scale for scale in ("similarity", "difficulty") if scale in scales]
@@ -276,7 +276,53 @@ def _series(session: SessionLog, trial: Trial, factors: Mapping[str, Factors]) -
     return name, names
 
 
-def _choice(session: SessionLog, trial: Trial, people: Mapping[str, int], numbers: Mapping[str, int]) -> Choice:
+def _names(
+    shown: Sequence[tuple[SessionLog, Trial, str, tuple[str, ...]]],
+) -> dict[tuple[int, str, tuple[str, ...]], str]:
+    """Return what a series is called, by block, recorded name and pictures.
+
+    Where a name stands for other pictures in another block, each has the numbers of its blocks added.
+
+    Raises
+    ------
+    ResultsError
+        If one block shows other pictures under a name in another session.
+    """
+    where: dict[str, dict[tuple[str, ...], dict[int, SessionLog]]] = {}
+    in_one_session: dict[tuple[Path, int, str], set[tuple[str, ...]]] = {}
+    for session, trial, name, stimuli in shown:
+        where.setdefault(name, {}).setdefault(stimuli, {}).setdefault(trial.block, session)
+        in_one_session.setdefault((session.file, trial.block, name), set()).add(stimuli)
+    # Factors may have made two series of one name in one block: a session then shows both.
+    twice = {(block, name) for (_, block, name), both in in_one_session.items() if len(both) > 1}
+    for session, trial, name, stimuli in shown:
+        for other, blocks in where[name].items():
+            if other != stimuli and trial.block in blocks and (trial.block, name) not in twice:
+                raise _other_pictures(session, trial, name, blocks[trial.block])
+    labels: dict[tuple[int, str, tuple[str, ...]], str] = {}
+    for name, by_stimuli in where.items():
+        for stimuli, blocks in by_stimuli.items():
+            label = name if len(by_stimuli) == 1 else f"{name} ({_in_words(sorted(blocks))})"
+            if any((block, name) in twice for block in blocks):
+                label = f"{label[:-1]}, {stimuli[0]} to {stimuli[-1]})"
+            labels |= {(block, name, stimuli): label for block in blocks}
+    return labels
+
+
+def _other_pictures(session: SessionLog, trial: Trial, name: str, other: SessionLog) -> ResultsError:
+    what = f"shows other pictures as '{name}' than {other.file}"
+    if session.header.hashes.get("experiment") == other.header.hashes.get("experiment"):
+        return damaged(session, trial, what)
+    remedy = "the experiment was changed between them: report the sessions before and after that separately"
+    where = f"the trial {trial.trial} of block {trial.block}"
+    return ResultsError(Finding(f"{where} {what}", str(session.file), remedy=remedy))
+
+
+def _in_words(blocks: Sequence[int]) -> str:
+    return f"block{'s' * (len(blocks) > 1)} {', '.join(str(block + 1) for block in blocks)}"
+
+
+def _choice(session: SessionLog, trial: Trial, observer: int, series: int) -> Choice:
     data = trial.data
     count, chosen, index = len(data["stimuli"]), data.get("chosen"), data.get("chosen_index")
     if isinstance(index, bool) or not isinstance(index, int) or not 0 <= index < count:
@@ -296,7 +342,6 @@ def _choice(session: SessionLog, trial: Trial, people: Mapping[str, int], number
         raise damaged(session, trial, "has no valid record of the pictures shown (path, dwell_s)") from None
     if len(dwell_s) != count or not all(0 <= seconds < math.inf for seconds in dwell_s):
         raise damaged(session, trial, f"has no time of 0 s or more for each of its {count} pictures")
-    observer, series = people[session.header.observer], numbers[data["series"]]
     return Choice(observer, series, index, ratings, times_s, dwell_s, tuple(visits), trial.response_time_s)
 
 

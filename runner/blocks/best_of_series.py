@@ -9,18 +9,19 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, PositiveInt
 
-from runner.blocks.block import SECONDS_PER_TRIAL, Block, BlockSpec, Draft, Fault, Response, Steps, answer
+from runner.blocks.block import SECONDS_PER_TRIAL, Block, BlockSpec, Draft, Fault, Named, Response, Steps, answer
 from runner.blocks.field_types import Line
 from runner.blocks.interface import Interface
 from runner.blocks.layout import SingleLayout
 from runner.blocks.message import page
 from runner.blocks.orders import spaced
-from runner.blocks.scale import Scale, ScaleSpec, rate, scale_faults
+from runner.blocks.scale import Scale, ScaleSpec, rate, scale_faults, scales_named
 from runner.blocks.series import (
     Series,
     SomeSeries,
     find_series,
     series_faults,
+    series_named,
     series_pictures,
     series_scene,
     series_targets,
@@ -285,3 +286,8 @@ class BestOfSeriesSpec(BlockSpec):
         """Yield wrong stimuli or factors, series of one picture, and scales of one name."""
         yield from scale_faults(self.ratings, "ratings")
         yield from series_faults(self.series, stimuli)
+
+    def named(self, stimuli: Stimuli) -> Iterator[Named]:
+        """Yield its series and its scales."""
+        yield from series_named(self.series, stimuli)
+        yield from scales_named(self.ratings)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal, TypeAlias
 
@@ -120,6 +120,20 @@ class Fault:
     remedy: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class Named:
+    """A ``name`` by which results put answers together, at ``path`` below the block's entry in the file.
+
+    ``what`` is named; ``meaning`` must be the same wherever blocks of a kind use the name, ``words`` say what it is.
+    """
+
+    what: str
+    name: str
+    meaning: Hashable
+    words: str
+    path: tuple[str | int, ...]
+
+
 class BlockSpec(Strict):
     """One entry of ``blocks:``. A subclass holds its keys, and names its ``kind``."""
 
@@ -140,6 +154,10 @@ class BlockSpec(Strict):
 
     def faults(self, stimuli: Stimuli) -> Iterator[Fault]:
         """Yield what is wrong with it beyond its own keys: stimuli that there are not, or that do not suit it."""
+        yield from ()
+
+    def named(self, stimuli: Stimuli) -> Iterator[Named]:
+        """Yield the names by which results put its answers together with those of other blocks of its kind."""
         yield from ()
 
 

@@ -19,6 +19,7 @@ from runner.blocks.block import (
     Draft,
     Fault,
     Hold,
+    Named,
     Steps,
     StimulusNames,
     chosen,
@@ -28,7 +29,7 @@ from runner.blocks.field_types import Seconds, ShortSeconds
 from runner.blocks.layout import SingleLayout
 from runner.blocks.message import page
 from runner.blocks.orders import repeated
-from runner.blocks.scale import Scale, ScaleSpec, rate, scale_faults, scale_items
+from runner.blocks.scale import Scale, ScaleSpec, rate, scale_faults, scale_items, scales_named
 from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.presenter.scene import Item, Offset, Picture, Scene, Text
@@ -166,3 +167,7 @@ class RatingSpec(BlockSpec):
         """Yield wrong stimuli, and scales of one name."""
         yield from name_faults(self.stimuli, stimuli, "stimuli")
         yield from scale_faults(self.ratings, "ratings")
+
+    def named(self, stimuli: Stimuli) -> Iterator[Named]:
+        """Yield its scales."""
+        yield from scales_named(self.ratings)

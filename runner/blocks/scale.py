@@ -9,7 +9,7 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from documents.yaml import Strict
-from runner.blocks.block import Fault, Response, answer
+from runner.blocks.block import Fault, Named, Response, answer
 from runner.blocks.field_types import Label, Line
 from runner.blocks.layout import SingleLayout
 from runner.blocks.style import Style
@@ -261,3 +261,10 @@ def scale_faults(scales: Sequence[ScaleSpec], *path: str | int) -> Iterator[Faul
     for index, name in enumerate(names):
         if name in names[:index]:
             yield Fault(f"two scales are called '{name}'", (*path, index, "name"), "give each a name of its own")
+
+
+def scales_named(scales: Sequence[Scale | ScaleSpec]) -> Iterator[Named]:
+    """Yield each scale's name, which means its numbers."""
+    for index, scale in enumerate(scales):
+        numbers = scale.lowest, scale.highest
+        yield Named("scale", scale.name, numbers, f"{numbers[0]} to {numbers[1]}", ("ratings", index, "name"))

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from pydantic import Discriminator, Field, Tag
 
 from documents.yaml import Strict
-from runner.blocks.block import Fault, name_faults
+from runner.blocks.block import Fault, Named, name_faults
 from runner.blocks.field_types import Factor, Line
 from runner.blocks.layout import SingleLayout
 from runner.blocks.setting import Stimuli, level_words
@@ -73,6 +73,13 @@ def find_series(some: SomeSeries, stimuli: Stimuli) -> tuple[Series, ...]:
         )
         for values, names in members.items()
     )
+
+
+def series_named(some: SomeSeries, stimuli: Stimuli) -> Iterator[Named]:
+    """Yield each series' name, which means its pictures in their order."""
+    for series in find_series(some, stimuli):
+        path = ("series", "by") if isinstance(some, SeriesBySpec) else ("series", series.name)
+        yield Named("series", series.name, series.stimuli, ", ".join(series.stimuli), path)
 
 
 def series_faults(some: SomeSeries, stimuli: Stimuli) -> Iterator[Fault]:

@@ -61,6 +61,7 @@ def check_experiment(report: CheckReport, options: CheckOptions) -> None:
             "crosstalk": "cancelled" if design.rig.crosstalk else "not measured",
         }
     )
+    report.errors.extend(design.name_clashes)
     check_blocks(report, design, source)
     check_screens(report, design, source)
     check_display_facts(report, design.rig)

@@ -41,6 +41,7 @@ from runner.protocol.appearance import (
     key_clashes,
     light_faults,
 )
+from runner.protocol.shared_names import name_clashes
 from stimuli.build import other_observer
 from stimuli.pictures import Part
 from stimuli.recipes import read_recipe
@@ -119,7 +120,8 @@ class Experiment:
     """An experiment file, read and checked.
 
     ``example_blocks`` are the blocks as observer 01 meets them. Every observer meets as many trials, in an order of
-    their own and at the same places.
+    their own and at the same places. ``name_clashes`` are names that mean different things in two blocks: no session
+    is begun with them, and one that was begun before can be resumed.
     """
 
     file: Path
@@ -129,6 +131,7 @@ class Experiment:
     stimuli: Stimuli
     view_px: tuple[int, int]
     example_blocks: tuple[Block, ...] = field(repr=False, compare=False)
+    name_clashes: tuple[Finding, ...] = ()
 
     @property
     def stimulus_names(self) -> tuple[str, ...]:
@@ -190,6 +193,11 @@ class Experiment:
             layout = spec.layout.model_copy(update={"reference": PHYSICAL})
             spec = spec.model_copy(update={"layout": layout})
         return hashlib.sha256(spec.model_dump_json().encode()).hexdigest()
+
+    def refuse_name_clashes(self) -> None:
+        """Raise SessionError if a name means different things in two blocks, which results could not tell apart."""
+        if self.name_clashes:
+            raise SessionError(self.name_clashes)
 
     def blocks(self, observer: str) -> tuple[Block, ...]:
         """Return the blocks as ``observer`` will meet them: the order is drawn from experiment and observer."""
@@ -299,7 +307,8 @@ def read_experiment(
     findings += _at(source, faults)
     if findings or stimuli is None:
         raise SessionError(findings)
-    return Experiment(file, spec, rig, recipe_file, stimuli, view_px, blocks)
+    clashes = tuple(name_clashes(spec.blocks, stimuli, source))
+    return Experiment(file, spec, rig, recipe_file, stimuli, view_px, blocks, clashes)
 
 
 def _settings(

@@ -76,6 +76,8 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
         allow_uncharacterised=options.allow_uncharacterised,
         monitors=tuple(options.monitors),
     )
+    if not (options.resume or options.replay):
+        design.refuse_name_clashes()
     law = _law(options.simulate, design) if options.simulate else None
     recording = read_recording(Path(options.replay)) if options.replay else None
     results = Path(options.results)
@@ -223,6 +225,7 @@ def simulate(
     for code in codes:
         check_observer(code)
     design = read_experiment(experiment, mode, allow_uncharacterised=allow_uncharacterised)
+    design.refuse_name_clashes()
     law = _law(observer_file, design)
     stopped = [code for code in codes if (log := unfinished(Path(results), design.spec.name, code)) and answered(log)]
     if stopped:
