@@ -1,4 +1,4 @@
-"""How many observers a study needs: statistical power by simulation of whole studies, locally or on Dask."""
+"""How many observers a study needs: statistical power by simulation of whole studies, here or on a lab's machines."""
 
 import lazy_loader
 

@@ -1,4 +1,3 @@
-from .compute import ComputeError as ComputeError
 from .groups import GroupsNeeded as GroupsNeeded
 from .page import assumed_notes as assumed_notes
 from .page import write_page as write_page
@@ -8,6 +7,7 @@ from .plan import ScoresOf as ScoresOf
 from .plan import differing_pairs as differing_pairs
 from .plan import score_theta as score_theta
 from .plan import spread_theta as spread_theta
+from .processes import ComputeError as ComputeError
 from .results import TARGET as TARGET
 from .results import Needed as Needed
 from .results import check_target as check_target

@@ -1,36 +1,29 @@
 """Compute blocks of work here, in processes of this machine, or by a Dask scheduler; the results are the same.
 
 A block has its own random seed and depends on nothing else that a worker could change. Results are in the order of the
-blocks. If a worker dies, Dask gives its blocks to another worker and starts a new local process in its place.
-
-Dask is imported only where a cluster is needed. Servers listen on the loopback address alone, and there is no
-dashboard.
+blocks. If a worker dies, its blocks are given to another. Dask is imported only for a scheduler that a lab has.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import contextmanager
 from time import perf_counter
 from typing import TYPE_CHECKING, TypeVar
 
-from documents.platform import cores, interrupts_held
+from analysis.power.processes import ComputeError, in_processes
+from documents.platform import cores
 
 if TYPE_CHECKING:
-    from distributed import Client, LocalCluster
+    from distributed import Client
 
 Block = TypeVar("Block")
 Result = TypeVar("Result")
 Done = Callable[[int, int], None]
 
-# Two processes need two to four seconds to start and halve the rest: below this, one process is faster.
-WORTH_A_CLUSTER_S = 12.0
-RESTART_S = 20.0  # how long workers that died may take to come back before the cluster is closed
+# Two processes need one to three seconds to start and halve the rest: well below this, one process is faster.
+WORTH_PROCESSES_S = 12.0
 CONNECT_S, FIRST_WORKER_S = 10, 60
-
-
-class ComputeError(Exception):
-    """Blocks could not be computed: no scheduler, no worker, or workers that die again and again."""
 
 
 def compute(
@@ -40,6 +33,7 @@ def compute(
     scheduler: str | None = None,
     workers: int | None = None,
     done: Done | None = None,
+    note: Callable[[str], None] | None = None,
     connect_s: float = CONNECT_S,
 ) -> list[Result]:
     """Return ``work(block)`` of each block, in order.
@@ -54,17 +48,19 @@ def compute(
         Address of a Dask scheduler, such as ``tcp://10.0.0.5:8786``; None for this machine.
     workers
         How many local processes; 1 works in this process. With None, this process begins, and starts one process for
-        each core if the rest would take it longer than `WORTH_A_CLUSTER_S`.
+        each core if the rest would take it longer than `WORTH_PROCESSES_S`.
     done
         Called after each block with how many blocks are done, and how many there are.
+    note
+        Called with a sentence if processes could not be started; fewer then do the work, or this one.
     connect_s
         How long to wait for the scheduler to answer, in seconds.
 
     Raises
     ------
     ComputeError
-        If the scheduler does not answer or has no workers, or workers die too often at one block. An
-        exception from ``work`` is raised unchanged.
+        If Dask is not installed, the scheduler does not answer or has no workers, or workers die too often at one
+        block. An exception from ``work`` is raised unchanged.
     """
     results: list[Result] = []
     report = done or (lambda count, of: None)
@@ -76,10 +72,14 @@ def compute(
         if len(results) == len(blocks):
             return results
         workers = processes
-    left = blocks[len(results) :]
-    connection = _local(min(workers or 1, len(left))) if scheduler is None else _remote(scheduler, connect_s)
-    begun = len(results)
-    with connection as client:
+    left, begun = blocks[len(results) :], len(results)
+    if scheduler is None:
+        by_place: dict[int, Result] = {}
+        for place, result in in_processes(work, left, workers or 1, note or (lambda line: None)):
+            by_place[place] = result
+            report(begun + len(by_place), len(blocks))
+        return results + [by_place[place] for place in range(len(left))]
+    with _remote(scheduler, connect_s) as client:
         return results + _on(client, work, left, lambda count: report(begun + count, len(blocks)))
 
 
@@ -88,7 +88,7 @@ def _here(work: Callable[[Block], Result], blocks: Sequence[Block], processes: i
     began = perf_counter()
     for count, block in enumerate(blocks):
         left = len(blocks) - count
-        if processes > 1 and count and left > 1 and (perf_counter() - began) / count * left > WORTH_A_CLUSTER_S:
+        if processes > 1 and count and left > 1 and (perf_counter() - began) / count * left > WORTH_PROCESSES_S:
             return
         yield work(block)
 
@@ -119,46 +119,11 @@ def _on(
 
 
 @contextmanager
-def _local(processes: int) -> Iterator[Client]:
-    import logging
-    from tempfile import TemporaryDirectory
-
-    import dask
-    from distributed import Client, LocalCluster
-
-    with ExitStack() as stack:
-        scratch = stack.enter_context(TemporaryDirectory(prefix="cyclopean-", ignore_cleanup_errors=True))
-        stack.enter_context(dask.config.set(_QUIET))
-        cluster: LocalCluster
-        # Ctrl-C reaches every process of the terminal. Threads and processes that start while it is blocked never
-        # receive it: this process alone does, and ends the others.
-        with interrupts_held():
-            cluster = stack.enter_context(
-                LocalCluster(
-                    n_workers=processes,
-                    threads_per_worker=1,
-                    processes=True,
-                    host="127.0.0.1",
-                    dashboard_address="127.0.0.1:0",
-                    worker_dashboard_address="127.0.0.1:0",
-                    local_directory=scratch,
-                    silence_logs=logging.CRITICAL,
-                )
-            )
-            client = stack.enter_context(Client(cluster))
-        try:
-            yield client
-        except ComputeError:
-            # A worker that is restarting cannot be closed cleanly: wait until all of them are back.
-            with suppress(TimeoutError):
-                client.wait_for_workers(processes, timeout=RESTART_S)
-            raise
-
-
-@contextmanager
 def _remote(scheduler: str, connect_s: float) -> Iterator[Client]:
-    from distributed import Client
-
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise ComputeError("--scheduler needs Dask: pip install 'dask[distributed]'") from error
     try:
         client = Client(scheduler, timeout=connect_s)
     except (OSError, ValueError, TypeError) as error:
@@ -169,6 +134,3 @@ def _remote(scheduler: str, connect_s: float) -> Iterator[Client]:
         except TimeoutError as error:
             raise ComputeError(f"the scheduler at {scheduler} has no workers") from error
         yield client
-
-
-_QUIET: dict[str, list[str]] = {"distributed.scheduler.http.routes": [], "distributed.worker.http.routes": []}

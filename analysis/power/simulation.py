@@ -5,7 +5,7 @@ The unit of work is a block of replicates: simulated from its own seed, counted,
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from operator import add
@@ -147,6 +147,7 @@ def simulate_power(
     scheduler: str | None = None,
     workers: int | None = None,
     done: Done | None = None,
+    note: Callable[[str], None] | None = None,
 ) -> Power:
     """Simulate studies with each number of ``observers``.
 
@@ -163,7 +164,7 @@ def simulate_power(
         Number of simulated studies for each number of observers.
     seed
         Random seed.
-    scheduler, workers, done
+    scheduler, workers, done, note
         As for `analysis.power.compute.compute`.
 
     Returns
@@ -196,7 +197,7 @@ def simulate_power(
     if replicates < 2:
         raise ResultsError(Finding(f"{replicates} replicates were asked for", remedy="ask for 1000"))
     blocks = blocks_of(plan, sizes, replicates, seed)
-    tallies = compute(simulate, blocks, scheduler=scheduler, workers=workers, done=done)
+    tallies = compute(simulate, blocks, scheduler=scheduler, workers=workers, done=done, note=note)
     by_size = [
         reduce(add, [tally for block, tally in zip(blocks, tallies, strict=True) if block.observers == size])
         for size in sizes

@@ -180,7 +180,12 @@ def command(
     )
     try:
         with progress_bar(quiet=as_json) as step:
-            study = study_power(experiment, options, lambda done, of: step("Simulating studies", done, of))
+            study = study_power(
+                experiment,
+                options,
+                lambda done, of: step("Simulating studies", done, of),
+                lambda line: click.echo(f"note: {line}", err=True),
+            )
     except ComputeError as error:
         raise WorkError(str(error)) from error
     try:

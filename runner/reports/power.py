@@ -117,7 +117,10 @@ class PowerStudy:
 
 
 def study_power(
-    experiment: Path, options: PowerOptions, progress: Callable[[int, int], None] | None = None
+    experiment: Path,
+    options: PowerOptions,
+    progress: Callable[[int, int], None] | None = None,
+    note: Callable[[str], None] | None = None,
 ) -> PowerStudy:
     """Simulate studies of an experiment with several numbers of observers.
 
@@ -129,6 +132,8 @@ def study_power(
         What is assumed, and how studies are simulated and tested.
     progress
         Called with how many blocks of work are done, and how many there are.
+    note
+        Called with a sentence if processes could not be started.
 
     Returns
     -------
@@ -181,6 +186,7 @@ def study_power(
                 seed=options.seed + place,
                 scheduler=options.scheduler,
                 workers=options.workers,
+                note=note,
                 done=None
                 if progress is None
                 else _part(progress, number * len(parts) + place, len(spreads) * len(parts)),

@@ -16,7 +16,7 @@ PACKAGES = ("documents", "devices", "stimuli", "analysis", "runner", "cyclopean"
 # The libraries are imported first: on Windows they have files of their own in place of these modules.
 POSIX_MODULES = ("curses", "fcntl", "grp", "posix", "pty", "pwd", "readline", "resource", "syslog", "termios", "tty")
 LIBRARIES = """
-    click colour cv2 dask distributed filelock glfw jinja2 matplotlib.pyplot moderngl multiprocessing.popen_spawn_posix
+    click colour cv2 filelock glfw jinja2 matplotlib.pyplot moderngl multiprocessing.popen_spawn_posix
     multiprocessing.resource_tracker numpy OpenImageIO pandas PIL.Image pydantic rawpy rich.console rich.progress
     scipy.optimize scipy.stats serial serial.tools.list_ports skimage.registration spectral yaml
 """
