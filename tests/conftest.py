@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import io
+import json
 import os
 import shutil
 import subprocess
@@ -60,6 +61,19 @@ def _cyclopean(*words: object, expect: int | None = 0, text: str = "") -> subpro
     told = subprocess.CompletedProcess(command, int(left.value.code or 0), out.read(), err.read())
     assert expect in (None, told.returncode), told.stderr
     return told
+
+
+@pytest.fixture(scope="session")
+def unchained() -> Callable[[Path], None]:
+    """Take the checksums off a log's lines, as older versions wrote them."""
+
+    def unchain(file: Path) -> None:
+        lines = [json.loads(line) for line in file.read_bytes().splitlines()]
+        kept = [{key: value for key, value in line.items() if key not in ("line", "chain", "lines")} for line in lines]
+        text = "".join(json.dumps(line, ensure_ascii=False, separators=(",", ":")) + "\n" for line in kept)
+        file.write_bytes(text.encode("utf-8", "backslashreplace"))
+
+    return unchain
 
 
 @pytest.fixture(scope="session")

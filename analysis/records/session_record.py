@@ -5,7 +5,8 @@ order of the answers and, once the session is complete, an end line (``"record":
 (frames drawn, missed, pictures uploaded). Between them may be notes (``"record": "note"``), marks of trials to repeat
 (``"record": "mark"``), and a line for each time the session was resumed (``"record": "resume"``). A repeated trial is
 recorded again with a higher ``attempt``, and the last attempt counts. The reader defines the format; the runner writes
-it.
+it. Each line's last two keys are its number and its checksum (`documents.files.chain`), and the end line also states
+how many ``lines`` are before it; older logs have none of the three.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from typing import Any
 
 from analysis.errors import ResultsError
 from documents import Finding
-from documents.files import DamagedLineError, read_lines
+from documents.files import DamagedLineError, LogState, read_lines
 
 SCHEMA_VERSION = 1
 FILE_NAME = "session.jsonl"
@@ -177,7 +178,7 @@ class SessionLog:
     header: Header
     answers: tuple[Trial, ...]
     complete: bool
-    torn_tail: bytes = b""
+    state: LogState = field(default=LogState(), repr=False, compare=False)
     notes: tuple[Note, ...] = ()
     marks: tuple[Mark, ...] = ()
     resumptions: tuple[Resumption, ...] = ()
@@ -186,6 +187,16 @@ class SessionLog:
     def __post_init__(self) -> None:
         # Gathered once: a report asks each session for its trials some thirty times.
         object.__setattr__(self, "_trials", tuple({answer.place: answer for answer in self.answers}.values()))
+
+    @property
+    def torn_tail(self) -> bytes:
+        """The bytes of an unfinished last line, empty if there is none."""
+        return self.state.torn_tail
+
+    @property
+    def chained_from(self) -> int | None:
+        """The first line with a checksum: 1, a later one if an older version began the log, None if it wrote all."""
+        return self.state.chained_from
 
     @property
     def trials(self) -> tuple[Trial, ...]:
@@ -257,7 +268,8 @@ def read_session(file: Path) -> SessionLog:
     Raises
     ------
     ResultsError
-        If the file is unreadable, is not a session log, or is damaged before its last line.
+        If the file is unreadable, is not a session log, is damaged before its last line, or was changed after it was
+        recorded.
 
     Examples
     --------
@@ -271,10 +283,6 @@ def read_session(file: Path) -> SessionLog:
     >>> log.header.observer, log.complete
     ('01', False)
     """
-    try:
-        content = file.read_bytes()
-    except OSError as error:
-        raise ResultsError(Finding(f"the results cannot be read: {error.strerror}", str(file))) from error
     header: Header | None = None
     answers: list[Trial] = []
     notes: list[Note] = []
@@ -299,11 +307,14 @@ def read_session(file: Path) -> SessionLog:
             complete = True
 
     try:
-        torn_tail = read_lines(content, take)
+        with open(file, "rb") as stream:
+            state = read_lines(stream, take)
+    except OSError as error:
+        raise ResultsError(Finding(f"the results cannot be read: {error.strerror}", str(file))) from error
     except DamagedLineError as error:
-        message = f"this line is not a session record: {error}"
-        raise ResultsError(Finding(message, str(file), error.number, 1, "restore the file")) from error
+        finding = error.finding(file, "this line is not a session record", "restore the file")
+        raise ResultsError(finding) from error
     if header is None:
         raise ResultsError(Finding("the file has no session header", str(file), 1, 1))
     kept = tuple(notes), tuple(marks), tuple(resumptions)
-    return SessionLog(file, header, tuple(answers), complete, torn_tail, *kept)
+    return SessionLog(file, header, tuple(answers), complete, state, *kept)

@@ -68,6 +68,12 @@ def on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
     unseen = sum(bool(trial.data.get("wrong_screen")) for session in sessions for trial in session.trials)
     if unseen:
         notes.append(f"In {counted(unseen, 'trial')} the panel was larger than the screen: a part was not seen.")
+    unchained = sum(session.state.lines > 0 and session.chained_from != 1 for session in sessions)
+    if unchained:
+        what = "session was" if unchained == 1 else "sessions were"
+        notes.append(
+            f"{unchained} {what} recorded without checksums, at least at first: a change of such a log is not noticed."
+        )
     torn = sum(bool(session.torn_tail) for session in sessions)
     if torn:
         notes.append(f"{torn} {'log ends' if torn == 1 else 'logs end'} in an incomplete line, which is not counted.")

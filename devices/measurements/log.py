@@ -7,7 +7,7 @@ spectra, the wavelengths that they are at. A patch read again has a later line, 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -17,7 +17,7 @@ from devices.instruments.instrument import Reading
 from devices.patches.arrangement import Place
 from devices.patches.patch import Patch, Step
 from documents import Finding
-from documents.files import DamagedLineError, DurableLog, LogInUseError, read_lines
+from documents.files import DamagedLineError, DurableLog, LogInUseError, LogState, read_lines
 
 FORMAT = "cyclopean-measurement"
 VERSION = 1
@@ -56,7 +56,7 @@ class Kept:
 class Session:
     """A measurement as far as it went. ``readings`` holds the last of each step, by position.
 
-    ``torn_tail`` are the bytes of a last line that was cut short, and does not count.
+    ``state`` says where its log ends; a last line that was cut short does not count.
     """
 
     file: Path
@@ -64,7 +64,12 @@ class Session:
     steps: tuple[Step, ...]
     readings: Mapping[int, Kept]
     failures: Mapping[int, str]
-    torn_tail: bytes = b""
+    state: LogState = field(default=LogState(), repr=False, compare=False)
+
+    @property
+    def torn_tail(self) -> bytes:
+        """The bytes of a last line that was cut short, empty if there is none."""
+        return self.state.torn_tail
 
     @property
     def missing(self) -> tuple[Step, ...]:
@@ -192,11 +197,6 @@ def read_session(file: Path) -> Session:
     MeasuringError
         If the file is missing, or damaged before its last line, with the line.
     """
-    try:
-        data = file.read_bytes()
-    except OSError as error:
-        what = f"the measurement cannot be read: {error.strerror}"
-        raise MeasuringError(Finding(what, str(file), remedy="check the path")) from error
     readings: dict[int, Kept] = {}
     failures: dict[int, str] = {}
     wavelengths_nm: tuple[float, ...] = ()
@@ -224,14 +224,17 @@ def read_session(file: Path) -> Session:
             failures.pop(position, None)
 
     try:
-        torn_tail = read_lines(data, take)
+        with open(file, "rb") as stream:
+            state = read_lines(stream, take)
+    except OSError as error:
+        what = f"the measurement cannot be read: {error.strerror}"
+        raise MeasuringError(Finding(what, str(file), remedy="check the path")) from error
     except DamagedLineError as error:
         what = "the line is damaged" if error.number > 1 else "this is no measurement"
-        remedy = "take the line out, if what it held can be measured again"
-        raise MeasuringError(Finding(f"{what}: {error}", str(file), error.number, remedy=remedy)) from error
+        raise MeasuringError(error.finding(file, what, "restore the file, or measure again")) from error
     if not header:
         raise MeasuringError(Finding("this is no measurement: it has no header", str(file), 1))
-    return Session(file, header, steps, readings, failures, torn_tail)
+    return Session(file, header, steps, readings, failures, state)
 
 
 def step_facts(steps: tuple[Step, ...]) -> list[dict[str, Any]]:
@@ -258,10 +261,10 @@ def step_facts(steps: tuple[Step, ...]) -> list[dict[str, Any]]:
 def _patch_facts(patch: Patch) -> dict[str, Any]:
     plain = Patch(patch.name, patch.codes)
     facts: dict[str, Any] = {"name": patch.name, "codes": patch.codes}
-    for field in fields(Patch):
-        value = getattr(patch, field.name)
-        if value != getattr(plain, field.name):
-            facts[field.name] = asdict(value) if isinstance(value, Place) else value
+    for known in fields(Patch):
+        value = getattr(patch, known.name)
+        if value != getattr(plain, known.name):
+            facts[known.name] = asdict(value) if isinstance(value, Place) else value
     return facts
 
 

@@ -1,13 +1,13 @@
 """A log of JSON lines that survives a crash: each line is on disk before `append` returns.
 
-One process at a time has the log open. A line that could not be written whole is taken off again, so that a later line
+Each line gets its number and a checksum that is chained to the line before (`documents.files.chain`). One process at a
+time has the log open. A line that could not be written whole is taken off again, so that a later line
 never joins the rest of a broken one. A last line that a power cut left unfinished is kept in a file of its own when the
 log is opened again, and taken off the log; a last line that is whole but for its line end counts.
 """
 
 from __future__ import annotations
 
-import json
 import os
 import threading
 from collections.abc import Callable, Mapping
@@ -18,6 +18,7 @@ from typing import Any, BinaryIO, Protocol, TypeVar
 from filelock import FileLock, Timeout
 
 from documents.files.atomic import whole_file
+from documents.files.chain import COUNT, EMPTY, LogState, sealed
 from documents.platform import sync_folder
 
 
@@ -25,26 +26,26 @@ class LogInUseError(Exception):
     """Another process, or another part of this one, has the log open."""
 
 
-class HasTail(Protocol):
-    """What a log's reader returns: ``torn_tail`` are the bytes of an unfinished last line."""
+class HasState(Protocol):
+    """What a log's reader returns: its ``state`` is that of `read_lines`."""
 
     @property
-    def torn_tail(self) -> bytes:
-        """The bytes of an unfinished last line, empty if there is none."""
+    def state(self) -> LogState:
+        """Where the log ends, and what the next line is chained to."""
 
 
-Content = TypeVar("Content")
-Read = TypeVar("Read", bound=HasTail)
+Read = TypeVar("Read", bound=HasState)
 
 
 class DurableLog:
     """An open log; use as a context manager. ``append`` may be called from several threads."""
 
-    def __init__(self, file: Path, lock: FileLock, stream: BinaryIO) -> None:
+    def __init__(self, file: Path, lock: FileLock, stream: BinaryIO, state: LogState) -> None:
         self.file = file
         self._lock = lock
         self._stream = stream
         self._turn = threading.Lock()
+        self._lines, self._digest, self._ended = state.lines, state.digest, state.ended
 
     @classmethod
     def create(cls, file: Path, lock_file: Path, header: Mapping[str, Any]) -> DurableLog:
@@ -59,10 +60,11 @@ class DurableLog:
         """
         lock = _locked(lock_file)
         try:
+            line, digest = sealed(header, 1, EMPTY)
             with whole_file(file) as draft, open(draft, "wb", buffering=0) as stream:
-                _write(stream, header)
+                _write(stream, line + b"\n")
             sync_folder(file.parent)
-            return cls(file, lock, _open(file))
+            return cls(file, lock, _open(file), LogState(1, len(line) + 1, digest, 1))
         except BaseException:
             lock.release()
             raise
@@ -86,10 +88,11 @@ class DurableLog:
         lock = _locked(lock_file)
         try:
             content = read(file)
-            if content.torn_tail:
-                _set_aside(file, content.torn_tail, torn_file)
-            log = cls(file, lock, _open(file))
-            if not file.read_bytes().endswith(b"\n"):
+            state = content.state
+            if state.torn_tail:
+                _set_aside(file, state.torn_tail, torn_file)
+            log = cls(file, lock, _open(file), state)
+            if state.lacks_line_end:
                 log._stream.write(b"\n")
                 os.fsync(log._stream.fileno())
             return log, content
@@ -104,14 +107,30 @@ class DurableLog:
         ------
         OSError
             If it cannot be written; the log then ends as it did before.
+        ValueError
+            If the log has its end line, or ``line`` has a key that the log adds or a value that JSON does not have.
         """
         with self._turn:
-            _write(self._stream, line)
+            self._put(line)
 
-    def read(self, read: Callable[[Path], Content]) -> Content:
-        """Return ``read(file)`` at a moment when no line is being written."""
+    def end(self, line: Mapping[str, Any]) -> None:
+        """Write ``line``, of the record ``end``, with the number of lines before it; none may follow.
+
+        Raises
+        ------
+        OSError
+            If it cannot be written; the log then ends as it did before.
+        """
         with self._turn:
-            return read(self.file)
+            self._put({**line, COUNT: self._lines})
+            self._ended = True
+
+    def _put(self, line: Mapping[str, Any]) -> None:
+        if self._ended:
+            raise ValueError(f"the log {self.file} has its end line already")
+        data, digest = sealed(line, self._lines + 1, self._digest)
+        _write(self._stream, data + b"\n")
+        self._lines, self._digest = self._lines + 1, digest
 
     def close(self) -> None:
         """Close the log and let others open it."""
@@ -131,10 +150,7 @@ def _open(file: Path) -> BinaryIO:
     return open(file, "ab", buffering=0)
 
 
-def _write(stream: BinaryIO, line: Mapping[str, Any]) -> None:
-    text = json.dumps(line, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-    # What no encoding has (half of a surrogate pair) stays as the escape that JSON has for it.
-    data = text.encode("utf-8", "backslashreplace") + b"\n"
+def _write(stream: BinaryIO, data: bytes) -> None:
     before = os.fstat(stream.fileno()).st_size
     try:
         left = memoryview(data)

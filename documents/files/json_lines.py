@@ -1,59 +1,131 @@
-"""Reading a log of JSON lines of which the last may be cut short."""
+"""Reading a log of JSON lines of which the last may be cut short, and of which no other may have been changed."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import Any
 
-from documents.findings import InputError
+from documents.files.chain import CHAIN, COUNT, NUMBER, RESTORE, ChainReader, Link, LogState
+from documents.findings import Finding, InputError
+
+_REFUSED = (ArithmeticError, LookupError, RecursionError, TypeError, ValueError, InputError)
 
 
 class DamagedLineError(Exception):
-    """Line ``number``, counted from 1, is not what it should be; as text, why."""
+    """Line ``number``, counted from 1, is not what it should be; as text, why.
 
-    def __init__(self, number: int, why: Exception) -> None:
+    ``changed`` says that it is not what was recorded: it does not fit its checksum.
+    """
+
+    def __init__(self, number: int, why: Exception | str, *, changed: bool = False) -> None:
         self.number = number
+        self.changed = changed
         super().__init__(str(why))
 
+    def finding(self, file: Path, what: str, remedy: str) -> Finding:
+        """Return the finding in ``file``; of a line that is as it was recorded, ``what`` is wrong and the remedy."""
+        if self.changed:
+            return Finding(str(self), str(file), self.number, 1, RESTORE)
+        return Finding(f"{what}: {self}", str(file), self.number, 1, remedy)
 
-def read_lines(content: bytes, take: Callable[[int, Any], None]) -> bytes:
-    r"""Call ``take(number, line)`` for each JSON line of ``content``; return the bytes of an unfinished last line.
+
+def read_lines(
+    lines: Iterable[bytes],
+    take: Callable[[int, Any], None],
+    on_damage: Callable[[DamagedLineError], None] | None = None,
+) -> LogState:
+    r"""Call ``take(number, line)`` for each JSON line, without what its checksum adds to it.
 
     Parameters
     ----------
-    content
-        The bytes of a file of JSON lines.
+    lines
+        The lines of the file with their line ends: a file that is open for reading bytes.
     take
         Called with the number of a line, from 1, and its value.
+    on_damage
+        Called with each damaged line, which is then left out; if None, the first is raised.
 
     Returns
     -------
-    bytes
-        The unfinished last line; empty if there is none.
+    LogState
+        How many whole lines there are, where they end, and the bytes of an unfinished last line.
 
     Raises
     ------
     DamagedLineError
-        If a line is no JSON or ``take`` refuses it by an error of values, keys or types; not of the last line where
-        its line end is missing and it is not the first: that one is unfinished.
+        If a line does not fit its checksum, is no JSON, follows the end line of a log with checksums, or ``take``
+        refuses it by an error of values, keys or types; not of the last line where its line end is missing and it is
+        not the first: that one is unfinished.
 
     Examples
     --------
     >>> lines = []
-    >>> read_lines(b'{"a":1}\n{"b":2}\n{"c"', lambda number, line: lines.append(line))
+    >>> state = read_lines([b'{"a":1}\n', b'{"b":2}\n', b'{"c"'], lambda number, line: lines.append(line))
+    >>> state.torn_tail
     b'{"c"'
     >>> lines
     [{'a': 1}, {'b': 2}]
     """
-    *lines, tail = content.split(b"\n")
-    if tail:
-        lines.append(tail)
-    for number, raw in enumerate(lines, start=1):
+    chain = ChainReader()
+    size = 0
+    ended = lacks_line_end = False
+    for number, ended_raw in enumerate(lines, start=1):
+        raw = ended_raw.removesuffix(b"\n")
+        lacks_line_end = len(raw) == len(ended_raw)
+        raw = raw.removesuffix(b"\r")
+        link = chain.look(raw)
         try:
-            take(number, json.loads(raw))
-        except (ArithmeticError, LookupError, RecursionError, TypeError, ValueError, InputError) as error:
-            if tail and number == len(lines) > 1:
-                return tail
-            raise DamagedLineError(number, error) from error
-    return b""
+            if ended:
+                raise DamagedLineError(number, "this line follows the end of the session: it was put in", changed=True)
+            if lacks_line_end and number > 1 and _is_torn(chain, link, raw, number):
+                return LogState(number - 1, size, chain.digest, chain.chained_from, ended_raw)
+            if link.fault:
+                raise DamagedLineError(number, link.fault, changed=True)
+            value = _value(raw, link, number)
+            try:
+                take(number, value)
+            except _REFUSED as error:
+                if lacks_line_end and number > 1 and link.chain is None:
+                    return LogState(number - 1, size, chain.digest, chain.chained_from, ended_raw)
+                raise DamagedLineError(number, error) from error
+            ended = link.chain is not None and value.get("record") == "end"
+        except DamagedLineError as error:
+            if on_damage is None:
+                raise
+            on_damage(error)
+        chain.take(link)
+        size += len(ended_raw)
+    return LogState(chain.lines, size, chain.digest, chain.chained_from, b"", ended, lacks_line_end)
+
+
+def _is_torn(chain: ChainReader, link: Link, raw: bytes, number: int) -> bool:
+    """Return whether a last line without its line end is unfinished; raise if bytes follow the whole line in it."""
+    after = chain.whole_line_within(raw)
+    if after.strip(b"\0"):  # a file system may leave zeros where it did not come to write
+        what = "this line does not end where it was recorded to end: the log was changed after it was recorded"
+        raise DamagedLineError(number, what, changed=True)
+    if chain.chained_from is not None:
+        return link.chain is None or link.fault is not None
+    try:
+        json.loads(raw)
+    except _REFUSED:
+        return True
+    return link.fault is not None
+
+
+def _value(raw: bytes, link: Link, number: int) -> Any:
+    """Return the line's value; what was added to it is taken off and checked."""
+    try:
+        value = json.loads(raw)
+    except _REFUSED as error:
+        raise DamagedLineError(number, error) from error
+    if link.chain is None and isinstance(value, dict) and NUMBER in value and CHAIN in value:
+        what = "this line was written again by another program, and no longer fits its checksum"
+        raise DamagedLineError(number, what, changed=True)
+    if link.chain is not None:
+        del value[NUMBER], value[CHAIN]
+        if value.get("record") == "end" and value.pop(COUNT, None) != number - 1:
+            raise DamagedLineError(number, "the end line states another number of lines than the log has", changed=True)
+    return value

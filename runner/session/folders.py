@@ -162,9 +162,10 @@ class Recorder:
     Every ``append``, ``note`` and ``mark`` returns only once its line is on disk; they may come from several threads.
     """
 
-    def __init__(self, folder: Path, log: DurableLog) -> None:
+    def __init__(self, folder: Path, log: DurableLog, answers: Sequence[Trial] = ()) -> None:
         self.folder = folder
         self._log = log
+        self._answers = list(answers)
 
     @classmethod
     def create(cls, folder: Path, header: Header) -> Recorder:
@@ -219,11 +220,12 @@ class Recorder:
         except OSError as error:
             what = f"the session cannot be resumed: {error.strerror}"
             raise SessionError(Finding(what, str(file), remedy="let it be written, and leave some room")) from error
-        return cls(folder, log), session
+        return cls(folder, log, session.answers), session
 
     def append(self, trial: Trial) -> None:
         """Record an answer; it is on disk when this returns."""
         self._log.append(trial.to_json())
+        self._answers.append(trial)
 
     def note(self, note: Note) -> None:
         """Record a note."""
@@ -235,11 +237,11 @@ class Recorder:
 
     def answers(self) -> tuple[Trial, ...]:
         """Return every attempt that the log holds."""
-        return self._log.read(read_session).answers
+        return tuple(self._answers)
 
     def end(self, facts: Mapping[str, Any]) -> None:
         """Record that the session is complete, and ``facts`` of how it went."""
-        self._log.append({"record": "end", **facts})
+        self._log.end({"record": "end", **facts})
 
     def close(self) -> None:
         """Close the log and let others open it."""

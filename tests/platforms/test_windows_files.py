@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from documents.files import DurableLog, LogInUseError, read_lines, whole_folder, write_whole
+from documents.files import DurableLog, LogInUseError, LogState, read_lines, whole_folder, write_whole
 from runner.presenter.surfaces import identity_tables
 from stimuli.build import build_set, leftovers, remove_leftovers
 from stimuli.pictures import StereoImage, write_exr
@@ -25,12 +25,13 @@ class Content(NamedTuple):
     """A log's lines, and its unfinished last one."""
 
     lines: list[Any]
-    torn_tail: bytes
+    state: LogState
 
 
 def read(file: Path) -> Content:
     lines: list[Any] = []
-    return Content(lines, read_lines(file.read_bytes(), lambda number, line: lines.append(line)))
+    with open(file, "rb") as stream:
+        return Content(lines, read_lines(stream, lambda number, line: lines.append(line)))
 
 
 def test_the_fixture_refuses_what_windows_refuses(tmp_path: Path) -> None:
@@ -61,7 +62,7 @@ def test_a_log_is_made_torn_resumed_and_locked(tmp_path: Path) -> None:
         stream.write(b'{"trial":2,"ans')
     log, content = DurableLog.reopen(*names, tmp_path / "torn.bin", read)
     with log:
-        assert content.torn_tail == b'{"trial":2,"ans'
+        assert content.state.torn_tail == b'{"trial":2,"ans'
         log.append({"trial": 2})
     assert read(names[0]).lines == [{"record": "header"}, {"trial": 1}, {"trial": 2}]
 
@@ -73,7 +74,7 @@ def test_a_log_with_line_ends_of_windows_reads_and_continues(tmp_path: Path) -> 
     log, content = DurableLog.reopen(*names, tmp_path / "torn.bin", read)
     with log:
         log.append({"trial": 2})
-    assert content.torn_tail == b""
+    assert content.state.torn_tail == b""
     assert read(names[0]).lines == [{"record": "header"}, {"trial": 1}, {"trial": 2}]
 
 

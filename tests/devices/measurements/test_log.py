@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -123,7 +124,7 @@ def test_a_measurement_is_never_overwritten(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        ("{]", "m.jsonl:3: the line is damaged"),
+        ("{]", "m.jsonl:3:1: the line is damaged"),
         ('{"record":"reading","position":1,"label":"grey","time_s":0,"XYZ_cd_m2":[1,2,3]}', "step 1 is 'white'"),
         ('{"record":"reading","position":99,"label":"white","time_s":0,"XYZ_cd_m2":[1,2,3]}', "no step 99"),
         ('{"record":"reading","position":1,"label":"white","time_s":0,"XYZ_cd_m2":[1,2]}', "m.jsonl:3"),
@@ -135,9 +136,10 @@ def test_a_measurement_is_never_overwritten(tmp_path: Path) -> None:
         ("[]", "m.jsonl:3"),
     ],
 )
-def test_a_damaged_line_is_named(tmp_path: Path, line: str, words: str) -> None:
+def test_a_damaged_line_is_named(tmp_path: Path, line: str, words: str, unchained: Callable[[Path], None]) -> None:
     file = tmp_path / "m.jsonl"
     _write(file, 3)
+    unchained(file)
     lines = file.read_text().splitlines()
     lines[2] = line
     file.write_text("\n".join(lines) + "\n")

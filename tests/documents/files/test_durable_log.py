@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from documents.files.chain import LogState
 from documents.files.durable_log import DurableLog, LogInUseError
 from documents.files.json_lines import DamagedLineError, read_lines
 
@@ -20,12 +21,13 @@ from documents.files.json_lines import DamagedLineError, read_lines
 @dataclass(frozen=True)
 class Content:
     lines: list[dict[str, object]]
-    torn_tail: bytes
+    state: LogState
 
 
 def read(file: Path) -> Content:
     lines: list[dict[str, object]] = []
-    return Content(lines, read_lines(file.read_bytes(), lambda number, line: lines.append(dict(line))))
+    with open(file, "rb") as stream:
+        return Content(lines, read_lines(stream, lambda number, line: lines.append(dict(line))))
 
 
 def reopen(file: Path) -> tuple[DurableLog, Content]:
@@ -33,9 +35,9 @@ def reopen(file: Path) -> tuple[DurableLog, Content]:
 
 
 def create(file: Path, lines: int) -> None:
-    with DurableLog.create(file, file.with_name(".lock"), {"line": 0}) as log:
+    with DurableLog.create(file, file.with_name(".lock"), {"row": 0}) as log:
         for number in range(1, lines):
-            log.append({"line": number, "text": "µ 'é' \u2028 \ud800"})
+            log.append({"row": number, "text": "µ 'é' \u2028 \ud800"})
 
 
 @settings(max_examples=60, deadline=None)
@@ -51,12 +53,13 @@ def test_a_log_cut_anywhere_loses_one_line_at_most_and_keeps_its_bytes(
     os.truncate(file, size)
     log, content = reopen(file)
     with log:
-        log.append({"line": "later"})
+        log.append({"row": "later"})
     torn = [path.read_bytes() for path in file.parent.glob("torn-*.bin")]
-    assert torn == ([content.torn_tail] if content.torn_tail else [])
-    kept = file.read_bytes().removesuffix(b'{"line":"later"}\n')
-    assert (kept + content.torn_tail).removesuffix(b"\n") == whole[:size].removesuffix(b"\n")
-    assert read(file).lines == [*content.lines, {"line": "later"}]
+    assert torn == ([content.state.torn_tail] if content.state.torn_tail else [])
+    kept = file.read_bytes()
+    kept = kept[: kept.index(b'{"row":"later"')]
+    assert (kept + content.state.torn_tail).removesuffix(b"\n") == whole[:size].removesuffix(b"\n")
+    assert read(file).lines == [*content.lines, {"row": "later"}]
 
 
 def test_lines_torn_twice_at_one_place_are_both_kept(tmp_path: Path) -> None:
@@ -72,7 +75,7 @@ def test_lines_torn_twice_at_one_place_are_both_kept(tmp_path: Path) -> None:
 def test_damage_before_the_last_line_is_named_and_nothing_is_cut(tmp_path: Path) -> None:
     file = tmp_path / "a.jsonl"
     create(file, 3)
-    file.write_bytes(file.read_bytes().replace(b'"line":1', b'"line"1') + b'{"torn')
+    file.write_bytes(file.read_bytes().replace(b'"row":1', b'"row"1') + b'{"torn')
     before = file.read_bytes()
     with pytest.raises(DamagedLineError) as caught:
         reopen(file)
@@ -83,7 +86,7 @@ def test_damage_before_the_last_line_is_named_and_nothing_is_cut(tmp_path: Path)
 
 
 def test_a_torn_header_is_damage(tmp_path: Path) -> None:
-    (tmp_path / "a.jsonl").write_bytes(b'{"line":')
+    (tmp_path / "a.jsonl").write_bytes(b'{"row":')
     with pytest.raises(DamagedLineError):
         read(tmp_path / "a.jsonl")
 
@@ -108,7 +111,7 @@ def test_threads_write_whole_lines(tmp_path: Path) -> None:
             thread.start()
         for thread in threads:
             thread.join()
-        assert len(log.read(read).lines) == 81
+        assert len(read(file).lines) == 81
     assert [json.loads(line) for line in file.read_bytes().splitlines()]
 
 

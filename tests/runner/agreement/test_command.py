@@ -257,10 +257,13 @@ def test_another_display_is_refused(study: Study, cyclopean: Cyclopean, tmp_path
     assert "this experiment file or its display is not that of the sessions" in ended
 
 
-def test_sessions_from_other_distances_are_refused(study: Study, cyclopean: Cyclopean, tmp_path: Path) -> None:
+def test_sessions_from_other_distances_are_refused(
+    study: Study, cyclopean: Cyclopean, tmp_path: Path, unchained: Callable[[Path], None]
+) -> None:
     changed = tmp_path / "results"
     subprocess.run(["cp", "-r", str(study.results), str(changed)], check=True)
     log = sorted(changed.rglob("session.jsonl"))[1]
+    unchained(log)
     head, rest = log.read_text(encoding="utf-8").split("\n", 1)
     header = json.loads(head)
     header["display"]["distance_mm"] = 900.0
@@ -273,11 +276,17 @@ def test_sessions_from_other_distances_are_refused(study: Study, cyclopean: Cycl
     assert "does not say how the pictures were seen" in cyclopean(*words, expect=2).stderr
 
 
-def test_results_that_cannot_be(study: Study, cyclopean: Cyclopean, tmp_path: Path) -> None:
+def test_results_that_cannot_be(
+    study: Study, cyclopean: Cyclopean, tmp_path: Path, unchained: Callable[[Path], None]
+) -> None:
     words = ["--measures", "delta-e-2000", *PHOTOGRAPHS]
     assert "session.jsonl" in cyclopean("agreement", tmp_path, *words, expect=2).stderr
     log = next(iter(sorted(study.results.rglob("session.jsonl"))))
-    lines = log.read_text(encoding="utf-8").splitlines()
+    copied = tmp_path / "copied.jsonl"
+    copied.write_bytes(log.read_bytes())
+    unchained(copied)
+    lines = copied.read_text(encoding="utf-8").splitlines()
+    copied.unlink()
     other = tmp_path / "sub-01" / "ses-x"
     other.mkdir(parents=True)
     header = json.loads(lines[0])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -90,8 +91,11 @@ def test_what_was_torn_off_is_kept(tmp_path: Path) -> None:
     assert kept.read_bytes() == b'{"record":"tri'
 
 
-def test_damage_before_the_last_line_is_refused_with_its_line(tmp_path: Path) -> None:
+def test_damage_before_the_last_line_is_refused_with_its_line(
+    tmp_path: Path, unchained: Callable[[Path], None]
+) -> None:
     file = _session(tmp_path / "s", 3)
+    unchained(file)
     lines = file.read_bytes().split(b"\n")
     lines[2] = lines[2][:20]
     file.write_bytes(b"\n".join(lines))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -130,11 +131,14 @@ def test_a_picture_is_shown_and_what_it_costs_reported(study: Study) -> None:
     assert [Path(file).is_file() for file in shown.screenshots] == [True]
 
 
-def test_records_with_the_former_names_of_the_counts_are_read_and_reported_alike(study: Study) -> None:
+def test_records_with_the_former_names_of_the_counts_are_read_and_reported_alike(
+    study: Study, unchained: Callable[[Path], None]
+) -> None:
     """Until they were called ``clipping_costs_computed`` and ``clipping_costs_cached``, they were called otherwise."""
     former = {"clipping_costs_computed": "costs_reckoned", "clipping_costs_cached": "costs_found"}
     (folder,) = simulate(study.experiment, study.observers, results=study.results).folders
     log = folder / FILE_NAME
+    unchained(log)
     new = read_session(log)
     new_page = write_report([new], study.folder / "new.html")
     *lines, last = log.read_text().splitlines()
