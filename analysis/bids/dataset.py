@@ -87,7 +87,7 @@ def readme(about: About, sources: Sequence[Source]) -> str:
         "  software, and the SHA-256 of what decided on it.",
         "- `sub-*/ses-*/beh/*_events.tsv`, where there is any: answers that a later attempt replaced, marks, notes,",
         "  resumptions.",
-        "- `sourcedata/`: the sessions as they were recorded, byte for byte.",
+        "- `sourcedata/`: the sessions as they were recorded, byte for byte, and the files that they were made with.",
         "",
         "Words that people wrote have tabs, line ends and invisible characters escaped as in JSON (`\\t`, `\\n`, "
         "`\\u202e`).",
@@ -128,6 +128,7 @@ _OURS = re.compile(
     r"dataset_description\.json|README|CHANGES|participants\.(tsv|json)|task-[^/]+_(beh|events)\.json"
     r"|sub-[^/]+/ses-[^/]+/beh/sub-[^/]+_ses-[^/]+_task-[^/]+_(beh|events)\.(tsv|json)"
     r"|sourcedata/[^/]+/sub-[^/]+/ses-[^/]+/session\.jsonl"
+    r"|sourcedata/[^/]+/configuration/[0-9a-f]{16}/.+"
 )
 # Files that file managers add to folders.
 _LITTER = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import re
+import shutil
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
@@ -20,6 +21,7 @@ from analysis.bids.sidecars import EVENT_DEFINITIONS, describe, fixed, session_s
 from analysis.bids.sources import Source, find_sources, log_files
 from analysis.bids.text import MISSING, cell, write_json, write_table
 from analysis.errors import ResultsError
+from analysis.records.configuration import kept_files
 from analysis.records.session_record import SessionLog, Trial, read_session
 from documents import Finding
 
@@ -135,6 +137,7 @@ def export_dataset(
             trials += _write_session(source, log, tasks[source.task], part)
             notes += len(log.notes)
             simulated += log.header.simulated
+            _copy_configuration(source, part)
         for label, task in tasks.items():
             _write_descriptions(part, label, task)
         write_dataset_files(part, about or About(), read.sources, before)
@@ -164,6 +167,15 @@ def _copy(source: Source, target: Path) -> SessionLog:
     target.parent.mkdir(parents=True, exist_ok=True)
     target.write_bytes(content)
     return read_session(target)
+
+
+def _copy_configuration(source: Source, part: Path) -> None:
+    """Copy the files that the session was made with, unless those of another session were the same."""
+    for name, file in kept_files(source.file).items():
+        copy = part / "sourcedata" / source.task / name
+        if not copy.exists():
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(file, copy)
 
 
 def _write_session(source: Source, log: SessionLog, task: _Task, part: Path) -> int:

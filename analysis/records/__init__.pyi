@@ -1,4 +1,8 @@
 from .results import read_results as read_results
+from .seal import Seal as Seal
+from .seal import SealCheck as SealCheck
+from .seal import check_seal as check_seal
+from .seal import read_seal as read_seal
 from .session_record import FILE_NAME as FILE_NAME
 from .session_record import Header as Header
 from .session_record import Mark as Mark

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from analysis.comparisons.comparisons import Comparisons
 from analysis.observers.responses import catch_results
 from analysis.ratings.preferences import preferences
+from analysis.records.seal import notes_on_seals
 from analysis.records.session_record import SessionLog
 from analysis.report.estimate import Estimate
 from analysis.report.words import counted, some
@@ -79,11 +80,12 @@ def on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
         notes.append(f"{torn} {'log ends' if torn == 1 else 'logs end'} in an incomplete line, which is not counted.")
     notes += [
         f"The {name} changed between sessions."
-        for name in sorted({key for session in sessions for key in session.header.hashes})
+        for name in sorted({key for session in sessions for key in session.header.hashes} - {"configuration"})
         if len({str(session.header.hashes.get(name)) for session in sessions}) > 1
     ]
     if len({str(session.header.display.get("mode")) for session in sessions}) > 1:
         notes.append("The sessions were shown in different display modes.")
+    notes += notes_on_seals(sessions)
     said = {str(session.header.nominal.get("words")) for session in sessions if session.header.nominal}
     remarks = dict.fromkeys(str(remark) for session in sessions for remark in session.header.remarks)
     return notes + [remark for remark in remarks if not any(words in remark for words in said)]

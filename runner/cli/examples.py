@@ -29,6 +29,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "cyclopean report station_a/results station_b/results -o report.html",
         ),
         "export": ("cyclopean export results/dynamic_range -o bids --name 'Gloss of plates'",),
+        "seal": ("cyclopean seal results/dynamic_range",),
         "scores": (
             "cyclopean scores table.csv",
             "cyclopean scores table.csv --pairs --margin 0.5jnd --checks",

@@ -5,6 +5,7 @@ from .schemas import file_model as file_model
 from .schemas import json_schema as json_schema
 from .shipped import CopiedExperiment as CopiedExperiment
 from .shipped import copy_experiment as copy_experiment
+from .shipped import named_files as named_files
 from .shipped import shipped_experiment as shipped_experiment
 from .shipped import shipped_experiments as shipped_experiments
 from .shipped import shipped_folder as shipped_folder

@@ -11,6 +11,7 @@ import os
 import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass
+from os.path import isabs
 from pathlib import Path
 
 from documents import Finding, InputError
@@ -136,7 +137,8 @@ def copy_experiment(experiment: str | Path, folder: str | Path) -> CopiedExperim
         remedy = "nothing is overwritten: name a folder that is not there yet"
         raise SessionError(Finding("this is there already", str(folder), remedy=remedy))
     observers = [Path(os.path.abspath(file)) for file in _observers(read)]
-    files = list(dict.fromkeys([*(Path(os.path.abspath(file)) for file in _files(read)), *observers]))
+    beside_it = [Path(os.path.abspath(file)) for file, absolute in named_files(read) if not absolute]
+    files = list(dict.fromkeys([*beside_it, *observers]))
     if missing := [file for file in files if not file.is_file()]:
         raise SessionError([Finding("there is no such file", str(file), remedy=looked_for(file)) for file in missing])
     top = os.path.commonpath([file.parent for file in files])
@@ -159,20 +161,18 @@ def copy_experiment(experiment: str | Path, folder: str | Path) -> CopiedExperim
     )
 
 
-def _files(experiment: Experiment) -> Iterator[Path]:
-    """Yield every file that the experiment consists of, but for those that are named by absolute paths."""
+def named_files(experiment: Experiment) -> Iterator[tuple[Path, bool]]:
+    """Yield every file that the experiment consists of, its own first, and whether an absolute path leads there."""
     rig, recipe = Path(experiment.rig.file), experiment.recipe_file
     of_rig = read_yaml(rig).data
     named = [(experiment.file, experiment.spec.rig), (experiment.file, experiment.spec.stimuli)]
-    if not Path(experiment.spec.rig).is_absolute():
-        keys = ("display", "photodiode_verification")
-        named += [(rig, of_rig[key]) for key in keys if isinstance(of_rig.get(key), str)]
-    if not Path(experiment.spec.stimuli).is_absolute():
-        named += [(recipe, name) for name in read_recipe(recipe)[0].inputs()]
-    yield experiment.file
+    keys = ("display", "photodiode_verification")
+    named += [(rig, of_rig[key]) for key in keys if isinstance(of_rig.get(key), str)]
+    named += [(recipe, name) for name in read_recipe(recipe)[0].inputs()]
+    yield experiment.file, False
+    beyond = {file for file, name in ((rig, experiment.spec.rig), (recipe, experiment.spec.stimuli)) if isabs(name)}
     for file, name in named:
-        if not Path(name).is_absolute():
-            yield beside(file, name)
+        yield beside(file, name), isabs(name) or file in beyond
 
 
 def _observers(experiment: Experiment) -> Iterator[Path]:

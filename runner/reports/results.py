@@ -15,6 +15,7 @@ from analysis.classes import Adjust
 from analysis.errors import ResultsError
 from analysis.observers import Filter, check_tests
 from analysis.records import Header, read_results
+from analysis.records.configuration import kept_experiments
 from analysis.report import Report, write_report
 from analysis.scaling import CovarianceChoice
 from documents import Finding
@@ -188,13 +189,14 @@ def stimulus_pictures(
 def experiment_files(header: Header, results: Path) -> list[Path]:
     """Return where the file of a session's experiment usually lies, whether it is there or not.
 
-    That is in ``experiments``, in the folder of a study that holds ``results``, and in a study's folder of its name.
+    That is in ``experiments``, in the folder of a study that holds ``results``, in a study's folder of its name, and
+    among the files that were kept beside the session.
     """
     name = Path(header.experiment).name
     usual = [root / "experiments" / f"{name}.yaml" for root in (Path.cwd(), shipped_folder())]
     around = results.resolve()
     usual += [folder / "experiment.yaml" for folder in (Path.cwd() / name, Path.cwd(), around, *around.parents[:3])]
-    return list(dict.fromkeys(usual))
+    return list(dict.fromkeys([*usual, *kept_experiments(around, name)]))
 
 
 def find_browser() -> str | None:

@@ -104,6 +104,7 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
         windowed=options.windowed,
         accept_gamma_table=options.accept_gamma_table,
         wrong_screen=options.wrong_screen,
+        further_files=(Path(options.simulate),) if options.simulate else (),
     ) as station:
         for remark in station.remarks:
             options.notify(f"warning: {remark}")
@@ -236,7 +237,8 @@ def simulate(
         raise SessionError(Finding(what, str(results), remedy=f"choose another folder, or resume each: {again}"))
     stimuli = build_stimuli(design, progress)
     folders = []
-    with Station.open(design, stimuli, Path(results), backend, windowed=True) as station:
+    further = (Path(observer_file),)
+    with Station.open(design, stimuli, Path(results), backend, windowed=True, further_files=further) as station:
         for done, code in enumerate(codes, start=1):
             folders.append(station.run(code, station.simulated(law, code, seed), simulated=True))
             progress("Running simulated observers", done, len(codes))

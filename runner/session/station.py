@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
@@ -26,6 +26,7 @@ from runner.presenter.surfaces.surface import Surface, open_surface
 from runner.protocol.experiment import Experiment, check_observer
 from runner.session.clipping_costs import ClippingCosts, CostWork
 from runner.session.clocks import Pace, PacedPresenter
+from runner.session.configuration import Configuration, configuration_of
 from runner.session.folders import Recorder, new_label, observer_folder, to_resume
 from runner.session.header import changes, check_unchanged, hashes, make_header
 from runner.session.picture_source import PictureSource
@@ -54,6 +55,7 @@ class Station:
     timing: dict[str, Any]
     cost_work: CostWork
     watch: GammaWatch
+    configuration: Configuration
     accept_gamma_table: bool = False
     session_folder: Path | None = None  # of the session that runs, or ran last
 
@@ -68,6 +70,7 @@ class Station:
         windowed: bool = False,
         accept_gamma_table: bool = False,
         wrong_screen: bool = True,
+        further_files: tuple[Path, ...] = (),
     ) -> Station:
         """Open the surface and the presenter in the rig's stereo mode.
 
@@ -80,6 +83,7 @@ class Station:
         """
         rig = experiment.rig
         mode = experiment.mode
+        configuration = configuration_of(experiment, stimuli, further_files)
         pictures = PictureSource(experiment, stimuli)
         costs = ClippingCosts.of(experiment, stimuli, pictures.load)
         correction = costs.compensation.correction
@@ -141,6 +145,7 @@ class Station:
             timing,
             costs.work,
             watch,
+            configuration,
             accept_gamma_table,
         )
 
@@ -292,6 +297,7 @@ class Station:
     def _begin(self, observer: str, simulated: bool, remarks: tuple[str, ...]) -> Recorder:
         parent = observer_folder(self.results, self.experiment.spec.name, observer)
         header = self._header(observer, new_label(parent), simulated, remarks)
+        self.configuration.keep(parent.parent)
         return Recorder.create(parent / f"ses-{header.session}", header)
 
     def _resume(self, observer: str, *, accept_changes: bool) -> tuple[Recorder, SessionLog]:
@@ -301,6 +307,9 @@ class Station:
             check_unchanged(stopped.header, now, stopped.file)
         utc = datetime.now(UTC).isoformat(timespec="milliseconds")
         changed = changes(stopped.header, now) | self._gamma_change(stopped)
+        if changed:
+            changed |= changes(stopped.header, {"configuration": self.configuration.digest})
+        self.configuration.keep(stopped.file.parents[2])
         return Recorder.reopen(stopped.file.parent, Resumption(utc, changed))
 
     def _gamma_change(self, stopped: SessionLog) -> dict[str, dict[str, str | None]]:
@@ -326,7 +335,7 @@ class Station:
             "accepted": self.accept_gamma_table,
         }
         facts = asdict(self.surface.facts) | {"timing": self.timing, "gamma_table": gamma}
-        return make_header(
+        header = make_header(
             self.experiment,
             self.stimuli,
             observer,
@@ -336,3 +345,4 @@ class Station:
             simulated=simulated,
             remarks=self.remarks + remarks,
         )
+        return replace(header, hashes={**header.hashes, "configuration": self.configuration.digest})

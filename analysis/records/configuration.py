@@ -1,0 +1,52 @@
+"""Where the files lie that sessions were made with: experiment, rig, display, recipe, the manifest of the stimuli.
+
+`RESULTS/EXPERIMENT/configuration/DIGITS/configuration.json` names the files beside it. DIGITS begin the SHA-256 of that
+list, so that sessions with equal files share one folder. The reader defines the format; the runner writes it.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+FOLDER = "configuration"
+LIST = "configuration.json"
+STIMULI = "stimuli.json"
+DIGITS = 16
+
+
+def kept_experiments(results: Path, name: str) -> list[Path]:
+    """Return the experiment files that were kept beside sessions of the experiment ``name`` in or below ``results``."""
+    patterns = (f"{FOLDER}/*/{LIST}", f"{name}/{FOLDER}/*/{LIST}", f"results/{name}/{FOLDER}/*/{LIST}")
+    lists = [place for pattern in patterns for place in sorted(results.glob(pattern))]
+    return [
+        file for place in lists for file in _inside(place.parent, [_listed(place).get("experiment")]) if file.is_file()
+    ]
+
+
+def kept_files(log: Path) -> dict[str, Path]:
+    """Return the files that sessions beside the ``log`` were made with, by their place in the experiment's folder."""
+    experiment = log.absolute().parent.parent.parent
+    return {
+        file.relative_to(experiment).as_posix(): file
+        for place in sorted(experiment.glob(f"{FOLDER}/*/{LIST}"))
+        for file in (place, *_inside(place.parent, _listed(place).get("files", ())))
+        if file.is_file()
+    }
+
+
+def _listed(place: Path) -> dict[str, Any]:
+    try:
+        listed = json.loads(place.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return listed if isinstance(listed, dict) else {}
+
+
+def _inside(folder: Path, names: object) -> Iterator[Path]:
+    """Yield the files called ``names`` that lie in ``folder``, also by links."""
+    for name in names if isinstance(names, list | dict) else ():
+        if isinstance(name, str) and (folder / name).resolve().is_relative_to(folder.resolve()):
+            yield folder / name

@@ -1,0 +1,210 @@
+"""The seal of a folder of results: the SHA-256 of every file in it, in `seal.json`, which a paper can cite.
+
+A seal shows that nothing was changed, added or removed since. It is as good as the place where its own SHA-256 is
+printed: who can write the folder can also seal it again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from analysis.errors import ResultsError
+from analysis.records.session_record import SessionLog
+from documents import Finding
+from documents.files import looked_for, sha256_of_file
+
+SEAL = "seal.json"
+# What `report` writes into a folder of results: made again from the sealed files at any time.
+_DERIVED = ("report.html", "report.pdf")
+_ABOVE = 3  # folders above a log in which its seal is looked for: observer, experiment, results
+
+Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+
+
+class SealContent(BaseModel):
+    """What `seal.json` says: when it was made, of what, with what, and the SHA-256 of each ``file``."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+
+    schema_version: Literal[1]
+    sealed_utc: str
+    experiments: tuple[str, ...]
+    sessions: int
+    observers: int
+    software: Mapping[str, str]
+    packages: Mapping[str, str]
+    replaces: Sha256 | None = None
+    files: Mapping[str, Sha256]
+
+
+@dataclass(frozen=True, slots=True)
+class Seal:
+    """The seal at ``file``; ``digest`` is the SHA-256 of that file, for a paper to cite."""
+
+    file: Path
+    digest: str
+    content: SealContent
+
+    def to_json(self) -> dict[str, Any]:
+        """Return all of it as plain JSON."""
+        return {"seal": str(self.file), "sha256": self.digest, **self.content.model_dump(mode="json")}
+
+
+@dataclass(frozen=True, slots=True)
+class SealCheck:
+    """Whether a folder is as it was sealed: ``findings`` are the files that changed, are missing or came later."""
+
+    seal: Seal
+    findings: tuple[Finding, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what differs as plain JSON."""
+        changed = [{"file": finding.file, "message": finding.message} for finding in self.findings]
+        return {"seal": str(self.seal.file), "sha256": self.seal.digest, "findings": changed}
+
+
+def files_to_seal(folder: Path) -> Iterator[Path]:
+    """Yield the files that a seal of ``folder`` names: all but hidden ones, the seal, and pages of `report`.
+
+    Raises
+    ------
+    ResultsError
+        At a symbolic link: what it leads to is not part of the folder.
+    """
+    for path in sorted(folder.rglob("*")):
+        within = path.relative_to(folder)
+        if any(part.startswith(".") for part in within.parts) or within.name == SEAL:
+            continue
+        if path.is_symlink():
+            what = "a symbolic link cannot be sealed: what it leads to may change without it"
+            raise ResultsError(Finding(what, str(path), remedy="put a copy of the file in its place"))
+        if path.is_file() and path.name not in _DERIVED:
+            yield path
+
+
+def hashes_of(folder: Path) -> dict[str, str]:
+    """Return the SHA-256 of each file of ``folder`` that a seal names, by its path in there with forward slashes."""
+    return {file.relative_to(folder).as_posix(): sha256_of_file(file) for file in files_to_seal(folder)}
+
+
+def read_seal(folder: Path) -> Seal | None:
+    """Return the seal of ``folder``; None if there is none.
+
+    Parameters
+    ----------
+    folder
+        Folder of results.
+
+    Returns
+    -------
+    Seal or None
+        What `seal.json` in there says.
+
+    Raises
+    ------
+    ResultsError
+        If there is such a file and it is no seal.
+
+    Examples
+    --------
+    >>> read_seal(Path("experiments")) is None
+    True
+    """
+    file = folder / SEAL
+    try:
+        data = file.read_bytes()
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise ResultsError(Finding(f"the seal cannot be read: {error.strerror}", str(file))) from error
+    try:
+        content = SealContent.model_validate_json(data)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_context=False)[0]
+        where = ".".join(map(str, first["loc"]))
+        what = f"this is no seal: {where + ': ' if where else ''}{first['msg']}"
+        raise ResultsError(Finding(what, str(file), remedy="restore the file, or seal the results again")) from error
+    return Seal(file, hashlib.sha256(data).hexdigest(), content)
+
+
+def check_seal(folder: Path) -> SealCheck:
+    """Compare a folder of results with its seal.
+
+    Parameters
+    ----------
+    folder
+        Folder of results that was sealed.
+
+    Returns
+    -------
+    SealCheck
+        The files that changed, are missing or came later.
+
+    Raises
+    ------
+    ResultsError
+        If the folder was not sealed, or its seal is damaged.
+
+    Examples
+    --------
+    >>> check_seal(Path("experiments"))
+    Traceback (most recent call last):
+    ...
+    analysis.errors.ResultsError: experiments: the folder has no seal.json (seal it: cyclopean seal experiments)
+    """
+    seal = read_seal(folder)
+    if seal is None:
+        remedy = f"seal it: cyclopean seal {folder}" if folder.is_dir() else looked_for(folder)
+        raise ResultsError(Finding(f"the folder has no {SEAL}", str(folder), remedy=remedy))
+    sealed, now = seal.content.files, hashes_of(folder)
+    findings = [
+        Finding(what, str(folder / name))
+        for names, what in (
+            (sealed.keys() - now.keys(), "this file was sealed and is missing"),
+            ({name for name in sealed.keys() & now.keys() if sealed[name] != now[name]}, "this file is not as sealed"),
+            (now.keys() - sealed.keys(), "this file is not in the seal"),
+        )
+        for name in sorted(names)
+    ]
+    return SealCheck(seal, tuple(findings))
+
+
+def seals_of(sessions: Sequence[SessionLog]) -> dict[Path, list[SessionLog]]:
+    """Return the sessions below each folder that has a seal; the nearest folder counts."""
+    by_folder: dict[Path, list[SessionLog]] = {}
+    for session in sessions:
+        above = session.file.absolute().parents[: _ABOVE + 1]
+        if folder := next((place for place in above if (place / SEAL).is_file()), None):
+            by_folder.setdefault(folder, []).append(session)
+    return by_folder
+
+
+def notes_on_seals(sessions: Sequence[SessionLog]) -> Iterator[str]:
+    """Yield, for a report, whether the logs of ``sessions`` are as they were sealed."""
+    for folder, inside in seals_of(sessions).items():
+        try:
+            seal = read_seal(folder)
+        except ResultsError as error:
+            yield f"{error}."
+            continue
+        if seal is None:
+            continue
+        names = {log.file.absolute().relative_to(folder).as_posix(): log.file for log in inside}
+        other = [name for name, file in names.items() if seal.content.files.get(name) != sha256_of_file(file)]
+        words = f"The results were sealed on {seal.content.sealed_utc[:10]}, SHA-256 of {SEAL} {seal.digest}"
+        if other:
+            yield f"{words}, and {len(other)} of {len(names)} logs are not as sealed, such as {min(other)}."
+        else:
+            yield f"{words}; the logs are as sealed."
+
+
+def write_seal_text(content: SealContent) -> str:
+    """Return the text of `seal.json`."""
+    return json.dumps(content.model_dump(mode="json", exclude_none=True), indent=1, ensure_ascii=False) + "\n"

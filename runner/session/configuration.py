@@ -1,0 +1,104 @@
+"""What sessions were made with, kept beside them: copies of the files that the experiment consists of.
+
+The experiment, rig, display, recipe and what else is text are copied as they lie beside each other, with the stimuli's
+manifest, which has the SHA-256 of every picture. `analysis.records.configuration` says where; no copy is ever changed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from analysis.records.configuration import DIGITS, FOLDER, LIST, STIMULI
+from documents import Finding
+from documents.files import sha256_of_json, whole_folder, write_whole
+from runner.errors import SessionError
+from runner.protocol import Experiment, named_files
+from stimuli.build import StimulusSet
+
+_TEXT = (".yaml", ".yml", ".json", ".csv", ".tsv", ".txt")
+
+
+@dataclass(frozen=True, slots=True)
+class Configuration:
+    """The files that sessions are made with: ``contents`` by their place in the folder, ``named`` as they were named.
+
+    ``digest`` is the SHA-256 of the list in `configuration.json`.
+    """
+
+    contents: dict[str, bytes]
+    named: dict[str, Any]
+    digest: str
+
+    def keep(self, folder: Path) -> Path:
+        """Write the files below the experiment's ``folder`` of results, unless they are there; return where they are.
+
+        Raises
+        ------
+        SessionError
+            If they cannot be written; nothing is then left of them.
+        """
+        place = folder / FOLDER / self.digest[:DIGITS]
+        if (place / LIST).exists():
+            return place
+        try:
+            with whole_folder(place) as draft:
+                for name, content in self.contents.items():
+                    file = draft / name
+                    file.parent.mkdir(parents=True, exist_ok=True)
+                    file.write_bytes(content)
+                write_whole(draft / LIST, json.dumps(self.named, indent=2, ensure_ascii=False) + "\n")
+        except OSError as error:
+            if (place / LIST).exists():  # another station wrote the same
+                return place
+            what = f"the experiment's files cannot be kept beside the results: {error.strerror or error}"
+            remedy = "make room, or choose another results folder"
+            raise SessionError(Finding(what, str(place), remedy=remedy)) from error
+        return place
+
+
+def configuration_of(experiment: Experiment, stimuli: StimulusSet, further: Sequence[Path] = ()) -> Configuration:
+    """Return the files that ``experiment`` consists of, with its ``stimuli`` and ``further`` files, as they are now.
+
+    Pictures are not copied: the manifest has the SHA-256 of those that were read and of those that are shown.
+
+    Raises
+    ------
+    SessionError
+        If a file cannot be read.
+    """
+    rig, recipe = Path(experiment.rig.file), experiment.recipe_file
+    always = {_whole(experiment.file), _whole(rig), _whole(recipe)}
+    named_as = {_whole(file): absolute for file, absolute in named_files(experiment)}
+    named_as |= {_whole(file): True for file in further}
+    files = [file for file in named_as if file in always or file.suffix.lower() in _TEXT]
+    top = Path(os.path.commonpath([file.parent for file in files if not named_as[file]]))
+    places: dict[Path, str] = {}
+    for file in files:
+        name = file.relative_to(top) if file.is_relative_to(top) else Path("elsewhere", file.name)
+        while name.as_posix() in places.values():
+            name = name.with_stem(f"{name.stem}-")
+        places[file] = name.as_posix()
+    try:
+        contents = {name: file.read_bytes() for file, name in places.items()}
+        contents[STIMULI] = stimuli.manifest_path.read_bytes()
+    except OSError as error:
+        raise SessionError(Finding(f"the file cannot be read: {error.strerror}", str(error.filename))) from error
+    named = {
+        "schema_version": 1,
+        "experiment": places[_whole(experiment.file)],
+        "rig": places[_whole(rig)],
+        "recipe": places[_whole(recipe)],
+        "stimuli": STIMULI,
+        "files": {name: hashlib.sha256(data).hexdigest() for name, data in contents.items()},
+    }
+    return Configuration(contents, named, sha256_of_json(named))
+
+
+def _whole(file: Path) -> Path:
+    return Path(os.path.abspath(file))

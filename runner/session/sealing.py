@@ -1,0 +1,88 @@
+"""Sealing a folder of results: the SHA-256 of every file, and what the sessions were made with, in one file."""
+
+from __future__ import annotations
+
+import importlib.metadata
+from datetime import UTC, datetime
+from pathlib import Path
+
+from analysis.errors import ResultsError
+from analysis.records import Seal, read_results, read_seal
+from analysis.records.seal import SEAL, SealContent, hashes_of, write_seal_text
+from documents import Finding
+from documents.files import whole_file
+from documents.text import counted
+from runner.errors import SessionError
+from runner.session.folders import is_running
+from runner.session.header import software
+
+
+def seal_results(results: str | Path, *, replace: bool = False) -> Seal:
+    """Write `seal.json` into a folder of results: the SHA-256 of every file, for a paper to cite.
+
+    Sealed are the session logs, the configuration that they were made with (experiment, rig, display, recipe, and the
+    manifest with the SHA-256 of every picture), and whatever else lies in the folder, but for hidden files and the
+    pages that `report` writes. The versions of all installed packages stand beside.
+
+    Parameters
+    ----------
+    results
+        Folder of results.
+    replace
+        Whether to seal again a folder that has a seal; the new one names the SHA-256 of the one that it replaces.
+
+    Returns
+    -------
+    Seal
+        The seal, and its own SHA-256.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no session, a log is damaged or being written, a file is a symbolic link, or there is a seal
+        already.
+    OSError
+        If the seal cannot be written.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from analysis.records import check_seal
+    >>> from runner.session import simulate
+    >>> experiment, observers = "experiments/dynamic_range.yaml", "configs/observers/table_4_4.yaml"
+    >>> with TemporaryDirectory() as folder:
+    ...     done = simulate(experiment, observers, 1, results=folder)
+    ...     seal = seal_results(folder)
+    ...     check_seal(Path(folder)).findings, seal.content.sessions
+    ((), 1)
+    """
+    folder = Path(results)
+    sessions = read_results(folder)
+    if not folder.is_dir():
+        raise SessionError(Finding("only a folder can be sealed", str(folder), remedy="name a folder of results"))
+    before = read_seal(folder)
+    if before is not None and not replace:
+        remedy = "compare with it: cyclopean verify, or seal again with --replace"
+        what = f"these results were sealed on {before.content.sealed_utc}"
+        raise SessionError(Finding(what, str(before.file), remedy=remedy))
+    running = [session.file for session in sessions if is_running(session.file.parent)]
+    if running:
+        what = f"{counted(len(running), 'session is', 'sessions are')} being written"
+        raise SessionError(Finding(what, str(running[0]), remedy="seal the results once it has ended"))
+    content = SealContent(
+        schema_version=1,
+        sealed_utc=datetime.now(UTC).isoformat(timespec="seconds"),
+        experiments=tuple(sorted({session.header.experiment for session in sessions})),
+        sessions=len(sessions),
+        observers=len({session.header.observer for session in sessions}),
+        software=software(),
+        packages=dict(sorted((it.name.lower(), it.version) for it in importlib.metadata.distributions())),
+        replaces=before.digest if before else None,
+        files=hashes_of(folder),
+    )
+    with whole_file(folder / SEAL) as draft:
+        draft.write_bytes(write_seal_text(content).encode("utf-8"))
+    seal = read_seal(folder)
+    if seal is None:
+        raise ResultsError(Finding("the seal is not there", str(folder / SEAL)))
+    return seal
