@@ -13,7 +13,6 @@ from .power.results import observers_needed as observers_needed
 from .power.simulation import simulate_power as simulate_power
 from .ratings.ratings import summarise_ratings as summarise_ratings
 from .records.results import read_results as read_results
-from .records.seal import check_seal as check_seal
 from .records.session_record import read_session as read_session
 from .report.page import write_report as write_report
 from .scaling.scores import Scores as Scores

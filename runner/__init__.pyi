@@ -18,4 +18,3 @@ from .reports.screens import preview as preview
 from .session.options import SessionOptions as SessionOptions
 from .session.run import run_session as run_session
 from .session.run import simulate as simulate
-from .session.sealing import seal_results as seal_results

@@ -1,8 +1,13 @@
+from .configuration import CONFIGURATION_LIST as CONFIGURATION_LIST
+from .configuration import configuration_folder as configuration_folder
+from .configuration import kept_experiments as kept_experiments
+from .configuration import kept_files as kept_files
 from .results import read_results as read_results
 from .seal import Seal as Seal
 from .seal import SealCheck as SealCheck
 from .seal import check_seal as check_seal
 from .seal import read_seal as read_seal
+from .seal import write_seal as write_seal
 from .session_record import FILE_NAME as FILE_NAME
 from .session_record import Header as Header
 from .session_record import Mark as Mark

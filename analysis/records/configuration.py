@@ -11,15 +11,20 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-FOLDER = "configuration"
-LIST = "configuration.json"
-STIMULI = "stimuli.json"
-DIGITS = 16
+CONFIGURATION_LIST = "configuration.json"
+_FOLDER = "configuration"
+_DIGITS = 16
+
+
+def configuration_folder(experiment: Path, digest: str) -> Path:
+    """Return where files lie whose list has the SHA-256 ``digest``, below an ``experiment``'s folder of results."""
+    return experiment / _FOLDER / digest[:_DIGITS]
 
 
 def kept_experiments(results: Path, name: str) -> list[Path]:
     """Return the experiment files that were kept beside sessions of the experiment ``name`` in or below ``results``."""
-    patterns = (f"{FOLDER}/*/{LIST}", f"{name}/{FOLDER}/*/{LIST}", f"results/{name}/{FOLDER}/*/{LIST}")
+    lying = f"{_FOLDER}/*/{CONFIGURATION_LIST}"
+    patterns = (lying, f"{name}/{lying}", f"results/{name}/{lying}")
     lists = [place for pattern in patterns for place in sorted(results.glob(pattern))]
     return [
         file for place in lists for file in _inside(place.parent, [_listed(place).get("experiment")]) if file.is_file()
@@ -31,7 +36,7 @@ def kept_files(log: Path) -> dict[str, Path]:
     experiment = log.absolute().parent.parent.parent
     return {
         file.relative_to(experiment).as_posix(): file
-        for place in sorted(experiment.glob(f"{FOLDER}/*/{LIST}"))
+        for place in sorted(experiment.glob(f"{_FOLDER}/*/{CONFIGURATION_LIST}"))
         for file in (place, *_inside(place.parent, _listed(place).get("files", ())))
         if file.is_file()
     }

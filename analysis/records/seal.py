@@ -10,6 +10,7 @@ import hashlib
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -18,7 +19,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from analysis.errors import ResultsError
 from analysis.records.session_record import SessionLog
 from documents import Finding
-from documents.files import looked_for, sha256_of_file
+from documents.files import looked_for, sha256_of_file, write_whole
 
 SEAL = "seal.json"
 # What `report` writes into a folder of results: made again from the sealed files at any time.
@@ -205,6 +206,52 @@ def notes_on_seals(sessions: Sequence[SessionLog]) -> Iterator[str]:
             yield f"{words}; the logs are as sealed."
 
 
-def write_seal_text(content: SealContent) -> str:
-    """Return the text of `seal.json`."""
-    return json.dumps(content.model_dump(mode="json", exclude_none=True), indent=1, ensure_ascii=False) + "\n"
+def write_seal(
+    folder: Path, sessions: Sequence[SessionLog], software: Mapping[str, str], packages: Mapping[str, str]
+) -> Seal:
+    """Seal ``folder``, in which ``sessions`` lie; the new seal names the SHA-256 of one that it replaces.
+
+    Parameters
+    ----------
+    folder
+        Folder of results.
+    sessions
+        Its sessions.
+    software, packages
+        Versions by name, for the record.
+
+    Returns
+    -------
+    Seal
+        The seal, as it was written.
+
+    Raises
+    ------
+    ResultsError
+        If a file is a symbolic link, or there is a seal that is damaged.
+    OSError
+        If the seal cannot be written.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     _ = Path(folder, "a.txt").write_text("a")
+    ...     dict(write_seal(Path(folder), [], {}, {}).content.files)["a.txt"][:8]
+    'ca978112'
+    """
+    before = read_seal(folder)
+    content = SealContent(
+        schema_version=1,
+        sealed_utc=datetime.now(UTC).isoformat(timespec="seconds"),
+        experiments=tuple(sorted({session.header.experiment for session in sessions})),
+        sessions=len(sessions),
+        observers=len({session.header.observer for session in sessions}),
+        software=software,
+        packages=packages,
+        replaces=before.digest if before else None,
+        files=hashes_of(folder),
+    )
+    text = json.dumps(content.model_dump(mode="json", exclude_none=True), indent=1, ensure_ascii=False) + "\n"
+    write_whole(folder / SEAL, text)
+    return Seal(folder / SEAL, hashlib.sha256(text.encode("utf-8")).hexdigest(), content)

@@ -32,9 +32,8 @@ def command(results: Path, replace: bool, as_json: bool) -> None:
         click.echo(json.dumps(seal.to_json(), indent=2, ensure_ascii=False))
         return
     content = seal.content
-    click.echo(
-        f"Sealed: {counted(len(content.files), 'file', 'files')}, {counted(content.sessions, 'session', 'sessions')} of "
-        f"{counted(content.observers, 'observer', 'observers')}: {seal.file}"
-    )
+    people = counted(content.observers, "observer", "observers")
+    sessions = f"{counted(content.sessions, 'session', 'sessions')} of {people}"
+    click.echo(f"Sealed: {counted(len(content.files), 'file', 'files')}, {sessions}: {seal.file}")
     click.echo(f"Cite it by its SHA-256: {seal.digest}")
     click.echo(f"Compare the folder with it: cyclopean verify {results}")

@@ -14,8 +14,7 @@ from typing import Any
 from analysis.classes import Adjust
 from analysis.errors import ResultsError
 from analysis.observers import Filter, check_tests
-from analysis.records import Header, read_results
-from analysis.records.configuration import kept_experiments
+from analysis.records import Header, kept_experiments, read_results
 from analysis.report import Report, write_report
 from analysis.scaling import CovarianceChoice
 from documents import Finding

@@ -14,13 +14,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from analysis.records.configuration import DIGITS, FOLDER, LIST, STIMULI
+from analysis.records import CONFIGURATION_LIST, configuration_folder
 from documents import Finding
 from documents.files import sha256_of_json, whole_folder, write_whole
 from runner.errors import SessionError
 from runner.protocol import Experiment, named_files
 from stimuli.build import StimulusSet
 
+_STIMULI = "stimuli.json"
 _TEXT = (".yaml", ".yml", ".json", ".csv", ".tsv", ".txt")
 
 
@@ -43,8 +44,8 @@ class Configuration:
         SessionError
             If they cannot be written; nothing is then left of them.
         """
-        place = folder / FOLDER / self.digest[:DIGITS]
-        if (place / LIST).exists():
+        place = configuration_folder(folder, self.digest)
+        if (place / CONFIGURATION_LIST).exists():
             return place
         try:
             with whole_folder(place) as draft:
@@ -52,9 +53,9 @@ class Configuration:
                     file = draft / name
                     file.parent.mkdir(parents=True, exist_ok=True)
                     file.write_bytes(content)
-                write_whole(draft / LIST, json.dumps(self.named, indent=2, ensure_ascii=False) + "\n")
+                write_whole(draft / CONFIGURATION_LIST, json.dumps(self.named, indent=2, ensure_ascii=False) + "\n")
         except OSError as error:
-            if (place / LIST).exists():  # another station wrote the same
+            if (place / CONFIGURATION_LIST).exists():  # another station wrote the same
                 return place
             what = f"the experiment's files cannot be kept beside the results: {error.strerror or error}"
             remedy = "make room, or choose another results folder"
@@ -86,7 +87,7 @@ def configuration_of(experiment: Experiment, stimuli: StimulusSet, further: Sequ
         places[file] = name.as_posix()
     try:
         contents = {name: file.read_bytes() for file, name in places.items()}
-        contents[STIMULI] = stimuli.manifest_path.read_bytes()
+        contents[_STIMULI] = stimuli.manifest_path.read_bytes()
     except OSError as error:
         raise SessionError(Finding(f"the file cannot be read: {error.strerror}", str(error.filename))) from error
     named = {
@@ -94,7 +95,7 @@ def configuration_of(experiment: Experiment, stimuli: StimulusSet, further: Sequ
         "experiment": places[_whole(experiment.file)],
         "rig": places[_whole(rig)],
         "recipe": places[_whole(recipe)],
-        "stimuli": STIMULI,
+        "stimuli": _STIMULI,
         "files": {name: hashlib.sha256(data).hexdigest() for name, data in contents.items()},
     }
     return Configuration(contents, named, sha256_of_json(named))

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import importlib.metadata
-from datetime import UTC, datetime
 from pathlib import Path
 
-from analysis.errors import ResultsError
-from analysis.records import Seal, read_results, read_seal
-from analysis.records.seal import SEAL, SealContent, hashes_of, write_seal_text
+from analysis.records import Seal, read_results, read_seal, write_seal
 from documents import Finding
-from documents.files import whole_file
 from documents.text import counted
 from runner.errors import SessionError
 from runner.session.folders import is_running
@@ -62,27 +58,12 @@ def seal_results(results: str | Path, *, replace: bool = False) -> Seal:
         raise SessionError(Finding("only a folder can be sealed", str(folder), remedy="name a folder of results"))
     before = read_seal(folder)
     if before is not None and not replace:
-        remedy = "compare with it: cyclopean verify, or seal again with --replace"
+        remedy = f"compare with it: cyclopean verify {folder}, or seal again with --replace"
         what = f"these results were sealed on {before.content.sealed_utc}"
         raise SessionError(Finding(what, str(before.file), remedy=remedy))
     running = [session.file for session in sessions if is_running(session.file.parent)]
     if running:
         what = f"{counted(len(running), 'session is', 'sessions are')} being written"
         raise SessionError(Finding(what, str(running[0]), remedy="seal the results once it has ended"))
-    content = SealContent(
-        schema_version=1,
-        sealed_utc=datetime.now(UTC).isoformat(timespec="seconds"),
-        experiments=tuple(sorted({session.header.experiment for session in sessions})),
-        sessions=len(sessions),
-        observers=len({session.header.observer for session in sessions}),
-        software=software(),
-        packages=dict(sorted((it.name.lower(), it.version) for it in importlib.metadata.distributions())),
-        replaces=before.digest if before else None,
-        files=hashes_of(folder),
-    )
-    with whole_file(folder / SEAL) as draft:
-        draft.write_bytes(write_seal_text(content).encode("utf-8"))
-    seal = read_seal(folder)
-    if seal is None:
-        raise ResultsError(Finding("the seal is not there", str(folder / SEAL)))
-    return seal
+    packages = sorted((package.name.lower(), package.version) for package in importlib.metadata.distributions())
+    return write_seal(folder, sessions, software(), dict(packages))

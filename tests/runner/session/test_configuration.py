@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 from analysis.bids import export_dataset
-from analysis.records import read_session, session_files
-from analysis.records.configuration import kept_experiments, kept_files
+from analysis.records import kept_experiments, kept_files, read_session, session_files
 from runner.errors import SessionError
 from runner.protocol import copy_experiment, read_experiment, shipped_experiment
 from runner.reports.results import ReportOptions, report_results
