@@ -64,6 +64,11 @@ class LogState:
     ended: bool = False
     lacks_line_end: bool = False
 
+    @property
+    def file_size(self) -> int:
+        """The size of the file that was read, in bytes."""
+        return self.size + len(self.torn_tail)
+
 
 @dataclass(frozen=True, slots=True)
 class Link:

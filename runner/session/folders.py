@@ -198,22 +198,33 @@ class Recorder:
         return cls(folder, log)
 
     @classmethod
-    def reopen(cls, folder: Path, resumption: Resumption | None = None) -> tuple[Recorder, SessionLog]:
-        """Open a session that stopped, record its ``resumption`` if given, and return what it held.
+    def reopen(
+        cls, folder: Path, resumption: Resumption | None = None, stopped: SessionLog | None = None
+    ) -> tuple[Recorder, SessionLog]:
+        """Open a session that stopped, record its ``resumption`` if given, and return what its log says.
+
+        ``stopped`` is the log as it was read before; it is read again only if it grew or shrank since.
 
         A line cut short by a power cut is kept beside the log as ``torn-*.bin`` and taken off its end.
 
         Raises
         ------
         SessionError
-            If another process is running the session, or the log cannot be written.
+            If another process is running the session or completed it, or the log cannot be written.
         ResultsError
             If the log is damaged before its last line.
         """
         file = folder / FILE_NAME
+
+        def read(file: Path) -> SessionLog:
+            return stopped if stopped and file.stat().st_size == stopped.state.file_size else read_session(file)
+
         try:
-            log, session = DurableLog.reopen(file, folder / ".lock", folder / "torn.bin", read_session)
+            log, session = DurableLog.reopen(file, folder / ".lock", folder / "torn.bin", read)
             if resumption is not None:
+                if session.complete:
+                    log.close()
+                    raise SessionError(Finding("this session is complete: it cannot be resumed", str(file)))
                 log.append(resumption.to_json())
         except LogInUseError as error:
             raise _in_use(folder) from error

@@ -58,7 +58,7 @@ class SessionOptions:
     on_begin
         Called before the first scene with the session, which takes notes and marks, and its status.
     on_trial
-        Called after each trial, also one that is read from the log of a resumed session.
+        Called after each trial; of those that a resumed session reads from its log, after the last.
     """
 
     results: str | Path = Path("results")

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from analysis.observers import failed_tests, screened_out
-from analysis.records import FILE_NAME, Trial, read_session
+from analysis.records import FILE_NAME, SessionLog, Trial, read_session
 from documents import Finding
 from documents.text import counted
 from runner.errors import SessionError, SessionStoppedError
@@ -81,6 +81,7 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
     law = _law(options.simulate, design) if options.simulate else None
     recording = read_recording(Path(options.replay)) if options.replay else None
     results = Path(options.results)
+    stopped: SessionLog | None = None
     if options.resume:
         stopped = to_resume(results, design.spec.name, observer)
         if stopped.header.simulated != bool(law):
@@ -96,6 +97,7 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
     folder: Path | None = None
     ending: Ending = "completed"
     status: SessionStatus | None = None
+    running: Session | None = None
     with Station.open(
         design,
         stimuli,
@@ -110,14 +112,15 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
             options.notify(f"warning: {remark}")
 
         def on_begin(session: Session) -> None:
-            nonlocal status
-            status = _status(session, station)
+            nonlocal status, running
+            running, status = session, _status(session, station)
             options.on_begin(session, status)
 
         def on_trial(trial: Trial) -> None:
-            if status is not None:
+            if status is not None and running is not None:
                 status.update(trial)
-                options.on_trial(status)
+                if not running.replaying:
+                    options.on_trial(status)
 
         person = Person(station.surface.wait_key, station.presenter.point)
         try:
@@ -134,7 +137,7 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
                     observer,
                     station.simulated(law, observer) if law else person,
                     simulated=law is not None,
-                    resume=options.resume,
+                    resume=stopped,
                     accept_changes=options.accept_changes,
                     on_trial=on_trial,
                     on_session=on_begin,

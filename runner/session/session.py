@@ -84,6 +84,11 @@ class Session:
         self._state = _RunState(deque(self.logged))
         self._marked = list(self.pending)
 
+    @property
+    def replaying(self) -> bool:
+        """Whether trials are still taken from the log."""
+        return bool(self._state.past)
+
     def run(self) -> None:
         """Run to the end, or to where a block ends the session, and record that.
 
@@ -305,7 +310,7 @@ class Session:
             raise SessionError(
                 Finding(
                     f"the log's trial {logged.trial} of block {logged.block} is not the one the experiment now asks",
-                    remedy="the experiment was changed: start a new session",
+                    remedy="the experiment or the log was changed since: restore it, or start a new session",
                 )
             )
 

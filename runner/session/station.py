@@ -27,7 +27,7 @@ from runner.protocol.experiment import Experiment, check_observer
 from runner.session.clipping_costs import ClippingCosts, CostWork
 from runner.session.clocks import Pace, PacedPresenter
 from runner.session.configuration import Configuration, configuration_of
-from runner.session.folders import Recorder, new_label, observer_folder, to_resume
+from runner.session.folders import Recorder, new_label, observer_folder
 from runner.session.header import changes, check_unchanged, hashes, make_header
 from runner.session.picture_source import PictureSource
 from runner.session.session import Place, Session
@@ -209,7 +209,7 @@ class Station:
         answers: Observer,
         *,
         simulated: bool = False,
-        resume: bool = False,
+        resume: SessionLog | None = None,
         accept_changes: bool = False,
         on_trial: Callable[[Trial], None] = lambda trial: None,
         on_session: Callable[[Session], None] = lambda session: None,
@@ -218,9 +218,9 @@ class Station:
     ) -> Path:
         """Run one observer's session to its end and return its folder.
 
-        ``on_session`` is handed the session before it begins, for notes and marks from elsewhere.
-        A new session's record has ``remarks`` beside the station's own; ``pending`` are trials that are to be asked
-        once more after their block.
+        ``resume`` is the log of the session that stopped, as it was read; None begins a new one. ``on_session`` is
+        handed the session before it begins, for notes and marks from elsewhere. A new session's record has ``remarks``
+        beside the station's own; ``pending`` are trials that are to be asked once more after their block.
 
         Raises
         ------
@@ -238,7 +238,7 @@ class Station:
         check_observer(observer)
         log: SessionLog | None = None
         if resume:
-            recorder, log = self._resume(observer, accept_changes=accept_changes)
+            recorder, log = self._resume(resume, accept_changes=accept_changes)
         else:
             recorder = self._begin(observer, simulated, remarks)
         self.session_folder = recorder.folder
@@ -300,8 +300,7 @@ class Station:
         self.configuration.keep(parent.parent)
         return Recorder.create(parent / f"ses-{header.session}", header)
 
-    def _resume(self, observer: str, *, accept_changes: bool) -> tuple[Recorder, SessionLog]:
-        stopped = to_resume(self.results, self.experiment.spec.name, observer)
+    def _resume(self, stopped: SessionLog, *, accept_changes: bool) -> tuple[Recorder, SessionLog]:
         now = hashes(self.experiment, self.stimuli)
         if not accept_changes:
             check_unchanged(stopped.header, now, stopped.file)
@@ -310,7 +309,7 @@ class Station:
         if changed:
             changed |= changes(stopped.header, {"configuration": self.configuration.digest})
         self.configuration.keep(stopped.file.parents[2])
-        return Recorder.reopen(stopped.file.parent, Resumption(utc, changed))
+        return Recorder.reopen(stopped.file.parent, Resumption(utc, changed), stopped)
 
     def _gamma_change(self, stopped: SessionLog) -> dict[str, dict[str, str | None]]:
         """Return the hash of the gamma table before and now if it changed; refuse that unless it is accepted."""
