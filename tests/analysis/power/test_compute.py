@@ -29,7 +29,7 @@ from analysis.power.compute import compute
 if __name__ == "__main__":
     def tell(done, of):
         print(done, flush=True)
-    compute(time.sleep, [0.1] + [100.0] * 9, workers=2, done=tell, note=print)
+    compute(time.sleep, [0.1] + [1000.0] * 9, workers=2, done=tell, note=print)
 """
 
 
@@ -80,7 +80,7 @@ def test_an_address_that_is_none_is_refused(address: str) -> None:
 
 
 class Program:
-    """A program whose two processes have done a block and work for 100 s at the next, and all its processes."""
+    """A program whose two processes have done a block and work for 1000 s at the next, and all its processes."""
 
     def __init__(self, folder: Path) -> None:
         script = folder / "program.py"
@@ -108,7 +108,7 @@ class Program:
 
     def ended(self) -> str:
         """Return what it wrote to its error stream, when no process and no file of it is left."""
-        _, told = self.caller.communicate(timeout=300)
+        _, told = self.caller.communicate(timeout=120)
         _, alive = psutil.wait_procs(self.processes, timeout=60)
         assert alive == []
         assert list(self.temporary.iterdir()) == []
