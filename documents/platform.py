@@ -139,6 +139,12 @@ def user_folder(kind: Literal["cache", "state"]) -> Path:
     return Path.home() / {"cache": ".cache", "state": ".local/state"}[kind]
 
 
+def state_folder() -> Path:
+    """Return where this program keeps what it must remember: ``CYCLOPEAN_STATE``, or a folder of the user's state."""
+    own = os.environ.get("CYCLOPEAN_STATE")
+    return Path(own) if own else user_folder("state") / "cyclopean"
+
+
 def serial_errors() -> tuple[type[Exception], ...]:
     """Return what reading or writing a serial port raises when its cable is pulled."""
     # pyserial's own error is an OSError; termios' error is not.

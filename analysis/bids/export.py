@@ -33,6 +33,7 @@ class Export:
     """What was exported; ``copies`` are pairs of the file that was exported and its copy.
 
     ``simulated`` is how many of the sessions are of simulated observers, ``notes`` how many notes in words there are.
+    ``doubts`` are sentences on observers' codes that may be of two people, or were changed.
     """
 
     folder: Path
@@ -43,6 +44,7 @@ class Export:
     copies: tuple[tuple[Path, Path], ...]
     notes: int
     simulated: int
+    doubts: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Return the export as an object for JSON."""
@@ -151,6 +153,7 @@ def export_dataset(
         read.copies,
         notes,
         simulated,
+        read.doubts,
     )
 
 

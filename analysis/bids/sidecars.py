@@ -254,6 +254,7 @@ def session_sidecar(source: Source, log: SessionLog) -> dict[str, Any]:
         "SessionStarted": header.started_utc,
         "SessionComplete": log.complete,
         "SimulatedObserver": header.simulated,
+        **({"Station": header.station} if header.station else {}),
         "Question": header.question,
         "StereoMode": header.display.get("mode"),
         "Glasses": header.display.get("glasses"),

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from analysis.errors import ResultsError
+from analysis.records.codes import Sitting, by_folder, notes_on_codes
 from analysis.records.results import result_files
 from analysis.records.session_record import FILE_NAME, SessionLog, read_session
 from documents import Finding, InputError
@@ -83,10 +84,14 @@ class Source:
 
 @dataclass(frozen=True, slots=True)
 class Sources:
-    """The sessions, sorted by their names, and ``copies``: pairs of a file and its copy."""
+    """The sessions, sorted by their names, and ``copies``: pairs of a file and its copy.
+
+    ``doubts`` are sentences on observers' codes that may be of two people, or were changed.
+    """
 
     sources: tuple[Source, ...]
     copies: tuple[tuple[Path, Path], ...]
+    doubts: tuple[str, ...] = ()
 
 
 def log_files(results: Sequence[Path], leave_out: Path) -> list[Path]:
@@ -119,10 +124,12 @@ def find_sources(files: Iterable[Path], collect: Callable[[Source, SessionLog], 
     findings: list[Finding] = []
     experiments: dict[str, Source] = {}
     spellings: dict[str, Source] = {}
+    digests: dict[str, Path] = {}
+    sittings: list[Sitting] = []
     for file in files:
         try:
             digest = hashlib.sha256(_content(file)).hexdigest()
-            log = read_session(file)
+            log = by_folder(read_session(file))
             source = _source(log, digest)
         except InputError as error:
             findings += error.findings
@@ -130,25 +137,26 @@ def find_sources(files: Iterable[Path], collect: Callable[[Source, SessionLog], 
         except RecursionError:
             findings.append(Finding("a record is nested too deeply to be read", str(file), remedy="restore the file"))
             continue
-        other = kept.get(source.name)
-        if other is not None:
-            if other.digest == digest:
-                copies.append((other.file, file))
-            else:
-                findings.append(_conflict(other, source))
+        if digest in digests:
+            copies.append((digests[digest], file))
+            continue
+        digests[digest] = file
+        if other := kept.get(source.name):
+            findings.append(_conflict(other, source))
             continue
         fault = _same_task(experiments, source) or _same_spelling(spellings, source)
         if fault:
             findings.append(fault)
             continue
         kept[source.name] = source
+        sittings.append(Sitting.of(log))
         try:
             collect(source, log)
         except InputError as error:
             findings += error.findings
     if findings:
         raise ResultsError(findings)
-    return Sources(tuple(kept[name] for name in sorted(kept)), tuple(copies))
+    return Sources(tuple(kept[name] for name in sorted(kept)), tuple(copies), tuple(notes_on_codes(sittings)))
 
 
 def _content(file: Path) -> bytes:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from analysis.errors import ResultsError
+from analysis.records.codes import by_folder
 from analysis.records.session_record import FILE_NAME, SessionLog, Trial, read_session, session_files
 from documents import Finding
 from documents.files import looked_for
@@ -53,7 +54,8 @@ def read_results(*places: str | Path) -> tuple[SessionLog, ...]:
 
     Returns
     -------
-    One log for each session, complete or not, in the order of their paths.
+    One log for each session, complete or not, in the order of their paths. The observer's code is the one that a
+    session's folder states, ``sub-CODE``, so that two people who had one code are parted by renaming a folder.
 
     Raises
     ------
@@ -70,7 +72,7 @@ def read_results(*places: str | Path) -> tuple[SessionLog, ...]:
     ...
     analysis.errors.ResultsError: ...: the folder holds no session.jsonl (name a folder of results)
     """
-    return tuple(read_session(file) for file in result_files(places))
+    return tuple(by_folder(read_session(file)) for file in result_files(places))
 
 
 def sessions_by_observer(sessions: Iterable[SessionLog]) -> dict[str, list[SessionLog]]:
@@ -108,7 +110,7 @@ def refuse_mixtures(sessions: Sequence[SessionLog]) -> None:
         if differing:
             what = f"this session and {reference.file} do not show the same stimuli: '{min(differing)}' is in one only"
             raise ResultsError(Finding(what, str(session.file), 1, 1, "report them separately"))
-        identity = (header.observer, header.session, header.started_utc)
+        identity = (session.recorded_as or header.observer, header.session, header.started_utc)
         if identity in seen:
             what = f"this is the same session as {seen[identity].file}: its answers would count twice"
             raise ResultsError(Finding(what, str(session.file), 1, 1, "remove one of the copies"))

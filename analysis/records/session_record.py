@@ -34,7 +34,8 @@ class Header:
     ``clipping`` with, per eye, ``percent_red``, ``percent_green``, ``percent_blue``, ``percent_any``,
     ``percent_above_full``, ``delta_e_00_mean`` and ``delta_e_00_max``. ``analysis`` holds the experiment's
     options: ``alpha`` and ``adjust``. ``interface`` holds the ``language``, and the ``style``, ``keys`` and ``words``
-    that the experiment sets. ``hashes`` identifies the experiment, stimuli and display by SHA-256.
+    that the experiment sets. ``station`` is a random name that an account on a machine keeps, empty in older logs.
+    ``hashes`` identifies the experiment, stimuli and display by SHA-256.
     """
 
     experiment: str
@@ -52,6 +53,7 @@ class Header:
     presentation: Json
     remarks: tuple[str, ...] = ()
     interface: Json = field(default_factory=dict)
+    station: str = ""
     schema_version: int = SCHEMA_VERSION
 
     @property
@@ -172,7 +174,10 @@ def _header(line: dict[str, Any]) -> Header:
 
 @dataclass(frozen=True, slots=True)
 class SessionLog:
-    """The log of a session; ``answers`` holds every attempt in the order of the answers."""
+    """The log of a session; ``answers`` holds every attempt in the order of the answers.
+
+    ``recorded_as`` is the observer's code in the log where the folder states another, which counts; else empty.
+    """
 
     file: Path
     header: Header
@@ -182,6 +187,7 @@ class SessionLog:
     notes: tuple[Note, ...] = ()
     marks: tuple[Mark, ...] = ()
     resumptions: tuple[Resumption, ...] = ()
+    recorded_as: str = ""
     _trials: tuple[Trial, ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from analysis.comparisons.comparisons import Comparisons
 from analysis.observers.responses import catch_results
 from analysis.ratings.preferences import preferences
+from analysis.records.codes import Sitting, notes_on_codes
 from analysis.records.seal import notes_on_seals
 from analysis.records.session_record import SessionLog
 from analysis.report.estimate import Estimate
@@ -62,6 +63,7 @@ def on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
         notes.append(
             "There is one observer: scores, intervals and tests are this observer's, and say nothing of others."
         )
+    notes += notes_on_codes(map(Sitting.of, sessions))
     incomplete = sum(not session.complete for session in sessions)
     if incomplete:
         what = "session was" if incomplete == 1 else "sessions were"

@@ -44,6 +44,8 @@ def command(
         return
     for kept, copy in done.copies:
         click.echo(f"note: {copy} is a copy of {kept} and is exported once")
+    for doubt in done.doubts:
+        click.echo(f"note: {doubt}")
     if done.simulated == done.sessions:
         click.echo("note: all sessions are of simulated observers")
     elif done.simulated:

@@ -6,6 +6,8 @@ import hashlib
 import importlib.metadata
 import json
 import platform
+import re
+import secrets
 import subprocess
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -16,6 +18,8 @@ from typing import Any
 from analysis.records import Header
 from devices.display import Plvc, Rig
 from documents import Finding
+from documents.files import write_whole
+from documents.platform import state_folder
 from runner.errors import SessionError
 from runner.protocol.experiment import Experiment, ExperimentSpec
 from stimuli.build import StimulusSet
@@ -93,6 +97,30 @@ def _commit() -> str | None:
     return result.stdout.strip() if result.returncode == 0 else None
 
 
+def station() -> str:
+    """Return the random name of this user's account on this machine, made when first needed.
+
+    It says nothing of who or where, only which sessions were recorded on one station. Empty where it cannot be kept.
+    """
+    file = state_folder() / "station"
+    try:
+        if not (known := _station(file)):
+            write_whole(file, f"{secrets.token_hex(4)}\n")
+            known = _station(file)  # that of another process that began at the same time, if there was one
+        return known
+    except OSError:
+        return ""
+
+
+def _station(file: Path) -> str:
+    try:
+        with file.open(encoding="ascii", errors="replace") as opened:
+            text = opened.read(16).strip()
+    except FileNotFoundError:
+        return ""
+    return text if re.fullmatch("[0-9a-f]{8}", text) else ""
+
+
 def make_header(
     experiment: Experiment,
     stimuli: StimulusSet,
@@ -148,6 +176,7 @@ def make_header(
         presentation=dict(presentation),
         remarks=remarks,
         interface=_interface(experiment.spec),
+        station="" if simulated else station(),
     )
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from devices.display import GammaTable
-from runner.presenter.surfaces.identity_tables import state_folder
+from runner.presenter.surfaces.identity_tables import tables_folder
 from runner.presenter.surfaces.screens import monitors
 from tests.conftest import Person
 
@@ -50,7 +50,7 @@ def is_restored() -> bool:
 
 
 def kept() -> list[Path]:
-    return sorted(state_folder().glob("*.json"))
+    return sorted(tables_folder().glob("*.json"))
 
 
 def test_a_killed_session_is_resumed_with_the_identity_and_leaves_the_table_as_it_was(person: Person) -> None:

@@ -26,19 +26,16 @@ from filelock import FileLock, Timeout
 from devices.display import GammaTable
 from devices.errors import DeviceError
 from documents.files import whole_file
-from documents.platform import boot_id, sync_folder, user_folder
+from documents.platform import boot_id, state_folder, sync_folder
 from runner.presenter.errors import PresentationError
 from runner.presenter.surfaces.gamma_tables import Entries, LoadedTable
 
 Load = Callable[[Mapping[str, Entries]], None]
 
 
-def state_folder() -> Path:
+def tables_folder() -> Path:
     """Return where tables to restore are kept: ``CYCLOPEAN_STATE``, else ``cyclopean`` in the user's state folder."""
-    own = os.environ.get("CYCLOPEAN_STATE")
-    if own:
-        return Path(own) / "gamma_tables"
-    return user_folder("state") / "cyclopean" / "gamma_tables"
+    return state_folder() / "gamma_tables"
 
 
 class IdentityTables:
@@ -122,7 +119,7 @@ class _Place:
     def __init__(self, monitor: str) -> None:
         self.monitor = monitor
         digest = hashlib.sha256(f"{_server()}\n{monitor}".encode()).hexdigest()[:24]
-        self.file = state_folder() / f"{digest}.json"
+        self.file = tables_folder() / f"{digest}.json"
 
     @contextmanager
     def turn(self) -> Iterator[None]:
@@ -197,7 +194,7 @@ class _Place:
 def _places() -> list[_Place]:
     """Return the monitors of this display server of which a table is kept."""
     places = []
-    folder = state_folder()
+    folder = tables_folder()
     for file in sorted(folder.glob("*.json")) if folder.is_dir() else ():
         try:
             kept = json.loads(file.read_text(encoding="utf-8"))

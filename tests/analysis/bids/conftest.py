@@ -61,6 +61,7 @@ class Lab:
         session: str = "20260102T030405abcd",
         station: str = "results",
         complete: bool = True,
+        recorded_on: str = "",
         **header: Any,
     ) -> Path:
         """Leave a session and return its file."""
@@ -79,7 +80,7 @@ class Lab:
             "software": {"cyclopean": "0.1.0", "system": "Linux"},
             "presentation": {"renderer": "llvmpipe"},
         }
-        made = Header(**{**values, **header})
+        made = Header(**{**values, "station": recorded_on, **header})
         lines = [made.to_json()] + [
             record.to_json() for record in (records if records is not None else [self.pair(n) for n in range(3)])
         ]

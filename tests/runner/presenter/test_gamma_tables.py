@@ -18,7 +18,7 @@ from runner.presenter.errors import PresentationError
 from runner.presenter.surfaces import identity_tables
 from runner.presenter.surfaces.gamma_tables import Entries, LoadedTable, set_tables
 from runner.presenter.surfaces.glfw_session import GlfwSession
-from runner.presenter.surfaces.identity_tables import IdentityTables, restore_left, state_folder
+from runner.presenter.surfaces.identity_tables import IdentityTables, restore_left, tables_folder
 from runner.presenter.surfaces.screens import monitors
 from runner.presenter.surfaces.surface import open_surface
 from runner.presenter.surfaces.windows import WindowSurface
@@ -87,7 +87,7 @@ def is_power(table: GammaTable, exponent: float) -> bool:
 
 def kept() -> list[str]:
     """What of a table to restore is on disk."""
-    return [file.name for file in state_folder().iterdir() if file.name != ".lock"] if state_folder().exists() else []
+    return [file.name for file in tables_folder().iterdir() if file.name != ".lock"] if tables_folder().exists() else []
 
 
 def test_a_window_reads_the_table_of_its_monitor(load_table: Load) -> None:
@@ -294,7 +294,7 @@ def test_a_monitor_that_is_away_gets_its_table_when_it_is_back() -> None:
 def test_a_damaged_file_is_no_table_and_stops_nothing(text: str) -> None:
     screen = Screen(1.2)
     forget(begun(screen))
-    (file,) = state_folder().glob("*.json")
+    (file,) = tables_folder().glob("*.json")
     file.write_text(text)
     assert restore_left(screen.read, screen.load) == ()
     assert screen.read()["DP-1"].table.is_identity
