@@ -11,7 +11,6 @@ import re
 import shutil
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +22,7 @@ from analysis.bids.text import MISSING, cell, write_json, write_table
 from analysis.errors import ResultsError
 from analysis.records.configuration import kept_files
 from analysis.records.session_record import SessionLog, Trial, read_session
+from analysis.records.times import Record, SessionTimes
 from documents import Finding
 
 Progress = Callable[[str, int, int], None]
@@ -216,20 +216,6 @@ def time_cell(utc: object) -> str:
     return utc if isinstance(utc, str) and _BIDS_TIME.fullmatch(utc) else MISSING
 
 
-def seconds_between(start_utc: object, utc: object) -> float | None:
-    """Return the seconds between two times, negative if the clock was set back; None if a time is not valid."""
-    times = []
-    for text in (start_utc, utc):
-        try:
-            time = datetime.fromisoformat(text) if isinstance(text, str) else None
-        except ValueError:
-            time = None
-        if time is None:
-            return None
-        times.append(time if time.tzinfo else time.replace(tzinfo=UTC))
-    return round((times[1] - times[0]).total_seconds(), 3)
-
-
 def check_trial(trial: Trial, log: SessionLog) -> Trial:
     """Return ``trial`` if its numbers are valid.
 
@@ -255,10 +241,11 @@ def answer_rows(
     log: SessionLog, columns: Sequence[Column], stimuli: Collection[str], whole: Collection[str]
 ) -> Iterator[tuple[str, ...]]:
     """Yield the rows of a session's table as cells, in the order in which the trials were first answered."""
+    times = SessionTimes.of(log)
     for trial in log.trials:
         recorded = dict(flatten(trial.data, stimuli, whole))
         yield (
-            cell(seconds_between(log.header.started_utc, trial.utc)),
+            cell(times.onset_s(trial)),
             cell(trial.block),
             cell(trial.trial),
             cell(trial.attempt),
@@ -277,26 +264,30 @@ def _whole(number: object) -> str:
 def event_rows(log: SessionLog) -> list[tuple[str, ...]]:
     """Return the rows of a session's table of events as cells, by time; rows without a time are last."""
     counting = {id(trial) for trial in log.trials}
+    times = SessionTimes.of(log)
     timed: list[tuple[float | None, tuple[str, ...]]] = []
 
-    def add(utc: object, *cells: str) -> None:
-        onset = seconds_between(log.header.started_utc, utc)
+    def add(record: Record, *cells: str) -> None:
+        onset = times.onset_s(record)
         kind, block, trial, attempt, by, response_time, value = cells
-        row = (cell(onset), MISSING, kind, block, trial, attempt, by, response_time, time_cell(utc), value)
+        row = (cell(onset), MISSING, kind, block, trial, attempt, by, response_time, time_cell(record.utc), value)
         timed.append((onset, row))
 
     for answer in log.answers:
         if id(answer) not in counting:
             what = cell({**answer.data, "kind": answer.kind})
             place = (cell(answer.block), cell(answer.trial), cell(answer.attempt))
-            add(answer.utc, "superseded_answer", *place, MISSING, cell(answer.response_time_s), what)
+            add(answer, "superseded_answer", *place, MISSING, cell(answer.response_time_s), what)
     for mark in log.marks:
-        add(mark.utc, "mark", _whole(mark.block), _whole(mark.trial), MISSING, cell(mark.by), MISSING, MISSING)
+        add(mark, "mark", _whole(mark.block), _whole(mark.trial), MISSING, cell(mark.by), MISSING, MISSING)
     for note in log.notes:
         by, text = cell(note.by), cell(note.text)
-        add(note.utc, "note", _whole(note.block), _whole(note.trial), MISSING, by, MISSING, text)
+        add(note, "note", _whole(note.block), _whole(note.trial), MISSING, by, MISSING, text)
     for resumption in log.resumptions:
-        changes = cell(dict(resumption.accepted_changes)) if resumption.accepted_changes else MISSING
-        add(resumption.utc, "resumption", MISSING, MISSING, MISSING, MISSING, MISSING, changes)
+        facts = dict(resumption.accepted_changes)
+        if stop := times.stop(resumption):
+            facts |= {"gap_s": stop.gap_s, "clock_behind_s": stop.clock_behind_s}
+        changes = cell(facts) if facts else MISSING
+        add(resumption, "resumption", MISSING, MISSING, MISSING, MISSING, MISSING, changes)
     timed.sort(key=lambda item: (item[0] is None, item[0] or 0.0))
     return [row for _, row in timed]

@@ -11,6 +11,7 @@ from analysis.bids.columns import Column
 from analysis.bids.sources import Source
 from analysis.bids.text import escape
 from analysis.records.session_record import SessionLog
+from analysis.records.times import SessionTimes
 
 KINDS: Mapping[str, str] = {
     "all_pairs": "two stimuli, one chosen; all pairs are compared",
@@ -95,7 +96,8 @@ _DEFINED: Mapping[str, dict[str, Any]] = {
     "onset": {
         "Description": "When the answer was recorded, from the start of the session, by the clock of the computer; "
         "subtract response_time for when the question appeared. The start is known to the second, the distance "
-        "between two rows to the millisecond.",
+        "between two rows to the millisecond. Onsets rise: where the clock was set back before a session was resumed, "
+        "they count on from its last record, and the session's sidecar says so (TimesMovedBy).",
         "Units": "s",
         "Format": "number",
     },
@@ -151,7 +153,9 @@ EVENT_DEFINITIONS: dict[str, Any] = {
     "utc": {"Description": "Coordinated universal time at which it was recorded.", "Format": "datetime"},
     "value": {
         "Description": "The words of a note, with active characters escaped; of a superseded answer all that was "
-        "recorded, as JSON; of a resumption the SHA-256, before and after, of what had changed, as JSON.",
+        "recorded, as JSON; of a resumption, as JSON, for how many seconds the session had stood still (gap_s, null "
+        "where that is not known because the clock had been set back, by clock_behind_s) and the SHA-256, before and "
+        "after, of what had changed.",
         "Format": "string",
     },
 }
@@ -253,6 +257,7 @@ def session_sidecar(source: Source, log: SessionLog) -> dict[str, Any]:
         **task_sidecar(source, log),
         "SessionStarted": header.started_utc,
         "SessionComplete": log.complete,
+        **_stops(log),
         "SimulatedObserver": header.simulated,
         **({"Station": header.station} if header.station else {}),
         "Question": header.question,
@@ -270,6 +275,14 @@ def session_sidecar(source: Source, log: SessionLog) -> dict[str, Any]:
         "RecordSchemaVersion": header.schema_version,
         "RawRecord": {"URI": f"bids::{source.raw}", "SHA256": source.digest},
     }
+
+
+def _stops(log: SessionLog) -> dict[str, Any]:
+    """Return when the session was resumed, and how far times of an old log were moved so that they rise."""
+    times = SessionTimes.of(log)
+    stops = [{"Onset": stop.onset_s, "Gap": stop.gap_s, "ClockBehind": stop.clock_behind_s} for stop in times.stops]
+    moved = {"TimesMovedBy": times.moved_s} if times.moved_s else {}
+    return ({"Resumptions": stops} if stops else {}) | moved
 
 
 def _mapping(value: object) -> Mapping[str, Any]:

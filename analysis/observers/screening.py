@@ -13,6 +13,7 @@ from typing import Literal
 from analysis.errors import ResultsError
 from analysis.records.results import sessions_by_observer
 from analysis.records.session_record import SessionLog
+from analysis.records.times import in_time
 from documents import Finding
 
 KIND = "screening"
@@ -186,8 +187,7 @@ def screened(
 
 def passed_screening(sessions: Sequence[SessionLog], tests: Sequence[str] = ()) -> bool | None:
     """Return whether one observer passed ``tests``, by their last session that has them; None if none has."""
-    in_time = sorted(sessions, key=lambda session: session.header.started_utc)
-    verdicts = [verdict for session in in_time if (verdict := passed(session, tests)) is not None]
+    verdicts = [verdict for session in in_time(sessions) if (verdict := passed(session, tests)) is not None]
     return verdicts[-1] if verdicts else None
 
 
@@ -220,7 +220,7 @@ def failed_tests(sessions: Sequence[SessionLog]) -> dict[str, tuple[Outcome, ...
     """
     failed = {}
     for observer, own in sessions_by_observer(sessions).items():
-        tested = [taken for log in sorted(own, key=lambda log: log.header.started_utc) if (taken := outcomes(log))]
+        tested = [taken for log in in_time(own) if (taken := outcomes(log))]
         last = {outcome.test: outcome for outcome in tested[-1]} if tested else {}
         if wrong := tuple(outcome for outcome in last.values() if not outcome.passed):
             failed[observer] = wrong

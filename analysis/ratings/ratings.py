@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from analysis.errors import ResultsError
 from analysis.records.results import damaged, refuse_mixtures
 from analysis.records.session_record import SessionLog
+from analysis.records.times import in_time
 from documents import Finding
 from documents.text import json_fields
 
@@ -182,7 +183,7 @@ def rating_tables(sessions: Sequence[SessionLog]) -> dict[str, RatingTable]:
     known = frozenset(stimuli)
     # By scale, observer and stimulus: the ratings in the order in which they were given.
     by_scale: dict[str, dict[str, dict[str, list[float]]]] = {}
-    for session in sorted(sessions, key=lambda log: (log.header.started_utc, log.header.session)):
+    for session in in_time(sessions):
         for trial in session.trials:
             if trial.kind != KIND:
                 continue

@@ -17,3 +17,5 @@ from .session_record import SessionLog as SessionLog
 from .session_record import Trial as Trial
 from .session_record import read_session as read_session
 from .session_record import session_files as session_files
+from .times import SessionTimes as SessionTimes
+from .times import in_time as in_time

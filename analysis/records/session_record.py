@@ -141,10 +141,15 @@ class Mark:
 
 @dataclass(frozen=True, slots=True)
 class Resumption:
-    """A session was resumed; ``accepted_changes`` maps what had changed to its SHA-256 before and after."""
+    """A session was resumed; ``accepted_changes`` maps what had changed to its SHA-256 before and after.
+
+    ``clock_behind_s`` is how far the machine's clock stood before the last record; the session's times count on from
+    that record all the same.
+    """
 
     utc: str
     accepted_changes: Json = field(default_factory=dict)
+    clock_behind_s: float = 0.0
 
     def to_json(self) -> dict[str, Any]:
         """Return the resumption as a line's object."""
@@ -176,6 +181,7 @@ def _header(line: dict[str, Any]) -> Header:
 class SessionLog:
     """The log of a session; ``answers`` holds every attempt in the order of the answers.
 
+    ``records`` are answers, notes, marks and resumptions in the order of their lines.
     ``recorded_as`` is the observer's code in the log where the folder states another, which counts; else empty.
     """
 
@@ -188,9 +194,13 @@ class SessionLog:
     marks: tuple[Mark, ...] = ()
     resumptions: tuple[Resumption, ...] = ()
     recorded_as: str = ""
+    records: tuple[Trial | Note | Mark | Resumption, ...] = ()
     _trials: tuple[Trial, ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        if not self.records:
+            records = *self.answers, *self.notes, *self.marks, *self.resumptions
+            object.__setattr__(self, "records", tuple(sorted(records, key=lambda record: str(record.utc))))
         # Gathered once: a report asks each session for its trials some thirty times.
         object.__setattr__(self, "_trials", tuple({answer.place: answer for answer in self.answers}.values()))
 
@@ -290,10 +300,7 @@ def read_session(file: Path) -> SessionLog:
     ('01', False)
     """
     header: Header | None = None
-    answers: list[Trial] = []
-    notes: list[Note] = []
-    marks: list[Mark] = []
-    resumptions: list[Resumption] = []
+    records: list[Trial | Note | Mark | Resumption] = []
     complete = False
 
     def take(number: int, line: dict[str, Any]) -> None:
@@ -302,13 +309,13 @@ def read_session(file: Path) -> SessionLog:
         if kind == "session":
             header = _header(line)
         elif kind == "trial":
-            answers.append(_trial(line))
+            records.append(_trial(line))
         elif kind == "note":
-            notes.append(Note(**_without_record(line)))
+            records.append(Note(**_without_record(line)))
         elif kind == "mark":
-            marks.append(Mark(**_without_record(line)))
+            records.append(Mark(**_without_record(line)))
         elif kind == "resume":
-            resumptions.append(Resumption(**_without_record(line)))
+            records.append(Resumption(**_without_record(line)))
         elif kind == "end":
             complete = True
 
@@ -322,5 +329,8 @@ def read_session(file: Path) -> SessionLog:
         raise ResultsError(finding) from error
     if header is None:
         raise ResultsError(Finding("the file has no session header", str(file), 1, 1))
-    kept = tuple(notes), tuple(marks), tuple(resumptions)
-    return SessionLog(file, header, tuple(answers), complete, state, *kept)
+    answers = tuple(record for record in records if isinstance(record, Trial))
+    notes = tuple(record for record in records if isinstance(record, Note))
+    marks = tuple(record for record in records if isinstance(record, Mark))
+    resumptions = tuple(record for record in records if isinstance(record, Resumption))
+    return SessionLog(file, header, answers, complete, state, notes, marks, resumptions, records=tuple(records))

@@ -10,11 +10,13 @@ from analysis.ratings.preferences import preferences
 from analysis.records.codes import Sitting, notes_on_codes
 from analysis.records.seal import notes_on_seals
 from analysis.records.session_record import SessionLog
+from analysis.records.times import SessionTimes
 from analysis.report.estimate import Estimate
 from analysis.report.words import counted, some
 from analysis.scaling.departure import OneScale
 
 FEWEST_FOR_CHOSEN_PAIRS = 5
+LONG_STOP_S = 12 * 3600.0  # another day
 
 
 def notes_on(sessions: Sequence[SessionLog], estimate: Estimate, fits: OneScale | None) -> tuple[str, ...]:
@@ -77,6 +79,7 @@ def on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
         notes.append(
             f"{unchained} {what} recorded without checksums, at least at first: a change of such a log is not noticed."
         )
+    notes += _on_stops(sessions)
     torn = sum(bool(session.torn_tail) for session in sessions)
     if torn:
         notes.append(f"{torn} {'log ends' if torn == 1 else 'logs end'} in an incomplete line, which is not counted.")
@@ -91,6 +94,18 @@ def on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
     said = {str(session.header.nominal.get("words")) for session in sessions if session.header.nominal}
     remarks = dict.fromkeys(str(remark) for session in sessions for remark in session.header.remarks)
     return notes + [remark for remark in remarks if not any(words in remark for words in said)]
+
+
+def _on_stops(sessions: Sequence[SessionLog]) -> Iterator[str]:
+    """Yield where the clock had been set back when a session was resumed, and who was resumed on another day."""
+    said = []
+    for session in sessions:
+        if not session.resumptions:
+            continue
+        stops = [stop for stop in SessionTimes.of(session).stops if stop.gap_s is None or stop.gap_s >= LONG_STOP_S]
+        said += [f"{session.header.observer}'s session {session.header.session}: {stop.sentence}" for stop in stops]
+    if said:
+        yield f"Sessions that stood still for long, or whose clock was set back: {some(said)}."
 
 
 def nominal_words(sessions: Sequence[SessionLog]) -> str:

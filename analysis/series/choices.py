@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from analysis.errors import ResultsError
 from analysis.records.results import damaged, refuse_mixtures
 from analysis.records.session_record import SessionLog, Trial
+from analysis.records.times import in_time
 from documents import Finding
 
 Factors = Mapping[str, str | float]
@@ -236,8 +237,7 @@ def gather(
     factors: dict[str, Factors] = {
         str(stimulus["name"]): stimulus.get("factors", {}) for stimulus in sessions[0].header.stimuli
     }
-    in_time = sorted(sessions, key=lambda session: (session.header.started_utc, session.header.session))
-    trials = [(session, trial) for session in in_time for trial in session.trials if trial.kind == KIND]
+    trials = [(session, trial) for session in in_time(sessions) for trial in session.trials if trial.kind == KIND]
     if not trials:
         files = ", ".join(str(session.file) for session in sessions[:3])
         raise ResultsError(

@@ -14,14 +14,21 @@ from runner.presenter.scene import Scene
 
 
 class SteadyClock:
-    """Gives UTC to the millisecond; never runs back and never jumps, however the machine's clock is set meanwhile."""
+    """Gives UTC to the millisecond; never runs back and never jumps, however the machine's clock is set meanwhile.
+
+    It starts no earlier than ``not_before``, the last time that a session's log states: ``behind_s`` is how far the
+    machine's clock stood before that.
+    """
 
     def __init__(
         self,
         wall: Callable[[], datetime] = lambda: datetime.now(UTC),
         elapsed: Callable[[], float] = elapsed_s,
+        not_before: datetime | None = None,
     ) -> None:
-        self._began = wall()
+        now = wall()
+        self._began = max(now, not_before or now)
+        self.behind_s = round((self._began - now).total_seconds(), 3)
         self._elapsed = elapsed
         self._began_s = elapsed()
 

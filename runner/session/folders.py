@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import secrets
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from types import TracebackType
@@ -199,7 +199,10 @@ class Recorder:
 
     @classmethod
     def reopen(
-        cls, folder: Path, resumption: Resumption | None = None, stopped: SessionLog | None = None
+        cls,
+        folder: Path,
+        resumption: Callable[[SessionLog], Resumption] | None = None,
+        stopped: SessionLog | None = None,
     ) -> tuple[Recorder, SessionLog]:
         """Open a session that stopped, record its ``resumption`` if given, and return what its log says.
 
@@ -225,7 +228,7 @@ class Recorder:
                 if session.complete:
                     log.close()
                     raise SessionError(Finding("this session is complete: it cannot be resumed", str(file)))
-                log.append(resumption.to_json())
+                log.append(resumption(session).to_json())
         except LogInUseError as error:
             raise _in_use(folder) from error
         except OSError as error:

@@ -11,7 +11,6 @@ import secrets
 import subprocess
 from collections.abc import Mapping
 from dataclasses import asdict
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +21,7 @@ from documents.files import write_whole
 from documents.platform import state_folder
 from runner.errors import SessionError
 from runner.protocol.experiment import Experiment, ExperimentSpec
+from runner.session.clocks import SteadyClock
 from stimuli.build import StimulusSet
 
 _NOTABLE = ("cyclopean", "numpy", "moderngl", "glfw", "OpenImageIO", "scipy")
@@ -131,15 +131,16 @@ def make_header(
     *,
     simulated: bool,
     remarks: tuple[str, ...] = (),
+    started_utc: str | None = None,
 ) -> Header:
-    """Return the header of a session that begins now."""
+    """Return the header of a session that begins now, or at ``started_utc`` by the session's own clock."""
     rig = experiment.rig
     panel = rig.display.panel
     return Header(
         experiment=experiment.spec.name,
         observer=observer,
         session=session,
-        started_utc=datetime.now(UTC).isoformat(timespec="milliseconds"),
+        started_utc=started_utc or SteadyClock()(),
         seed=experiment.spec.seed,
         question=experiment.spec.question,
         simulated=simulated,

@@ -113,6 +113,8 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
 
         def on_begin(session: Session) -> None:
             nonlocal status, running
+            for remark in station.resume_remarks:
+                options.notify(f"warning: {remark}")
             running, status = session, _status(session, station)
             options.on_begin(session, status)
 

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
-from datetime import UTC, datetime
+from datetime import datetime
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 from analysis.records import Header, Resumption, SessionLog, Trial
+from analysis.records.times import duration, latest_utc
 from devices.display import EYES
 from documents import Finding
 from runner.errors import SessionError, SessionStoppedError
@@ -25,7 +26,7 @@ from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces.surface import Surface, open_surface
 from runner.protocol.experiment import Experiment, check_observer
 from runner.session.clipping_costs import ClippingCosts, CostWork
-from runner.session.clocks import Pace, PacedPresenter
+from runner.session.clocks import Pace, PacedPresenter, SteadyClock
 from runner.session.configuration import Configuration, configuration_of
 from runner.session.folders import Recorder, new_label, observer_folder
 from runner.session.header import changes, check_unchanged, hashes, make_header
@@ -34,6 +35,8 @@ from runner.session.session import Place, Session
 from runner.session.timing_record import timing_facts
 from stimuli.build import StimulusSet
 
+_CLOCK_NOTED_S = 10.0  # less comes about where a clock is kept right while a session runs
+_ANOTHER_DAY_S = 12 * 3600.0
 _TIMED_S = 1.0  # how long swaps are timed before a session
 _UNCHARACTERISED = (
     "the display was not characterised in the mode '{mode}': colours are those of '{other}' and not to be trusted"
@@ -58,6 +61,7 @@ class Station:
     configuration: Configuration
     accept_gamma_table: bool = False
     session_folder: Path | None = None  # of the session that runs, or ran last
+    resume_remarks: tuple[str, ...] = ()  # on the clock, where that session was resumed
 
     @classmethod
     def open(
@@ -238,9 +242,10 @@ class Station:
         check_observer(observer)
         log: SessionLog | None = None
         if resume:
-            recorder, log = self._resume(resume, accept_changes=accept_changes)
+            recorder, log, clock = self._resume(resume, accept_changes=accept_changes)
         else:
-            recorder = self._begin(observer, simulated, remarks)
+            clock = SteadyClock()
+            recorder = self._begin(observer, simulated, remarks, clock)
         self.session_folder = recorder.folder
         blocks = self.experiment.blocks(observer)
         self.pictures.add(blocks)
@@ -259,7 +264,10 @@ class Station:
                 check_light=lambda begins: self._check_gamma_table(session, begins=begins),
                 style=self.experiment.style,
                 closing_facts=lambda: {"work": self._work()},
+                utc=clock,
             )
+            for remark in self.resume_remarks:
+                session.note(remark, "program")
             on_session(session)
             try:
                 session.run()
@@ -294,22 +302,32 @@ class Station:
         measured_ms = self.timing.get("swap_intervals", {}).get("median_ms", 0.0)
         return Pace(1.0 / refresh_hz, swaps_wait=measured_ms > 500.0 / refresh_hz, instantly=instantly)
 
-    def _begin(self, observer: str, simulated: bool, remarks: tuple[str, ...]) -> Recorder:
+    def _begin(self, observer: str, simulated: bool, remarks: tuple[str, ...], clock: SteadyClock) -> Recorder:
         parent = observer_folder(self.results, self.experiment.spec.name, observer)
-        header = self._header(observer, new_label(parent), simulated, remarks)
+        started_utc = clock()
+        label = new_label(parent, datetime.fromisoformat(started_utc))
+        header = self._header(observer, label, simulated, remarks, started_utc)
         self.configuration.keep(parent.parent)
         return Recorder.create(parent / f"ses-{header.session}", header)
 
-    def _resume(self, stopped: SessionLog, *, accept_changes: bool) -> tuple[Recorder, SessionLog]:
+    def _resume(self, stopped: SessionLog, *, accept_changes: bool) -> tuple[Recorder, SessionLog, SteadyClock]:
         now = hashes(self.experiment, self.stimuli)
         if not accept_changes:
             check_unchanged(stopped.header, now, stopped.file)
-        utc = datetime.now(UTC).isoformat(timespec="milliseconds")
         changed = changes(stopped.header, now) | self._gamma_change(stopped)
         if changed:
             changed |= changes(stopped.header, {"configuration": self.configuration.digest})
         self.configuration.keep(stopped.file.parents[2])
-        return Recorder.reopen(stopped.file.parent, Resumption(utc, changed), stopped)
+        clocks = []
+
+        def resumption(log: SessionLog) -> Resumption:
+            clock = SteadyClock(not_before=latest_utc(log))
+            clocks.append(clock)
+            return Resumption(clock(), changed, clock.behind_s)
+
+        recorder, log = Recorder.reopen(stopped.file.parent, resumption, stopped)
+        self.resume_remarks = tuple(_on_clock(log, clocks[0]))
+        return recorder, log, clocks[0]
 
     def _gamma_change(self, stopped: SessionLog) -> dict[str, dict[str, str | None]]:
         """Return the hash of the gamma table before and now if it changed; refuse that unless it is accepted."""
@@ -325,7 +343,9 @@ class Station:
                 return {"gamma_table": {"before": before.sha256, "now": now.table.sha256}}
         return {}
 
-    def _header(self, observer: str, session: str, simulated: bool, remarks: tuple[str, ...]) -> Header:
+    def _header(
+        self, observer: str, session: str, simulated: bool, remarks: tuple[str, ...], started_utc: str
+    ) -> Header:
         rig = self.experiment.rig
         gamma = {
             "measured": tables_json(rig.measured_gamma_tables),
@@ -343,5 +363,18 @@ class Station:
             facts,
             simulated=simulated,
             remarks=self.remarks + remarks,
+            started_utc=started_utc,
         )
         return replace(header, hashes={**header.hashes, "configuration": self.configuration.digest})
+
+
+def _on_clock(log: SessionLog, clock: SteadyClock) -> Iterator[str]:
+    """Yield what a resumed session's record says of the clock where that was set back, or stands far ahead."""
+    before, now = latest_utc(log), datetime.fromisoformat(clock())
+    if clock.behind_s >= _CLOCK_NOTED_S:
+        yield (
+            f"the machine's clock stood {duration(clock.behind_s)} before the last record when the session was "
+            "resumed: times count on from that record"
+        )
+    elif before and (gap_s := (now - before).total_seconds()) >= _ANOTHER_DAY_S:
+        yield f"the session was resumed {duration(gap_s)} after its last record"

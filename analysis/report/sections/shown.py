@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from analysis.records.session_record import Header, SessionLog
+from analysis.records.times import SessionTimes, duration
 from analysis.report.blocks import Block, Cell, Column, Facts, Gallery, Heading, Paragraph, Picture, Section, Table
 from analysis.report.words import fixed, some
 from documents.text import counted
@@ -196,9 +197,11 @@ def timing_facts(sessions: Sequence[SessionLog]) -> list[tuple[str, str]]:
     asked_again = sum(answer.attempt > 0 for session in sessions for answer in session.answers)
     if asked_again:
         facts.append(("Repeated trials", f"{counted(asked_again, 'trial', 'trials')}; the last answer counts."))
-    resumed = sum(bool(session.resumptions) for session in sessions)
+    resumed = [session for session in sessions if session.resumptions]
     if resumed:
-        facts.append(("Resumed", f"{counted(resumed, 'session was', 'sessions were')} interrupted and resumed."))
+        longest = max((stop.gap_s or 0.0 for session in resumed for stop in SessionTimes.of(session).stops), default=0)
+        words = f"{counted(len(resumed), 'session was', 'sessions were')} interrupted and resumed"
+        facts.append(("Resumed", f"{words}, after {duration(longest)} at most." if longest else f"{words}."))
     return facts
 
 

@@ -65,8 +65,8 @@ def test_only_last_attempts_count_and_the_rest_is_told_as_events(lab: Lab) -> No
         [
             lab.pair(0),
             lab.pair(1),
-            Mark(1, 0, "observer", "2026-01-02T03:04:30.000+00:00"),
             Note("dim\tlight\u202e", "experimenter", 1, 2, "2026-01-02T03:04:20.000+00:00"),
+            Mark(1, 0, "observer", "2026-01-02T03:04:30.000+00:00"),
             Resumption("2026-01-02T03:05:00.000+00:00", {"rig": ["a", "b"]}),
             again,
         ]
@@ -80,7 +80,7 @@ def test_only_last_attempts_count_and_the_rest_is_told_as_events(lab: Lab) -> No
     assert json.loads(events[0]["value"])["chosen"] == "one"
     assert unescape(events[1]["value"]) == "dim\tlight\u202e"
     assert (events[2]["block"], events[2]["trial"], events[2]["by"]) == ("1", "0", "observer")
-    assert json.loads(events[3]["value"]) == {"rig": ["a", "b"]}
+    assert json.loads(events[3]["value"]) == {"rig": ["a", "b"], "gap_s": 30.0, "clock_behind_s": 0.0}
     described = json.loads((folder / "task-dynamicrange_events.json").read_text())
     assert list(described) == list(events[0])
 

@@ -73,3 +73,15 @@ def test_times_are_rounded_to_whole_frames() -> None:
 
 def test_simulated_observers_do_not_wait() -> None:
     Pace(1.0, swaps_wait=False, instantly=True).wait(0.0, 100, clock=lambda: 0.0, sleep=lambda s: pytest.fail("slept"))
+
+
+def test_it_begins_no_earlier_than_a_log_ends() -> None:
+    walls = datetime(2026, 3, 1, 12, tzinfo=UTC)
+    passed = [5.0]
+    clock = SteadyClock(lambda: walls, lambda: passed[-1], not_before=walls + timedelta(days=1))
+    assert clock() == "2026-03-02T12:00:00.000+00:00"
+    assert clock.behind_s == 86400
+    passed.append(6.5)
+    assert clock() == "2026-03-02T12:00:01.500+00:00"
+    ahead = SteadyClock(lambda: walls, lambda: 0.0, not_before=walls - timedelta(days=1))
+    assert (ahead(), ahead.behind_s) == ("2026-03-01T12:00:00.000+00:00", 0)

@@ -1,0 +1,114 @@
+"""Times of a session rise, also in old logs of machines whose clock was set back before they were resumed."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from analysis.records import Header, Mark, Note, Resumption, SessionLog, SessionTimes, Trial, in_time
+from analysis.records.times import duration, latest_utc
+from analysis.report.notes import on_sessions
+
+START = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
+Record = Trial | Note | Mark | Resumption
+
+
+def utc(seconds: float) -> str:
+    return (START + timedelta(seconds=seconds)).isoformat(timespec="milliseconds")
+
+
+def trial(number: int, seconds: float) -> Trial:
+    return Trial(0, number, "all_pairs", (), 1.0, utc(seconds))
+
+
+def log(*records: Record, session: str = "s", started_utc: str = START.isoformat()) -> SessionLog:
+    header = Header("e", "01", session, started_utc, 0, "?", False, (), {}, {}, {}, {}, {})
+    resumptions = tuple(record for record in records if isinstance(record, Resumption))
+    answers = tuple(record for record in records if isinstance(record, Trial))
+    return SessionLog(Path("s"), header, answers, complete=True, resumptions=resumptions, records=records)
+
+
+def onsets(session: SessionLog) -> list[Any]:
+    times = SessionTimes.of(session)
+    return [times.onset_s(record) for record in session.records]
+
+
+def test_times_are_those_of_the_log_where_they_rise() -> None:
+    session = log(trial(0, 1.25), Resumption(utc(100)), trial(1, 101))
+    assert onsets(session) == [1.25, 100, 101]
+    (stop,) = SessionTimes.of(session).stops
+    assert (stop.gap_s, stop.clock_behind_s) == (98.75, 0)
+    assert stop.sentence == "it was resumed after 1 minute 39 s"
+    assert SessionTimes.of(session).moved_s == 0
+
+
+def test_a_clock_set_back_before_an_old_log_was_resumed_leaves_times_rising() -> None:
+    session = log(trial(0, 10), trial(1, 20), Resumption(utc(-86400)), trial(2, -86396), trial(3, -86390.5))
+    assert onsets(session) == [10, 20, 20, 24, 29.5]
+    times = SessionTimes.of(session)
+    assert times.moved_s == 86420
+    assert [(stop.gap_s, stop.clock_behind_s) for stop in times.stops] == [(None, 86420)]
+    assert "had been set back by 1 day 20 s" in "\n".join(on_sessions([session]))
+
+
+def test_a_clock_set_back_is_stated_where_times_count_on() -> None:
+    session = log(trial(0, 10), Resumption(utc(10), {}, 3600.0), trial(1, 14))
+    assert onsets(session) == [10, 10, 14]
+    assert SessionTimes.of(session).moved_s == 0
+    assert "set back by 1 hour when it was resumed; how long it stood still is not known" in on_sessions([session])[-1]
+
+
+def test_a_session_resumed_on_another_day_is_noted() -> None:
+    year_s = 365 * 86400
+    session = log(trial(0, 10), Resumption(utc(year_s + 10)), trial(1, year_s + 14))
+    assert "01's session s: it was resumed after 365 days" in "\n".join(on_sessions([session]))
+    assert onsets(session)[-1] == year_s + 14
+    assert not any("resumed" in note for note in on_sessions([log(trial(0, 10), Resumption(utc(600)))]))
+
+
+def test_a_note_that_was_written_a_moment_late_moves_nothing() -> None:
+    session = log(trial(0, 10), Note("dim", "experimenter", 0, 1, utc(9.5)), trial(1, 11))
+    assert onsets(session) == [10, 10, 11]
+
+
+@pytest.mark.parametrize("wrong", ["yesterday", "", "2026-13-01"])
+def test_a_time_that_is_not_valid_has_no_onset(wrong: str) -> None:
+    odd = Note("dim", "experimenter", 0, 0, wrong)
+    assert onsets(log(trial(0, 1), odd, trial(1, 2))) == [1, None, 2]
+    assert onsets(log(trial(0, 1), Resumption(wrong), started_utc=wrong)) == [None, None]
+    assert latest_utc(log(odd, trial(1, 2))) == START + timedelta(seconds=2)
+
+
+steps = st.lists(st.tuples(st.floats(-1e8, 1e8), st.booleans()), max_size=20)
+
+
+@given(steps)
+def test_times_always_rise(drawn: list[tuple[float, bool]]) -> None:
+    records: list[Record] = [
+        Resumption(utc(seconds)) if resumed else trial(number, seconds)
+        for number, (seconds, resumed) in enumerate(drawn)
+    ]
+    rising = onsets(log(*records))
+    assert rising == sorted(rising)
+    assert all(onset >= 0 for onset in rising)
+
+
+def test_sessions_come_in_the_order_in_which_they_began() -> None:
+    """Labels rise where the clock was set back between sessions; sessions without such labels sort by their start."""
+    first = log(session="20260102T030405abc", started_utc="2026-01-02T03:04:05+00:00")
+    second = log(session="20260102T030406xyz", started_utc="2025-12-31T03:04:05+00:00")
+    third = log(session="later", started_utc="2026-01-02T03:04:07.250+00:00")
+    assert in_time([third, second, first]) == [first, second, third]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [(0.25, "0.25 s"), (59.4, "59.4 s"), (60, "1 minute"), (3600, "1 hour"), (7384, "2 hours 3 minutes")],
+)
+def test_durations_in_words(seconds: float, words: str) -> None:
+    assert duration(seconds) == words
