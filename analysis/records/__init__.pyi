@@ -18,4 +18,6 @@ from .session_record import Trial as Trial
 from .session_record import read_session as read_session
 from .session_record import session_files as session_files
 from .times import SessionTimes as SessionTimes
+from .times import duration as duration
 from .times import in_time as in_time
+from .times import latest_utc as latest_utc

@@ -63,7 +63,28 @@ class SessionTimes:
 
     @classmethod
     def of(cls, log: SessionLog) -> SessionTimes:
-        """Return the times of ``log``."""
+        """Return the times of ``log``.
+
+        Parameters
+        ----------
+        log
+            One session.
+
+        Returns
+        -------
+        SessionTimes
+            Times that rise from record to record.
+
+        Examples
+        --------
+        >>> from pathlib import Path
+        >>> from analysis.records import Header, SessionLog, Trial
+        >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, (), {}, {}, {}, {}, {})
+        >>> trial = Trial(0, 0, "instructions", (), 1.2, "2026-01-31T09:31:00Z")
+        >>> log = SessionLog(Path("session.jsonl"), header, (trial,), complete=True)
+        >>> SessionTimes.of(log).onset_s(trial)
+        60.0
+        """
         start = read_utc(log.header.started_utc)
         onsets_s: dict[int, float | None] = {}
         stops: dict[int, Stop] = {}
@@ -100,7 +121,28 @@ def read_utc(text: object) -> datetime | None:
 
 
 def latest_utc(log: SessionLog) -> datetime | None:
-    """Return the latest time that ``log`` states."""
+    """Return the latest time that ``log`` states.
+
+    Parameters
+    ----------
+    log
+        One session.
+
+    Returns
+    -------
+    datetime | None
+        The time, with its zone; None if the log states none that is valid.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from analysis.records import Header, SessionLog, Trial
+    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, (), {}, {}, {}, {}, {})
+    >>> trial = Trial(0, 0, "instructions", (), 1.2, "2026-01-31T09:31:00Z")
+    >>> log = SessionLog(Path("session.jsonl"), header, (trial,), complete=True)
+    >>> latest_utc(log).isoformat()
+    '2026-01-31T09:31:00+00:00'
+    """
     stated = (log.header.started_utc, *(record.utc for record in log.records))
     return max((time for utc in stated if (time := read_utc(utc))), default=None)
 
@@ -109,6 +151,21 @@ def in_time(sessions: Iterable[SessionLog]) -> list[SessionLog]:
     """Return the sessions in the order in which they began.
 
     An observer's session labels rise in that order also where the machine's clock was set back between sessions.
+
+    Parameters
+    ----------
+    sessions
+        Sessions of any observers.
+
+    Returns
+    -------
+    list[SessionLog]
+        The same sessions, sorted by the time in their labels, or by their start where labels have none.
+
+    Examples
+    --------
+    >>> in_time([])
+    []
     """
 
     def began(session: SessionLog) -> tuple[str, str, str]:
@@ -123,7 +180,23 @@ _UNITS = ((86400, "day"), (3600, "hour"), (60, "minute"))
 
 
 def duration(seconds: float) -> str:
-    """Return a time in the two largest units that say something: "2 days 3 hours", "4 minutes", "12 s"."""
+    """Return a time in words, in its two largest units.
+
+    Parameters
+    ----------
+    seconds
+        The time, 0 or more.
+
+    Returns
+    -------
+    str
+        Days, hours, minutes or seconds.
+
+    Examples
+    --------
+    >>> duration(7384), duration(60), duration(12.25)
+    ('2 hours 3 minutes', '1 minute', '12.2 s')
+    """
     whole = round(seconds)
     if whole < 60:
         return f"{seconds:.3g} s"

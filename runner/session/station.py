@@ -10,8 +10,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from analysis.records import Header, Resumption, SessionLog, Trial
-from analysis.records.times import duration, latest_utc
+from analysis.records import Header, Resumption, SessionLog, Trial, duration, latest_utc
 from devices.display import EYES
 from documents import Finding
 from runner.errors import SessionError, SessionStoppedError
