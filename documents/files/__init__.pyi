@@ -13,5 +13,10 @@ from .paths import looked_for as looked_for
 from .paths import no_file_name as no_file_name
 from .paths import tidy as tidy
 from .paths import with_slashes as with_slashes
+from .regular import inside as inside
+from .regular import open_regular as open_regular
+from .regular import read_regular as read_regular
+from .regular import read_regular_text as read_regular_text
+from .regular import unreadable as unreadable
 from .tables import bounded_bytes as bounded_bytes
 from .tables import other_separator as other_separator
