@@ -1,5 +1,6 @@
 from .adaptation import adaptation_matrix as adaptation_matrix
 from .ciede2000 import delta_e_2000 as delta_e_2000
+from .ciede2000 import delta_e_2000_of_xyz as delta_e_2000_of_xyz
 from .ciede2000 import delta_e_2000_parts as delta_e_2000_parts
 from .spaces import XYZ_from_xyY as XYZ_from_xyY
 from .spaces import lab_to_xyz as lab_to_xyz

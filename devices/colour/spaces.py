@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -134,12 +136,22 @@ def xyz_to_lab(xyz: ArrayLike, white_xyz: ArrayLike) -> Floats:
     >>> xyz_to_lab([47.5, 50.0, 54.5], [95.0, 100.0, 109.0]).round(2).tolist()
     [76.07, 0.0, 0.0]
     """
-    share = np.asarray(xyz, dtype=np.float64) / _white(white_xyz)
+    values = np.asarray(xyz, dtype=np.float64)
+    return np.stack(lab_planes([values[..., axis] for axis in range(3)], checked_white(white_xyz)), axis=-1)
+
+
+def lab_planes(xyz: Sequence[Floats], white_xyz: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return L*, a* and b*, each of the shape of the three planes of ``xyz``, against a checked white (3,)."""
+    x, y, z = (_bent(plane / white) for plane, white in zip(xyz, white_xyz, strict=True))
+    return 116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)
+
+
+def _bent(share: Floats) -> Floats:
     bent = np.cbrt(share)
     low = share <= _DELTA**3
-    bent[low] = share[low] / (3.0 * _DELTA**2) + 4.0 / 29.0
-    x, y, z = bent[..., 0], bent[..., 1], bent[..., 2]
-    return np.stack([116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)], axis=-1)
+    if np.any(low):
+        bent = np.where(low, share / (3.0 * _DELTA**2) + 4.0 / 29.0, bent)
+    return np.asarray(bent)
 
 
 def lab_to_xyz(lab: ArrayLike, white_xyz: ArrayLike) -> Floats:
@@ -171,10 +183,11 @@ def lab_to_xyz(lab: ArrayLike, white_xyz: ArrayLike) -> Floats:
     y = (values[..., 0] + 16.0) / 116.0
     bent = np.stack([y + values[..., 1] / 500.0, y, y - values[..., 2] / 200.0], axis=-1)
     share = np.where(bent > _DELTA, bent**3, 3.0 * _DELTA**2 * (bent - 4.0 / 29.0))
-    return np.asarray(share * _white(white_xyz))
+    return np.asarray(share * checked_white(white_xyz))
 
 
-def _white(white_xyz: ArrayLike) -> Floats:
+def checked_white(white_xyz: ArrayLike) -> Floats:
+    """Return a white as float64, (3,). Raises DeviceError if a component is not a finite number above 0."""
     white = np.asarray(white_xyz, dtype=np.float64)
     if white.shape != (3,) or not np.all(np.isfinite(white)) or np.any(white <= 0):
         raise DeviceError(f"a white needs three finite numbers above 0, not {white.tolist()}")

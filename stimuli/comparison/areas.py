@@ -42,7 +42,7 @@ def inside(outline_px: Floats, rows: slice, columns: slice) -> Mask:
     y = np.arange(rows.start, rows.stop) + 0.5
     width = columns.stop - columns.start
     # Where the outline crosses a row of centres, inside turns into outside: from the next centre on.
-    crossings = np.zeros((len(y), width + 1), dtype=np.int32)
+    crossings = np.zeros((len(y), width + 1), dtype=np.uint8)
     for ends in zip(outline_px, np.roll(outline_px, -1, axis=0), strict=True):
         # From above down, so that two outlines round a shared side alike whichever way each goes along it.
         (x1, y1), (x2, y2) = ends if ends[0][1] <= ends[1][1] else ends[::-1]
@@ -50,7 +50,8 @@ def inside(outline_px: Floats, rows: slice, columns: slice) -> Mask:
         if len(at):
             x = x1 + (y[at] - y1) * ((x2 - x1) / (y2 - y1))
             np.add.at(crossings, (at, np.clip(np.ceil(x - 0.5).astype(int) - columns.start, 0, width)), 1)
-    return np.asarray(np.cumsum(crossings[:, :width], axis=1, dtype=np.int32) & 1, dtype=np.bool_)
+    # Only odd and even count, which an overflow leaves as they are.
+    return np.asarray(np.cumsum(crossings[:, :width], axis=1, dtype=np.uint8) & 1).view(np.bool_)
 
 
 def crosses_itself(outline_px: Floats) -> bool:
@@ -115,10 +116,12 @@ class _Sums:
         count = int(np.count_nonzero(mask))
         if not count:
             return
+        whole = count == mask.size
         # Planes, so that NumPy's sums run pairwise along them.
-        planes = np.ascontiguousarray(picture[own, self.columns][mask].T, dtype=np.float64)
-        finite = np.isfinite(planes).all(axis=0)
-        if not finite.all():  # reported at the end, for all regions at once
+        part = picture[own, self.columns]
+        planes = np.ascontiguousarray((part.reshape(-1, 3) if whole else part[mask]).T, dtype=np.float64)
+        if not np.isfinite(planes).all():  # reported at the end, for all regions at once
+            finite = np.isfinite(planes).all(axis=0)
             self.bad += count - int(np.count_nonzero(finite))
             planes[:, ~finite] = 0.0
         if flags is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from devices.colour import delta_e_2000, xyz_to_lab
+from devices.colour import delta_e_2000_of_xyz
 from stimuli.errors import StimulusError
 from stimuli.pictures.rows import Floats32, Rows, RowsDone, bands
 
@@ -54,13 +54,11 @@ def difference_map(
     bad = 0
     for band in bands(photo.shape):
         rows = (photo[band], rendering[band])
-        finite = np.isfinite(rows[0]).all(axis=-1) & np.isfinite(rows[1]).all(axis=-1)
-        bad += finite.size - int(np.count_nonzero(finite))
+        if not all(np.isfinite(picture).all() for picture in rows):
+            bad += int(np.count_nonzero(~np.logical_and(*(np.isfinite(picture).all(axis=-1) for picture in rows))))
         if not bad:
-            first, second = (
-                xyz_to_lab(picture if filtered else np.maximum(picture, 0.0), white_XYZ) for picture in rows
-            )
-            out[band] = delta_e_2000(first, second)
+            first, second = (picture if filtered else np.maximum(picture, 0.0) for picture in rows)
+            out[band] = delta_e_2000_of_xyz(first, second, white_XYZ)
         if rows_done is not None:
             rows_done(band.stop, height)
     if bad:

@@ -17,14 +17,14 @@ def reduced(values: Floats32, compared: Mask | None = None, longest_px: int = LO
     rows, columns = np.arange(0, values.shape[0], size), np.arange(0, values.shape[1], size)
 
     def sums(cells: NDArray[np.generic]) -> NDArray[np.float64]:
-        along = np.add.reduceat(cells, rows, axis=0, dtype=np.float64)
-        return np.asarray(np.add.reduceat(along, columns, axis=1))
+        # Down a block in the type of the map, which is fast; all further sums are of few numbers.
+        return np.asarray(np.add.reduceat(np.add.reduceat(cells, rows, axis=0), columns, axis=1, dtype=np.float64))
 
     if compared is None:
         counts = np.outer(np.diff([*rows, values.shape[0]]), np.diff([*columns, values.shape[1]])).astype(float)
         total = sums(values)
     else:
-        counts = sums(compared)
+        counts = sums(compared.astype(np.float32))
         total = sums(np.where(compared, values, np.float32(0)))
     means = np.divide(total, counts, out=np.full(counts.shape, np.nan), where=counts > 0)
     return np.asarray(means, dtype=np.float32)

@@ -21,7 +21,7 @@ from stimuli.sparkle.measures.find import Peaks
 # Full width at half maximum of a Gaussian, in standard deviations.
 FWHM_PER_SD = 2.0 * np.sqrt(2.0 * np.log(2.0))
 _REACH = 6  # px around a peak that are weighed
-_BLOCK = 8192  # peaks at a time
+_BLOCK = 2048  # peaks at a time: few enough for the processor's cache
 _ROUNDS = 40
 _WIDEST = 2.5  # px: wider does not fit into the reach
 # A narrower weight would fall between the pixels that it is to weigh.
@@ -89,13 +89,16 @@ def _again_without_neighbours(luminance: Luminance, peaks: Peaks, fitted: Floats
     excess = peaks.luminance_cd_m2 - peaks.background_cd_m2
     sd = np.where(fits, sd, usual)
     flux = np.where(fits, flux, 2 * np.pi * (usual**2 + 1 / 12) * excess)
-    chosen, first = np.unique(pairs[:, 0], return_index=True)
-    ends = np.append(first, len(pairs))
+    chosen, first, counts = np.unique(pairs[:, 0], return_index=True, return_counts=True)
     for part in _parts(len(chosen)):
-        here = chosen[part]
-        near = pairs[ends[part.start] : ends[part.stop]]
+        # Those with most neighbours first: who has a k-th one stands before all who have none.
+        order = part.start + np.argsort(-counts[part], kind="stable")
+        here = chosen[order]
         light = _light(luminance, peaks, here)
-        _take_away(light, near, np.searchsorted(here, near[:, 0]), peaks, row, column, sd, flux)
+        for k in range(counts[order[0]]):
+            few = int(np.searchsorted(-counts[order], -k))
+            other = pairs[first[order[:few]] + k, 1]
+            _take_away(light[:, :, :few], other, here[:few], peaks, row, column, sd, flux)
         fitted[:, here], fits[here] = _fit(light)
         fitted[0, here] += peaks.row[here]
         fitted[1, here] += peaks.column[here]
@@ -103,70 +106,82 @@ def _again_without_neighbours(luminance: Luminance, peaks: Peaks, fitted: Floats
 
 def _take_away(
     light: Floats,
-    pairs: NDArray[np.int64],
-    patch: NDArray[np.int64],
+    other: NDArray[np.int64],
+    mine: NDArray[np.int64],
     peaks: Peaks,
     row: Floats,
     column: Floats,
     sd: Floats,
     flux: Floats,
 ) -> None:
-    """Take from each patch of ``light`` (n, k, k), in place, the Gaussians of the second of each of its pairs."""
+    """Take from the light (k, k, n) around sparkles ``mine``, in place, the Gaussian of one other for each."""
     from scipy.special import ndtr
 
-    edges = np.arange(-_REACH, _REACH + 2) - 0.5
-    for part in _parts(len(pairs)):
-        mine, other = pairs[part].T
-        # Integrated over each pixel, whose own width the moments hold.
-        width = np.sqrt(np.maximum(sd[other] ** 2 - 1 / 12, 0.01))[:, None]
-        down = np.diff(ndtr((edges + (peaks.row[mine] - row[other])[:, None]) / width), axis=1)
-        across = np.diff(ndtr((edges + (peaks.column[mine] - column[other])[:, None]) / width), axis=1)
-        down *= flux[other][:, None]
-        # Pairs stand in the order of their patches: one sum for each.
-        first = np.flatnonzero(np.diff(patch[part], prepend=-1))
-        light[patch[part][first]] -= np.add.reduceat(down[:, :, None] * across[:, None, :], first, axis=0)
+    edges = np.arange(-_REACH, _REACH + 2)[:, None] - 0.5
+    # Integrated over each pixel, whose own width the moments hold.
+    width = np.sqrt(np.maximum(sd[other] ** 2 - 1 / 12, 0.01))
+    down = np.diff(ndtr((edges + (peaks.row[mine] - row[other])) / width), axis=0)
+    across = np.diff(ndtr((edges + (peaks.column[mine] - column[other])) / width), axis=0)
+    down *= flux[other]
+    for i in range(len(down)):
+        light[i] -= down[i] * across
 
 
 def patches(luminance_cd_m2: Luminance, row: NDArray[np.int64], column: NDArray[np.int64], reach: int) -> Floats:
     """Return the luminance around places, shape (n, 2·reach + 1, 2·reach + 1); NaN beyond the picture."""
     height, width = luminance_cd_m2.shape
+    side = 2 * reach + 1
+    light = np.empty((len(row), side, side))
+    within = (row >= reach) & (row < height - reach) & (column >= reach) & (column < width - reach)
+    if within.any():
+        windows = np.lib.stride_tricks.sliding_window_view(luminance_cd_m2, (side, side))
+        light[within] = windows[row[within] - reach, column[within] - reach]
+    edge = np.flatnonzero(~within)
     offsets = np.arange(-reach, reach + 1)
-    rows = (row[:, None] + offsets)[:, :, None]
-    columns = (column[:, None] + offsets)[:, None, :]
-    light = luminance_cd_m2[np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)].astype(np.float64)
-    light[np.broadcast_to((rows < 0) | (rows >= height) | (columns < 0) | (columns >= width), light.shape)] = np.nan
-    return np.asarray(light)
+    rows, columns = (row[edge, None] + offsets)[:, :, None], (column[edge, None] + offsets)[:, None, :]
+    near = luminance_cd_m2[np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)].astype(np.float64)
+    near[np.broadcast_to((rows < 0) | (rows >= height) | (columns < 0) | (columns >= width), near.shape)] = np.nan
+    light[edge] = near
+    return light
 
 
 def _light(luminance: Luminance, peaks: Peaks, part: slice | NDArray[np.int64]) -> Floats:
-    """Return the light above the background around peaks, shape (n, k, k); 0 beyond the picture."""
-    light = patches(luminance, peaks.row[part], peaks.column[part], _REACH)
-    light -= peaks.background_cd_m2[part][:, None, None]
-    return np.nan_to_num(light, copy=False, nan=0.0)
+    """Return the light above the background around peaks, shape (k, k, n); 0 beyond the picture.
+
+    Peaks lie along the last axis, so that sums over a patch are sums of vectors.
+    """
+    near = patches(luminance, peaks.row[part], peaks.column[part], _REACH)
+    light = np.subtract(near.transpose(1, 2, 0), peaks.background_cd_m2[part], order="C")
+    light[np.isnan(light)] = 0.0
+    return light
 
 
 def _fit(light: Floats) -> tuple[Floats, NDArray[np.bool_]]:
-    """Return offsets down and across from the middle, width and light, (4, n), of patches, and which of them fit."""
-    offsets = np.arange(-_REACH, _REACH + 1.0)
-    n = len(light)
+    """Return offsets down and across from the middle, width and light, (4, n), of patches (k, k, n), and which fit."""
+    offsets = np.arange(-_REACH, _REACH + 1.0)[:, None]
+    n = light.shape[2]
     down, across, sd, flux = np.zeros(n), np.zeros(n), np.ones(n), np.zeros(n)
     fits = np.zeros(n, dtype=np.bool_)
-    moving = np.arange(n)
+    moving, weighed = np.arange(n), light
     for _ in range(_ROUNDS):
-        weighed = light[moving]
-        vertical = offsets - down[moving, None]
-        horizontal = offsets - across[moving, None]
+        vertical = offsets - down[moving]
+        horizontal = offsets - across[moving]
         weight = np.maximum(sd[moving], _LEAST_WEIGHT)
         variance = weight**2
-        along = np.exp(-(vertical**2) / (2 * variance[:, None]))
-        beside = np.exp(-(horizontal**2) / (2 * variance[:, None]))
+        along = np.exp(-(vertical**2) / (2 * variance))
+        beside = np.exp(-(horizontal**2) / (2 * variance))
         # Separable: first over the rows of each patch, then over its columns.
-        by_column = np.einsum("nij,ni->nj", weighed, along)
-        total = np.einsum("nj,nj->n", by_column, beside)
-        first_down = np.einsum("nij,ni,nj->n", weighed, along * vertical, beside)
-        first_across = np.einsum("nj,nj->n", by_column, beside * horizontal)
-        second = np.einsum("nj,nj->n", by_column, beside * horizontal**2)
-        second += np.einsum("nij,ni,nj->n", weighed, along * vertical**2, beside)
+        by_column = np.einsum("ijn,in->jn", weighed, along)
+        along *= vertical
+        first_down = np.einsum("jn,jn->n", np.einsum("ijn,in->jn", weighed, along), beside)
+        along *= vertical
+        second = np.einsum("jn,jn->n", np.einsum("ijn,in->jn", weighed, along), beside)
+        by_column *= beside
+        total = by_column.sum(axis=0)
+        by_column *= horizontal
+        first_across = by_column.sum(axis=0)
+        by_column *= horizontal
+        second += by_column.sum(axis=0)
         good = total > 0
         safe = np.where(good, total, 1.0)
         middle_down, middle_across = first_down / safe, first_across / safe
@@ -186,22 +201,24 @@ def _fit(light: Floats) -> tuple[Floats, NDArray[np.bool_]]:
         near = good & (np.hypot(down[moving], across[moving]) < _FARTHEST) & (new_sd < _WIDEST)
         at_rest = near & (moved < _REST)
         fits[moving[at_rest]] = True
-        moving = moving[near & ~at_rest]
-        if len(moving) == 0:
+        left = np.flatnonzero(near & ~at_rest)
+        if len(left) == 0:
             break
+        if len(left) < len(moving):
+            moving, weighed = moving[left], weighed.take(left, axis=2)
     unfit = ~fits
-    down[unfit], across[unfit] = _vertices(light[unfit])
+    down[unfit], across[unfit] = _vertices(light[:, :, unfit])
     sd[unfit] = flux[unfit] = np.nan
     return np.stack([down, across, sd, flux]), fits
 
 
 def _vertices(light: Floats) -> tuple[Floats, Floats]:
-    """Return where parabolas through the middle pixels of patches (n, k, k) are highest, from the middle, (n,) each."""
-    middle = light[:, _REACH, _REACH]
+    """Return where parabolas through the middle pixels of patches (k, k, n) are highest, from the middle, (n,) each."""
+    middle = light[_REACH, _REACH]
     tops = []
     for before, after in (
-        (light[:, _REACH - 1, _REACH], light[:, _REACH + 1, _REACH]),
-        (light[:, _REACH, _REACH - 1], light[:, _REACH, _REACH + 1]),
+        (light[_REACH - 1, _REACH], light[_REACH + 1, _REACH]),
+        (light[_REACH, _REACH - 1], light[_REACH, _REACH + 1]),
     ):
         bend = 2 * (2 * middle - before - after)
         top = np.divide(after - before, bend, out=np.zeros_like(bend), where=bend > 0)

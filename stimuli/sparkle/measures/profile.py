@@ -52,7 +52,7 @@ def radial_profile(luminance_cd_m2: Luminance, peaks: Peaks, moments: Moments) -
         light -= peaks.background_cd_m2[part][:, None, None]
         down = (row - moments.row_px[part])[:, None, None] + offsets[:, None]
         across = (column - moments.column_px[part])[:, None, None] + offsets
-        radius = np.hypot(down, across)
+        radius = np.sqrt(down**2 + across**2)
         ring = np.minimum((radius / _BIN_PX).astype(np.int64), rings)
         key = (ring + (rings + 1) * np.arange(len(part))[:, None, None]).ravel()
         size = len(part) * (rings + 1)
