@@ -56,6 +56,47 @@ def read_results(*places: str | Path) -> pd.DataFrame:
     return pd.json_normalize(rows)
 
 
+def verify(*places: str | Path, mirror: str | Path | None = None) -> pd.DataFrame:
+    """Check that results are as they were recorded: each line's checksum, and the copy of each log.
+
+    Parameters
+    ----------
+    places
+        Folders of results, from one station or many, or single logs.
+    mirror
+        Folder of the copies; None for the one that the rig of a session named, if it is there.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row for each log of a session or a measurement: ``file``, ``kind``, ``lines``, ``chained_from`` (the first
+        line with a checksum), ``complete``, ``torn_bytes`` of an unfinished last line, ``digest``, ``mirror`` (how the
+        copy compares) and ``findings``, a list of sentences, empty if all fits.
+
+    Raises
+    ------
+    InputError
+        If a place does not exist or holds no log.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from cyclopean import simulate
+    >>> experiment, observers = "experiments/dynamic_range.yaml", "configs/observers/table_4_4.yaml"
+    >>> with TemporaryDirectory() as folder:
+    ...     _ = simulate(experiment, observers, 1, results=folder)
+    ...     table = verify(folder)
+    >>> table[["lines", "chained_from", "complete", "findings"]].values.tolist()
+    [[48, 1, True, []]]
+    """
+    from analysis.records import check_results
+
+    checked = check_results(*places, mirror=mirror)
+    return pd.DataFrame(
+        [log.to_json() | {"findings": [str(finding) for finding in log.findings]} for log in checked.logs]
+    )
+
+
 def export_bids(*places: str | Path, folder: str | Path, name: str = "") -> Path:
     """Write results as a BIDS dataset.
 

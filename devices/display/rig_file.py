@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -78,6 +79,8 @@ class RigSpec(Strict):
     """The room's light from the screen while it is off, XYZ in cd/m²."""
     monitor: MonitorName | Annotated[list[MonitorName], Field(min_length=2, max_length=2)] | None = None
     """Which monitor shows it, by name or number."""
+    results_mirror: str | None = Field(default=None, min_length=1)
+    """A folder that results are also copied to while a session runs, relative to this file."""
 
     @property
     def monitors(self) -> tuple[str, ...]:
@@ -98,7 +101,8 @@ class Rig:
     photodiode, or None. ``observer`` is the colorimetric observer of all XYZ: of the display's and of the stimuli's.
     ``gamma_table`` is ``identity`` if that is to be loaded while a window shows something. ``monitor_settings`` are
     those that the monitor is used with, or None where the rig does not state them. ``monitors`` are those that windows
-    open on, by name or number: none, one, or the left eye's and the right eye's.
+    open on, by name or number: none, one, or the left eye's and the right eye's. ``results_mirror`` is the folder that
+    results are copied to while a session runs, or None.
     """
 
     file: str
@@ -117,6 +121,7 @@ class Rig:
     gamma_table: Literal["identity"] | None = None
     monitor_settings: MonitorSettings | None = None
     monitors: tuple[str, ...] = ()
+    results_mirror: Path | None = None
 
     @property
     def measured_settings(self) -> MonitorSettings | None:
@@ -286,6 +291,7 @@ def read_rig(
         spec.gamma_table,
         spec.monitor_settings,
         monitors or spec.monitors,
+        None if spec.results_mirror is None else Path(os.path.abspath(path.parent / spec.results_mirror)),
     )
 
 

@@ -5,6 +5,7 @@ from .log import Kept as Kept
 from .log import MeasurementLog as MeasurementLog
 from .log import Session as Session
 from .log import Shown as Shown
+from .log import is_measurement_log as is_measurement_log
 from .log import read_session as read_session
 from .log import step_facts as step_facts
 from .observer import CIE_1931_2 as CIE_1931_2

@@ -237,6 +237,31 @@ def read_session(file: Path) -> Session:
     return Session(file, header, steps, readings, failures, state)
 
 
+def is_measurement_log(file: Path) -> bool:
+    """Return whether ``file`` begins as the log of a measurement does.
+
+    Parameters
+    ----------
+    file
+        Any file.
+
+    Returns
+    -------
+    bool
+        Whether its first line names the format.
+
+    Examples
+    --------
+    >>> is_measurement_log(Path("experiments/dynamic_range.yaml"))
+    False
+    """
+    try:
+        with open(file, "rb") as stream:
+            return FORMAT.encode() in stream.read(200).split(b"\n")[0]
+    except OSError:
+        return False
+
+
 def step_facts(steps: tuple[Step, ...]) -> list[dict[str, Any]]:
     """Return the steps as the header holds them: of a patch's fields, those that say something.
 

@@ -8,6 +8,9 @@ from .hashes import sha256_of_file as sha256_of_file
 from .hashes import sha256_of_json as sha256_of_json
 from .json_lines import DamagedLineError as DamagedLineError
 from .json_lines import read_lines as read_lines
+from .mirror import CopyCheck as CopyCheck
+from .mirror import Mirror as Mirror
+from .mirror import compare_copy as compare_copy
 from .paths import beside as beside
 from .paths import looked_for as looked_for
 from .paths import no_file_name as no_file_name

@@ -38,7 +38,10 @@ Read = TypeVar("Read", bound=HasState)
 
 
 class DurableLog:
-    """An open log; use as a context manager. ``append`` may be called from several threads."""
+    """An open log; use as a context manager. ``append`` may be called from several threads.
+
+    ``size`` is how many bytes of it are on disk.
+    """
 
     def __init__(self, file: Path, lock: FileLock, stream: BinaryIO, state: LogState) -> None:
         self.file = file
@@ -46,6 +49,7 @@ class DurableLog:
         self._stream = stream
         self._turn = threading.Lock()
         self._lines, self._digest, self._ended = state.lines, state.digest, state.ended
+        self.size = state.size
 
     @classmethod
     def create(cls, file: Path, lock_file: Path, header: Mapping[str, Any]) -> DurableLog:
@@ -94,6 +98,7 @@ class DurableLog:
             log = cls(file, lock, _open(file), state)
             if state.lacks_line_end:
                 log._stream.write(b"\n")
+                log.size += 1
                 os.fsync(log._stream.fileno())
             return log, content
         except BaseException:
@@ -131,6 +136,7 @@ class DurableLog:
         data, digest = sealed(line, self._lines + 1, self._digest)
         _write(self._stream, data + b"\n")
         self._lines, self._digest = self._lines + 1, digest
+        self.size += len(data) + 1
 
     def close(self) -> None:
         """Close the log and let others open it."""

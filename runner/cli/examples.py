@@ -29,6 +29,10 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "cyclopean report station_a/results station_b/results -o report.html",
         ),
         "export": ("cyclopean export results/dynamic_range -o bids --name 'Gloss of plates'",),
+        "verify": (
+            "cyclopean verify results/dynamic_range",
+            "cyclopean verify results --mirror /media/backup/results",
+        ),
         "seal": ("cyclopean seal results/dynamic_range",),
         "scores": (
             "cyclopean scores table.csv",

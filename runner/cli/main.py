@@ -21,6 +21,7 @@ COMMANDS = {
     "run": "Run a session with an observer.",
     "report": "Write an HTML report on the results of one experiment.",
     "export": "Write results as a BIDS dataset.",
+    "verify": "Check that results are as they were recorded.",
     "seal": "Write down the SHA-256 of every file of results.",
     "scores": "Fit scores and perceptual classes to a table of paired comparisons.",
     "power": "Find how many observers an experiment needs, by simulated studies.",

@@ -19,7 +19,7 @@ from filelock import FileLock, Timeout
 from analysis.errors import ResultsError
 from analysis.records import FILE_NAME, Header, Mark, Note, Resumption, SessionLog, Trial, read_session
 from documents import Finding
-from documents.files import DurableLog, LogInUseError
+from documents.files import DurableLog, LogInUseError, Mirror
 from documents.platform import sync_folder
 from documents.text import counted
 from runner.errors import SessionError
@@ -166,6 +166,7 @@ class Recorder:
         self.folder = folder
         self._log = log
         self._answers = list(answers)
+        self._mirror: Mirror | None = None
 
     @classmethod
     def create(cls, folder: Path, header: Header) -> Recorder:
@@ -236,18 +237,28 @@ class Recorder:
             raise SessionError(Finding(what, str(file), remedy="let it be written, and leave some room")) from error
         return cls(folder, log, session.answers), session
 
+    def follow_with(self, mirror: Mirror) -> None:
+        """Have ``mirror`` copy the log and, from now on, each line."""
+        self._mirror = mirror
+        mirror.follow(self._log.size)
+
+    def _append(self, line: Mapping[str, Any]) -> None:
+        self._log.append(line)
+        if self._mirror:
+            self._mirror.follow(self._log.size)
+
     def append(self, trial: Trial) -> None:
         """Record an answer; it is on disk when this returns."""
-        self._log.append(trial.to_json())
+        self._append(trial.to_json())
         self._answers.append(trial)
 
     def note(self, note: Note) -> None:
         """Record a note."""
-        self._log.append(note.to_json())
+        self._append(note.to_json())
 
     def mark(self, mark: Mark) -> None:
         """Record that a trial is to be asked once more."""
-        self._log.append(mark.to_json())
+        self._append(mark.to_json())
 
     def answers(self) -> tuple[Trial, ...]:
         """Return every attempt that the log holds."""
@@ -256,6 +267,8 @@ class Recorder:
     def end(self, facts: Mapping[str, Any]) -> None:
         """Record that the session is complete, and ``facts`` of how it went."""
         self._log.end({"record": "end", **facts})
+        if self._mirror:
+            self._mirror.follow(self._log.size)
 
     def close(self) -> None:
         """Close the log and let others open it."""

@@ -155,6 +155,9 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
             kind = GraphicsError if isinstance(error, GraphicsError) else SessionStoppedError
             again = session_command(experiment, observer, options, resume=True, new=False)
             raise kind(f"{why}. Every answer before this is saved. Continue: {again}") from error
+        finally:
+            if fault := station.end_mirror():
+                options.notify(f"warning: {fault}")
     if status is None:  # interrupted before it began
         return SessionResult(ending, 0, sum(block.trials for block in design.example_blocks), folder)
     if station.session_folder is None:

@@ -10,9 +10,10 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from analysis.records import Header, Resumption, SessionLog, Trial, duration, latest_utc
+from analysis.records import Header, Resumption, SessionLog, Trial, configuration_folder, duration, latest_utc
 from devices.display import EYES
 from documents import Finding
+from documents.files import Mirror
 from runner.errors import SessionError, SessionStoppedError
 from runner.observers.observer_file import ImageBasedObserverSpec, ObserverSpec
 from runner.observers.presses import Replay, asked_after_their_block, check_replayable
@@ -29,6 +30,7 @@ from runner.session.clocks import Pace, PacedPresenter, SteadyClock
 from runner.session.configuration import Configuration, configuration_of
 from runner.session.folders import Recorder, new_label, observer_folder
 from runner.session.header import changes, check_unchanged, hashes, make_header
+from runner.session.mirroring import refuse_mirror_within, start_mirror
 from runner.session.picture_source import PictureSource
 from runner.session.session import Place, Session
 from runner.session.timing_record import timing_facts
@@ -61,6 +63,7 @@ class Station:
     accept_gamma_table: bool = False
     session_folder: Path | None = None  # of the session that runs, or ran last
     resume_remarks: tuple[str, ...] = ()  # on the clock, where that session was resumed
+    mirror: Mirror | None = None  # of the log of that session
 
     @classmethod
     def open(
@@ -86,6 +89,8 @@ class Station:
         """
         rig = experiment.rig
         mode = experiment.mode
+        if rig.results_mirror:
+            refuse_mirror_within(results, rig.results_mirror, rig.file)
         configuration = configuration_of(experiment, stimuli, further_files)
         pictures = PictureSource(experiment, stimuli)
         costs = ClippingCosts.of(experiment, stimuli, pictures.load)
@@ -160,6 +165,7 @@ class Station:
     ) -> None:
         self.presenter.close()
         self.surface.close()
+        self.end_mirror()
 
     def simulated(self, spec: ObserverSpec, observer: str, seed: int | None = None) -> Observer:
         """Return a simulated observer whose answers are drawn from ``seed``, or the experiment's, and its own name."""
@@ -267,6 +273,7 @@ class Station:
             )
             for remark in self.resume_remarks:
                 session.note(remark, "program")
+            self._begin_mirror(recorder, session)
             on_session(session)
             try:
                 session.run()
@@ -276,6 +283,17 @@ class Station:
         if self.experiment.end_page and not simulated and not session.screened_out:
             session.show_end_page(self.experiment.end_page)  # all is on disk, and the log is closed
         return recorder.folder
+
+    def _begin_mirror(self, recorder: Recorder, session: Session) -> None:
+        self.end_mirror()
+        if folder := self.experiment.rig.results_mirror:
+            configuration = configuration_folder(recorder.folder.parents[1], self.configuration.digest)
+            self.mirror = start_mirror(recorder, folder, configuration, session.note)
+
+    def end_mirror(self) -> str | None:
+        """Let the copy of the last session's log be completed, for some seconds; return what is wrong with it."""
+        mirror, self.mirror = self.mirror, None
+        return mirror.close() if mirror else None
 
     def _check_gamma_table(self, session: Session, *, begins: bool) -> None:
         """Note that the gamma table changed, and stop the session unless that is accepted."""
@@ -353,6 +371,8 @@ class Station:
             "accepted": self.accept_gamma_table,
         }
         facts = asdict(self.surface.facts) | {"timing": self.timing, "gamma_table": gamma}
+        if rig.results_mirror:
+            facts["results_mirror"] = str(rig.results_mirror)
         header = make_header(
             self.experiment,
             self.stimuli,

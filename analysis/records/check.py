@@ -1,0 +1,261 @@
+"""Whether logs are as they were recorded: their checksums, their records, their seal, and their copies elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+from analysis.errors import ResultsError
+from analysis.records.results import result_files
+from analysis.records.seal import SEAL, SealCheck, check_seal
+from analysis.records.session_record import FILE_NAME, read_session
+from devices.measurements import is_measurement_log
+from documents import Finding
+from documents.files import DamagedLineError, LogState, compare_copy, looked_for, read_lines
+
+_LAYOUT = 4  # EXPERIMENT/sub-OBSERVER/ses-LABEL/session.jsonl
+
+
+@dataclass(frozen=True, slots=True)
+class LogCheck:
+    """A log that was checked.
+
+    ``chained_from`` is the first line with a checksum: 1 if all have one, None if none has. ``complete`` says whether
+    the end was recorded, ``torn_bytes`` how much of an unfinished last line there is, which counts for nothing.
+    ``digest`` is the checksum of the last whole line, and so of all. ``findings`` name each line that does not fit, and
+    what is wrong with the copy; ``mirror`` says in words how the copy compares, None if there is none to compare.
+    """
+
+    file: Path
+    kind: Literal["session", "measurement"]
+    lines: int
+    chained_from: int | None
+    complete: bool
+    torn_bytes: int
+    digest: str
+    findings: tuple[Finding, ...]
+    mirror: str | None = None
+
+    @property
+    def checksums(self) -> str:
+        """Whether the lines were recorded with checksums, in words."""
+        if self.chained_from is None:
+            return "recorded without checksums"
+        return "chained" if self.chained_from == 1 else f"chained from line {self.chained_from}"
+
+    @property
+    def ending(self) -> str:
+        """How the log ends, in words."""
+        words = "a measurement" if self.kind == "measurement" else "complete" if self.complete else "stopped"
+        return f"{words}, its last line unfinished" if self.torn_bytes else words
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the check as plain JSON."""
+        return {
+            "file": str(self.file),
+            "kind": self.kind,
+            "lines": self.lines,
+            "chained_from": self.chained_from,
+            "complete": self.complete,
+            "torn_bytes": self.torn_bytes,
+            "digest": self.digest,
+            "mirror": self.mirror,
+            "findings": [_finding_json(finding) for finding in self.findings],
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class ResultsCheck:
+    """Logs and seals that were checked."""
+
+    logs: tuple[LogCheck, ...]
+    seals: tuple[SealCheck, ...]
+    unreadable: tuple[Finding, ...] = ()
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """All that does not fit, in the order of the files."""
+        in_logs = (finding for log in self.logs for finding in log.findings)
+        return (*in_logs, *(finding for seal in self.seals for finding in seal.findings), *self.unreadable)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the check as plain JSON."""
+        return {
+            "logs": [log.to_json() for log in self.logs],
+            "seals": [seal.to_json() for seal in self.seals],
+            "findings": [_finding_json(finding) for finding in self.findings],
+        }
+
+
+def _finding_json(finding: Finding) -> dict[str, Any]:
+    return {
+        "file": finding.file,
+        "line": finding.line,
+        "message": finding.message,
+        "remedy": finding.remedy,
+    }
+
+
+@dataclass(slots=True)
+class _Seen:
+    """What is kept of the lines."""
+
+    mirror: str | None = None
+    complete: bool = False
+    findings: list[Finding] = field(default_factory=list)
+
+    def take(self, number: int, line: Any) -> None:
+        if number == 1 and isinstance(line, dict):
+            presentation = line.get("presentation")
+            stated = presentation.get("results_mirror") if isinstance(presentation, dict) else None
+            self.mirror = stated if isinstance(stated, str) else None
+        self.complete = isinstance(line, dict) and line.get("record") == "end"
+
+
+def copy_in_mirror(file: Path, mirror: Path) -> Path:
+    """Return where the copy of a session's log lies in the folder ``mirror``: EXPERIMENT/sub-OBSERVER/ses-LABEL."""
+    return mirror.joinpath(*file.absolute().parts[-_LAYOUT:])
+
+
+def check_log(file: Path, mirror: Path | None = None) -> LogCheck:
+    """Check each line of a log: its checksum, and whether it is a record.
+
+    Parameters
+    ----------
+    file
+        The log of a session, or of a measurement.
+    mirror
+        Folder of the copies; None for the one that the session's header names, if it is there.
+
+    Returns
+    -------
+    LogCheck
+        With a finding for each line that does not fit.
+
+    Raises
+    ------
+    ResultsError
+        If the file cannot be read.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from documents.files import DurableLog
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder, "session.jsonl")
+    ...     with DurableLog.create(file, Path(folder, ".lock"), {"record": "session"}) as log:
+    ...         log.append({"record": "trial", "trial": 0})
+    ...     _ = file.write_bytes(file.read_bytes().replace(b'"trial":0', b'"trial":1'))
+    ...     check = check_log(file)
+    >>> check.checksums, check.lines, {finding.line for finding in check.findings}
+    ('chained', 2, {2})
+    """
+    seen = _Seen()
+
+    def on_damage(error: DamagedLineError) -> None:
+        seen.findings.append(error.finding(file, "this line is no record", "restore the file"))
+
+    try:
+        measured = is_measurement_log(file)
+        with open(file, "rb") as stream:
+            state = read_lines(stream, seen.take, on_damage)
+    except OSError as error:
+        raise ResultsError(Finding(f"the results cannot be read: {error.strerror}", str(file))) from error
+    if not measured and not any(finding.line for finding in seen.findings):
+        try:
+            read_session(file)
+        except ResultsError as error:
+            seen.findings += error.findings
+    words = None if measured else _compare(file, state, seen, mirror)
+    return LogCheck(
+        file,
+        "measurement" if measured else "session",
+        state.lines,
+        state.chained_from,
+        seen.complete,
+        len(state.torn_tail),
+        state.digest,
+        tuple(seen.findings),
+        words,
+    )
+
+
+def _compare(file: Path, state: LogState, seen: _Seen, mirror: Path | None) -> str | None:
+    folder = mirror or (Path(seen.mirror) if seen.mirror else None)
+    if folder is None:
+        return None
+    if mirror is None and not folder.is_dir():
+        return f"not compared: there is no folder {folder}"
+    copy = copy_in_mirror(file, folder)
+    try:
+        check = compare_copy(file, copy, state.size)
+    except OSError as error:
+        seen.findings.append(Finding(f"the copy cannot be read: {error.strerror}", str(copy)))
+        return "cannot be read"
+    if check.differs_at is not None:
+        what = f"the copy of {file} differs at line {check.differs_at}"
+        seen.findings.append(Finding(what, str(copy), check.differs_at, 1, "keep the one whose checksums fit"))
+    elif check.behind:
+        words = "is missing" if not check.size else f"is {check}"
+        what = f"the copy of {file} {words}"
+        seen.findings.append(Finding(what, str(copy), remedy="resume the session, or copy the file"))
+    return str(check) if copy.exists() else "missing"
+
+
+def check_results(*places: str | Path, mirror: str | Path | None = None) -> ResultsCheck:
+    """Check every log in ``places``, sessions and measurements, and the seal of each folder that has one.
+
+    Parameters
+    ----------
+    places
+        Folders of results, from one station or many, or single logs.
+    mirror
+        Folder of the copies to compare with; None for the one that a session's header names, if it is there.
+
+    Returns
+    -------
+    ResultsCheck
+        A check for each log and seal.
+
+    Raises
+    ------
+    ResultsError
+        If a place or the mirror does not exist, a place holds no log, or a file cannot be read.
+
+    Examples
+    --------
+    >>> check_results("experiments")
+    Traceback (most recent call last):
+    ...
+    analysis.errors.ResultsError: experiments: the folder holds no session.jsonl (name a folder of results)
+    """
+    if mirror is not None and not Path(mirror).is_dir():
+        remedy = looked_for(Path(mirror))
+        raise ResultsError(Finding("there is no such folder of copies", str(mirror), remedy=remedy))
+    measured = {Path(place): list(_measurements(Path(place))) for place in places}
+    sessions = result_files(place for place in places if not measured[Path(place)] or _has_session(Path(place)))
+    files = dict.fromkeys([*sessions, *(file for files in measured.values() for file in files)])
+    logs = [check_log(file, Path(mirror) if mirror else None) for file in files]
+    seals: list[SealCheck] = []
+    unreadable: list[Finding] = []
+    for folder in dict.fromkeys(seal.parent for place in places for seal in _seals(Path(place))):
+        try:
+            seals.append(check_seal(folder))
+        except ResultsError as error:
+            unreadable += error.findings
+    return ResultsCheck(tuple(logs), tuple(seals), tuple(unreadable))
+
+
+def _has_session(place: Path) -> bool:
+    return place.is_dir() and next(place.rglob(FILE_NAME), None) is not None
+
+
+def _seals(place: Path) -> Iterable[Path]:
+    return sorted(place.rglob(SEAL)) if place.is_dir() else ()
+
+
+def _measurements(place: Path) -> Iterator[Path]:
+    files = sorted(place.rglob("*.jsonl")) if place.is_dir() else [place] if place.is_file() else []
+    return (file for file in files if file.name != FILE_NAME and is_measurement_log(file))

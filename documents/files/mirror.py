@@ -1,0 +1,191 @@
+"""A copy of a growing log in another folder, kept by a thread that the log never waits for.
+
+The copy holds the first bytes of the log, and is only ever added to. Where it holds other bytes, it is left as it is.
+Each time, the thread writes what the copy lacks, so that a copy that was away, full or read-only is caught up later.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from documents.files.atomic import whole_file
+
+_CHUNK = 1 << 20
+_AGAIN_S = 2.0
+_LAST_WAIT_S = 10.0
+
+
+@dataclass(frozen=True, slots=True)
+class CopyCheck:
+    """How a copy compares with its log: ``size`` bytes of both are the same.
+
+    ``behind`` lines of the log are not wholly in it; ``differs_at`` is the first line that is another one in the copy,
+    or that only the copy has.
+    """
+
+    size: int
+    behind: int
+    differs_at: int | None = None
+
+    def __str__(self) -> str:
+        """In words."""
+        if self.differs_at is not None:
+            return f"differs at line {self.differs_at}"
+        return f"behind by {self.behind} {'line' if self.behind == 1 else 'lines'}" if self.behind else "whole"
+
+
+def compare_copy(file: Path, copy: Path, size: int | None = None) -> CopyCheck:
+    """Compare ``copy`` with the first ``size`` bytes of the log ``file``, all if None; a missing copy lacks all lines.
+
+    Raises
+    ------
+    OSError
+        If either cannot be read.
+    """
+    same = lines = 0
+    left = os.stat(file).st_size if size is None else size
+    with open(file, "rb") as log, open(copy if copy.exists() else os.devnull, "rb") as other:
+        while left:
+            ours = log.read(min(_CHUNK, left))
+            theirs = other.read(len(ours))
+            if not ours:
+                break
+            if theirs != ours[: len(theirs)]:
+                first = next(i for i, (a, b) in enumerate(zip(ours, theirs, strict=False)) if a != b)
+                return CopyCheck(same + first, 0, lines + ours.count(b"\n", 0, first) + 1)
+            lines += theirs.count(b"\n")
+            same += len(theirs)
+            left -= len(ours)
+            if len(theirs) < len(ours):
+                rest = ours[len(theirs) :].count(b"\n")
+                while left and (ours := log.read(min(_CHUNK, left))):
+                    rest += ours.count(b"\n")
+                    left -= len(ours)
+                return CopyCheck(same, rest)
+        if other.read(1):
+            return CopyCheck(same, 0, lines + 1)
+    return CopyCheck(same, 0)
+
+
+class CopyDiffersError(Exception):
+    """The copy has other bytes than the log; as text, where."""
+
+
+class Mirror:
+    """Keeps ``copy`` the same as the log ``file``, and copies of the files ``beside`` it that do not change.
+
+    Parameters
+    ----------
+    file, copy
+        The log and its copy, below ``folder``, which is not made: it may be that of a disk that is not there.
+    beside
+        Returns pairs of a file and its copy, each time anew.
+    on_fault
+        Called once, from another thread, with what went wrong first.
+    """
+
+    def __init__(
+        self,
+        file: Path,
+        copy: Path,
+        folder: Path,
+        beside: Callable[[], Iterable[tuple[Path, Path]]] = tuple,
+        on_fault: Callable[[str], None] = lambda words: None,
+    ) -> None:
+        self._file, self._copy, self._folder = file, copy, folder
+        self._beside, self._on_fault = beside, on_fault
+        self._turn = threading.Condition()
+        self._wanted = self._done = 0
+        self._copied: set[Path] = set()
+        self._fault: str | None = None
+        self._said = self._closing = self._over = False
+        self._thread = threading.Thread(target=self._run, name="mirror of the results", daemon=True)
+        self._thread.start()
+
+    def follow(self, size: int) -> None:
+        """State that the first ``size`` bytes of the log are on disk; returns at once."""
+        with self._turn:
+            self._wanted = max(size, self._wanted)
+            self._turn.notify()
+
+    def close(self, wait_s: float = _LAST_WAIT_S) -> str | None:
+        """Wait for the copy ``wait_s`` at most; return what is wrong with it, None if it is whole."""
+        with self._turn:
+            self._closing = True
+            self._turn.notify()
+        self._thread.join(wait_s)
+        with self._turn:
+            if self._fault is None and self._done < self._wanted:
+                return f"the copy of the results in {self._folder} is not complete yet"
+            return self._fault
+
+    def _run(self) -> None:
+        while True:
+            with self._turn:
+                waits_s = _AGAIN_S if self._fault is not None else None
+                self._turn.wait_for(lambda: self._closing or self._news, waits_s)
+                wanted, closing = self._wanted, self._closing
+            if not wanted:
+                return
+            fault, over = self._attempt(wanted)
+            with self._turn:
+                self._fault, first = fault, fault is not None and not self._said
+                self._said |= first
+                over = over or (closing and (fault is not None or self._done == self._wanted))
+            if first:
+                self._on_fault(str(fault))
+            if over:
+                return
+
+    @property
+    def _news(self) -> bool:
+        return self._fault is None and self._wanted > self._done
+
+    def _attempt(self, wanted: int) -> tuple[str | None, bool]:
+        """Add to the copy what it lacks; return what is wrong, and whether it is of no use to try again."""
+        try:
+            self._catch_up(wanted)
+            for file, copy in self._beside():
+                if copy not in self._copied:
+                    _copy_once(file, copy)
+                    self._copied.add(copy)
+        except CopyDiffersError as error:
+            return f"{error}; it is left as it is", True
+        except OSError as error:
+            self._copied.clear()
+            return f"the results are not copied to {self._folder}: {error.strerror or error}", False
+        return None, False
+
+    def _catch_up(self, wanted: int) -> None:
+        if not self._folder.is_dir():
+            raise FileNotFoundError(2, "there is no such folder", str(self._folder))
+        self._copy.parent.mkdir(parents=True, exist_ok=True)
+        with open(self._copy, "ab", buffering=0) as stream, open(self._file, "rb") as log:
+            done = os.fstat(stream.fileno()).st_size
+            if done != self._done or not done:
+                check = compare_copy(self._file, self._copy, wanted)
+                if check.differs_at is not None:
+                    raise CopyDiffersError(f"the copy {self._copy} has another line {check.differs_at} than the log")
+            log.seek(done)
+            while done < wanted:
+                left = memoryview(log.read(min(_CHUNK, wanted - done)))
+                while left:
+                    written = stream.write(left)
+                    left, done = left[written:], done + written
+            os.fsync(stream.fileno())
+        with self._turn:
+            self._done = done
+
+
+def _copy_once(file: Path, copy: Path) -> None:
+    """Copy a file that does not change, whole or not at all, unless it is there."""
+    if not copy.exists():
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        with whole_file(copy) as draft:
+            draft.write_bytes(file.read_bytes())
+    elif copy.stat().st_size != file.stat().st_size or copy.read_bytes() != file.read_bytes():
+        raise CopyDiffersError(f"the copy {copy} is another file than {file}")

@@ -1,0 +1,50 @@
+"""`cyclopean verify`: whether results are as they were recorded."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+
+@click.command(name="verify")
+@click.argument("results", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="RESULTS...")
+@click.option(
+    "--mirror",
+    type=click.Path(path_type=Path),
+    help="Folder of the copies. Default: the one that the rig of a session named, if it is there.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
+def command(results: tuple[Path, ...], mirror: Path | None, as_json: bool) -> None:
+    """Check that results are as they were recorded.
+
+    RESULTS are folders of sessions and measurements, from one station or many, or single logs. Each line's checksum is
+    computed again, each copy compared with its log, and each folder that was sealed with its seal. Every line that does
+    not fit is named, and the exit status is then 1.
+    """
+    import json
+
+    from analysis.records import check_results
+    from documents.text import counted
+
+    check = check_results(*results, mirror=mirror)
+    if as_json:
+        click.echo(json.dumps(check.to_json(), indent=2, ensure_ascii=False))
+    else:
+        for log in check.logs:
+            copy = f", copy: {log.mirror}" if log.mirror else ""
+            lines = counted(log.lines, "line", "lines")
+            click.echo(f"{log.file}: {lines}, {log.checksums}, {log.ending}{copy}, digest {log.digest}")
+        for seal in check.seals:
+            words = counted(len(seal.findings), "difference", "differences") if seal.findings else "as sealed"
+            click.echo(f"{seal.seal.file}: sealed {seal.seal.content.sealed_utc}, {words}, SHA-256 {seal.seal.digest}")
+        for finding in check.findings:
+            click.echo(f"error: {finding}", err=True)
+    if check.findings:
+        raise SystemExit(1)
+    if not as_json:
+        unchained = sum(log.chained_from != 1 for log in check.logs)
+        click.echo(f"{counted(len(check.logs), 'log', 'logs')}: every checksum fits")
+        if unchained:
+            what = "log has lines" if unchained == 1 else "logs have lines"
+            click.echo(f"note: {unchained} {what} without checksums, of which a change is not noticed")
