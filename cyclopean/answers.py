@@ -81,7 +81,7 @@ def verify(*places: str | Path, mirror: str | Path | None = None) -> pd.DataFram
     Examples
     --------
     >>> from tempfile import TemporaryDirectory
-    >>> from cyclopean import simulate
+    >>> from runner.session import simulate
     >>> experiment, observers = "experiments/dynamic_range.yaml", "configs/observers/table_4_4.yaml"
     >>> with TemporaryDirectory() as folder:
     ...     _ = simulate(experiment, observers, 1, results=folder)

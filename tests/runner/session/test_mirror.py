@@ -1,0 +1,152 @@
+"""A session whose rig names a second folder: its copy is whole, and nothing that the folder does stops the session."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import shutil
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from analysis.records import FILE_NAME, check_results, copy_in_mirror, read_session, session_files
+from documents import InputError
+from documents.files import mirror as module
+from runner.session.options import SessionOptions
+from runner.session.run import run_session, simulate
+
+Study = Any  # tests/conftest.py
+
+
+@pytest.fixture
+def backup(study: Study, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr(module, "_AGAIN_S", 0.05)
+    folder = Path(study.folder / "backup")
+    folder.mkdir()
+    study.edit("rig.yaml", "distance_mm: 700", "distance_mm: 700\nresults_mirror: backup")
+    return folder
+
+
+def run(study: Study, **more: Any) -> tuple[Path, list[str]]:
+    said: list[str] = []
+    options = SessionOptions(study.results, simulate=study.observers, notify=said.append, **more)
+    run_session(study.experiment, "01", options)
+    (file,) = session_files(study.results)
+    return file, [words for words in said if "cop" in words]
+
+
+def test_the_copy_of_a_session_is_the_same_files(study: Study, backup: Path) -> None:
+    file, said = run(study)
+    assert said == []
+    ours = {path.relative_to(study.results): path.read_bytes() for path in study.results.rglob("*") if path.is_file()}
+    theirs = {path.relative_to(backup): path.read_bytes() for path in backup.rglob("*") if path.is_file()}
+    assert theirs == {path: data for path, data in ours.items() if path.name != ".lock"}
+    (check,) = check_results(study.results).logs
+    assert check.mirror == "whole"
+    assert check.complete
+    assert read_session(file).header.presentation["results_mirror"] == str(backup)
+
+
+def test_simulated_sessions_are_copied_too(study: Study, backup: Path) -> None:
+    simulate(study.experiment, study.observers, 3, results=study.results)
+    assert [log.mirror for log in check_results(study.results, mirror=backup).logs] == ["whole"] * 3
+
+
+def test_a_folder_that_is_not_there_is_noted_and_the_session_completed(study: Study, backup: Path) -> None:
+    backup.rmdir()
+    file, said = run(study)
+    log = read_session(file)
+    assert log.complete
+    assert [note.by for note in log.notes] == ["program"]
+    assert "there is no such folder" in log.notes[0].text
+    assert len(said) == 1
+    assert "there is no such folder" in said[0]
+    assert not backup.exists()
+    (check,) = check_results(study.results).logs
+    assert str(check.mirror).startswith("not compared")
+    backup.mkdir()
+    checked = check_results(study.results)
+    assert [finding.message for finding in checked.findings] == [f"the copy of {file} is missing"]
+
+
+def test_a_read_only_disk_is_noted(study: Study, backup: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    real = Path.mkdir
+
+    def refused(self: Path, *more: Any, **other: Any) -> None:
+        if self.is_relative_to(backup):
+            raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+        real(self, *more, **other)
+
+    monkeypatch.setattr(Path, "mkdir", refused)
+    file, said = run(study)
+    assert read_session(file).complete
+    assert "Read-only file system" in said[0]
+    assert "Read-only file system" in read_session(file).notes[0].text
+
+
+def test_a_slow_folder_does_not_slow_the_session(study: Study, backup: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    began = time.perf_counter()
+    run(study)
+    usual_s = time.perf_counter() - began
+    shutil.rmtree(study.results)
+    monkeypatch.setattr(module.Mirror, "_catch_up", lambda *_: time.sleep(60))
+    monkeypatch.setattr(module.Mirror.close, "__defaults__", (0.1,))
+    began = time.perf_counter()
+    file, said = run(study)
+    assert time.perf_counter() - began < 3 * usual_s + 5  # a single wait for it would take 60 s
+    assert read_session(file).complete
+    assert "is not complete yet" in said[0]
+
+
+def test_a_session_that_stopped_is_caught_up_when_it_is_resumed(study: Study, backup: Path) -> None:
+    file, _ = run(study)
+    whole = file.read_bytes()
+    lines = whole.splitlines(keepends=True)
+    for ours, theirs in [(5, 3), (6, 6), (4, 0)]:
+        file.write_bytes(b"".join(lines[:ours]) + lines[ours][:30])
+        copy = copy_in_mirror(file, backup)
+        copy.write_bytes(b"".join(lines[:theirs]) + lines[theirs][: 20 if theirs < ours else 0])
+        assert run(study, resume=True) == (file, [])
+        assert copy.read_bytes() == file.read_bytes()
+        assert read_session(file).complete
+        torn = {path.name for path in file.parent.glob("torn-*.bin")}
+        assert torn == {path.name for path in copy.parent.glob("torn-*.bin")} != set()
+
+
+def test_a_copy_with_other_bytes_is_left_and_named(study: Study, backup: Path) -> None:
+    file, _ = run(study)
+    lines = file.read_bytes().splitlines(keepends=True)
+    file.write_bytes(b"".join(lines[:5]))
+    copy = copy_in_mirror(file, backup)
+    other = b"".join(lines[:2]) + lines[2].replace(b'"trial":', b'"trial": ') + lines[3]
+    copy.write_bytes(other)
+    _, said = run(study, resume=True)
+    assert "has another line 3 than the log; it is left as it is" in said[0]
+    assert copy.read_bytes() == other
+    checked = check_results(study.results, mirror=backup)
+    assert [(finding.file, finding.line) for finding in checked.findings] == [(str(copy), 3)]
+
+
+@pytest.mark.parametrize("mirror", ["results", "results/copies", "."])
+def test_results_and_copies_in_one_folder_are_refused(study: Study, backup: Path, mirror: str) -> None:
+    study.edit("rig.yaml", "results_mirror: backup", f"results_mirror: {mirror}")
+    with pytest.raises(InputError, match="one lies in the other"):
+        run(study)
+    assert not list(study.results.rglob(FILE_NAME))
+
+
+def test_verify_compares_with_the_copies(study: Study, backup: Path) -> None:
+    file, _ = run(study)
+    told = study.cyclopean("verify", study.results)
+    assert f"{file}: " in told.stdout
+    assert "chained, complete, copy: whole, digest " in told.stdout
+    copy = copy_in_mirror(file, backup)
+    os.truncate(copy, copy.stat().st_size - 3)
+    told = study.cyclopean("verify", study.results, "--mirror", backup, expect=1)
+    assert f"the copy of {file} is behind by 1 line (resume the session, or copy the file)" in told.stderr
+    (log,) = json.loads(study.cyclopean("verify", study.results, "--json", expect=1).stdout)["logs"]
+    assert log["mirror"] == "behind by 1 line"
+    assert "no such folder of copies" in study.cyclopean("verify", study.results, "--mirror", "no", expect=2).stderr
