@@ -9,6 +9,7 @@ from datetime import UTC, datetime, timedelta
 from itertools import combinations
 
 from analysis.records.session_record import SessionLog
+from analysis.records.times import read_utc
 
 # Clocks of stations differ; one who changes stations needs longer.
 _MORE_THAN = timedelta(seconds=30)
@@ -108,13 +109,13 @@ def _spans(log: SessionLog) -> tuple[Span, ...]:
     starts = sorted(
         time
         for text in (log.header.started_utc, *(resumption.utc for resumption in log.resumptions))
-        if (time := _time(text))
+        if (time := read_utc(text))
     )
     kinds = (log.answers, log.notes, log.marks)
     # Records of a kind stand in the order of time: without a resumption the last counts.
     records = [record for kind in kinds for record in (kind if log.resumptions else kind[-1:])]
-    times = [time for record in records if (time := _time(record.utc))]
-    ends = [*starts[1:], datetime.max.replace(tzinfo=UTC)]
+    times = [time for record in records if (time := read_utc(record.utc))]
+    ends = [*starts[1:], datetime.max.replace(tzinfo=UTC)][: len(starts)]
     return tuple(
         (start, max((time for time in times if start <= time < end), default=start))
         for start, end in zip(starts, ends, strict=True)
@@ -123,11 +124,3 @@ def _spans(log: SessionLog) -> tuple[Span, ...]:
 
 def _overlap(one: Span, other: Span) -> bool:
     return min(one[1], other[1]) - max(one[0], other[0]) > _MORE_THAN
-
-
-def _time(text: object) -> datetime | None:
-    try:
-        time = datetime.fromisoformat(text) if isinstance(text, str) else None
-    except ValueError:
-        return None
-    return time if time is None or time.tzinfo else time.replace(tzinfo=UTC)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from analysis.classes.multiplicity import Adjust
-from analysis.comparisons.session_comparisons import grouped_comparisons, is_comparison
+from analysis.comparisons.session_comparisons import grouped_comparisons, is_comparison, is_tie
 from analysis.errors import ResultsError
 from analysis.factors.result import FactorEffects
 from analysis.observers.filters import Filter, Kept, keep
@@ -22,6 +22,7 @@ from analysis.report.notes import on_sessions
 from analysis.report.sections.factors import effects_of
 from analysis.report.sections.reviewers import Review, review_of
 from analysis.report.summary import Summary, summarise
+from analysis.report.words import counted
 from analysis.scaling.grouped_terminal import print_groups
 from analysis.scaling.result import CovarianceChoice
 from analysis.scaling.terminal import Published, print_scores
@@ -40,6 +41,7 @@ KIND_WORDS = {
     "rating": "Ratings",
     "preference": "Stereo or flat",
 }
+PAGES = ("instructions", "break")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -170,14 +172,14 @@ def describe(
     kept = keep(sessions, rule or Filter())
     remaining = kept.sessions
     kinds = {trial.kind for session in remaining for trial in session.trials}
-    if not kinds & set(KIND_WORDS):
+    if not (kinds - set(PAGES) or any(session.complete for session in remaining)):
         files = ", ".join(str(session.file) for session in remaining[:3])
-        what = "the results hold no answer: no comparison, choice, preference or rating"
+        what = "the results hold no answer"
         raise ResultsError(Finding(what, files, remedy="answer some trials first"))
     pairs, grouped = _compared(remaining, alpha, adjust, covariance)
     series = summarise_series(remaining) if "best_of_series" in kinds else None
     compared = pairs or grouped
-    notes = list(compared.notes) if compared else on_sessions(remaining)
+    notes = list(compared.notes) if compared else [*on_sessions(remaining), *_without_scores(remaining)]
     notes += [note for note in series.notes if "simulated" not in note] if series else []
     preferred = preferences(remaining) if "preference" in kinds else None
     if preferred is not None:  # the sentence is in the head of the page
@@ -208,12 +210,22 @@ def _compared(
     covariance: CovarianceChoice | None,
 ) -> tuple[Summary | None, GroupedSummary | None]:
     """Return the paired comparisons on one scale, or on one for each group; None for both without any."""
-    if not any(is_comparison(trial) for session in sessions for trial in session.trials):
+    if not any(is_comparison(trial) and not is_tie(trial) for session in sessions for trial in session.trials):
         return None, None
     comparisons, groups = grouped_comparisons(sessions)
     if groups is None:
         return summarise(sessions, alpha, adjust, covariance, comparisons), None
     return None, summarise_groups(sessions, comparisons, groups, alpha, adjust, covariance)
+
+
+def _without_scores(sessions: Sequence[SessionLog]) -> Iterator[str]:
+    """Yield why sessions without a preference for a stimulus have no scores."""
+    trials = [trial for session in sessions for trial in session.trials]
+    ties = sum(is_comparison(trial) for trial in trials)
+    if ties:
+        yield f"There are no scores: of {counted(ties, 'comparison')} none prefers one of its stimuli."
+    if not {trial.kind for trial in trials} & set(KIND_WORDS):
+        yield "There are no scores: the sessions have no comparison, choice, preference or rating."
 
 
 def print_report(report: Report, published: Published | None = None, console: Console | None = None) -> None:

@@ -98,15 +98,19 @@ def experiments(draw: st.DrawFn) -> dict[str, Any]:
 
 def write(drawn: Mapping[str, Any], folder: Path) -> Path:
     """Write an experiment with all that it names, and return its file; the pictures are written once."""
-    for name, shade in zip("abc", (3.0, 6.0, 9.0), strict=True):
+    for shade in range(1, 7):
         for kind in ("flat", "stereo"):
-            file = folder / f"{name}_{kind}.exr"
+            file = folder / f"{shade}_{kind}.exr"
             if not file.exists():
-                left, right = (np.full((60, 80, 3), light, np.float32) for light in (shade, shade + 1))
+                left, right = (np.full((60, 80, 3), 3 * light, np.float32) for light in (shade, shade + 1 / 3))
                 write_exr(file, StereoImage.flat(left) if kind == "flat" else StereoImage(left, right))
     kind = "stereo" if drawn["stereo"] else "flat"
     recipe: dict[str, Any] = {"schema_version": 1, "kind": "pictures"}
-    recipe["stimuli"] = [{"name": name, "file": f"{name}_{kind}.exr"} for name in "abc"]
+    stimuli: Mapping[str, Any] = drawn.get("stimuli", dict.fromkeys("abc"))
+    recipe["stimuli"] = [
+        {"name": name, "file": f"{shade}_{kind}.exr", **({"factors": factors} if factors else {})}
+        for shade, (name, factors) in enumerate(stimuli.items(), start=1)
+    ]
     model: dict[str, Any] = {"black_XYZ_cd_m2": [0.02, 0.02, 0.03], "source": "made up"}
     model["primaries_XYZ_cd_m2"] = {"red": [40, 21, 2], "green": [36, 70, 6], "blue": [18, 7, 95]}
     model["curve"] = {"kind": "gog", **{channel: {"gamma": 2.2} for channel in ("red", "green", "blue")}}
@@ -115,7 +119,9 @@ def write(drawn: Mapping[str, Any], folder: Path) -> Path:
     rig = {"schema_version": 1, "display": "display.yaml", "mode": drawn["mode"], "distance_mm": 700}
     said = {key: drawn[key] for key in ("question", "layout", "blocks")}
     experiment = {"schema_version": 1, "name": "drawn", "rig": "rig.yaml", "stimuli": "recipe.yaml", **said}
-    files = {"recipe": recipe, "display": display, "rig": rig, "drawn": experiment}
+    scores = {name: {"score": shade} for shade, name in enumerate(stimuli, start=1)}
+    observers = {"schema_version": 1, "kind": "bradley_terry", "stimuli": scores, **drawn.get("behaviour", {})}
+    files = {"recipe": recipe, "display": display, "rig": rig, "drawn": experiment, "observers": observers}
     for name, content in files.items():
         (folder / f"{name}.yaml").write_text(json.dumps(content), encoding="utf-8")  # JSON is YAML
     return folder / "drawn.yaml"

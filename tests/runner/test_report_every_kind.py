@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -88,13 +88,18 @@ def test_sessions_of_every_kind_make_a_page_or_a_clear_refusal(
     kind: str, variant: int, observers: int, tmp_path: Path
 ) -> None:
     sessions = [log_of(tmp_path, kind, variant, f"{number:02d}") for number in range(1, observers + 1)]
-    if not {trial.kind for session in sessions for trial in session.trials} & set(KIND_WORDS):
-        with pytest.raises(ResultsError, match="the results hold no answer"):
-            describe(sessions)
-        return
     report = write_report(sessions, tmp_path / "report.html", csv_folder=tmp_path / "tables")
     json.dumps(report.to_json(), allow_nan=False)
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     words = set(re.findall(r"[a-z]+", Words(page).text.lower()))
     assert not words & {"nan", "none", "inf"}
     assert any((tmp_path / "tables").iterdir())
+    scored = {trial.kind for session in sessions for trial in session.trials} & set(KIND_WORDS)
+    assert any("the sessions have no comparison" in note for note in report.notes) != bool(scored)
+
+
+def test_sessions_that_stopped_before_an_answer_are_refused(tmp_path: Path) -> None:
+    log = log_of(tmp_path, "instructions", 0, "01")
+    assert describe([log]).kinds == ()
+    with pytest.raises(ResultsError, match="the results hold no answer"):
+        describe([replace(log, complete=False)])

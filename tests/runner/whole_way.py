@@ -1,0 +1,56 @@
+"""Experiments taken the whole way: whatever `check` accepts is run, reported, exported and replayed."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from analysis.bids import export_dataset
+from analysis.records import FILE_NAME, SessionLog, read_session
+from analysis.report import write_report
+from runner.check import CheckOptions, check_file
+from runner.session import SessionOptions, run_session, simulate
+
+OBSERVERS = 2
+
+
+def whole_way(file: Path, observers: Path, folder: Path) -> bool:
+    """Take an experiment the whole way and return True; False if `check` refuses it.
+
+    What it leaves in ``folder`` must not be there before.
+    """
+    results = folder / "results"
+    if check_file(file, CheckOptions(results, screen="skip")).errors:
+        return False
+    done = simulate(file, observers, OBSERVERS, results=results)
+    logs = [read_session(session / FILE_NAME) for session in done.folders]
+    assert all(log.complete for log in logs)
+    _analysed(logs, folder)
+    exported = export_dataset([results], folder / "bids")
+    assert exported.sessions == OBSERVERS
+    assert exported.trials == sum(len(log.trials) for log in logs)
+    again = run_session(file, "01", SessionOptions(folder / "replayed", replay=logs[0].file))
+    assert again.folder is not None
+    assert _said(read_session(again.folder / FILE_NAME)) == _said(logs[0])
+    return True
+
+
+def _analysed(logs: list[SessionLog], folder: Path) -> None:
+    report = write_report(logs, folder / "report.html", csv_folder=folder / "tables")
+    json.dumps(report.to_json(), allow_nan=False)
+    assert (folder / "report.html").stat().st_size > 1000
+
+
+def _said(log: SessionLog) -> list[Any]:
+    """Return what the answers say, but for how long scenes stood."""
+    return [
+        (
+            answer.place,
+            answer.attempt,
+            answer.kind,
+            answer.events,
+            {k: v for k, v in answer.data.items() if k != "timed"},
+        )
+        for answer in log.answers
+    ]
