@@ -144,8 +144,12 @@ def _inputs(recipe: RecipeKind, source: YamlSource, recipe_path: Path, hashes: K
     contents: dict[str, str] = {}
     findings = []
     for file, where in recipe.inputs().items():
+        path = recipe_path.parent / file
         try:
-            contents[file] = hashes.sha256(recipe_path.parent / file)
+            if path.exists() and not path.is_file():
+                findings.append(source.finding(where, f"'{file}' is no regular file", "name the file itself"))
+                continue
+            contents[file] = hashes.sha256(path)
         except OSError as error:
             findings.append(unreadable(file, where, source, str(error.strerror)))
     if findings:

@@ -11,10 +11,9 @@ import numpy as np
 
 from devices.colour_matching import DEFAULT_OBSERVER
 from documents import Finding, InputError
-from documents.files import looked_for
 from stimuli.errors import StimulusError
 from stimuli.pictures.picture_header import is_ordinary
-from stimuli.pictures.picture_input import opened
+from stimuli.pictures.picture_input import MAX_BYTES, MAX_SPECTRAL_BYTES, opened, refuse_no_picture
 from stimuli.pictures.rows import Mask, RowFile, RowsDone, bands
 from stimuli.pictures.stereo_image import XYZImage
 
@@ -118,8 +117,8 @@ def read_picture(path: Path, reading: ReadOptions, given: Holds | None, what: st
     """
     from documents.files import sha256_of_file
 
-    if not path.is_file() and path.suffix.lower() != ".hdr":
-        raise _wrong(path, f"there is no such {what}", looked_for(path))
+    if path.suffix.lower() != ".hdr" or path.exists():
+        refuse_no_picture(path, what, MAX_SPECTRAL_BYTES if path.suffix.lower() in _ENVI else MAX_BYTES)
     if reading.decoding is not None and given is None and is_ordinary(path):
         return _ordinary(path, reading.decoding, done)
     holds = given or what_it_holds(path)
@@ -142,8 +141,7 @@ def what_it_holds(path: Path) -> Holds:
         return "spectral"
     if suffix != ".exr":
         return "camera-rgb"
-    picture = opened(path)
-    try:
+    with opened(path) as picture:
         spec = picture.spec()
         names = {name.rpartition(".")[2] for name in spec.channelnames}
         if {"X", "Y", "Z"} <= names or names <= {"Y", "RY", "BY", "A"}:
@@ -151,10 +149,6 @@ def what_it_holds(path: Path) -> Holds:
         if not {"R", "G", "B"} <= names:
             return "spectral"
         return "camera-rgb" if spec.getattribute("chromaticities") is None else "xyz"
-    except UnicodeDecodeError as error:
-        raise _wrong(path, "the picture is damaged: its header is not UTF-8 text", "write it again") from error
-    finally:
-        picture.close()
 
 
 def _ordinary(path: Path, decoding: Decoding, done: RowsDone) -> Picture:
@@ -223,12 +217,9 @@ def _in_rows(error: StimulusError, rows: slice, height: int) -> StimulusError:
 def _exr_size(path: Path) -> tuple[int, int]:
     from stimuli.pictures.exr_views import MAX_PIXELS
 
-    picture = opened(path)
-    try:
+    with opened(path) as picture:
         spec = picture.spec()
         size = int(spec.full_width), int(spec.full_height)
-    finally:
-        picture.close()
     if not 0 < size[0] * size[1] <= MAX_PIXELS:
         raise _wrong(path, f"a picture of {size[0]} × {size[1]} pixels is beyond {MAX_PIXELS}", "crop it")
     return size
@@ -240,11 +231,11 @@ def _refuse_bytes(path: Path, what: str) -> None:
         return
     import OpenImageIO as oiio
 
-    picture = oiio.ImageInput.open(str(path))
-    if picture is None:
+    try:
+        with opened(path) as picture:
+            bits = picture.spec().format
+    except StimulusError:
         return  # the reader of its kind reports the fault
-    bits = picture.spec().format
-    picture.close()
     if bits == oiio.UINT8:
         raise _wrong(
             path,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,15 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.camera import Exposure
-from documents.files import looked_for, sha256_of_file
+from documents.files import sha256_of_file
 from documents.text import counted
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.levels import Levels
 from stimuli.develop.metadata import EXIF_FLIPS, EXPOSURE_ATTRIBUTE, earlier_steps, exposure_step, spec_exposure, turned
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_header import refuse_other_than_a_view
+from stimuli.pictures.exr_views import channel_runs, refuse_many_values
 from stimuli.pictures.exr_write import write_pixel_rows
-from stimuli.pictures.picture_input import opened, reason
+from stimuli.pictures.picture_input import opened, reason, refuse_no_picture, text_of
 
 if TYPE_CHECKING:
     import OpenImageIO
@@ -62,22 +63,14 @@ def read_linear(
     """
     import OpenImageIO as oiio
 
-    if not path.is_file():
-        raise StimulusError.at(path, "there is no such file", looked_for(path))
+    refuse_no_picture(path, "file")
     hint = oiio.ImageSpec()
     hint.attribute("oiio:RawColor", 1)
     hint.attribute("oiio:UnassociatedAlpha", 1)
-    picture = opened(path, "write it again", hint)
-    try:
+    with opened(path, "write it again", hint, whole=True) as picture:
         if picture.format_name() not in _FORMATS:
             raise StimulusError.at(path, f"the picture is {picture.format_name()}, not raw, TIFF or OpenEXR", _REMEDY)
         return _read(picture, path, levels or Levels(), rotate, exposure, assume_linear)
-    except UnicodeDecodeError as error:
-        raise StimulusError.at(
-            path, "the picture is damaged: its header is not UTF-8 text", "write it again"
-        ) from error
-    finally:
-        picture.close()
 
 
 _REMEDY = "export the photograph as 16-bit or float TIFF, linear, in the camera's own RGB"
@@ -91,13 +84,10 @@ def _read(
     if picture.seek_subimage(1, 0):
         raise StimulusError.at(path, "the file holds more than one picture", "keep one")
     picture.seek_subimage(0, 0)
-    stored: NDArray[Any] | None = picture.read_image(0, 0, 0, spec.nchannels, spec.format)
-    if stored is None:
-        raise StimulusError.at(
-            path, f"the picture is cut short or damaged: {reason(picture.geterror())}", "copy it again"
-        )
     names = list(spec.channelnames)
-    values = stored[..., [names.index(name) for name in _RGB]]
+    has_map = all(name in names for name in SATURATED)
+    stored = _channels(picture, path, [names.index(name) for name in (*_RGB, *(SATURATED if has_map else ()))])
+    values = stored[..., :3]
     whole = np.issubdtype(values.dtype, np.integer)
     black = 0.0 if levels.black is None else levels.black
     white = (float(np.iinfo(values.dtype).max) if whole else 1.0) if levels.white is None else levels.white
@@ -107,8 +97,8 @@ def _read(
     bad = 0 if whole else int((~np.isfinite(values)).any(axis=-1).sum())
     if bad:
         raise StimulusError.at(path, f"{counted(bad, 'pixel is', 'pixels are')} NaN or infinite", "correct the picture")
-    if all(name in names for name in SATURATED):
-        saturated, map_from = stored[..., [names.index(name) for name in SATURATED]] > 0, "file"
+    if has_map:
+        saturated, map_from = stored[..., 3:] > 0, "file"
     else:
         saturated, map_from = values >= full, "values"
     rgb = np.empty(values.shape, dtype=np.float32)
@@ -135,14 +125,32 @@ def _read(
     )
 
 
+def _channels(picture: OpenImageIO.ImageInput, path: Path, wanted: Sequence[int]) -> NDArray[Any]:
+    """Return the ``wanted`` channels, (height, width, channels), in the file's own numbers; others are not read."""
+    spec = picture.spec()
+    made: NDArray[Any] | None = None
+    for run in channel_runs([wanted]):
+        stored: NDArray[Any] | None = picture.read_image(0, 0, run.start, run.stop, spec.format)
+        if stored is None:
+            problem = reason(text_of(picture.geterror))
+            raise StimulusError.at(path, f"the picture is cut short or damaged: {problem}", "copy it again")
+        if list(run) == list(wanted):
+            return stored
+        if made is None:
+            made = np.empty((*stored.shape[:2], len(wanted)), stored.dtype)
+        for place, index in enumerate(wanted):
+            if index in run:
+                made[..., place] = stored[..., index - run.start]
+    assert made is not None
+    return made
+
+
 def _refuse(spec: OpenImageIO.ImageSpec, path: Path, linear: bool) -> None:
     if spec.deep or not 0 < spec.width * spec.height <= MAX_PIXELS:
         raise StimulusError.at(
             path, f"a picture of {spec.width} × {spec.height} pixels is deep or too large", "flatten or crop it"
         )
-    if spec.width * spec.height * spec.nchannels > MAX_VALUES:
-        size = f"{spec.width} × {spec.height} pixels of {spec.nchannels} channels"
-        raise StimulusError.at(path, f"the picture has {size}, more than {MAX_VALUES} values", "keep R, G and B")
+    refuse_many_values(path, spec, MAX_VALUES)
     stored, shown = (
         (spec.x, spec.y, spec.width, spec.height),
         (spec.full_x, spec.full_y, spec.full_width, spec.full_height),

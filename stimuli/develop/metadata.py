@@ -17,6 +17,9 @@ from numpy.typing import NDArray
 
 from devices.camera import Exposure
 from devices.errors import DeviceError
+from documents import InputError
+from documents.text import visible
+from stimuli.pictures.picture_input import opened
 
 if TYPE_CHECKING:
     import OpenImageIO
@@ -81,7 +84,7 @@ def exposure_step(exposure: Exposure, source: str) -> dict[str, Any]:
 
 
 def _number(spec: OpenImageIO.ImageSpec, name: str) -> float:
-    value = spec.getattribute(name)
+    value = _attribute(spec, name)
     if isinstance(value, (tuple, list)) and value:
         value = value[0]
     return float(value) if isinstance(value, (int, float)) and np.isfinite(value) else 0.0
@@ -106,22 +109,22 @@ def camera_name(path: Path) -> str:
 
 def spec_camera(spec: OpenImageIO.ImageSpec) -> str:
     """Return the camera's make and model in a picture's attributes, or an empty text."""
-    words = [spec.getattribute(name) for name in ("Make", "Model")]
-    return " ".join(word.strip() for word in words if isinstance(word, str) and word.strip())
+    words = [_attribute(spec, name) for name in ("Make", "Model")]
+    return " ".join(visible(word).strip() for word in words if isinstance(word, str) and word.strip())
+
+
+def _attribute(spec: OpenImageIO.ImageSpec, name: str) -> Any:
+    """Return an attribute, None if there is none or its text is not UTF-8."""
+    with contextlib.suppress(UnicodeDecodeError):
+        return spec.getattribute(name)
+    return None
 
 
 def _attributes(path: Path) -> OpenImageIO.ImageSpec | None:
     """Return the attributes of the file's first picture, where OpenImageIO reads it: many raw files are TIFF."""
-    import OpenImageIO as oiio
-
-    picture = oiio.ImageInput.open(str(path))
-    if picture is None:
-        oiio.geterror()  # clear it: a later call would report it
-        return None
-    try:
+    with contextlib.suppress(InputError), opened(path) as picture:
         return picture.spec()
-    finally:
-        picture.close()
+    return None
 
 
 def earlier_steps(kept: object) -> Steps:

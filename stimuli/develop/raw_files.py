@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.camera import Exposure
-from documents.files import looked_for, sha256_of_file
+from documents.files import sha256_of_file
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.demosaic import BAND_PHOTOSITES, COLOURS, Mosaic
 from stimuli.develop.dng_tags import unreadable_form
@@ -20,6 +20,7 @@ from stimuli.develop.sensor_image import DEMOSAICS as DEMOSAICS
 from stimuli.develop.sensor_image import Demosaic as Demosaic
 from stimuli.develop.sensor_image import SensorImage, make_picture
 from stimuli.errors import StimulusError
+from stimuli.pictures.picture_input import refuse_no_picture
 
 if TYPE_CHECKING:
     import rawpy
@@ -66,8 +67,7 @@ def read_sensor(
     """
     import rawpy
 
-    if not path.is_file():
-        raise StimulusError.at(path, "there is no such file", looked_for(path))
+    refuse_no_picture(path, "file")
     if form := unreadable_form(path):
         raise StimulusError(form)
     try:

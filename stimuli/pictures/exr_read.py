@@ -128,8 +128,15 @@ def read_exr_counted(
 ) -> ExrPicture:
     """Return what `read_exr` returns, with the views used and the pixels clipped."""
     path = Path(path)
-    views = read_views(path, region)
-    names = _chosen(tuple(views), path, flat, flat_eye)
+    names: tuple[str, ...] = ()
+    stored: tuple[str, ...] = ()
+
+    def choose(of: tuple[str, ...]) -> tuple[str, ...]:
+        nonlocal names, stored
+        stored, names = of, _chosen(of, path, flat, flat_eye)
+        return names
+
+    views = read_views(path, region, choose)
     # Data windows may differ: a compositor stores no more than what is not black.
     if len({views[name].size_px for name in names}) > 1:
         sizes = ", ".join(f"'{name}' is {' × '.join(map(str, views[name].size_px))}" for name in names)
@@ -150,7 +157,7 @@ def read_exr_counted(
     clipped = sum(pixels for _, pixels in converted)
     image, observer = StereoImage(images[0], images[-1]), views[names[0]].observer
     exact = all(views[name].exact for name in names)
-    return ExrPicture(image, names, clipped, _middle(views) is not None, observer, exact)
+    return ExrPicture(image, names, clipped, _middle(stored) is not None, observer, exact)
 
 
 def _middle(names: Collection[str]) -> str | None:

@@ -6,7 +6,7 @@ its unprefixed channels belonging to the first of them; and several parts, each 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.colour_matching import DEFAULT_OBSERVER
-from documents.files import looked_for
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_header import (
     EXACT_ATTRIBUTE,
@@ -25,7 +24,7 @@ from stimuli.pictures.exr_header import (
     refuse_other_than_a_view,
 )
 from stimuli.pictures.luminance_chroma import is_reconstructed, rgb_of
-from stimuli.pictures.picture_input import opened, reason
+from stimuli.pictures.picture_input import opened, reason, text_of
 from stimuli.pictures.region import Region
 
 if TYPE_CHECKING:
@@ -33,14 +32,20 @@ if TYPE_CHECKING:
 
 
 MAX_PIXELS = 100_000_000  # per view, so that a header of a few bytes cannot ask for all memory
-MAX_PARTS = 64
 MAX_CHANNELS = 256
+# Of all channels of a part: 100 megapixels of both eyes, and as much again in other layers.
+MAX_VALUES = 1_200_000_000
+# Rows are read some at a time: of a picture that is 10,000 px wide 512, whole blocks of every compression.
+_BLOCK_ROWS = 256
+_BAND_PIXELS = 1 << 22
 
 _COLOURS = (("R", "G", "B"), ("X", "Y", "Z"), ("Y", "RY", "BY"))
 # Beside one of these a channel Y is no grey picture.
 _OF_COLOURS = {channel for colours in _COLOURS for channel in colours} - {"Y"}
 _SPELLINGS = {"centre": "center"}
 _EYES = ("left", "right", "center")
+# Takes the names of all views and returns those to read.
+Chosen = Callable[[tuple[str, ...]], Collection[str]]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -68,15 +73,15 @@ class View:
     exact: bool = False
 
 
-def read_views(path: Path, region: Region | None = None) -> Mapping[str, View]:
+def read_views(path: Path, region: Region | None = None, wanted: Chosen | None = None) -> Mapping[str, View]:
     """Return the file's views by name, in file order, whole or the ``region`` of them.
 
-    Of a region, only the rows are read from the file, or the rows of tiles that it touches: a fault elsewhere in the
-    file is not seen.
+    ``wanted`` takes the names of all views and returns those to read; without it, all are. Of a region, only the rows
+    are read from the file, or the rows of tiles that it touches: a fault elsewhere in the file is not seen.
 
-    Alpha, depth, and channels of named layers are left out. A data window that differs from the display window is
-    placed on it: what lies outside is black, as OpenEXR defines. Luminance alone is grey; luminance and chroma become
-    R, G and B by the chromaticities that the file declares, else Rec. 709's.
+    Alpha, depth, and channels of named layers are left out, and not read. A data window that differs from the display
+    window is placed on it: what lies outside is black, as OpenEXR defines. Luminance alone is grey; luminance and
+    chroma become R, G and B by the chromaticities that the file declares, else Rec. 709's.
 
     Raises
     ------
@@ -84,69 +89,100 @@ def read_views(path: Path, region: Region | None = None) -> Mapping[str, View]:
         If the file is missing, unreadable, cut short, no OpenEXR file, deep, too large, an environment map, of pixels
         that are not square, or holds no colour view, or one view twice; if the region is not within a view.
     """
-    if not path.is_file():
-        raise StimulusError.at(path, "there is no such picture", looked_for(path))
-    try:
-        return _read_views(path, region)
-    except UnicodeDecodeError as error:
-        # OpenImageIO hands over names and messages as they stand in the file.
-        raise StimulusError.at(
-            path, "the picture is damaged: its header is not UTF-8 text", "copy or write it again"
-        ) from error
-
-
-def _read_views(path: Path, region: Region | None) -> Mapping[str, View]:
-
-    picture = opened(path)
-    views: dict[str, View] = {}
-    try:
+    with opened(path, whole=region is None) as picture:
         if picture.format_name() != "openexr":
             raise StimulusError.at(
                 path,
                 f"the picture is {picture.format_name()}, not OpenEXR",
                 f"give it the suffix of its own kind, such as .{picture.format_name()}",
             )
-        for view in _parts(picture, path, region):
-            if view.name in views:
-                raise StimulusError.at(path, f"the view '{view.name}' stands twice", "keep one")
-            views[view.name] = view
-    finally:
-        picture.close()
-    if not views:
-        message = "no view has the channels R, G, B or X, Y, Z, or Y alone"
-        raise StimulusError.at(path, message, "write the picture with them")
-    return views
+        parts = list(_parts(picture, path))
+        names = [name for part in parts for name in part.groups]
+        if twice := next((name for name in names if names.count(name) > 1), None):
+            raise StimulusError.at(path, f"the view '{twice}' stands twice", "keep one")
+        if not names:
+            message = "no view has the channels R, G, B or X, Y, Z, or Y alone"
+            raise StimulusError.at(path, message, "write the picture with them")
+        chosen = set(names if wanted is None else wanted(tuple(names)))
+        views = [view for part in parts for view in _views(picture, part, chosen, region, path)]
+    return {view.name: view for view in views}
 
 
-def _parts(picture: OpenImageIO.ImageInput, path: Path, region: Region | None) -> Iterator[View]:
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """A part of the file: its header, and the indices of the three channels of each view."""
+
+    number: int
+    spec: OpenImageIO.ImageSpec
+    groups: Mapping[str, tuple[int, int, int]]
+
+
+def _parts(picture: OpenImageIO.ImageInput, path: Path) -> Iterator[_Part]:
     part = 0
     while picture.seek_subimage(part, 0):
-        if part == MAX_PARTS:
-            raise StimulusError.at(
-                path, f"the file has more than {MAX_PARTS} parts", "keep only the views that are shown"
-            )
         spec = picture.spec()
         _refuse_size(path, spec)
         refuse_other_than_a_view(spec, path)
-        groups = _groups(spec, path)
-        if groups:
-            wanted = region or Region(0, 0, spec.full_width, spec.full_height)
-            if not wanted.is_within(spec.full_width, spec.full_height):
-                size = f"{spec.full_width} × {spec.full_height} px"
-                raise StimulusError.at(path, f"the picture is {size} and holds no {wanted}", "build the stimuli again")
-            first, last = _rows(spec, None if is_reconstructed(spec) else region)
-            stored = _read(picture, part, spec, first, last) if first < last else _nothing(spec)
+        yield _Part(part, spec, _groups(spec, path))
+        part += 1
+    if problem := text_of(picture.geterror):
+        raise StimulusError.at(path, f"the picture is damaged: {reason(problem)}", "copy or write it again")
+
+
+def _views(
+    picture: OpenImageIO.ImageInput, part: _Part, chosen: Collection[str], region: Region | None, path: Path
+) -> Iterator[View]:
+    """Yield the views of one part that were chosen."""
+    spec = part.spec
+    groups = {name: indices for name, indices in part.groups.items() if name in chosen}
+    if not groups:
+        return
+    wanted = region or Region(0, 0, spec.full_width, spec.full_height)
+    if not wanted.is_within(spec.full_width, spec.full_height):
+        size = f"{spec.full_width} × {spec.full_height} px"
+        raise StimulusError.at(path, f"the picture is {size} and holds no {wanted}", "build the stimuli again")
+    pixels = {name: _black(name, wanted, spec, path) for name in groups}
+    for first, last in _bands(spec, region):
+        for run in channel_runs(groups.values()):
+            stored = _read(picture, part.number, spec, (first, last), run)
             if stored is None:
-                raise StimulusError.at(
-                    path, f"the picture is damaged: {reason(picture.geterror())}", "copy or write it again"
-                )
+                problem = reason(text_of(picture.geterror))
+                raise StimulusError.at(path, f"the picture is damaged: {problem}", "copy or write it again")
             window = Region(spec.x - spec.full_x, first - spec.full_y, spec.width, last - first)
             for name, indices in groups.items():
-                yield _view(name, indices, stored, window, wanted, spec, path)
-        part += 1
-    problem = picture.geterror()
-    if problem:
-        raise StimulusError.at(path, f"the picture is damaged: {reason(problem)}", "copy or write it again")
+                for place, index in enumerate(indices):
+                    if index in run:
+                        _put(pixels[name][..., place], wanted, stored[..., index - run.start], window)
+    for name, indices in groups.items():
+        yield _view(name, indices, pixels.pop(name), spec, path)
+
+
+def channel_runs(groups: Iterable[Sequence[int]]) -> list[range]:
+    """Return the runs of channels to read for those of ``groups``: each read decompresses the others beside them again.
+
+    What lies between two channels is read with them, as long as it is no more than the channels that are wanted.
+    """
+    wanted = sorted({index for group in groups for index in group})
+    runs = [range(wanted[0], wanted[0] + 1)]
+    for index in wanted[1:]:
+        if index - runs[-1].stop <= len(wanted):
+            runs[-1] = range(runs[-1].start, index + 1)
+        else:
+            runs.append(range(index, index + 1))
+    return runs
+
+
+def _bands(spec: OpenImageIO.ImageSpec, region: Region | None) -> Iterator[tuple[int, int]]:
+    """Yield the first row and the first not to read of some rows of the file at a time, whole blocks of it."""
+    first, last = _rows(spec, None if is_reconstructed(spec) else region)
+    rows = spec.tile_height or _BLOCK_ROWS
+    step = last - first if is_reconstructed(spec) else max(1, _BAND_PIXELS // (rows * max(spec.width, 1))) * rows
+    # Blocks are counted from the first row of the file.
+    at = first
+    while at < last:
+        stop = min(spec.y + ((at - spec.y) // step + 1) * step, last)
+        yield at, stop
+        at = stop
 
 
 def _rows(spec: OpenImageIO.ImageSpec, region: Region | None) -> tuple[int, int]:
@@ -164,20 +200,35 @@ def _rows(spec: OpenImageIO.ImageSpec, region: Region | None) -> tuple[int, int]
 
 
 def _read(
-    picture: OpenImageIO.ImageInput, part: int, spec: OpenImageIO.ImageSpec, first: int, last: int
+    picture: OpenImageIO.ImageInput, part: int, spec: OpenImageIO.ImageSpec, rows: tuple[int, int], channels: range
 ) -> NDArray[Any] | None:
-    """Return rows ``first`` to ``last`` of all channels, or None if they cannot be read."""
-    channels = spec.nchannels
-    if (first, last) == (spec.y, spec.y + spec.height):
-        return picture.read_image(part, 0, 0, channels, "float")
+    """Return ``rows``, from the first to the first not to read, of some channels; None if they cannot be read."""
+    first, last = rows
+    if is_reconstructed(spec):
+        return picture.read_image(part, 0, channels.start, channels.stop, "float")
     if spec.tile_width:
         columns = spec.x, spec.x + spec.width
-        return picture.read_tiles(part, 0, *columns, first, last, 0, 1, 0, channels, "float")
-    return picture.read_scanlines(part, 0, first, last, 0, 0, channels, "float")
+        return picture.read_tiles(part, 0, *columns, first, last, 0, 1, channels.start, channels.stop, "float")
+    return picture.read_scanlines(part, 0, first, last, 0, channels.start, channels.stop, "float")
 
 
-def _nothing(spec: OpenImageIO.ImageSpec) -> NDArray[np.float32]:
-    return np.zeros((0, spec.width, spec.nchannels), dtype=np.float32)
+def _black(name: str, wanted: Region, spec: OpenImageIO.ImageSpec, path: Path) -> NDArray[np.float32]:
+    """Return black pixels for the ``wanted`` region of a view; StimulusError if the file stores nothing of the view."""
+    left, top = spec.x - spec.full_x, spec.y - spec.full_y
+    right, bottom = min(left + spec.width, spec.full_width), min(top + spec.height, spec.full_height)
+    if right <= max(left, 0) or bottom <= max(top, 0):
+        raise StimulusError.at(path, f"the view '{name}' stores nothing of its display window", "crop or pad it")
+    return np.zeros((wanted.height, wanted.width, 3), dtype=np.float32)
+
+
+def _put(pixels: NDArray[np.float32], wanted: Region, stored: NDArray[Any], window: Region) -> None:
+    """Put the channel that is ``stored`` of ``window`` into ``pixels``, a channel of the ``wanted`` region."""
+    columns = max(window.left, wanted.left), min(window.right, wanted.right)
+    rows = max(window.top, wanted.top), min(window.bottom, wanted.bottom)
+    if columns[0] < columns[1] and rows[0] < rows[1]:
+        there = slice(*(row - wanted.top for row in rows)), slice(*(column - wanted.left for column in columns))
+        here = slice(*(row - window.top for row in rows)), slice(*(column - window.left for column in columns))
+        pixels[there] = stored[here]
 
 
 def _refuse_size(path: Path, spec: OpenImageIO.ImageSpec) -> None:
@@ -186,10 +237,18 @@ def _refuse_size(path: Path, spec: OpenImageIO.ImageSpec) -> None:
     for width, height in ((spec.width, spec.height), (spec.full_width, spec.full_height)):
         if not 0 < width * height <= MAX_PIXELS:
             raise StimulusError.at(path, f"a view of {width} × {height} pixels is beyond {MAX_PIXELS}", "crop it")
+    refuse_many_values(path, spec, MAX_VALUES)
     if spec.nchannels > MAX_CHANNELS:
         raise StimulusError.at(
             path, f"the picture has {spec.nchannels} channels, more than {MAX_CHANNELS}", "keep R, G and B"
         )
+
+
+def refuse_many_values(path: Path, spec: OpenImageIO.ImageSpec, most: int) -> None:
+    """Raise StimulusError if a part has more than ``most`` values: all are decompressed, whichever are wanted."""
+    if spec.width * spec.height * spec.nchannels > most:
+        size = f"{spec.width} × {spec.height} pixels of {spec.nchannels} channels"
+        raise StimulusError.at(path, f"the picture has {size}, more than {most} values", "keep R, G and B")
 
 
 def _groups(spec: OpenImageIO.ImageSpec, path: Path) -> dict[str, tuple[int, int, int]]:
@@ -232,27 +291,8 @@ def _refuse_unlisted(spec: OpenImageIO.ImageSpec, path: Path) -> None:
 
 
 def _view(
-    name: str,
-    indices: Sequence[int],
-    stored: NDArray[Any],
-    window: Region,
-    wanted: Region,
-    spec: OpenImageIO.ImageSpec,
-    path: Path,
+    name: str, indices: Sequence[int], pixels: NDArray[np.float32], spec: OpenImageIO.ImageSpec, path: Path
 ) -> View:
-    """Return the ``wanted`` region of a view, of which ``stored`` holds what is in ``window``; the rest is black."""
-    left, top = spec.x - spec.full_x, spec.y - spec.full_y
-    right, bottom = min(left + spec.width, spec.full_width), min(top + spec.height, spec.full_height)
-    if right <= max(left, 0) or bottom <= max(top, 0):
-        raise StimulusError.at(path, f"the view '{name}' stores nothing of its display window", "crop or pad it")
-    pixels = np.zeros((wanted.height, wanted.width, 3), dtype=np.float32)
-    columns = max(window.left, wanted.left), min(window.right, wanted.right)
-    rows = max(window.top, wanted.top), min(window.bottom, wanted.bottom)
-    if columns[0] < columns[1] and rows[0] < rows[1]:
-        there = slice(*(row - wanted.top for row in rows)), slice(*(column - wanted.left for column in columns))
-        here = slice(*(row - window.top for row in rows)), slice(*(column - window.left for column in columns))
-        for place, index in enumerate(indices):
-            pixels[(*there, place)] = stored[(*here, index)]
     chromaticities = declared_chromaticities(spec, path)
     if spec.channelnames[indices[1]].rpartition(".")[2] == "RY":
         pixels = rgb_of(pixels, chromaticities, path)
@@ -263,7 +303,7 @@ def _view(
         chromaticities=chromaticities,
         is_xyz=spec.channelnames[indices[0]].rpartition(".")[2] == "X",
         white_luminance_cd_m2=None if white is None else float(white[0]),
-        data_window_px=(left, top, spec.width, spec.height),
+        data_window_px=(spec.x - spec.full_x, spec.y - spec.full_y, spec.width, spec.height),
         size_px=(spec.full_width, spec.full_height),
         observer=declared_observer(spec, path),
         exact=spec.getattribute(EXACT_ATTRIBUTE) == 1,
@@ -273,7 +313,7 @@ def _view(
 def _strings(value: Any) -> list[str]:
     if value is None:
         return []
-    return [value] if isinstance(value, str) else [str(part) for part in value]
+    return [str(part) for part in value] if isinstance(value, (tuple, list)) else [str(value)]
 
 
 def _spelling(name: str) -> str:

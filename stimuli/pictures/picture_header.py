@@ -14,12 +14,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from documents.files import looked_for
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_views import MAX_PIXELS
 from stimuli.pictures.jpeg_pairs import frames_of, jps_packing
 from stimuli.pictures.packing import Packing, named_packing
-from stimuli.pictures.picture_input import opened
+from stimuli.pictures.picture_input import opened, refuse_no_picture
 from stimuli.pictures.png_chunks import png_aspect, png_chunks, png_exif, png_space, stated_space
 from stimuli.pictures.resampling import MAX_PIXELS as MAX_SIDE_PX
 
@@ -93,8 +92,7 @@ def read_header(path: Path, packing: Packing | None = None) -> PictureHeader:
         If it is missing, damaged, of another kind, or of a form that cannot be shown; with what to do.
     """
     suffix = path.suffix.lower()
-    if not path.is_file():
-        raise StimulusError.at(path, "there is no such picture", looked_for(path))
+    refuse_no_picture(path)
     if suffix not in SUFFIXES:
         remedy = "save it as PNG, JPEG, TIFF, WebP or OpenEXR"
         raise StimulusError.at(path, f"pictures of the kind {suffix or 'without a suffix'} are not read", remedy)
@@ -198,8 +196,7 @@ def _orientation(value: object) -> int:
 
 
 def _tiff(path: Path) -> PictureHeader:
-    picture = opened(path, _DAMAGED)
-    try:
+    with opened(path, _DAMAGED) as picture:
         if picture.format_name() != "tiff":
             raise StimulusError.at(path, f"the file is {picture.format_name()}, not TIFF", "give it its own suffix")
         spec = picture.spec()
@@ -226,10 +223,6 @@ def _tiff(path: Path) -> PictureHeader:
             named_packing(path.stem),
             stored_aspect=pixel_aspect((spec.getattribute("XResolution"), spec.getattribute("YResolution"))),
         )
-    except UnicodeDecodeError as error:
-        raise StimulusError.at(path, "the picture is damaged: its header is not UTF-8 text", _DAMAGED) from error
-    finally:
-        picture.close()
 
 
 def _refuse_other_primaries(path: Path) -> None:

@@ -3,30 +3,118 @@
 from __future__ import annotations
 
 import re
+import stat
 import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from documents.files import looked_for
+from documents.text import visible
 from stimuli.errors import StimulusError
+from stimuli.pictures.exr_structure import check_exr
 
 if TYPE_CHECKING:
     import OpenImageIO
 
+MAX_BYTES = 8_000_000_000
+# Of ENVI files, of which a few rows are in memory at a time.
+MAX_SPECTRAL_BYTES = 32_000_000_000
+# The first bytes of the files that are read: OpenImageIO would try its readers of all other formats on the rest.
+_KINDS = {
+    b"\x76\x2f\x31\x01": "openexr",
+    b"II*\0": "tiff",
+    b"MM\0*": "tiff",
+    b"II+\0": "tiff",
+    b"MM\0+": "tiff",
+    b"\x89PNG": "png",
+    b"\xff\xd8\xff": "jpeg",
+    b"RIFF": "webp",
+}
+_MOST_TEXT = 300
+_NO_FILES = (
+    (stat.S_ISDIR, "a folder"),
+    (stat.S_ISFIFO, "a pipe"),
+    (stat.S_ISSOCK, "a socket"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+)
 
+
+@contextmanager
 def opened(
-    path: Path, remedy: str = "write it again as OpenEXR", hint: OpenImageIO.ImageSpec | None = None
-) -> OpenImageIO.ImageInput:
-    """Return the open file at ``path``; the caller closes it.
+    path: Path,
+    remedy: str = "write it again as OpenEXR",
+    hint: OpenImageIO.ImageSpec | None = None,
+    *,
+    whole: bool = False,
+) -> Iterator[OpenImageIO.ImageInput]:
+    """Yield the open file at ``path`` and close it.
+
+    Of OpenEXR, what it declares is checked before; with ``whole``, that none of its pixels lies beyond its end as well.
 
     Raises
     ------
     StimulusError
-        If OpenImageIO cannot open it.
+        If it is no regular file, larger than any picture, or OpenImageIO cannot open it; if a text that the body asks
+        for is not UTF-8.
     """
+    refuse_no_picture(path)
+    if kind_of(path) is None:
+        message = "the picture cannot be read: its first bytes are those of no OpenEXR, TIFF, PNG, JPEG or WebP"
+        raise StimulusError.at(path, message, remedy)
+    if kind_of(path) == "openexr":
+        check_exr(path, whole=whole)
+    picture = _opened(path, remedy, hint)
+    try:
+        yield picture
+    except UnicodeDecodeError as error:
+        # OpenImageIO hands over names and texts as they stand in the file.
+        message = "the picture is damaged: its header is not UTF-8 text"
+        raise StimulusError.at(path, message, "copy or write it again") from error
+    finally:
+        picture.close()
+
+
+def kind_of(path: Path) -> str | None:
+    """Return the kind of a file by its first bytes: openexr, tiff, png, jpeg, webp; None if it is none of these."""
+    with path.open("rb") as file:
+        start = file.read(4)
+    return next((kind for magic, kind in _KINDS.items() if start.startswith(magic)), None)
+
+
+def refuse_no_picture(path: Path, what: str = "picture", most_bytes: int = MAX_BYTES) -> None:
+    """Raise StimulusError if ``path`` is no regular file, links resolved, or larger than ``most_bytes``."""
+    try:
+        status = path.stat()
+    except OSError as error:
+        if isinstance(error, FileNotFoundError | NotADirectoryError):
+            raise StimulusError.at(path, f"there is no such {what}", looked_for(path)) from error
+        message = f"the {what} cannot be read: {error.strerror}"
+        raise StimulusError.at(path, message, "check the path, its links and who may read it") from error
+    if not stat.S_ISREG(status.st_mode):
+        kind = next((name for is_kind, name in _NO_FILES if is_kind(status.st_mode)), "no regular file")
+        raise StimulusError.at(path, f"this is {kind}: no {what} can be read from it", "give the file itself")
+    if status.st_size > most_bytes:
+        message = f"the file has {status.st_size / 1e9:.1f} GB, and a {what} {most_bytes / 1e9:g} GB at most"
+        raise StimulusError.at(path, message, "crop it, or keep fewer channels")
+
+
+def text_of(call: Callable[[], str]) -> str:
+    """Return the text of a C library, which may hold bytes of a damaged file, as one line that can be shown."""
+    try:
+        text = call()
+    except UnicodeDecodeError as error:
+        text = error.object.decode("utf-8", "replace")
+    return "\n".join(visible(line) for line in text.splitlines())
+
+
+def _opened(path: Path, remedy: str, hint: OpenImageIO.ImageSpec | None) -> OpenImageIO.ImageInput:
     import OpenImageIO as oiio
 
     picture = _open(path, hint)
-    message = "" if picture is not None else oiio.geterror()
+    message = "" if picture is not None else text_of(oiio.geterror)
     if "ubsampled channels" in message:
         picture = _open_by_openexr(path, hint)
         if picture is None:
@@ -62,7 +150,7 @@ def _open_by_openexr(path: Path, hint: OpenImageIO.ImageSpec | None) -> OpenImag
         finally:
             oiio.attribute(_CORE, before)
     if picture is None:
-        oiio.geterror()
+        text_of(oiio.geterror)
     elif picture.spec().getattribute("oiio:subimages") not in (None, 1):
         picture.close()
         picture = None
@@ -92,4 +180,4 @@ def reason(message: str) -> str:
     """Return the last line of OpenImageIO's message that is no advice on its own settings."""
     lines = [line for line in message.splitlines() if line.strip()]
     reasons = [line for line in lines if "global attribute" not in line] or lines
-    return reasons[-1].strip() if reasons else "no reason given"
+    return reasons[-1].strip()[:_MOST_TEXT] if reasons else "no reason given"

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from stimuli.errors import StimulusError
 from stimuli.pictures.picture_header import PictureHeader
-from stimuli.pictures.picture_input import opened, reason
+from stimuli.pictures.picture_input import opened, reason, text_of
 
 Pixels = NDArray[Any]
 
@@ -23,14 +23,11 @@ def decode(header: PictureHeader, frame: int = 0) -> Pixels:
         return _decode_by_pillow(header, frame)
     hint = oiio.ImageSpec()
     hint.attribute("oiio:UnassociatedAlpha", 1)
-    picture = opened(header.path, "copy or write it again", hint)
-    try:
+    with opened(header.path, "copy or write it again", hint) as picture:
         spec = picture.spec()
         stored = picture.read_image(0, 0, 0, spec.nchannels, {8: "uint8", 16: "uint16"}.get(header.bits, "float"))
         # A JPEG that is cut short gives its first part, and a complaint.
-        problem = picture.geterror()
-    finally:
-        picture.close()
+        problem = text_of(picture.geterror)
     if stored is None or problem:
         why = reason(problem).replace(f' ("{header.path}")', "")
         raise StimulusError.at(header.path, f"the picture is cut short or damaged: {why}", "copy or save it again")

@@ -8,6 +8,8 @@ header that lists the wavelengths, and the data beside it.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +20,7 @@ from documents.files import looked_for
 from documents.text import counted, visible
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_header import refuse_other_than_a_view
-from stimuli.pictures.picture_input import opened
+from stimuli.pictures.picture_input import opened, reason, text_of
 from stimuli.spectral.picture import Quantity, SpectralPicture
 
 if TYPE_CHECKING:
@@ -33,8 +35,7 @@ _NM = {"nm": 1.0, "um": 1e3, "µm": 1e3, "m": 1e9}
 
 def exr_bands(path: Path, quantity: Quantity | None) -> SpectralPicture:
     """Return the spectral picture in the OpenEXR file at ``path``; StimulusError if it holds none."""
-    picture = _open(path)
-    try:
+    with _opened_exr(path) as picture:
         spec = picture.spec()
         if spec.deep or (spec.x, spec.y, spec.width, spec.height) != (
             spec.full_x,
@@ -71,8 +72,6 @@ def exr_bands(path: Path, quantity: Quantity | None) -> SpectralPicture:
             chunk_rows=spec.tile_height or 32,
             notes=tuple(notes),
         )
-    finally:
-        picture.close()
 
 
 def _quantity(kind: str, given: Quantity | None) -> Quantity | None:
@@ -110,8 +109,7 @@ class _Rows:
         self._path, self._order, self._first = path, order, first_row
 
     def __call__(self, first: int, last: int) -> NDArray[np.float32]:
-        picture = _open(self._path)
-        try:
+        with _opened_exr(self._path) as picture:
             spec = picture.spec()
             low, high = min(self._order), max(self._order) + 1
             top, bottom = self._first + first, self._first + last
@@ -123,23 +121,20 @@ class _Rows:
             else:
                 read = picture.read_scanlines(0, 0, top, bottom, 0, low, high, "float")
             if read is None:
-                reason = picture.geterror().strip().splitlines()
-                raise StimulusError.at(
-                    self._path, f"it is cut short or damaged: {reason[-1] if reason else ''}", "copy it again"
-                )
+                problem = reason(text_of(picture.geterror))
+                raise StimulusError.at(self._path, f"it is cut short or damaged: {problem}", "copy it again")
             taken: NDArray[np.float32] = read[..., [index - low for index in self._order]]
             return taken
-        finally:
-            picture.close()
 
 
-def _open(path: Path) -> OpenImageIO.ImageInput:
-
-    picture = opened(path)
-    if picture.format_name() != "openexr":
-        picture.close()
-        raise StimulusError.at(path, f"the picture is {picture.format_name()}, not OpenEXR", "give OpenEXR or ENVI")
-    return picture
+@contextmanager
+def _opened_exr(path: Path) -> Iterator[OpenImageIO.ImageInput]:
+    """Yield the open OpenEXR file at ``path``; StimulusError if it is another kind of picture, or none."""
+    with opened(path) as picture:
+        if picture.format_name() != "openexr":
+            what = f"the picture is {picture.format_name()}, not OpenEXR"
+            raise StimulusError.at(path, what, "give OpenEXR or ENVI")
+        yield picture
 
 
 # A header of 4096 bands has some 150 kB.

@@ -10,9 +10,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from documents.files import looked_for
 from documents.text import counted
 from stimuli.errors import StimulusError
+from stimuli.pictures.picture_input import MAX_SPECTRAL_BYTES, refuse_no_picture
 
 Quantity = Literal["radiance", "reflectance"]
 Floats = NDArray[np.float64]
@@ -133,6 +133,6 @@ def read_spectral(path: Path, quantity: Quantity | None = None) -> SpectralPictu
     from stimuli.spectral.bands import envi_bands, exr_bands
 
     path = Path(path)
-    if not path.is_file() and path.suffix.lower() != ".hdr":
-        raise StimulusError.at(path, "there is no such file", looked_for(path))
+    if path.suffix.lower() != ".hdr" or path.exists():
+        refuse_no_picture(path, "file", MAX_SPECTRAL_BYTES)
     return (exr_bands if path.suffix.lower() == ".exr" else envi_bands)(path, quantity)

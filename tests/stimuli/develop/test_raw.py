@@ -238,7 +238,7 @@ def test_what_is_no_bayer_raw_file_is_refused(tmp_path: Path) -> None:
     photo.write_bytes(np.random.default_rng(0).bytes(4000))
     assert "no raw file" in refusal(photo)
     assert "no such file" in refusal(tmp_path / "missing.nef")
-    assert "no such file" in refusal(tmp_path)
+    assert "this is a folder" in refusal(tmp_path)
     path = write_dng(tmp_path / "a.dng", smooth(), black=(500,), white=400)
     assert "white level 400" in refusal(path)
     with pytest.raises(StimulusError, match="no demosaicing 'dht'"):

@@ -12,8 +12,8 @@ from stimuli.pictures.picture_input import opened, reason
 
 def test_a_file_that_is_no_picture_is_named_with_the_reason_and_the_remedy(tmp_path: Path) -> None:
     (tmp_path / "a.exr").write_bytes(b"no picture")
-    with pytest.raises(StimulusError, match="cannot be read") as caught:
-        opened(tmp_path / "a.exr", "write it again")
+    with pytest.raises(StimulusError, match="cannot be read") as caught, opened(tmp_path / "a.exr", "write it again"):
+        pass
     (finding,) = caught.value.findings
     assert finding.file == str(tmp_path / "a.exr")
     assert finding.remedy == "write it again"
