@@ -8,7 +8,7 @@ from __future__ import annotations
 import contextlib
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,7 +23,6 @@ from stimuli.pictures.picture_input import opened
 
 if TYPE_CHECKING:
     import OpenImageIO
-    import rawpy
 
 
 # OpenImageIO's names; the older Exif name of the ISO speed is the second.
@@ -43,17 +42,12 @@ NAMES = frozenset(
 EXIF_FLIPS = {1: 0, 2: 1, 3: 3, 4: 2, 5: 4, 6: 6, 7: 7, 8: 5}
 
 
-def exif_exposure(path: Path, raw: rawpy.RawPy | None = None) -> Exposure | None:
+def exif_exposure(path: Path, libraw: Sequence[float] = (0.0, 0.0, 0.0)) -> Exposure | None:
     """Return the exposure that the file states, or None where it leaves out time, f-number or ISO.
 
     A lens without contacts leaves the f-number out. Metadata are kept in single precision: seven digits count.
     """
-    stated: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    if raw is not None:
-        # LibRaw's reader of these fields also reads the time of day, which may be none at all.
-        with contextlib.suppress(ValueError, OverflowError, OSError):
-            other = raw.other
-            stated = (other.shutter_speed, other.aperture, other.iso_speed)
+    stated = tuple(libraw)
     if not all(stated):
         attributes = _attributes(path)
         time_s, f_number, iso = (a or b for a, b in zip(stated, spec_numbers(attributes), strict=True))

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from devices.camera import Exposure
 from documents.files import sha256_of_file
+from documents.text import visible
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.demosaic import BAND_PHOTOSITES, COLOURS, Mosaic
 from stimuli.develop.dng_tags import unreadable_form
 from stimuli.develop.levels import Levels
+from stimuli.develop.libraw import RawContent, read_by_libraw
 from stimuli.develop.metadata import camera_name, exif_exposure
 from stimuli.develop.sensor_image import DEFAULT_DEMOSAIC as DEFAULT_DEMOSAIC
 from stimuli.develop.sensor_image import DEMOSAICS as DEMOSAICS
@@ -22,10 +24,6 @@ from stimuli.develop.sensor_image import SensorImage, make_picture
 from stimuli.errors import StimulusError
 from stimuli.pictures.picture_input import refuse_no_picture
 
-if TYPE_CHECKING:
-    import rawpy
-
-MAX_PHOTOSITES = 200_000_000
 # The flip of a file whose picture stays as it is stored.
 _AS_STORED = 0
 
@@ -65,33 +63,14 @@ def read_sensor(
     StimulusError
         As `read_raw`.
     """
-    import rawpy
-
     refuse_no_picture(path, "file")
     if form := unreadable_form(path):
         raise StimulusError(form)
-    try:
-        with rawpy.imread(str(path)) as raw:
-            return _linear_values(raw, path, levels or Levels(), rotate, exposure)
-    except rawpy.LibRawFileUnsupportedError as error:
-        raise StimulusError.at(
-            path, "this is no raw file that LibRaw knows", "give a raw file, TIFF or OpenEXR"
-        ) from error
-    except (rawpy.LibRawIOError, rawpy.LibRawDataError) as error:
-        raise StimulusError.at(path, "the raw file is cut short or damaged", "copy it from the card again") from error
-    except rawpy.LibRawError as error:
-        reason = str(error).removeprefix("b").strip("'\"")
-        raise StimulusError.at(path, f"the raw file cannot be read: {reason}", "convert it to DNG") from error
-
-
-def _linear_values(raw: rawpy.RawPy, path: Path, levels: Levels, rotate: bool, given: Exposure | None) -> SensorImage:
-    import rawpy
-
-    if raw.raw_type == rawpy.RawType.Stack:
-        values, saturated, pattern, linearised = _three_colours(raw, path, levels)
-    else:
-        values, saturated, pattern, linearised = _one_colour_each(raw, path, levels)
-    exposure, source = (given, "told") if given else (exif_exposure(path, raw), "metadata")
+    raw = read_by_libraw(path)
+    levels = levels or Levels()
+    read_codes = _three_colours if raw.stack else _one_colour_each
+    values, saturated, pattern, linearised = read_codes(raw, path, levels)
+    given, source = (exposure, "told") if exposure else (exif_exposure(path, raw.exposure), "metadata")
     read = {"step": "read", "file": path.name, "kind": "raw", "sha256": sha256_of_file(path)}
     return SensorImage(
         values,
@@ -99,10 +78,10 @@ def _linear_values(raw: rawpy.RawPy, path: Path, levels: Levels, rotate: bool, g
         pattern,
         path,
         (read, linearised),
-        exposure,
+        given,
         source,
         camera_name(path),
-        int(raw.sizes.flip) if rotate else _AS_STORED,
+        raw.flip if rotate else _AS_STORED,
         _gains(raw),
     )
 
@@ -110,18 +89,19 @@ def _linear_values(raw: rawpy.RawPy, path: Path, levels: Levels, rotate: bool, g
 Read = tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.int64] | None, dict[str, Any]]
 
 
-def _one_colour_each(raw: rawpy.RawPy, path: Path, levels: Levels) -> Read:
+def _one_colour_each(raw: RawContent, path: Path, levels: Levels) -> Read:
     """Return the values of a sensor behind a Bayer filter."""
-    if raw.raw_pattern is None:
+    if raw.pattern is None or raw.filters is None:
         raise StimulusError.at(
             path, "the raw file has no colours (a monochrome sensor)", "give that of a colour sensor"
         )
-    if raw.raw_pattern.shape != (2, 2) or raw.num_colors != 3 or raw.color_desc[:3] != b"RGB":
-        name = raw.color_desc.decode("ascii", "replace")
-        shape = "×".join(str(side) for side in raw.raw_pattern.shape)
-        raise StimulusError.at(path, f"the colour filter is {shape} of {name}, not Bayer", "export it as a linear TIFF")
-    codes = _visible(raw, path)
-    filters = raw.raw_colors_visible[:2, :2].astype(np.int64)
+    shape = np.shape(raw.pattern)
+    if shape != (2, 2) or raw.colours != 3 or raw.colour_names[:3] != "RGB":
+        sides = "×".join(str(side) for side in shape)
+        what = f"the colour filter is {sides} of {visible(raw.colour_names)}, not Bayer"
+        raise StimulusError.at(path, what, "export it as a linear TIFF")
+    codes = raw.codes
+    filters = np.array(raw.filters, np.int64)
     pattern = np.where(filters == 3, 1, filters)
     blacks, whites, full = _levels(raw, levels)
     values = np.empty(codes.shape, np.float32)
@@ -137,14 +117,12 @@ def _one_colour_each(raw: rawpy.RawPy, path: Path, levels: Levels) -> Read:
     return values, saturated, pattern, step
 
 
-def _three_colours(raw: rawpy.RawPy, path: Path, levels: Levels) -> Read:
+def _three_colours(raw: RawContent, path: Path, levels: Levels) -> Read:
     """Return the values of a linear DNG, whose pixels have three colours each."""
-    if raw.num_colors != 3 or raw.color_desc[:3] != b"RGB":
-        name = raw.color_desc.decode("ascii", "replace")
-        raise StimulusError.at(
-            path, f"the linear DNG has {raw.num_colors} colours ({name}), not R, G and B", "export RGB"
-        )
-    codes = _visible(raw, path)[..., :3]
+    if raw.colours != 3 or raw.colour_names[:3] != "RGB":
+        what = f"the linear DNG has {raw.colours} colours ({visible(raw.colour_names)}), not R, G and B"
+        raise StimulusError.at(path, what, "export RGB")
+    codes = raw.codes[..., :3]
     blacks, whites, full = _levels(raw, levels)
     values = np.empty(codes.shape, np.float32)
     saturated = np.empty(codes.shape, bool)
@@ -162,24 +140,10 @@ def _three_colours(raw: rawpy.RawPy, path: Path, levels: Levels) -> Read:
     return values, saturated, None, step
 
 
-def _visible(raw: rawpy.RawPy, path: Path) -> NDArray[np.uint16]:
-    sizes = raw.sizes
-    if sizes.width * sizes.height > MAX_PHOTOSITES:
-        raise StimulusError.at(
-            path, f"{sizes.width} × {sizes.height} photosites are beyond {MAX_PHOTOSITES}", "crop it"
-        )
-    codes = raw.raw_image_visible
-    if codes.shape[:2] != (sizes.height, sizes.width) or min(codes.shape[:2]) < 2:
-        raise StimulusError.at(
-            path, f"the raw file has {codes.shape[1]} × {codes.shape[0]} photosites of {sizes}", "check it"
-        )
-    return codes
-
-
-def _levels(raw: rawpy.RawPy, levels: Levels) -> tuple[list[float], list[float], list[float]]:
-    whites = levels.white_codes(int(raw.white_level))
-    full = levels.saturation_codes(whites, raw.camera_white_level_per_channel)
-    return levels.black_codes(raw.black_level_per_channel), whites, full
+def _levels(raw: RawContent, levels: Levels) -> tuple[list[float], list[float], list[float]]:
+    whites = levels.white_codes(raw.white)
+    full = levels.saturation_codes(whites, raw.whites)
+    return levels.black_codes(raw.blacks), whites, full
 
 
 def _linearise(
@@ -223,10 +187,10 @@ def _step(
     }
 
 
-def _gains(raw: rawpy.RawPy) -> NDArray[np.float64]:
+def _gains(raw: RawContent) -> NDArray[np.float64]:
     """Return the gains that balance red, green and blue, the largest 1: the camera's, or those of daylight, or none."""
-    for balance in (raw.camera_whitebalance, raw.daylight_whitebalance):
-        gains = np.asarray(balance[:3], dtype=np.float64)
-        if np.isfinite(gains).all() and (gains > 0).all() and gains.max() < 100 * gains.min():
+    for balance in raw.balances:
+        gains = np.asarray((balance or ())[:3], dtype=np.float64)
+        if len(gains) == 3 and np.isfinite(gains).all() and (gains > 0).all() and gains.max() < 100 * gains.min():
             return np.asarray(gains / gains.max())
     return np.ones(3)
