@@ -15,7 +15,7 @@ from stimuli.develop import libraw
 from stimuli.develop.libraw import read_by_libraw
 from stimuli.develop.raw_files import read_raw
 from stimuli.errors import StimulusError
-from tests.stimuli.develop.dng import save_dng, save_linear_dng, smooth, write_dng
+from tests.stimuli.develop.dng import save_dng, save_linear_dng
 
 CODES = np.arange(24 * 32, dtype=np.uint16).reshape(24, 32) * 40
 
@@ -97,6 +97,6 @@ def test_threads_read_side_by_side(tmp_path: Path) -> None:
 
 
 def test_a_filter_that_is_not_known_is_refused(tmp_path: Path) -> None:
-    path = write_dng(tmp_path / "a.dng", smooth(), pattern=(3, 5, 1, 2))
-    with pytest.raises(StimulusError, match="colour filter|raw file"):
+    path = save_dng(tmp_path / "a.dng", CODES, pattern=(3, 5, 1, 2))
+    with pytest.raises(StimulusError, match=r"colour filter|raw file"):
         read_raw(path)
