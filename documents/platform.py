@@ -12,8 +12,8 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Literal
 
@@ -181,3 +181,40 @@ def interrupts_held() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def run_in_fork(call: Callable[[], None]) -> int | None:
+    """Run ``call`` in a fork of this process and return the status that it ended with; None where none can be made."""
+    if sys.platform == "win32":
+        return None
+    child = os.fork()
+    if child == 0:
+        status = 1
+        try:
+            call()
+            status = 0
+        finally:
+            os._exit(status)
+    return os.waitpid(child, 0)[1]
+
+
+def limit_this_process(more_bytes: int, more_s: int) -> None:
+    """Limit memory and processor time to what this process has taken by now and that much more, where it can be."""
+    if sys.platform == "win32":
+        return
+    import resource
+
+    try:
+        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+    except OSError:  # macOS, which maps much more than it takes
+        pages = (64 << 30) // resource.getpagesize()
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    wanted = {
+        resource.RLIMIT_AS: pages * resource.getpagesize() + more_bytes,
+        resource.RLIMIT_CPU: int(used.ru_utime + used.ru_stime) + 1 + more_s,
+        resource.RLIMIT_CORE: 0,
+    }
+    for which, most in wanted.items():
+        hard = resource.getrlimit(which)[1]
+        with suppress(OSError, ValueError):
+            resource.setrlimit(which, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))

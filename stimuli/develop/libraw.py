@@ -20,7 +20,9 @@ from numpy.typing import NDArray
 from stimuli.develop.raw_process import MAX_PHOTOSITES
 from stimuli.errors import StimulusError
 
-_PROCESS = Path(__file__).with_name("raw_process.py")
+# The process imports this checkout.
+_ROOT = str(Path(__file__).resolve().parents[2])
+_PROCESS = f"import sys; sys.path.insert(0, {_ROOT!r}); from stimuli.develop.raw_process import serve; serve()"
 # The process itself is limited in processor time; this ends one that waits for a disk that does not answer.
 _MOST_S = 300.0
 _AGAIN = "copy it from the card again"
@@ -96,7 +98,7 @@ class _Processes:
             return answer, codes
         finally:
             timer.cancel()
-            if kept and hasattr(os, "fork"):
+            if kept:
                 with self._lock:
                     self._idle.append(process)
             else:
@@ -111,7 +113,7 @@ class _Processes:
                 if process.poll() is None:
                     return process
         return subprocess.Popen(
-            [sys.executable, str(_PROCESS)],
+            [sys.executable, "-c", _PROCESS],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
@@ -136,7 +138,8 @@ def _asked(process: subprocess.Popen[bytes], path: Path) -> tuple[dict[str, Any]
         if "facts" in answer:
             codes = np.empty(answer["shape"], np.dtype(answer["dtype"]))
             codes = codes if codes.size and output.readinto(codes.view(np.uint8).data) == codes.nbytes else None
-        whole = "ended" in answer or b"ended" in output.readline()
+        end = answer if "ended" in answer else json.loads(output.readline())
+        whole = end["ended"] is not None
     except (BrokenPipeError, ValueError):  # it was ended, or what was written is not whole
         return {}, None, False
     return answer, codes, whole

@@ -2,7 +2,8 @@
 
 A damaged raw file can make LibRaw take all memory, compute for minutes, or end the process that it runs in. Each file
 is read in a fork of this process, which has limits by the size that the file declares. Its answer is a line of JSON and
-the codes, if there are any; the line ``{"ended": STATUS}`` follows. Where a process cannot fork, it reads one file.
+the codes, if there are any; the line ``{"ended": STATUS}`` follows. Where a process
+cannot fork, the status is null, and it reads one file.
 """
 
 from __future__ import annotations
@@ -11,7 +12,10 @@ import json
 import os
 import signal
 import sys
+from functools import partial
 from typing import Any
+
+from documents.platform import limit_this_process, run_in_fork
 
 MAX_PHOTOSITES = 200_000_000
 # Lossless compression takes a bit for each photosite at least; a sensor in the dark may take less by wavelets.
@@ -29,19 +33,11 @@ def serve() -> None:
 
     for line in sys.stdin:
         path = json.loads(line)
-        fork = getattr(os, "fork", None)
-        status = 0
-        if fork is None:
+        status = run_in_fork(partial(main, path))
+        if status is None:
             main(path)
-        elif child := fork():
-            status = os.waitpid(child, 0)[1]
-        else:
-            try:
-                main(path)
-            finally:
-                os._exit(0)
         _reply({"ended": status})
-        if fork is None:
+        if status is None:
             return
 
 
@@ -50,7 +46,7 @@ def main(path: str) -> None:
     import rawpy
 
     size = os.path.getsize(path)
-    _limit(_LEAST_BYTES + 2 * min(size, 1_000_000_000), _LEAST_S)
+    limit_this_process(_LEAST_BYTES + 2 * min(size, 1_000_000_000), _LEAST_S)
     try:
         raw = rawpy.RawPy()
         raw.open_file(path)
@@ -59,7 +55,7 @@ def main(path: str) -> None:
             return _refuse("large", f"{raw.sizes.raw_width} × {raw.sizes.raw_height}")
         if photosites > _MOST_PHOTOSITES_OF_A_BYTE * size:
             return _refuse("short", f"{size} bytes, for {photosites} photosites")
-        _limit(
+        limit_this_process(
             _LEAST_BYTES + 2 * size + _BYTES_OF_A_PHOTOSITE * photosites, _LEAST_S + photosites // _PHOTOSITES_IN_A_S
         )
         raw.unpack()
@@ -74,31 +70,6 @@ def main(path: str) -> None:
         return _refuse("filter", str(error))
     except MemoryError:
         return _refuse("memory", "")
-
-
-def _limit(more_bytes: int, more_s: int) -> None:
-    """Limit memory and processor time to what is in use by now and that much more, where the system can."""
-    try:
-        import resource
-    except ImportError:
-        return
-    try:
-        with open("/proc/self/statm", encoding="ascii") as file:
-            mapped = int(file.read().split()[0]) * resource.getpagesize()
-    except OSError:
-        mapped = 1_000_000_000
-    used = resource.getrusage(resource.RUSAGE_SELF)
-    wanted = {
-        resource.RLIMIT_AS: mapped + more_bytes,
-        resource.RLIMIT_CPU: int(used.ru_utime + used.ru_stime) + 1 + more_s,
-        resource.RLIMIT_CORE: 0,
-    }
-    for which, most in wanted.items():
-        hard = resource.getrlimit(which)[1]
-        try:
-            resource.setrlimit(which, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
-        except (OSError, ValueError):
-            continue
 
 
 def _write(raw: Any) -> None:
@@ -143,7 +114,3 @@ def _refuse(kind: str, detail: str) -> None:
 def _reply(facts: dict[str, Any]) -> None:
     sys.stdout.buffer.write(json.dumps(facts).encode() + b"\n")
     sys.stdout.buffer.flush()
-
-
-if __name__ == "__main__":
-    serve()

@@ -69,12 +69,9 @@ def test_a_process_that_was_killed_is_another_for_the_next_file(tmp_path: Path) 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="each file has a process of its own")
 def test_a_file_that_ends_its_process_is_refused_by_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    source = Path(libraw.__file__).with_name("raw_process.py").read_text("utf-8")
-    fatal = source.replace(
-        "    import rawpy\n\n    size", "    if 'fatal' in path:\n        os.abort()\n    import rawpy\n\n    size"
-    )
-    (tmp_path / "process.py").write_text(fatal, "utf-8")
-    monkeypatch.setattr(libraw, "_PROCESS", tmp_path / "process.py")
+    fatal = "import os; from stimuli.develop import raw_process as p; main = p.main; "
+    fatal += "p.main = lambda path: os.abort() if 'fatal' in path else main(path); "
+    monkeypatch.setattr(libraw, "_PROCESS", libraw._PROCESS.replace("from stimuli", f"{fatal}from stimuli", 1))
     monkeypatch.setattr(libraw, "_processes", processes := libraw._Processes())
     good = save_dng(tmp_path / "a.dng", CODES)
     bad = save_dng(tmp_path / "fatal.dng", CODES)
