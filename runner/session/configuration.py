@@ -57,7 +57,7 @@ class Configuration:
         except OSError as error:
             if (place / CONFIGURATION_LIST).exists():  # another station wrote the same
                 return place
-            what = f"the experiment's files cannot be kept beside the results: {error.strerror or error}"
+            what = f"the results folder cannot be written: {error.strerror or error}"
             remedy = "make room, or choose another results folder"
             raise SessionError(Finding(what, str(place), remedy=remedy)) from error
         return place

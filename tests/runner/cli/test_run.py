@@ -38,7 +38,7 @@ def test_a_simulated_session_records_every_pair_with_its_facts(study: Study) -> 
     assert log.complete
     assert log.header.simulated
     assert log.header.display["mode"] == "side-by-side"
-    assert set(log.header.hashes) == {"experiment", "stimuli", "display", "rig"}
+    assert set(log.header.hashes) == {"experiment", "stimuli", "display", "rig", "configuration"}
     assert log.header.presentation["backend"] == "egl"
     pairs = [trial for trial in log.trials if trial.kind == "all_pairs"]
     assert len({frozenset((t.data["first"], t.data["second"])) for t in pairs}) == 6
@@ -194,7 +194,7 @@ def test_accepted_changes_are_recorded_and_the_session_continues(study: Study) -
     whole = read_session(log)
     assert whole.complete
     (resumption,) = whole.resumptions
-    assert set(resumption.accepted_changes) == {"display"}
+    assert set(resumption.accepted_changes) == {"display", "configuration"}
     change = resumption.accepted_changes["display"]
     assert change["before"] == whole.header.hashes["display"] != change["now"]
 

@@ -101,7 +101,7 @@ def test_where_nothing_can_be_kept_no_session_begins(study: Path, tmp_path: Path
     (results / "dynamic_range").mkdir(parents=True)
     (results / "dynamic_range" / "configuration").write_text("a file where the folder should be")
     options = SessionOptions(results, simulate=OBSERVERS)
-    with pytest.raises(SessionError, match="cannot be kept beside the results"):
+    with pytest.raises(SessionError, match="the results folder cannot be written"):
         run_session(study, "01", options)
     assert not list(session_files(results))
 
