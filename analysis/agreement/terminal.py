@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from analysis.agreement import words
 from analysis.agreement.result import Agreement, GroupResult
 from analysis.report.words import chance, fixed
+from documents.text import clean_console
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -37,11 +38,10 @@ def print_agreement(agreement: Agreement, console: Console | None = None) -> Non
     >>> "Noise agrees with observers" in out.getvalue()
     True
     """
-    from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
-    console = console or Console()
+    console = console or clean_console()
     console.print(Text(words.asked(agreement)))
     table = Table(box=None, pad_edge=False, header_style="bold")
     several = len(agreement.groups) > 1

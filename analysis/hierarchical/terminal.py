@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from analysis.hierarchical.result import GroupScores, HierarchicalFit
-from documents.text import counted
+from documents.text import clean_console, counted
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -37,10 +37,9 @@ def print_fit(fit: HierarchicalFit, console: Console | None = None) -> None:
     >>> print_fit(fit, Console(width=100))  # doctest: +ELLIPSIS
      item   nats     se    JND  class...
     """
-    from rich.console import Console
     from rich.text import Text
 
-    console = console or Console()
+    console = console or clean_console()
     for group in fit.groups:
         if group.name:
             console.print(Text(group.name, style="bold"))

@@ -12,7 +12,7 @@ from analysis.inference.folds import ModelComparison, compare_models
 from analysis.inference.tost import Equivalence, equivalence
 from analysis.inference.triples import Transitivity, transitivity
 from analysis.scaling.scores import Scores
-from documents.text import counted
+from documents.text import clean_console, counted
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -97,9 +97,8 @@ def print_answer(answer: ReviewAnswer, console: Console | None = None) -> None:
      item  over      P           95 %   JND       p
      a     b     0.750  0.595 – 0.860  1.00  0.0026
     """
-    from rich.console import Console
 
-    console = console or Console()
+    console = console or clean_console()
     if isinstance(answer, PairProbabilities):
         _pairs(answer, console)
         return

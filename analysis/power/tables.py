@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TextIO
 from analysis.power.groups import GroupsNeeded, parts_of
 from analysis.power.results import Needed
 from documents.files import whole_file
-from documents.text import plain_table, print_table
+from documents.text import clean_console, plain_table, print_table
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -131,10 +131,9 @@ def print_power(needed: Needed | GroupsNeeded, console: Console | None = None) -
     >>> "hardest pair" in console.file.getvalue()
     True
     """
-    from rich.console import Console
     from rich.text import Text
 
-    console = console or Console()
+    console = console or clean_console()
     reached = f"reach {100 * needed.target:g} %"
     for name, own in parts_of(needed):
         if name:

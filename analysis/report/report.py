@@ -28,6 +28,7 @@ from analysis.scaling.result import CovarianceChoice
 from analysis.scaling.terminal import Published, print_scores
 from analysis.series.summary import SeriesSummary, summarise_series
 from documents import Finding
+from documents.text import clean_console
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -240,10 +241,9 @@ def print_report(report: Report, published: Published | None = None, console: Co
     console
         Where to print; standard output if None.
     """
-    from rich.console import Console
     from rich.text import Text
 
-    console = console or Console()
+    console = console or clean_console()
     if report.pairs is not None:
         print_scores(report.pairs.scores, published, console)
     if report.groups is not None:

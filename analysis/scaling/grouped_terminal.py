@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from analysis.scaling.grouped import GroupedScores
 from analysis.scaling.scores import Scores
 from analysis.scaling.terminal import print_scores, problem_lines
+from documents.text import clean_console
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -39,10 +40,9 @@ def print_groups(
     >>> console.file.getvalue().split()[:4]
     ['church', 'item', 'wins', 'of']
     """
-    from rich.console import Console
     from rich.text import Text
 
-    console = console or Console()
+    console = console or clean_console()
     tables = [*grouped.groups, *([("all groups together", grouped.pooled)] if grouped.pooled else [])]
     for name, scores in tables:
         console.print(Text(name, style="bold"))

@@ -12,7 +12,7 @@ from analysis.scaling.laws import LAWS, Model
 from analysis.scaling.result import ModelMethod, Parameter
 from analysis.scaling.scores import Scores
 from analysis.scaling.separation import are_apart, separation_of_method
-from documents.text import counted
+from documents.text import clean_console, counted
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -51,11 +51,10 @@ def print_scores(scores: Scores, published: Published | None = None, console: Co
     >>> console.file.getvalue().split()[:3]
     ['item', 'wins', 'of']
     """
-    from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
-    console = console or Console()
+    console = console or clean_console()
     table = Table(box=None, header_style="bold", padding=(0, 1))
     table.add_column("item")
     heading, numbers = _aligned(scores)

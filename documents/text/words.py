@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-import unicodedata
+import re
 from collections.abc import Iterable
 
 # No name is longer; finding the nearest spelling of a very long one would take seconds.
 _LONGEST_WORD = 60
-_LAYOUT = frozenset("\t\n\r")
+_SPACES = str.maketrans("\t\n\r", "   ")
 # Unicode's bidirectional formatting characters (UAX 9): with them, one name looks like another.
-_BIDIRECTIONAL = frozenset("\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
+_BIDIRECTIONAL = "\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069"
+# For a regular expression: these, and control characters other than tabs and ends of lines.
+HIDDEN = f"\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f{_BIDIRECTIONAL}"
+_HIDDEN = re.compile(f"[{HIDDEN}\ud800-\udfff]")
 
 
 def counted(count: float, one: str, many: str) -> str:
@@ -99,14 +102,8 @@ def hidden_character(text: str) -> str | None:
 
     Tabs and ends of lines are none.
     """
-    if text.isascii() and text.isprintable():
-        return None
-    for character in text:
-        if character in _BIDIRECTIONAL or (
-            unicodedata.category(character) in ("Cc", "Cs") and character not in _LAYOUT
-        ):
-            return character
-    return None
+    match = _HIDDEN.search(text)
+    return match[0] if match else None
 
 
 def visible(text: str) -> str:
@@ -127,4 +124,4 @@ def visible(text: str) -> str:
     >>> visible("left" + chr(9) + "eye" + chr(0x202E))
     'left eye'
     """
-    return "".join(" " if c in _LAYOUT else c for c in text if c in _LAYOUT or hidden_character(c) is None)
+    return _HIDDEN.sub("", text).translate(_SPACES)

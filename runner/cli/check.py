@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from documents.text import say
 from runner.cli.monitor_option import monitor_option
 
 if TYPE_CHECKING:
@@ -132,13 +133,13 @@ def _print(report: CheckReport) -> None:
     """Print facts on standard output; warnings and errors after them, errors on the error stream."""
     verdict = _counted(len(report.errors), "error") if report.errors else "right"
     doubts = f", {_counted(len(report.warnings), 'warning')}" if report.warnings else ""
-    click.secho(f"{report.file}: {verdict}{doubts}", bold=True)
+    say((f"{report.file}: {verdict}{doubts}", "bold"))
     for line in _lines(report.facts):
         click.echo(f"  {line}".rstrip())
     for finding in report.warnings:
-        click.echo(f"{click.style('warning:', fg='yellow')} {finding}")
+        say(("warning:", "yellow"), f" {finding}")
     for finding in report.errors:
-        click.echo(f"{click.style('error:', fg='red')} {finding}", err=True)
+        say(("error:", "red"), f" {finding}", errors=True)
 
 
 def _counted(count: float, what: str) -> str:

@@ -86,6 +86,15 @@ class LazyGroup(click.Group):
             raise click.UsageError(f"There is no command '{within}{name}'.{hint}", ctx)
         return super().resolve_command(ctx, args)
 
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run a command; what it is refused for is one line, whatever the names in it."""
+        try:
+            return super().invoke(ctx)
+        except click.UsageError as error:
+            from documents.text import visible
+
+            raise click.UsageError(visible(error.format_message()), error.ctx) from None
+
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the commands' lines without loading them."""
         with formatter.section("Commands"):
@@ -99,7 +108,9 @@ class WorkError(click.ClickException):
 
     def show(self, file: object = None) -> None:
         """Print the reason on the error stream."""
-        click.echo(f"cyclopean: {self.format_message()}", err=True)
+        from documents.text import visible
+
+        click.echo(f"cyclopean: {visible(self.format_message())}", err=True)
 
 
 @click.group(
@@ -153,22 +164,26 @@ def _spell(error: UnicodeError) -> tuple[str, int]:
     return "".join(letters), error.end
 
 
-def _spell_out() -> None:
-    """Let all text be written, whatever the encoding of the console: nothing fails because a sign cannot be shown."""
+def _ready_streams() -> None:
+    """Let all text be written, whatever the encoding of the console, and without what a terminal would obey."""
+    from documents.text import clean_streams
+
     codecs.register_error("cyclopean-spell", _spell)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="cyclopean-spell")
+    clean_streams()
 
 
 def main() -> None:
     """Run the command line; what goes wrong ends with a line each and exit status 2, or 1 if it was not the input."""
-    _spell_out()
+    _ready_streams()
     try:
         group(prog_name="cyclopean")
     except Exception as error:
         # Only now: these bring pydantic, which the help text must not wait for.
         from documents import InputError
+        from documents.text import visible
         from runner.presenter.errors import GraphicsError
 
         if isinstance(error, InputError):
@@ -176,6 +191,6 @@ def main() -> None:
                 click.echo(f"error: {finding}", err=True)
             sys.exit(2)
         if isinstance(error, GraphicsError):
-            click.echo(f"cyclopean: {error}", err=True)
+            click.echo(f"cyclopean: {visible(str(error))}", err=True)
             sys.exit(1)
         raise

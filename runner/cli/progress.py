@@ -50,8 +50,9 @@ def progress_bar(quiet: bool = False) -> Iterator[Step]:
 
 
 def _bar(quiet: bool) -> Progress:
-    from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
+    from documents.text import clean_console
+
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    return Progress(*columns, console=Console(stderr=True), disable=quiet)
+    return Progress(*columns, console=clean_console(errors=True), disable=quiet)

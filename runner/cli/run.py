@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from documents.text import counted
+from documents.text import counted, own_stream, say
 from runner.cli.console import Console, at_a_terminal
 from runner.cli.monitor_option import monitor_option
 
@@ -127,7 +127,7 @@ def command(
             nonlocal shown, begun
             begun = True
             if console and not replay:
-                shown = terminal.enter_context(Console(session, status.line, sys.stdin, sys.stderr))
+                shown = terminal.enter_context(Console(session, status.line, sys.stdin, own_stream(sys.stderr)))
 
         def on_trial(status: SessionStatus) -> None:
             if shown:
@@ -184,7 +184,7 @@ _ENDINGS = {
 def _say_what_vision_failed(observer: str, done: SessionResult) -> None:
     """Print which vision tests the observer failed, what that means, and what to type."""
     for outcome in done.failed_tests:
-        click.secho(f"Observer {observer} failed a vision test: {outcome.words}.", bold=True)
+        say((f"Observer {observer} failed a vision test: {outcome.words}.", "bold"))
     if not done.failed_tests:
         return
     click.echo("It is a screen, no diagnosis: advise the observer at most to see an optometrist.")

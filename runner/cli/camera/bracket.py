@@ -129,9 +129,10 @@ def _noise(text: str) -> NoiseModel:
 
 
 def _print(report: BracketReport) -> None:
-    from rich.console import Console
     from rich.table import Table
     from rich.text import Text
+
+    from documents.text import clean_console
 
     table = Table(title="Exposures beside the shortest", title_justify="left", box=None, pad_edge=False)
     for name in ("photograph", "time", "stated", "measured"):
@@ -145,7 +146,7 @@ def _print(report: BracketReport) -> None:
             f"{photograph['stated_relative_exposure']:.4g}",
             "unchecked" if error is None else f"{measured} ± {error:.1g}" if error else measured,
         )
-    Console(highlight=False).print(table)
+    clean_console().print(table)
     for colour in ("red", "green", "blue"):
         noise, error = report.merge["noise"][colour], report.merge["relative_standard_error"][colour]
         if noise and noise["full_scale_electrons"] and error:

@@ -85,9 +85,10 @@ def command(
 
 
 def _print(photographs: tuple[DevelopedPhotograph, ...]) -> None:
-    from rich.console import Console
     from rich.table import Table
     from rich.text import Text
+
+    from documents.text import clean_console
 
     title = "Saturated pixels of R, G, B"
     has_xyz = photographs[0].luminance is not None
@@ -115,7 +116,7 @@ def _print(photographs: tuple[DevelopedPhotograph, ...]) -> None:
                 str(light.negative_pixels),
             ]
         table.add_row(Text(photograph.photo), *cells)
-    Console(highlight=False).print(table)
+    clean_console().print(table)
     for photograph in photographs:
         for note in photograph.notes:
             click.echo(f"Note: {photograph.photo}: {note}.")

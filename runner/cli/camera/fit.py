@@ -168,13 +168,13 @@ def _triple(text: str, option: str) -> tuple[float, float, float]:
 
 
 def _print(fit: CameraFit, notes: tuple[str, ...]) -> None:
-    from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
+    from documents.text import clean_console
     from runner.reports.camera.page import sentence
 
-    console = Console(highlight=False)
+    console = clean_console()
     table = Table(box=None)
     for name in ("patch", "X", "Y", "Z", "X est.", "Y est.", "Z est.", "ΔE00", "left out"):
         table.add_column(name, justify="left" if name == "patch" else "right", no_wrap=True)

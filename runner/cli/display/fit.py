@@ -171,7 +171,7 @@ def _stated(
     """Print and write what a profile states by matrix and curves."""
     import json
 
-    from rich.console import Console
+    from documents.text import clean_console
 
     _require_for_writing(output, mode, panel)
     written = stated.write(output, mode, panel, eye=eye, replace=replace) if output and mode else None
@@ -181,7 +181,7 @@ def _stated(
         return
     white = " ".join(f"{value:.4g}" for value in stated.white_XYZ_cd_m2)
     click.echo(f"The profile's matrix and curves, as they are ({stated.kind}); its white: {white} cd/m²")
-    _print_numbers(stated.numbers, Console(highlight=False))
+    _print_numbers(stated.numbers, clean_console())
     _print_notes([*stated.notes, "nothing in the profile says how well it describes the display: display verify does"])
     if written:
         click.echo(written)
@@ -189,9 +189,9 @@ def _stated(
 
 def _print_eye(fit: EyeFit, *, brief: bool) -> None:
     """Print the thesis's tables unless ``brief``, every candidate, the chosen one's numbers, and where it errs."""
-    from rich.console import Console
+    from documents.text import clean_console
 
-    console = Console(highlight=False)
+    console = clean_console()
     characterisation = fit.characterisation
     if fit.thesis and not brief:
         _print_thesis(fit.thesis, console)

@@ -82,8 +82,9 @@ def command(
 
 
 def _print_table(found: ObserverMetamerism) -> None:
-    from rich.console import Console
     from rich.table import Table
+
+    from documents.text import clean_console
 
     table = Table(box=None)
     columns = ("object", "median", "90 %", "95 %", "worst", "seen by", *found.standard_delta_e_00)
@@ -97,4 +98,4 @@ def _print_table(found: ObserverMetamerism) -> None:
         numbers = [f"{of[key]:.2f}" for key in ("median", "p90", "p95", "worst")]
         standard = [f"{values[index]:.2f}" for values in found.standard_delta_e_00.values()]
         table.add_row(name, *numbers, str(of["worst_observer"]), *standard)
-    Console(highlight=False, width=160).print(table)
+    clean_console(width=160).print(table)

@@ -81,6 +81,7 @@ def command(
 
 
 def _print(verdicts: Verdicts) -> None:
+    from documents.text import say
     from runner.reports.display.page import short
 
     marks = {
@@ -96,7 +97,7 @@ def _print(verdicts: Verdicts) -> None:
         if check.limit is not None:
             limit = f", {'at least' if check.at_least else 'at most'} {short(check.limit)}"
         number = f"{short(check.value)} {check.unit}{limit}" if check.value is not None else check.words
-        click.echo(f"{click.style(f'{word:10}', fg=colour)}  {name}: {number}")
+        say((f"{word:10}", colour or ""), f"  {name}: {number}")
         if check.verdict == "failed":
             limit = f"The limit: {check.source}." if check.source else ""
             click.echo(indent(fill(f"{check.words} {limit}", 100), 12 * " "))

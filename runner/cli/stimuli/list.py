@@ -20,14 +20,13 @@ def command(as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps([cached.to_json() for cached in sets], indent=1))
         return
-    from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
-    from documents.text import print_table
+    from documents.text import clean_console, print_table
 
     table = Table(box=None, pad_edge=False)
-    roomy = Console().width >= _ROOMY
+    roomy = clean_console().width >= _ROOMY
     for name in ("kind", "stimuli", "first", "pitch mm", "MB", "folder"):
         number = name in ("stimuli", "pitch mm", "MB")
         # Words continue on the next line; numbers stay whole, and the folder where there is room to copy it.

@@ -1,0 +1,71 @@
+"""Text is clean wherever it is printed, and what the program itself writes still moves the terminal."""
+
+from __future__ import annotations
+
+import io
+import sys
+
+import pytest
+from rich.table import Table
+from rich.text import Text
+
+from documents.text import clean_console, clean_streams, say
+
+ESCAPE = "\x1b[31m"
+
+
+class FakeTerminal(io.StringIO):
+    """What is written to a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def screen_of(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
+    """Let standard output be a terminal that shows colours, through `clean_streams`."""
+    own = FakeTerminal()
+    monkeypatch.setattr(sys, "stdout", own)
+    monkeypatch.setattr(sys, "stderr", own)
+    monkeypatch.setenv("TERM", "xterm-256color")
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    clean_streams()
+    return own
+
+
+def test_print_is_clean_and_keeps_its_lines(monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = screen_of(monkeypatch)
+    print(f"a{ESCAPE}b\x9b\u202e\rc\n\td")
+    assert screen.getvalue() == "a[31mbc\n\td\n"
+
+
+def test_a_second_call_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    screen_of(monkeypatch)
+    before = sys.stdout
+    clean_streams()
+    assert sys.stdout is before
+
+
+def test_colours_of_the_program_pass_and_those_of_names_do_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = screen_of(monkeypatch)
+    say(("warning:", "yellow"), f" {ESCAPE}name\nFORGED")
+    assert screen.getvalue() == "\x1b[33mwarning:\x1b[0m [31mname FORGED\n"
+
+
+def test_cells_of_tables_are_clean_and_on_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = screen_of(monkeypatch)
+    table = Table("name", "as text", box=None)
+    table.add_row(f"one{ESCAPE}\ntwo", Text("three\x07\nfour"))
+    clean_console(width=80).print(table)
+    plain = screen.getvalue().replace("\x1b[1m", "").replace("\x1b[0m", "")
+    assert "\x1b" not in plain
+    assert [line.split("  ") for line in map(str.strip, plain.splitlines())][1] == ["one[31m two", "three four"]
+    assert len(plain.splitlines()) == 2
+
+
+def test_surrogates_of_file_names_are_left_to_the_stream(monkeypatch: pytest.MonkeyPatch) -> None:
+    own = io.TextIOWrapper(io.BytesIO(), "utf-8", errors="replace")
+    monkeypatch.setattr(sys, "stdout", own)
+    clean_streams()
+    print("\udcff")
+    sys.stdout.flush()
+    assert own.buffer.getvalue() == b"?\n"
