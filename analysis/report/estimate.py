@@ -109,7 +109,7 @@ def estimate_scores(
 
 def _possible(choice: CovarianceChoice, comparisons: Comparisons) -> CovarianceChoice:
     """Return ``choice``, or the model's covariance where there are too few observers for it."""
-    return choice if len(comparisons.observers) > 1 else "model"
+    return choice if len(np.unique(comparisons.observer)) > 1 else "model"
 
 
 def _resampled(comparisons: Comparisons, method: ScoreMethod) -> Replicates | None:

@@ -204,11 +204,12 @@ def fit_model(
     [0.549, -0.549]
     """
     _check(comparisons, model, method, prior_sd, order_effect)
-    kind = covariance_kind(covariance, len(comparisons.observers), len(comparisons.items), method)
     law = LAWS[model]
     ties = law.parameter is not None
     prior = prior_sd if method == "map" else None
     counts, answers = count_pairs(comparisons, ordered=order_effect, ties=ties)
+    # Who prefers neither throughout has no answer to a model without ties.
+    kind = covariance_kind(covariance, len(np.unique(answers.observer)), len(comparisons.items), method)
     left_out = 0.0 if ties else comparisons.ties
     names = comparisons.items
     separation = separation_of_method(counts, names, ties=ties, method=method)

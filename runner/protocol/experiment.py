@@ -287,10 +287,12 @@ def read_experiment(
             findings.append(_unknown_reference(reference, tuple(factors), source))
     except InputError as error:
         findings += error.findings
+    sound = set(range(len(spec.blocks))) if stimuli else set()
     if stimuli:
         for index, block in enumerate(spec.blocks):
             for fault in block.faults(stimuli):
                 findings.append(source.finding(("blocks", index, *fault.path), fault.message, fault.remedy))
+                sound.discard(index)
     if not rig or not view_px:
         raise SessionError(findings)
     said = list(interface_faults(spec.words, spec.keys))
@@ -300,15 +302,17 @@ def read_experiment(
     blocks, wrong = _make_blocks(spec, _settings(spec, rig, view_px, stimuli or Stimuli({}), "01"), source)
     findings += wrong
     findings += _at(source, light_faults(spec.style, rig))
-    findings += _at(source, key_clashes(_style(spec, rig, view_px).interface, blocks))
+    # Only a block without a fault can be walked through.
+    walked = [block for index, block in blocks.items() if index in sound and block.trials <= MOST_TRIALS]
+    findings += _at(source, key_clashes(_style(spec, rig, view_px).interface, walked))
     faults = list(_too_large(rig.display.panel.resolution_px))
     if not findings and not faults:
-        faults += _too_many(spec.blocks, blocks)
+        faults += _too_many(spec.blocks, tuple(blocks.values()))
     findings += _at(source, faults)
     if findings or stimuli is None:
         raise SessionError(findings)
     clashes = tuple(name_clashes(spec.blocks, stimuli, source))
-    return Experiment(file, spec, rig, recipe_file, stimuli, view_px, blocks, clashes)
+    return Experiment(file, spec, rig, recipe_file, stimuli, view_px, tuple(blocks.values()), clashes)
 
 
 def _settings(
@@ -329,19 +333,19 @@ def _style(spec: ExperimentSpec, rig: Rig, view_px: tuple[int, int]) -> Style:
 
 def _make_blocks(
     spec: ExperimentSpec, settings: Sequence[Setting], source: YamlSource
-) -> tuple[tuple[Block, ...], list[Finding]]:
-    """Return the blocks that can be made, and why the others cannot; what does not fit is reported once."""
-    blocks: list[Block] = []
+) -> tuple[dict[int, Block], list[Finding]]:
+    """Return the blocks that can be made, by place, and why the others cannot; what does not fit is reported once."""
+    blocks: dict[int, Block] = {}
     findings: list[Finding] = []
     unfit: list[Finding] = []
     for block, setting in zip(spec.blocks, settings, strict=True):
         try:
-            blocks.append(block.make(setting))
+            blocks[setting.index] = block.make(setting)
         except LayoutError as error:
             unfit = unfit or _placed(error, source, ("layout", "size_mm"))
         except InputError as error:
             findings += _placed(error, source, ("blocks", setting.index))
-    return tuple(blocks), [*findings, *unfit]
+    return blocks, [*findings, *unfit]
 
 
 def _at(source: YamlSource, faults: Iterable[Fault]) -> list[Finding]:

@@ -117,7 +117,7 @@ def write(drawn: Mapping[str, Any], folder: Path) -> Path:
     panel = {"resolution_px": list(drawn["panel"]), "pixel_pitch_mm": 0.25}
     display = {"schema_version": 1, "panel": panel, "modes": {drawn["mode"]: model}}
     rig = {"schema_version": 1, "display": "display.yaml", "mode": drawn["mode"], "distance_mm": 700}
-    said = {key: drawn[key] for key in ("question", "layout", "blocks")}
+    said = {key: drawn[key] for key in ("question", "layout", "blocks")} | drawn.get("more", {})
     experiment = {"schema_version": 1, "name": "drawn", "rig": "rig.yaml", "stimuli": "recipe.yaml", **said}
     scores = {name: {"score": shade} for shade, name in enumerate(stimuli, start=1)}
     observers = {"schema_version": 1, "kind": "bradley_terry", "stimuli": scores, **drawn.get("behaviour", {})}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+from collections.abc import Iterator
 from typing import Any
 
 from hypothesis import strategies as st
@@ -23,7 +25,7 @@ _STIMULI = (
     "no",
     "no_difference",
 )
-_FACTORS = ("scene", "codec", "level", "level", "paint", "view", "group", "name")
+_FACTORS = ("scene", "codec", "level", "level", "paint", "group", "name")
 _LEVELS = ("x", "y", "a", "one", "stereo", "flat", 0, 1, 2.5, 1e-9, 1.0000001)
 _NAMES = ("one", "two", "a", "first", "x-y", "quality", "Größe", "1", "a | b", "<b>", "=1+1")
 _LABELS = ("quality", "similarity", "difficulty", "age", "gloss", "first", "answer", "rating", "stimulus")
@@ -128,7 +130,7 @@ def blocks(draw: st.DrawFn, names: list[str], factors: list[str], nested: bool =
     ties = {"ties": st.sampled_from(["both", "no_difference", "not_sure"])}
     if kind == "active_pairs":
         entry["trials"] = draw(st.integers(3, 12))
-        gain = st.sampled_from(["entropy", "trace"])
+        gain = st.sampled_from(["entropy", "variance"])
         return _maybe(draw, entry, stimuli=some, within=factor, batch=st.just(1), gain=gain, **ties, **every, **_TIMES)
     catch = st.builds(
         lambda pairs, identical: {"pairs": pairs, "identical": identical}, st.lists(pair, max_size=2), st.integers(0, 1)
@@ -147,17 +149,31 @@ def blocks(draw: st.DrawFn, names: list[str], factors: list[str], nested: bool =
     return _maybe(draw, entry, repeats=st.just(2), ratings=ratings)
 
 
+_MORE: dict[str, st.SearchStrategy[Any]] = {
+    "style": st.sampled_from(
+        [{"progress": "bar"}, {"progress": "count", "end_page": True}, {"background": {"share_of_white": 0.3}}]
+    ),
+    "keys": st.sampled_from([{"left": ["1"], "right": ["4"]}, {"n": ["x"]}, {"space": ["tab"]}]),
+    "words": st.sampled_from([{"language": "de"}, {"language": "fr", "press_space": "Suite : {space}"}]),
+    "analysis": st.sampled_from(
+        [
+            {"alpha": 0.5, "adjust": "none"},
+            {"adjust": "maxz", "covariance": "model"},
+            {"covariance": "sandwich", "margin": "0.5jnd"},
+            {"adjust": "bh", "covariance": "scaled", "margin": "55:45"},
+        ]
+    ),
+    "seed": st.integers(-3, 3),
+}
+
+
 @st.composite
 def mixed_experiments(draw: st.DrawFn) -> dict[str, Any]:
     """Draw an experiment of several blocks, as `generated_experiments.write` takes it."""
     names = draw(st.lists(st.sampled_from(_STIMULI), min_size=2, max_size=6, unique=True))
     factors = draw(st.lists(st.sampled_from(_FACTORS), max_size=4, unique=True))
-    levels = {"view": st.sampled_from(["stereo", "flat"])}
     stimuli = {
-        name: {
-            factor: number if factor == "level" else draw(levels.get(factor, st.sampled_from(_LEVELS)))
-            for factor in factors
-        }
+        name: {factor: number if factor == "level" else draw(st.sampled_from(_LEVELS)) for factor in factors}
         for number, name in enumerate(names)
     }
     tie = {"width": draw(st.sampled_from([0.0, 1.0, 1e6]))}
@@ -176,5 +192,44 @@ def mixed_experiments(draw: st.DrawFn) -> dict[str, Any]:
         },
         "stimuli": stimuli,
         "behaviour": behaviour,
+        "more": _maybe(draw, {}, **_MORE),
         "blocks": draw(st.lists(blocks(names, factors), min_size=1, max_size=4)),
     }
+
+
+# What stands in place of a value, or beside one: of every type, at limits, and the words of records.
+_VALUES: tuple[Any, ...] = (
+    *(0, 1, 2, 3, 7, -1, 0.05, 0.5, 1e-9, 1e9, True, False, None, "", [], {}, [[]], {"a": 1}),
+    *("a", "first", "all", "none", "both", "level", "scene", "one", "sequence", "stop", "x" * 301, "{space}", "\u202e"),
+)
+
+
+@st.composite
+def mutants(draw: st.DrawFn) -> dict[str, Any]:
+    """Draw an experiment that was edited by someone who knows no rules: values exchanged, copied, removed, doubled."""
+    drawn = draw(mixed_experiments())
+    said = copy.deepcopy({key: drawn[key] for key in ("question", "layout", "blocks", "more")})
+    for _ in range(draw(st.sampled_from([1, 1, 2]))):
+        places = list(_places(said))
+        inside, key = draw(st.sampled_from(places))
+        how = draw(st.sampled_from(["value", "copy", "remove", "double"]))
+        if how == "remove" and (inside is not said):
+            del inside[key]
+        elif how == "double" and isinstance(inside, list):
+            inside.insert(key, copy.deepcopy(inside[key]))
+        elif how == "copy":
+            other, other_key = draw(st.sampled_from(places))
+            inside[key] = copy.deepcopy(other[other_key])
+        else:
+            inside[key] = copy.deepcopy(draw(st.sampled_from(_VALUES)))
+    if not isinstance(said["more"], dict):
+        said["more"] = {}
+    return drawn | said
+
+
+def _places(value: Any) -> Iterator[tuple[Any, Any]]:
+    """Yield each mapping and list within ``value`` with each of its keys."""
+    if isinstance(value, dict | list):
+        for key in list(value) if isinstance(value, dict) else range(len(value)):
+            yield value, key
+            yield from _places(value[key])

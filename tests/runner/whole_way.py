@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+import io
 import json
 from pathlib import Path
 from typing import Any
 
+from rich.console import Console
+
 from analysis.bids import export_dataset
 from analysis.records import FILE_NAME, SessionLog, read_session
-from analysis.report import write_report
+from analysis.report import describe, print_report, write_report
 from runner.check import CheckOptions, check_file
 from runner.session import SessionOptions, run_session, simulate
 
 OBSERVERS = 2
 
 
-def whole_way(file: Path, observers: Path, folder: Path) -> bool:
+def whole_way(file: Path, observers: Path, folder: Path, *, page: bool = True) -> bool:
     """Take an experiment the whole way and return True; False if `check` refuses it.
 
-    What it leaves in ``folder`` must not be there before.
+    Without ``page`` the results are computed and printed, and no figure is drawn, which takes longer than all else.
+    ``folder`` must be new.
     """
     results = folder / "results"
     if check_file(file, CheckOptions(results, screen="skip")).errors:
@@ -26,7 +30,7 @@ def whole_way(file: Path, observers: Path, folder: Path) -> bool:
     done = simulate(file, observers, OBSERVERS, results=results)
     logs = [read_session(session / FILE_NAME) for session in done.folders]
     assert all(log.complete for log in logs)
-    _analysed(logs, folder)
+    _report(logs, folder if page else None)
     exported = export_dataset([results], folder / "bids")
     assert exported.sessions == OBSERVERS
     assert exported.trials == sum(len(log.trials) for log in logs)
@@ -36,10 +40,14 @@ def whole_way(file: Path, observers: Path, folder: Path) -> bool:
     return True
 
 
-def _analysed(logs: list[SessionLog], folder: Path) -> None:
-    report = write_report(logs, folder / "report.html", csv_folder=folder / "tables")
+def _report(logs: list[SessionLog], folder: Path | None) -> None:
+    if folder is None:
+        report = describe(logs)
+    else:
+        report = write_report(logs, folder / "report.html", csv_folder=folder / "tables")
+        assert (folder / "report.html").stat().st_size > 1000
     json.dumps(report.to_json(), allow_nan=False)
-    assert (folder / "report.html").stat().st_size > 1000
+    print_report(report, console=Console(file=io.StringIO()))
 
 
 def _said(log: SessionLog) -> list[Any]:
