@@ -7,17 +7,23 @@ channel's levels in one column of ``rawdata.mon``.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from devices.errors import DeviceError
+from devices.measurements.mat_file import MatFileError, Value, read_mat
 from devices.measurements.spectra import xyz_from_spectra
 from devices.measurements.table import Measurements
 from documents import Finding
-from documents.files import looked_for
+from documents.files import read_regular
 
 _COLOURS = ("red", "green", "blue")
+_NEEDED = "a Psychtoolbox calibration"
+_MOST_BYTES = 50_000_000
+_MOST_BANDS = 5000
+_LEAST_STEP_NM = 0.01
+_MOST_LIGHT = 1e30
 
 
 def read_psychtoolbox(path: Path) -> Measurements:
@@ -28,45 +34,48 @@ def read_psychtoolbox(path: Path) -> Measurements:
     DeviceError
         If the file is no calibration, or what it holds does not fit together.
     """
-    from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
-
     try:
-        content = loadmat(path, squeeze_me=True, struct_as_record=False)
-    except FileNotFoundError as error:
-        raise DeviceError(Finding("there is no such file", str(path), remedy=looked_for(path))) from error
-    except (MatReadError, ValueError, TypeError, NotImplementedError, OSError, EOFError, KeyError) as error:
+        content = read_mat(read_regular(path, _MOST_BYTES, "calibration", error=DeviceError), "cals", "cal")
+    except MatFileError as error:
         raise DeviceError(
             Finding(f"the file cannot be read as MATLAB data: {error}", str(path), remedy="save it with -v7, not -v7.3")
         ) from error
     notes: list[str] = []
-    cals = content.get("cals", content.get("cal"))
-    if cals is None:
-        raise DeviceError(Finding("the file holds no 'cals' or 'cal'", str(path), remedy="a Psychtoolbox calibration"))
-    every = np.atleast_1d(cals)
-    if len(every) > 1:
+    every = content.get("cals", content.get("cal"))
+    if every is None:
+        raise DeviceError(Finding("the file holds no 'cals' or 'cal'", str(path), remedy=_NEEDED))
+    if isinstance(every, list) and len(every) > 1:
         notes.append(f"the last of {len(every)} calibrations in the file was read")
-    cal = every[-1]
-    raw = _part(cal, path, "rawdata", "rawData")
-    levels = np.atleast_1d(np.asarray(_part(raw, path, "rawGammaInput", "gammaInput"), dtype=np.float64))
-    start, step, bands = np.asarray(_part(cal, path, "S_device", "describe.S"), dtype=np.float64).ravel()
-    mon = np.atleast_2d(np.asarray(_part(raw, path, "mon"), dtype=np.float64))
-    if levels.ndim == 2:
+    cal = _last(every)
+    raw = _last(_part(cal, "rawdata", "rawData"))
+    levels = _numbers(raw, path, "rawGammaInput", "gammaInput")
+    spacing = _numbers(cal, path, "S_device", "describe.S").ravel()
+    mon = _numbers(raw, path, "mon")
+    if levels.ndim == 2 and min(levels.shape) > 1:
         levels = levels[:, 0]
-    n_bands, n_levels = int(bands), len(levels)
-    if step <= 0 or mon.shape != (n_bands * n_levels, 3):
+    levels = levels.ravel()
+    if spacing.size != 3 or spacing[1] < _LEAST_STEP_NM or not 1 < spacing[2] <= _MOST_BANDS or spacing[2] % 1:
+        given = ", ".join(f"{value:g}" for value in spacing[:4])
+        remedy = f"first wavelength, spacing and number of bands, 2 to {_MOST_BANDS}"
+        raise DeviceError(Finding(f"S_device is [{given}]", str(path), remedy=remedy))
+    start, step = spacing[:2]
+    n_bands, n_levels = int(spacing[2]), len(levels)
+    if not n_levels or mon.shape != (n_bands * n_levels, 3):
         raise DeviceError(
             Finding(
-                f"rawdata.mon is {mon.shape[0]} by {mon.shape[1]}, not {n_bands} bands times {n_levels} levels by 3",
+                f"rawdata.mon is {' by '.join(map(str, mon.shape))}, not {n_bands} bands times {n_levels} levels by 3",
                 str(path),
                 remedy="a calibration of three channels",
             )
         )
+    if levels.min() < 0 or levels.max() > 255:
+        what = f"the levels of rawGammaInput lie in {levels.min():g}..{levels.max():g}"
+        raise DeviceError(Finding(what, str(path), remedy="levels are 0..1 or 0..255"))
     if levels.max() > 1:
         notes.append("levels were taken to be 0..255, because they exceed 1")
         levels = levels / 255.0
     waves = start + step * np.arange(n_bands)
-    ambient = _ambient(cal, n_bands)
+    ambient = _ambient(cal, path, n_bands)
     if ambient is None:
         notes.append("the file holds no ambient light; black is not measured")
     codes: list[np.ndarray] = [] if ambient is None else [np.zeros(3)]
@@ -86,28 +95,51 @@ def read_psychtoolbox(path: Path) -> Measurements:
             tuple(names),
             spectra=per_nm,
             wavelengths_nm=waves,
-            instrument=str(getattr(getattr(cal, "describe", None), "whichMeterType", "")),
+            instrument=_text(_part(cal, "describe.whichMeterType")),
             assumptions=tuple(notes),
         )
     except DeviceError as error:
         raise DeviceError([Finding(f.message, str(path), remedy=f.remedy) for f in error.findings]) from error
 
 
-def _part(whole: Any, path: Path, *names: str) -> Any:
+def _part(whole: Value, *names: str) -> Value:
+    """Return the first of ``names`` that ``whole`` has; a full stop leads into a struct within it."""
     for name in names:
         part = whole
         for step in name.split("."):
-            part = getattr(part, step, None)
+            inner = _last(part)
+            part = inner.get(step) if isinstance(inner, dict) else None
         if part is not None:
             return part
-    raise DeviceError(Finding(f"the calibration has no '{names[0]}'", str(path), remedy="a Psychtoolbox calibration"))
-
-
-def _ambient(cal: Any, bands: int) -> np.ndarray | None:
-    ambient = getattr(cal, "P_ambient", None)
-    if ambient is None:
-        return None
-    ambient = np.asarray(ambient, dtype=np.float64)
-    if ambient.size == bands:
-        return ambient.ravel()
     return None
+
+
+def _last(value: Value) -> Value:
+    """Return the last of a cell or struct array, and whatever is none itself."""
+    while isinstance(value, list):
+        value = value[-1] if value else None
+    return value
+
+
+def _numbers(whole: Value, path: Path, *names: str) -> NDArray[np.float64]:
+    part = _part(whole, *names)
+    if part is None:
+        raise DeviceError(Finding(f"the calibration has no '{names[0]}'", str(path), remedy=_NEEDED))
+    if not isinstance(part, np.ndarray) or not np.all(np.abs(part) < _MOST_LIGHT):
+        what = f"'{names[0]}' is not made of numbers below {_MOST_LIGHT:g}"
+        raise DeviceError(Finding(what, str(path), remedy=_NEEDED))
+    return part
+
+
+def _text(value: Value) -> str:
+    if isinstance(value, np.ndarray) and value.size == 1:
+        return f"{value.item():g}"
+    return value if isinstance(value, str) else ""
+
+
+def _ambient(cal: Value, path: Path, bands: int) -> NDArray[np.float64] | None:
+    """Return the ambient light; None where there is none, or none of as many bands."""
+    if _part(cal, "P_ambient") is None:
+        return None
+    ambient = _numbers(cal, path, "P_ambient").ravel()
+    return ambient if len(ambient) == bands else None
