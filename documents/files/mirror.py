@@ -76,14 +76,14 @@ class CopyDiffersError(Exception):
 
 
 class Mirror:
-    """Keeps ``copy`` the same as the log ``file``, and copies of the files ``beside`` it that do not change.
+    """Keeps ``copy`` the same as the log ``file``, and copies of the files ``beside`` it, which do not grow meanwhile.
 
     Parameters
     ----------
     file, copy
         The log and its copy, below ``folder``, which is not made: it may be that of a disk that is not there.
     beside
-        Returns pairs of a file and its copy, each time anew.
+        Returns pairs of a file and its copy; each is copied once.
     on_fault
         Called once, from another thread, with what went wrong first.
     """
@@ -101,7 +101,8 @@ class Mirror:
         self._turn = threading.Condition()
         self._wanted = self._done = 0
         self._copied: set[Path] = set()
-        self._fault: str | None = None
+        self._fault: str | None = None  # may pass
+        self._left: str | None = None  # what is left as it is
         self._said = self._closing = self._over = False
         self._thread = threading.Thread(target=self._run, name="mirror of the results", daemon=True)
         self._thread.start()
@@ -121,7 +122,7 @@ class Mirror:
         with self._turn:
             if self._fault is None and self._done < self._wanted:
                 return f"the copy of the results in {self._folder} is not complete yet"
-            return self._fault
+            return self._fault or self._left
 
     def _run(self) -> None:
         while True:
@@ -133,11 +134,12 @@ class Mirror:
                 return
             fault, over = self._attempt(wanted)
             with self._turn:
-                self._fault, first = fault, fault is not None and not self._said
+                self._fault, words = fault, fault or self._left
+                first = words is not None and not self._said
                 self._said |= first
                 over = over or (closing and (fault is not None or self._done == self._wanted))
             if first:
-                self._on_fault(str(fault))
+                self._on_fault(str(words))
             if over:
                 return
 
@@ -151,8 +153,8 @@ class Mirror:
             self._catch_up(wanted)
             for file, copy in self._beside():
                 if copy not in self._copied:
-                    _copy_once(file, copy)
                     self._copied.add(copy)
+                    self._complete(file, copy)
         except CopyDiffersError as error:
             return f"{error}; it is left as it is", True
         except OSError as error:
@@ -180,12 +182,11 @@ class Mirror:
         with self._turn:
             self._done = done
 
-
-def _copy_once(file: Path, copy: Path) -> None:
-    """Copy a file that does not change, whole or not at all, unless it is there."""
-    if not copy.exists():
-        copy.parent.mkdir(parents=True, exist_ok=True)
-        with whole_file(copy) as draft:
-            draft.write_bytes(file.read_bytes())
-    elif copy.stat().st_size != file.stat().st_size or copy.read_bytes() != file.read_bytes():
-        raise CopyDiffersError(f"the copy {copy} is another file than {file}")
+    def _complete(self, file: Path, copy: Path) -> None:
+        """Make ``copy`` the whole of ``file``, at once, unless it has other bytes."""
+        check = compare_copy(file, copy)
+        if check.differs_at is not None:
+            self._left = self._left or f"the copy {copy} is another file than {file}; it is left as it is"
+        elif check.size < file.stat().st_size or not copy.exists():
+            with whole_file(copy) as draft:
+                draft.write_bytes(file.read_bytes())

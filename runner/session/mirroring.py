@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -10,7 +11,7 @@ from analysis.records import FILE_NAME, copy_in_mirror
 from documents import Finding
 from documents.files import Mirror
 from runner.errors import SessionError
-from runner.session.folders import Recorder
+from runner.session.folders import Recorder, is_running
 
 
 def refuse_mirror_within(results: Path, mirror: Path, rig: str) -> None:
@@ -21,25 +22,36 @@ def refuse_mirror_within(results: Path, mirror: Path, rig: str) -> None:
         raise SessionError(Finding(what, rig, remedy="name a folder on another disk"))
 
 
-def start_mirror(recorder: Recorder, folder: Path, configuration: Path, note: Callable[[str, str], None]) -> Mirror:
-    """Have the session of ``recorder`` copied to ``folder``, with the files in ``configuration``.
+_TORN = re.compile(r"sub-[^/]+/ses-[^/]+/torn-[^/]+\.bin")
+
+
+def start_mirror(recorder: Recorder, folder: Path, note: Callable[[str, str], None]) -> Mirror:
+    """Have the session of ``recorder`` copied to ``folder``, and what that lacks of the experiment's other sessions.
 
     What goes wrong is noted once in the session's log, by ``note``, and never stops the session.
     """
 
     def beside() -> Iterator[tuple[Path, Path]]:
-        for file in sorted(recorder.folder.glob("torn-*.bin")):
-            yield file, copy_in_mirror(recorder.folder / FILE_NAME, folder).with_name(file.name)
-        experiment = recorder.folder.parents[1]
-        for file in sorted(configuration.rglob("*")):
-            if file.is_file():
-                yield file, folder / experiment.name / file.relative_to(experiment)
+        experiment = recorder.folder.absolute().parents[1]
+        for file in sorted(experiment.rglob("*")):
+            copy = folder / experiment.name / file.relative_to(experiment)
+            name = file.relative_to(experiment).as_posix()
+            wanted = name.startswith("configuration/") or _TORN.fullmatch(name) or _lacks(file, copy, recorder.folder)
+            if wanted and file.is_file():
+                yield file, copy
 
     def on_fault(words: str) -> None:
         with suppress(OSError, ValueError):  # the session is over, or its own disk is full, which it reports
             note(words, "program")
 
-    log = recorder.folder / FILE_NAME
+    log = recorder.folder.absolute() / FILE_NAME
     mirror = Mirror(log, copy_in_mirror(log, folder), folder, beside, on_fault)
     recorder.follow_with(mirror)
     return mirror
+
+
+def _lacks(file: Path, copy: Path, own: Path) -> bool:
+    """Return whether ``file`` is another session's log that nobody writes now, and ``copy`` is not all of it."""
+    if file.name != FILE_NAME or file.parent.name == own.name:
+        return False
+    return not (copy.exists() and copy.stat().st_size == file.stat().st_size) and not is_running(file.parent)

@@ -10,7 +10,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from analysis.records import Header, Resumption, SessionLog, Trial, configuration_folder, duration, latest_utc
+from analysis.records import Header, Resumption, SessionLog, Trial, duration, latest_utc
 from devices.display import EYES
 from documents import Finding
 from documents.files import Mirror
@@ -287,8 +287,7 @@ class Station:
     def _begin_mirror(self, recorder: Recorder, session: Session) -> None:
         self.end_mirror()
         if folder := self.experiment.rig.results_mirror:
-            configuration = configuration_folder(recorder.folder.parents[1], self.configuration.digest)
-            self.mirror = start_mirror(recorder, folder, configuration, session.note)
+            self.mirror = start_mirror(recorder, folder, session.note)
 
     def end_mirror(self) -> str | None:
         """Let the copy of the last session's log be completed, for some seconds; return what is wrong with it."""

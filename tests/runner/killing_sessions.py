@@ -2,7 +2,8 @@
 
 Each round forks a process that begins the session, or goes on with it, and tells what has been kept so far; it is
 killed with SIGKILL at a random moment, or while it waits after an answer, so that some kills are sure to come in time.
-What it had told, and what then lay on disk, is printed as one JSON object a round, and null when all are over.
+What it had told, and what then lay on disk, is printed as one JSON object a round, and null when all are over: with
+what the checksums say, and how the copy of the log in another folder compares.
 """
 
 from __future__ import annotations
@@ -16,7 +17,9 @@ import time
 from pathlib import Path
 from typing import Any
 
+from analysis.records import check_log
 from analysis.records.session_record import FILE_NAME, Header, Trial, read_session
+from documents.files import Mirror, compare_copy
 from runner.blocks.block import Block
 from runner.ports import Ask, Holding, KeyPress
 from runner.presenter.scene import Scene
@@ -80,9 +83,13 @@ def _sit(folder: Path, blocks: tuple[Block, ...], seed: int, told: int, waits_af
             time.sleep(600)
 
     session.on_trial = on_trial
+    copies = folder.parent / "copies"
+    copies.mkdir(exist_ok=True)
+    mirror = Mirror(folder / FILE_NAME, copies / FILE_NAME, copies)
     with recorder:
+        recorder.follow_with(mirror)
         session.run()
-    tell("end")
+    tell("end", mirror.close())
 
 
 def _round(folder: Path, blocks: tuple[Block, ...], rng: random.Random, *, waiting: bool) -> list[Any]:
@@ -123,15 +130,19 @@ def main(folder: Path, kind: str, variant: int, seed: int) -> None:
                 for path in session.iterdir():
                     path.unlink()
                 session.rmdir()
-            print(json.dumps({"told": told, "answers": [], "notes": [], "marks": [], "complete": False}))
+            nothing = {"answers": [], "notes": [], "marks": [], "complete": False, "findings": [], "copy": None}
+            print(json.dumps({"told": told, **nothing}))
             continue
         log = read_session(session / FILE_NAME)
+        copy = compare_copy(session / FILE_NAME, folder / "copies" / FILE_NAME)
         on_disk = {
             "told": told,
             "answers": [[*answer.place, answer.attempt] for answer in log.answers],
             "notes": [note.text for note in log.notes],
             "marks": [[mark.block, mark.trial] for mark in log.marks],
             "complete": log.complete,
+            "findings": [str(finding) for finding in check_log(session / FILE_NAME).findings],
+            "copy": copy.differs_at or str(copy),
         }
         print(json.dumps(on_disk))
         if log.complete:

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import os
-import subprocess
-import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +15,7 @@ from runner.presenter.scene import Scene
 from runner.session.session import Session
 from tests.runner import every_kind as EVERY
 from tests.runner.every_kind import VARIANTS
-
-HERE = Path(__file__).parent
-Kill = Callable[..., list[Any]]
+from tests.runner.killing import Kill, check_rounds, killer
 
 
 class _Nobody:
@@ -59,57 +54,15 @@ def kill(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Kill]:
     """Kill a session of (folder, kind, variant, seed) until it is complete; return what each round told."""
     if not hasattr(os, "fork"):
         pytest.skip("processes are forked here, so that killing many takes no time")
-    errors = tmp_path_factory.mktemp("killing") / "errors.txt"
-    with (
-        errors.open("w") as stderr,
-        subprocess.Popen(
-            [sys.executable, "-m", "tests.runner.killing_sessions"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=stderr,
-            text=True,
-            cwd=HERE.parents[1],
-        ) as program,
-    ):
-        asked, told = program.stdin, program.stdout
-        assert asked is not None
-        assert told is not None
-
-        def killed(folder: Path, *words: object) -> list[Any]:
-            asked.write(json.dumps([str(folder), *words]) + "\n")
-            asked.flush()
-            rounds = []
-            for line in told:
-                rounds.append(json.loads(line))
-                if rounds[-1] is None:
-                    return rounds[:-1]
-            pytest.fail(errors.read_text())
-
+    with killer(tmp_path_factory.mktemp("killing") / "errors.txt") as killed:
         yield killed
-        asked.close()
 
 
 @pytest.mark.parametrize(("kind", "variant"), VARIANTS)
 def test_killed_again_and_again(kind: str, variant: int, tmp_path: Path, kill: Kill) -> None:
     rounds = kill(tmp_path, kind, variant, 100 * VARIANTS.index((kind, variant)))
-    before: dict[str, list[Any]] = {"answers": [], "notes": [], "marks": []}
-    for told in rounds:
-        for what, *words in told["told"]:
-            assert what != "error", words
-            if what == "answer":
-                assert words in told["answers"]
-            elif what == "note":
-                assert words[0] in told["notes"]
-            elif what == "mark":
-                assert words in told["marks"]
-            else:
-                assert told["complete"]
-        for what, kept in before.items():
-            assert told[what][: len(kept)] == kept  # what was on disk stays there, in its order
-            before[what] = told[what]
-    assert rounds[-1]["complete"]
+    check_rounds(rounds)
     assert len(rounds) > 1  # it was killed at least once on its way
-    assert all(not told["complete"] for told in rounds[:-1])
     log = read_session(tmp_path / "s" / FILE_NAME)
     assert log.pending == ()
     assert len(set(rounds[-1]["notes"])) == len(rounds[-1]["notes"])

@@ -55,6 +55,24 @@ def test_simulated_sessions_are_copied_too(study: Study, backup: Path) -> None:
     assert [log.mirror for log in check_results(study.results, mirror=backup).logs] == ["whole"] * 3
 
 
+def test_the_next_session_catches_up_those_before(study: Study, backup: Path) -> None:
+    study.edit("rig.yaml", "results_mirror: backup", "")
+    simulate(study.experiment, study.observers, ["02", "03"], results=study.results)
+    study.edit("rig.yaml", "distance_mm: 700", "distance_mm: 700\nresults_mirror: backup")
+    second, third = session_files(study.results)
+    copy = copy_in_mirror(third, backup)
+    copy.parent.mkdir(parents=True)
+    copy.write_bytes(third.read_bytes()[:700])  # the computer was turned off before the copy was complete
+    simulate(study.experiment, study.observers, ["01"], results=study.results)
+    assert [log.mirror for log in check_results(study.results, mirror=backup).logs] == ["whole"] * 3
+    copy_in_mirror(second, backup).write_bytes(b"other")
+    simulate(study.experiment, study.observers, ["04"], results=study.results)
+    logs = check_results(study.results, mirror=backup).logs
+    assert [log.mirror for log in logs] == ["whole", "differs at line 1", "whole", "whole"]
+    (note,) = read_session(logs[-1].file).notes
+    assert f"is another file than {second}" in note.text
+
+
 def test_a_folder_that_is_not_there_is_noted_and_the_session_completed(study: Study, backup: Path) -> None:
     backup.rmdir()
     file, said = run(study)
