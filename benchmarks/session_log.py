@@ -1,0 +1,84 @@
+"""What a trial's line costs with its checksum and without, what a sync costs beside it, and reading 20,000 trials."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from pathlib import Path
+from time import perf_counter
+
+from curves import Row, seconds, write
+
+from analysis.records import FILE_NAME, Header, Trial, check_log, read_session
+from documents.files.chain import EMPTY, sealed
+from runner.session.folders import Recorder
+
+TRIALS = 20_000
+MOST_CHECKSUM_US, MOST_READING_S = 20.0, 4.0
+UTC = "2026-01-02T03:00:00.000+00:00"
+COST = {f"percent_{what}": 0.5 for what in ("red", "green", "blue", "any", "above_full")} | {"delta_e_00_mean": 0.1}
+HEADER = Header("bench", "01", "s", UTC, 0, "Which?", True, ({"name": "a"}, {"name": "b"}), {}, {}, {}, {}, {})
+
+
+def _trial(number: int) -> Trial:
+    pair = {"first": "a", "second": "b", "answer": "first", "chosen": "a", "rejected": "b", "first_position": "top"}
+    clipping = {name: {"left": COST, "right": COST} for name in ("a", "b")}
+    return Trial(0, number, "all_pairs", (("up", 1.0),), 1.0, UTC, {**pair, "clipping": clipping})
+
+
+def _unchained(line: dict[str, object]) -> bytes:
+    text = json.dumps(line, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    return text.encode("utf-8", "backslashreplace") + b"\n"
+
+
+def _line_rows() -> list[Row]:
+    lines = [_trial(number).to_json() for number in range(2000)]
+    plain = seconds(lambda: [_unchained(line) for line in lines], repeats=9) / len(lines)
+    chained = seconds(lambda: [sealed(line, 1, EMPTY) for line in lines], repeats=9) / len(lines)
+    added = 1e6 * (chained - plain)
+    kept = "kept" if added <= MOST_CHECKSUM_US else "NOT KEPT"
+    note = f"the number and the checksum add {added:.1f} µs (promised {MOST_CHECKSUM_US:.0f}): {kept}"
+    size = f"a line of {len(_unchained(lines[0]))} bytes"
+    return [
+        {"series": "without a checksum", "parameter": size, "seconds": plain, "error": None},
+        {"series": "with a checksum", "parameter": size, "seconds": chained, "error": None, "note": note},
+    ]
+
+
+def _reading_rows(folder: Path) -> list[Row]:
+    real = os.fsync
+    with Recorder.create(folder / "s", HEADER) as recorder:
+        began = perf_counter()
+        for number in range(100):
+            recorder.append(_trial(number))
+        appended = (perf_counter() - began) / 100
+        os.fsync = lambda descriptor: None  # 20,000 of them are not what is measured
+        try:
+            for number in range(100, TRIALS):
+                recorder.append(_trial(number))
+        finally:
+            os.fsync = real
+    file = folder / "s" / FILE_NAME
+    reading = seconds(lambda: read_session(file), repeats=3)
+
+    def reopen() -> None:
+        Recorder.reopen(folder / "s")[0].close()
+
+    reopening, checking = seconds(reopen, repeats=3), seconds(lambda: check_log(file), repeats=3)
+    trials = f"{TRIALS} trials, {file.stat().st_size / 1e6:.0f} MB"
+    note = f"promised {MOST_READING_S:.0f} s: {'kept' if reopening <= MOST_READING_S else 'NOT KEPT'}"
+    return [
+        {"series": "append with fsync", "parameter": "a trial", "seconds": appended, "error": None},
+        {"series": "read a session", "parameter": trials, "seconds": reading, "error": None},
+        {"series": "reopen to resume", "parameter": trials, "seconds": reopening, "error": None, "note": note},
+        {"series": "verify", "parameter": trials, "seconds": checking, "error": None},
+    ]
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as place:
+        rows = _line_rows() + _reading_rows(Path(place))
+    write("session_log", "The log of a session", rows)
+    for row in rows:
+        print(row["series"], row["parameter"], f"{row['seconds']:.3g} s", row.get("note", ""))
