@@ -13,7 +13,7 @@ from analysis.records.seal import SEAL, SealCheck, check_seal
 from analysis.records.session_record import FILE_NAME, read_session
 from devices.measurements import is_measurement_log
 from documents import Finding
-from documents.files import DamagedLineError, LogState, compare_copy, looked_for, read_lines
+from documents.files import DamagedLineError, LogState, compare_copy, looked_for, open_regular, read_lines
 
 _LAYOUT = 4  # EXPERIMENT/sub-OBSERVER/ses-LABEL/session.jsonl
 
@@ -159,10 +159,12 @@ def check_log(file: Path, mirror: Path | None = None) -> LogCheck:
 
     try:
         measured = is_measurement_log(file)
-        with open(file, "rb") as stream:
+        with open_regular(file, "log", error=ResultsError) as stream:
             state = read_lines(stream, seen.take, on_damage)
     except OSError as error:
         raise ResultsError(Finding(f"the results cannot be read: {error.strerror}", str(file))) from error
+    except DamagedLineError as error:
+        raise ResultsError(error.finding(file, "this line is no record", "restore the file")) from error
     if not measured and not any(finding.line for finding in seen.findings):
         try:
             read_session(file)

@@ -16,8 +16,8 @@ from devices.errors import MeasuringError
 from devices.instruments.instrument import Reading
 from devices.patches.arrangement import Place
 from devices.patches.patch import Patch, Step
-from documents import Finding
-from documents.files import DamagedLineError, DurableLog, LogInUseError, LogState, read_lines
+from documents import Finding, InputError
+from documents.files import DamagedLineError, DurableLog, LogInUseError, LogState, open_regular, read_lines
 
 FORMAT = "cyclopean-measurement"
 VERSION = 1
@@ -224,7 +224,7 @@ def read_session(file: Path) -> Session:
             failures.pop(position, None)
 
     try:
-        with open(file, "rb") as stream:
+        with open_regular(file, "measurement", error=MeasuringError) as stream:
             state = read_lines(stream, take)
     except OSError as error:
         what = f"the measurement cannot be read: {error.strerror}"
@@ -256,9 +256,9 @@ def is_measurement_log(file: Path) -> bool:
     False
     """
     try:
-        with open(file, "rb") as stream:
+        with open_regular(file) as stream:
             return FORMAT.encode() in stream.read(200).split(b"\n")[0]
-    except OSError:
+    except InputError:
         return False
 
 

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable
+from functools import partial
+from io import IOBase
 from pathlib import Path
 from typing import Any
 
 from documents.files.chain import CHAIN, COUNT, NUMBER, RESTORE, ChainReader, Link, LogState
 from documents.findings import Finding, InputError
 
+_LONGEST = 64 << 20
 _REFUSED = (ArithmeticError, LookupError, RecursionError, TypeError, ValueError, InputError)
 
 
@@ -71,7 +74,10 @@ def read_lines(
     chain = ChainReader()
     size = 0
     ended = lacks_line_end = False
-    for number, ended_raw in enumerate(lines, start=1):
+    source = iter(partial(lines.readline, _LONGEST), b"") if isinstance(lines, IOBase) else lines
+    for number, ended_raw in enumerate(source, start=1):
+        if len(ended_raw) >= _LONGEST:
+            raise DamagedLineError(number, f"it is longer than {_LONGEST >> 20} MiB")
         raw = ended_raw.removesuffix(b"\n")
         lacks_line_end = len(raw) == len(ended_raw)
         raw = raw.removesuffix(b"\r")

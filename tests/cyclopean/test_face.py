@@ -41,7 +41,7 @@ def results(study: Study) -> Path:
 
 def test_the_names_are_there_and_lazy() -> None:
     names = dir(cyclopean)
-    assert 10 <= len(names) <= 21
+    assert 10 <= len(names) <= 24
     for name in names:
         assert getattr(cyclopean, name).__doc__, name
     code = "import sys, cyclopean; print([m for m in ('pandas', 'scipy', 'moderngl', 'colour') if m in sys.modules])"
