@@ -21,6 +21,7 @@ def check_display_facts(report: CheckReport, rig: Rig) -> None:
     report.facts["not_measured"] = list(not_measured(rig))
     check_onsets(report, rig)
     check_settings(report, rig)
+    check_mirror(report, rig)
 
 
 def not_measured(rig: Rig) -> tuple[str, ...]:
@@ -76,6 +77,16 @@ def check_onsets(report: CheckReport, rig: Rig) -> None:
     if differs:
         what = f"{Path(verification.file).name} does not hold for this rig: {'; '.join(differs)}"
         report.warnings.append(Finding(what, rig.file, remedy="measure again, or leave it out"))
+
+
+def check_mirror(report: CheckReport, rig: Rig) -> None:
+    """Report the folder that results are copied to, and warn if it is not there now."""
+    if rig.results_mirror is None:
+        return
+    report.facts["results_mirror"] = str(rig.results_mirror)
+    if not rig.results_mirror.is_dir():
+        what = f"results_mirror: there is no folder {rig.results_mirror}: a session is not copied until it is there"
+        report.warnings.append(Finding(what, rig.file, remedy="connect the disk, or make the folder"))
 
 
 def check_settings(report: CheckReport, rig: Rig) -> None:

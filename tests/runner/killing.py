@@ -67,4 +67,6 @@ def check_rounds(rounds: Sequence[Any]) -> None:
         assert told["findings"] == []
         assert not isinstance(told["copy"], int)  # the first line of the copy that is another one
     assert rounds[-1]["complete"]
+    if ["end", None] in rounds[-1]["told"]:
+        assert rounds[-1]["copy"] == "whole"
     assert all(not told["complete"] for told in rounds[:-1])
