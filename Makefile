@@ -1,5 +1,5 @@
 # Targets that people and continuous integration share. `make demo` and `make test` need only Python 3.11 or newer,
-# git and make; what else they need they install, or say in one line.
+# git and make; what else they need they install, or say in one line. `NO_APT=1` never asks apt for system packages.
 VENV ?= .venv
 PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
 	command -v $$p >/dev/null 2>&1 && $$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' && echo $$p && break; done)
@@ -7,9 +7,13 @@ BIN = $(VENV)/bin
 # Three on two cores: windows and instruments wait more than they work. Each computes in one thread, since the threads of
 # all would wait for each other.
 WORKERS ?= 3
+# Every package at one version, each file with the SHA-256 that it must have; then this checkout, from nowhere else.
+PIP = -m pip --disable-pip-version-check --quiet install
+LOCKED = $(PIP) --require-hashes --no-deps
+CHECKOUT = $(PIP) --no-deps --no-build-isolation --no-index -e .
 ONE_THREAD = OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
-.PHONY: help env gl test-tools demo test check api docs bench bench-psychopy stress dither-mask test-quad test-vdp validate-bids clean
+.PHONY: help env gl test-tools demo test check api docs bench bench-psychopy stress dither-mask test-quad test-vdp validate-bids lock sbom audit licences clean
 
 help:
 	@echo "make demo       build stimuli, run 30 simulated observers, write a report"
@@ -20,6 +24,10 @@ help:
 	@echo "make bench      run time against error, peers beside (writes benchmarks/out)"
 	@echo "make bench-psychopy   trial switch beside PsychoPy, in an environment of its own"
 	@echo "make stress     slow sweeps to the edges"
+	@echo "make sbom       which packages are installed, as CycloneDX, into sbom.json"
+	@echo "make audit      known vulnerabilities of these packages, where an index can be reached"
+	@echo "make lock       resolve the packages again, into requirements/ (UPGRADE=--upgrade: newest versions)"
+	@echo "make licences   write docs/licences.md"
 	@echo "make dither-mask     make the shipped dither mask again"
 	@echo "make validate-bids DATASET=DIR   the official BIDS validator on an export"
 	@echo "make test-vdp   ColorVideoVDP, in an environment of its own (.venv-vdp, with PyTorch)"
@@ -27,12 +35,13 @@ help:
 
 env: $(VENV)/.installed
 
-$(VENV)/.installed: pyproject.toml constraints.txt
+$(VENV)/.installed: pyproject.toml requirements/dev.txt
 	@test -n "$(PYTHON)" || { echo "cyclopean needs Python 3.11 or newer: install it, or name it with PYTHON=..."; exit 1; }
 	@tools/system-packages venv $(PYTHON)
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	@echo "Installing the pinned packages into $(VENV) (once; a few minutes)"
-	@PIP_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
+	@$(BIN)/python $(LOCKED) -r requirements/dev.txt
+	@$(BIN)/python $(CHECKOUT)
 	@touch $@
 
 gl: env
@@ -65,7 +74,7 @@ docs: env
 	@echo "Open site/index.html"
 
 bench: test-tools
-	@PIP_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[bench]'
+	@$(BIN)/python $(LOCKED) -r requirements/bench.txt
 	@for file in $(filter-out benchmarks/curves.py benchmarks/simulated_studies.py,$(wildcard benchmarks/*.py)); do \
 		echo "$$file"; $(BIN)/python $$file || exit 1; done
 
@@ -89,12 +98,33 @@ test-quad: test-tools
 
 test-vdp:
 	@test -x .venv-vdp/bin/python || $(PYTHON) -m venv .venv-vdp
-	@PIP_CONSTRAINT=constraints.txt .venv-vdp/bin/python -m pip install --quiet --disable-pip-version-check -e '.[dev,vdp]'
+	@.venv-vdp/bin/python $(LOCKED) -r requirements/dev.txt -r requirements/vdp.txt
+	@.venv-vdp/bin/python $(CHECKOUT)
 	$(ONE_THREAD) .venv-vdp/bin/python -m pytest -m vdp tests/vdp
 
 validate-bids: env
 	@test -n "$(DATASET)" || { echo "name the folder of a dataset: make validate-bids DATASET=DIR"; exit 1; }
 	$(BIN)/bids-validator-deno --max-rows=-1 $(DATASET)
 
+licences: env
+	$(BIN)/python tools/licences.py
+
+# In an environment of their own: what looks at the packages is not one of them.
+.venv-audit/.installed: requirements/dev.txt requirements/audit.txt
+	@test -x .venv-audit/bin/python || $(PYTHON) -m venv .venv-audit
+	@.venv-audit/bin/python $(LOCKED) -r requirements/dev.txt -r requirements/audit.txt
+	@touch $@
+
+sbom: env .venv-audit/.installed
+	@.venv-audit/bin/cyclonedx-py environment --pyproject pyproject.toml --output-reproducible \
+		--output-format JSON --output-file sbom.json $(BIN)/python
+	@echo "sbom.json: CycloneDX, every package in $(VENV)"
+
+audit: .venv-audit/.installed
+	@.venv-audit/bin/python tools/audit.py .venv-audit/bin/pip-audit requirements/*.txt
+
+lock: .venv-audit/.installed
+	.venv-audit/bin/python tools/lock.py .venv-audit/bin/uv $(UPGRADE)
+
 clean:
-	rm -rf $(VENV) site .cache .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) .venv-audit sbom.json site .cache .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

@@ -15,23 +15,25 @@ ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_
 NOT_BENCHMARKS = ("curves.py", "simulated_studies.py")
 
 
-def _install(session: nox.Session, extras: str) -> None:
-    """Install this checkout and the pinned packages, unless nox runs with --no-venv."""
+def _install(session: nox.Session, *more: str) -> None:
+    """Install the pinned packages, whose hashes pip checks, and this checkout, unless nox runs with --no-venv."""
     if not isinstance(session.virtualenv, nox.virtualenv.PassthroughEnv):
-        session.install("-e", f".{extras}", env={"PIP_CONSTRAINT": "constraints.txt"})
+        files = [word for name in ("dev", *more) for word in ("-r", f"requirements/{name}.txt")]
+        session.install("--require-hashes", "--no-deps", *files)
+        session.install("--no-deps", "--no-build-isolation", "--no-index", "-e", ".")
 
 
 @nox.session
 def demo(session: nox.Session) -> None:
     """Build stimuli, run 30 simulated observers, write a report."""
-    _install(session, "")
+    _install(session)
     session.run("python", "-m", "cyclopean", "demo", *session.posargs)
 
 
 @nox.session
 def test(session: nox.Session) -> None:
     """Run the tests."""
-    _install(session, "[dev]")
+    _install(session)
     arguments = session.posargs or ["-n", "3", "--dist", "loadfile"]
     session.run("python", "-m", "pytest", "-m", "not stress and not quad and not vdp", *arguments, env=ONE_THREAD)
 
@@ -39,7 +41,7 @@ def test(session: nox.Session) -> None:
 @nox.session
 def check(session: nox.Session) -> None:
     """Floors, lint, format, types."""
-    _install(session, "[dev]")
+    _install(session)
     session.run("ruff", "check", ".")
     session.run("ruff", "format", "--check", ".")
     session.run("mypy")
@@ -53,21 +55,21 @@ def check(session: nox.Session) -> None:
 @nox.session
 def docs(session: nox.Session) -> None:
     """The pages of docs/ as a site with search, into site/."""
-    _install(session, "[docs]")
+    _install(session)
     session.run("python", "-m", "mkdocs", "build", "--strict", env={"NO_MKDOCS_2_WARNING": "1"})
 
 
 @nox.session
 def stress(session: nox.Session) -> None:
     """Slow sweeps to the edges."""
-    _install(session, "[dev]")
+    _install(session)
     session.run("python", "-m", "pytest", "-m", "stress", "tests/stress", *session.posargs)
 
 
 @nox.session
 def bench(session: nox.Session) -> None:
     """Run time against error, peers beside; writes benchmarks/out."""
-    _install(session, "[dev,bench]")
+    _install(session, "bench")
     files = sorted(file for file in Path("benchmarks").glob("*.py") if file.name not in NOT_BENCHMARKS)
     for file in session.posargs or files:
         session.run("python", str(file))

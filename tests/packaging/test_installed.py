@@ -90,7 +90,7 @@ def test_a_wheel_built_from_the_source_distribution_holds_the_same(
     with tarfile.open(distributions[1]) as archive:
         archive.extractall(tmp_path / "source", filter="data")
     (unpacked,) = (tmp_path / "source").iterdir()
-    assert {"tests", "docs", "Makefile", "noxfile.py", "constraints.txt"} <= {path.name for path in unpacked.iterdir()}
+    assert {"tests", "docs", "Makefile", "noxfile.py", "requirements"} <= {path.name for path in unpacked.iterdir()}
     (again,) = build(unpacked, tmp_path / "wheel", "wheel")
     first, second = zipfile.ZipFile(distributions[0]), zipfile.ZipFile(again)
     assert sorted(first.namelist()) == sorted(second.namelist())

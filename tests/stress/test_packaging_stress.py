@@ -35,6 +35,14 @@ def index() -> None:
         pytest.skip("no package index can be reached")
 
 
+def pins(folder: Path) -> Path:
+    """Return a file of the pinned versions without their hashes, which pip takes for the checkout's dependencies."""
+    lines = (ROOT / "requirements/dev.txt").read_text(encoding="utf-8").splitlines()
+    file = folder / "pins.txt"
+    file.write_text("\n".join(line.rstrip(" \\") for line in lines if "==" in line), encoding="utf-8")
+    return file
+
+
 @pytest.mark.parametrize("python", ["3.11", "3.13"])
 @pytest.mark.parametrize("system", SYSTEMS)
 def test_every_library_has_a_wheel(system: str, python: str, tmp_path: Path) -> None:
@@ -42,7 +50,7 @@ def test_every_library_has_a_wheel(system: str, python: str, tmp_path: Path) -> 
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     tags = [word for tag in SYSTEMS[system] for word in ("--platform", tag)]
     options = ["--dry-run", "--ignore-installed", "--target", str(tmp_path), "--only-binary=:all:"]
-    chosen = ["--python-version", python, "--implementation", "cp", "--constraint", "constraints.txt"]
+    chosen = ["--python-version", python, "--implementation", "cp", "--constraint", str(pins(tmp_path))]
     done = pip("install", *options, *tags, *chosen, *project["dependencies"])
     assert done.returncode == 0, done.stderr[-2000:]
 
@@ -53,7 +61,7 @@ def test_the_demonstration_runs_after_a_full_installation(tmp_path: Path) -> Non
     venv.create(environment, with_pip=True)
     programs = environment / ("Scripts" if os.name == "nt" else "bin")
     own = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
-    own |= {"PIP_CONSTRAINT": str(ROOT / "constraints.txt"), "CYCLOPEAN_CACHE": str(tmp_path / "cache")}
+    own |= {"PIP_CONSTRAINT": str(pins(tmp_path)), "CYCLOPEAN_CACHE": str(tmp_path / "cache")}
     install = [str(programs / "python"), "-m", "pip", "install", "--quiet", str(ROOT)]
     done = subprocess.run(install, capture_output=True, encoding="utf-8", env=own, timeout=1800, check=False)
     assert done.returncode == 0, done.stderr[-2000:]
