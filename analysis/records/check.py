@@ -15,6 +15,7 @@ from devices.measurements import is_measurement_log
 from documents import Finding
 from documents.files import DamagedLineError, LogState, compare_copy, looked_for, open_regular, read_lines
 
+_BEGINNING = 4096
 _LAYOUT = 4  # EXPERIMENT/sub-OBSERVER/ses-LABEL/session.jsonl
 
 
@@ -68,7 +69,7 @@ class LogCheck:
 
 @dataclass(frozen=True, slots=True)
 class ResultsCheck:
-    """Logs and seals that were checked."""
+    """Logs and seals that were checked; ``unreadable`` says which could not be."""
 
     logs: tuple[LogCheck, ...]
     seals: tuple[SealCheck, ...]
@@ -224,7 +225,7 @@ def check_results(*places: str | Path, mirror: str | Path | None = None) -> Resu
     Raises
     ------
     ResultsError
-        If a place or the mirror does not exist, a place holds no log, or a file cannot be read.
+        If a place or the mirror does not exist, or a place is no log and holds none.
 
     Examples
     --------
@@ -239,15 +240,32 @@ def check_results(*places: str | Path, mirror: str | Path | None = None) -> Resu
     measured = {Path(place): list(_measurements(Path(place))) for place in places}
     sessions = result_files(place for place in places if not measured[Path(place)] or _has_session(Path(place)))
     files = dict.fromkeys([*sessions, *(file for files in measured.values() for file in files)])
-    logs = [check_log(file, Path(mirror) if mirror else None) for file in files]
+    for file in files:
+        if file in map(Path, places) and not _is_log(file):
+            what = "this is no log of a session or a measurement"
+            raise ResultsError(Finding(what, str(file), remedy="name a folder of results, or a log"))
+    logs: list[LogCheck] = []
     seals: list[SealCheck] = []
     unreadable: list[Finding] = []
+    for file in files:
+        try:
+            logs.append(check_log(file, Path(mirror) if mirror else None))
+        except ResultsError as error:
+            unreadable += error.findings
     for folder in dict.fromkeys(seal.parent for place in places for seal in _seals(Path(place))):
         try:
             seals.append(check_seal(folder))
         except ResultsError as error:
             unreadable += error.findings
     return ResultsCheck(tuple(logs), tuple(seals), tuple(unreadable))
+
+
+def _is_log(file: Path) -> bool:
+    """Return whether ``file`` may be a log: by its name, or by how it begins."""
+    if file.name == FILE_NAME:
+        return True
+    with open_regular(file, "log", error=ResultsError) as stream:
+        return b'"record"' in stream.read(_BEGINNING)
 
 
 def _has_session(place: Path) -> bool:

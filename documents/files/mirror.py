@@ -6,6 +6,7 @@ Each time, the thread writes what the copy lacks, so that a copy that was away, 
 
 from __future__ import annotations
 
+import errno
 import os
 import threading
 from collections.abc import Callable, Iterable
@@ -48,6 +49,8 @@ def compare_copy(file: Path, copy: Path, size: int | None = None) -> CopyCheck:
     """
     same = lines = 0
     left = os.stat(file).st_size if size is None else size
+    if copy.exists() and not copy.is_file():
+        raise OSError(errno.EINVAL, "not a regular file", str(copy))
     with open(file, "rb") as log, open(copy if copy.exists() else os.devnull, "rb") as other:
         while left:
             ours = log.read(min(_CHUNK, left))
@@ -164,7 +167,7 @@ class Mirror:
 
     def _catch_up(self, wanted: int) -> None:
         if not self._folder.is_dir():
-            raise FileNotFoundError(2, "there is no such folder", str(self._folder))
+            raise FileNotFoundError(errno.ENOENT, "there is no such folder", str(self._folder))
         self._copy.parent.mkdir(parents=True, exist_ok=True)
         with open(self._copy, "ab", buffering=0) as stream, open(self._file, "rb") as log:
             done = os.fstat(stream.fileno()).st_size

@@ -25,19 +25,20 @@ def command(results: tuple[Path, ...], mirror: Path | None, as_json: bool) -> No
     import json
 
     from analysis.records import check_results
-    from documents.text import counted
+    from documents.text import counted, visible
 
     check = check_results(*results, mirror=mirror)
     if as_json:
         click.echo(json.dumps(check.to_json(), indent=2, ensure_ascii=False))
     else:
         for log in check.logs:
-            copy = f", copy: {log.mirror}" if log.mirror else ""
+            copy = f", copy: {visible(log.mirror)}" if log.mirror else ""
             lines = counted(log.lines, "line", "lines")
-            click.echo(f"{log.file}: {lines}, {log.checksums}, {log.ending}{copy}, digest {log.digest}")
+            click.echo(f"{visible(str(log.file))}: {lines}, {log.checksums}, {log.ending}{copy}, digest {log.digest}")
         for seal in check.seals:
             words = counted(len(seal.findings), "difference", "differences") if seal.findings else "as sealed"
-            click.echo(f"{seal.seal.file}: sealed {seal.seal.content.sealed_utc}, {words}, SHA-256 {seal.seal.digest}")
+            file, utc = visible(str(seal.seal.file)), visible(seal.seal.content.sealed_utc)
+            click.echo(f"{file}: sealed {utc}, {words}, SHA-256 {seal.seal.digest}")
         for finding in check.findings:
             click.echo(f"error: {finding}", err=True)
     if check.findings:

@@ -104,6 +104,16 @@ def test_logs_that_fit_are_listed(study: Study) -> None:
     assert f"{first}: 9 lines, chained, complete, digest {digest}" in told
     assert f"{second}: 4 lines, chained, stopped, its last line unfinished, digest " in told
     assert "2 logs: every checksum fits" in told
+    told = study.cyclopean("verify", study.experiment, expect=2).stderr
+    assert f"{study.experiment}: this is no log of a session or a measurement" in told
+    copy = study.folder / "copied.jsonl"
+    copy.write_bytes(first.read_bytes())
+    assert "chained, complete" in study.cyclopean("verify", copy).stdout
+    second.unlink()
+    second.mkdir()
+    told = study.cyclopean("verify", study.results, expect=1)
+    assert f"{first}: 9 lines" in told.stdout
+    assert "this is a folder, not a file" in told.stderr
     assert "folder holds no session.jsonl" in study.cyclopean("verify", study.folder / "cache", expect=2).stderr
 
 
