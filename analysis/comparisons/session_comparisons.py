@@ -107,7 +107,9 @@ def grouped_comparisons(sessions: Sequence[SessionLog]) -> tuple[Comparisons, Se
     ]
     groups = session_groups(header, compared)
     group_of = groups.group_of if groups else {}
-    answers = [replace(answer, group=group_of.get(answer.winner, "")) for _, answer in compared]
+    answers = [answer for _, answer in compared]
+    if groups or any(answer.group for answer in answers):
+        answers = [replace(answer, group=group_of.get(answer.winner, "")) for answer in answers]
     ties = sum(answer.tie for answer in answers)
     if ties == len(answers):
         files = ", ".join(str(session.file) for session in sessions[:3])

@@ -18,6 +18,7 @@ from analysis.comparisons.session_comparisons import KINDS, is_comparison
 from analysis.records.results import sessions_by_observer
 from analysis.records.session_record import SessionLog, Trial
 
+Floats = NDArray[np.float64]
 TOO_FAST_S = 0.2
 FEWEST_ANSWERS = 8  # of a trend
 
@@ -54,7 +55,31 @@ def side_biases(comparisons: Comparisons) -> tuple[SideBias | None, ...]:
     varies less than the binomial distribution: the test is conservative.
     """
     first, answers = first_choices(comparisons)
-    return tuple(_bias(*line) for line in zip(first.tolist(), answers.tolist(), strict=True))
+    total = np.rint(answers)
+    chosen = np.minimum(total, np.rint(first))
+    columns = (chosen.astype(int), total.astype(int), *_wilson(chosen, total), _binomial_p(chosen, total))
+    lines = zip(*(column.tolist() for column in columns), strict=True)
+    return tuple(SideBias(*line) if line[1] else None for line in lines)
+
+
+def _wilson(chosen: Floats, total: Floats) -> tuple[Floats, Floats]:
+    """Return Wilson's 95 % limits of shares, as `scipy.stats.binomtest` has them one by one."""
+    from scipy.special import ndtri
+
+    total = np.maximum(total, 1)
+    share, z = chosen / total, ndtri(0.975)
+    middle = 2 * total * share + z**2
+    half = z * np.sqrt(z**2 + 4 * total * share * (1 - share))
+    low, high = (middle - half) / (2 * (total + z**2)), (middle + half) / (2 * (total + z**2))
+    return np.where(chosen == 0, 0.0, low), np.where(chosen == total, 1.0, high)
+
+
+def _binomial_p(chosen: Floats, total: Floats) -> Floats:
+    """Return p of the exact two-sided binomial test against one half, whose law is symmetric."""
+    from scipy.special import bdtr
+
+    fewer = np.minimum(chosen, total - chosen)
+    return np.asarray(np.where(2 * fewer == total, 1.0, np.minimum(1.0, 2 * bdtr(fewer, np.maximum(total, 1), 0.5))))
 
 
 def first_choices(comparisons: Comparisons) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -64,18 +89,6 @@ def first_choices(comparisons: Comparisons) -> tuple[NDArray[np.float64], NDArra
     people = len(comparisons.observers)
     first = np.bincount(observer, count * comparisons.winner_was_first[known], people)
     return first.astype(np.float64), np.bincount(observer, count, people).astype(np.float64)
-
-
-def _bias(first: float, answers: float) -> SideBias | None:
-    from scipy.stats import binomtest
-
-    total = round(answers)
-    if not total:
-        return None
-    chosen = min(total, round(first))
-    test = binomtest(chosen, total)
-    limits = test.proportion_ci(method="wilson")
-    return SideBias(chosen, total, float(limits.low), float(limits.high), float(test.pvalue))
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,8 +219,6 @@ def response_times(
 
 
 def _trend(trials: Sequence[Trial], theta: Mapping[str, float]) -> Trend | None:
-    from scipy.stats import linregress, spearmanr
-
     nan = float("nan")
     strengths = [[theta.get(str(trial.data.get(place)), nan) for place in ("first", "second")] for trial in trials]
     difference = np.abs(np.diff(np.array(strengths), axis=1)[:, 0])
@@ -216,9 +227,34 @@ def _trend(trials: Sequence[Trial], theta: Mapping[str, float]) -> Trend | None:
     difference, times = difference[known], times[known]
     if len(times) < FEWEST_ANSWERS or np.ptp(times) == 0 or np.ptp(difference) <= 1e-9 * difference.max():
         return None
-    line = linregress(difference, np.log(times))
-    ranks = spearmanr(levels(difference), times)
-    return Trend(len(times), float(line.slope), float(line.stderr), float(ranks.statistic), float(ranks.pvalue))
+    slope, error = _line(difference, np.log(times))
+    return Trend(len(times), slope, error, *_spearman(levels(difference), times))
+
+
+def _line(x: Floats, y: Floats) -> tuple[float, float]:
+    """Return the slope by least squares and its standard error, as `scipy.stats.linregress` in a tenth of its time."""
+    x, y = x - x.mean(), y - y.mean()
+    squares, across, rest = float(x @ x), float(x @ y), float(y @ y)
+    left = max(0.0, 1 - across**2 / (squares * rest))
+    return across / squares, float(np.sqrt(left * rest / squares / (len(x) - 2)))
+
+
+def _spearman(x: NDArray[Any], y: NDArray[Any]) -> tuple[float, float]:
+    """Return Spearman's correlation and its two-sided p, as `scipy.stats.spearmanr` in a tenth of its time."""
+    from scipy.special import stdtr
+
+    one, other = (ranks - ranks.mean() for ranks in (_ranks(x), _ranks(y)))
+    rho = float(np.clip((one @ other) / np.sqrt((one @ one) * (other @ other)), -1.0, 1.0))
+    free = len(x) - 2
+    with np.errstate(divide="ignore"):
+        t = rho * np.sqrt(free / np.float64((1 + rho) * (1 - rho)))
+    return rho, float(2 * stdtr(free, -abs(t)))
+
+
+def _ranks(values: NDArray[Any]) -> Floats:
+    """Return ranks from 1, of equal values their mean."""
+    _, place, count = np.unique(values, return_inverse=True, return_counts=True)
+    return np.asarray((np.cumsum(count) - (count - 1) / 2)[place])
 
 
 @dataclass(frozen=True, slots=True)
@@ -284,7 +320,9 @@ class CatchResults:
 
 def catch_answers(sessions: Sequence[SessionLog]) -> CatchAnswers:
     """Count the catch trials of one observer's ``sessions``: the last attempt at each trial, without practice."""
-    trials = [trial for session in sessions for trial in session.trials if trial.kind in KINDS]
+    trials = [
+        trial for session in sessions for trial in session.trials if trial.data.get("catch") and trial.kind in KINDS
+    ]
     obvious = [trial for trial in trials if trial.data.get("catch") == "obvious"]
     same = [str(trial.data.get("answer")) for trial in trials if trial.data.get("catch") == "identical"]
     right = sum(trial.data.get("correct") is True for trial in obvious)

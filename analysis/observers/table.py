@@ -130,7 +130,12 @@ class ObserverTable:
 
 
 def observers_in_sessions(
-    sessions: Sequence[SessionLog], *, level: float = LEVEL, too_fast_s: float = TOO_FAST_S, shuffles: int = SHUFFLES
+    sessions: Sequence[SessionLog],
+    *,
+    level: float = LEVEL,
+    too_fast_s: float = TOO_FAST_S,
+    shuffles: int = SHUFFLES,
+    comparisons: Comparisons | None = None,
 ) -> ObserverTable:
     """Describe the observers of an experiment's sessions; the sessions of an observer are taken together.
 
@@ -146,6 +151,8 @@ def observers_in_sessions(
         Response times below this many seconds are counted as too fast.
     shuffles
         Number of permutations, as for `analysis.observers.concordance.kendall_u`.
+    comparisons
+        Those of the sessions, as `analysis.comparisons.from_sessions` returns them; None gathers them.
 
     Returns
     -------
@@ -167,8 +174,9 @@ def observers_in_sessions(
     [('01', 0.0, ('not completed',))]
     """
     refuse_mixtures(sessions)
-    compared = any(is_comparison(trial) and not is_tie(trial) for session in sessions for trial in session.trials)
-    comparisons = from_sessions(sessions) if compared else None
+    if comparisons is None:
+        compared = any(is_comparison(trial) and not is_tie(trial) for session in sessions for trial in session.trials)
+        comparisons = from_sessions(sessions) if compared else None
     theta: dict[str, float] = {}
     described: dict[str, ObserverLine] = {}
     if comparisons:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 from analysis.errors import ResultsError
 from analysis.records.codes import by_folder
@@ -72,7 +74,36 @@ def read_results(*places: str | Path) -> tuple[SessionLog, ...]:
     ...
     analysis.errors.ResultsError: ...: the folder holds no session.jsonl (name a folder of results)
     """
-    return tuple(by_folder(read_session(file)) for file in result_files(places))
+    shared = _Shared()
+    return tuple(by_folder(shared.within(read_session(file))) for file in result_files(places))
+
+
+class _Shared:
+    """Names and clipping costs that trials have in common, each kept once: half the memory of many sessions.
+
+    What a stimulus clips stands in every trial that shows it.
+    """
+
+    def __init__(self) -> None:
+        self._costs: dict[str, Any] = {}
+
+    def within(self, session: SessionLog) -> SessionLog:
+        """Let the trials of ``session`` share what they have in common with those before; return it."""
+        for trial in session.answers:
+            data = trial.data
+            if not isinstance(data, dict):
+                continue
+            kept = {sys.intern(key): sys.intern(value) if type(value) is str else value for key, value in data.items()}
+            clipping = kept.get("clipping")
+            if isinstance(clipping, dict):
+                kept["clipping"] = {name: self._shared(name, costs) for name, costs in clipping.items()}
+            data.clear()
+            data.update(kept)
+        return session
+
+    def _shared(self, name: str, costs: Any) -> Any:
+        known = self._costs.setdefault(name, costs)
+        return known if known == costs else costs
 
 
 def sessions_by_observer(sessions: Iterable[SessionLog]) -> dict[str, list[SessionLog]]:

@@ -29,6 +29,9 @@ def draw_scores(summary: Summary, width_in: float) -> Drawing:
     with drawing("scores", width_in, 0.75 + ROW_IN * len(items)) as (figure, axes):
         _scores(axes, summary, [item.name for item in items])
         axes.set_yticks(range(len(items)), [short(item.name) for item in items])
+        axes.yaxis.set_label_coords(
+            0.0, 0.5
+        )  # there is none: else its place is computed from all names, again and again
         axes.set_xlabel("log₁₀ score")
         return drawn(figure, f"Scores of {len(items)} stimuli with 95 % intervals")
 
@@ -193,6 +196,7 @@ def draw_classes(summary: Summary, width_in: float) -> Drawing:
                 axes.text(count - 0.25, row + 0.5, percent(share), va="center", ha="left", fontsize=8.5, color=INK)
             axes.text(count - 0.25, -0.75, "share a class", va="bottom", ha="left", fontsize=8.5, color=INK)
         axes.set_yticks(range(len(scores.items)), [short(item.name) for item in scores.items])
+        axes.yaxis.set_label_coords(0.0, 0.5)
         axes.set_ylim(len(scores.items) - 0.4, -0.6)
         axes.set_xlim(-0.6, count + (0.9 if stability is not None else -0.4))
         axes.xaxis.tick_top()

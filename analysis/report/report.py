@@ -185,7 +185,9 @@ def describe(
     preferred = preferences(remaining) if "preference" in kinds else None
     if preferred is not None:  # the sentence is in the head of the page
         notes = [note for note in notes if note != preferred.sentence]
-    observers = observers_in_sessions(remaining, shuffles=SHUFFLES) if compared else None
+    observers = None
+    if compared:
+        observers = observers_in_sessions(remaining, shuffles=SHUFFLES, comparisons=compared.comparisons)
     ratings = summarise_ratings(remaining) if "rating" in kinds else None
     return Report(
         header=remaining[0].header,

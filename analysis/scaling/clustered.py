@@ -53,8 +53,7 @@ class ByObserver:
     @cached_property
     def pair_freedom(self) -> Floats:
         """Shape (P,): degrees of freedom of θ_i − θ_j, for i < j in the order of ``numpy.triu_indices``."""
-        pairs = self.n * (self.n - 1) // 2
-        own = self.contributions.degrees_of_freedom(self._pairs, pairs)
+        own = self.contributions.pair_freedom(self.n)
         return np.asarray(self.spread.degrees_of_freedom(freedom=own)[0])
 
     @property
@@ -79,13 +78,6 @@ class ByObserver:
     @property
     def _further(self) -> int:
         return int(self.contributions.pulled.shape[1]) - self.n
-
-    def _pairs(self) -> Floats:
-        first, second = np.triu_indices(self.n, 1)
-        rows = np.zeros((len(first), self.n + self._further))
-        rows[np.arange(len(first)), first] = 1
-        rows[np.arange(len(first)), second] = -1
-        return rows
 
     def to_json(self) -> dict[str, float | int]:
         """Return plain values for JSON: how many observers, φ, λ, and the fewest and most degrees of freedom."""

@@ -13,7 +13,7 @@ of K_s's diagonal.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,11 +55,26 @@ class Contributions:
     root: Floats | None
     leverages: Floats | None
     shares: Floats
+    _of_pairs: list[Floats] = field(default_factory=list, init=False, repr=False)
 
     @property
     def freedom(self) -> float:
         """One less than the effective number of observers, 1/Σ k_s²."""
         return max(float(1 / (self.shares**2).sum()) - 1, FEWEST_FREE)
+
+    def pair_freedom(self, n: int) -> Floats:
+        """Return `degrees_of_freedom` of θ_i − θ_j, for i < j of the ``n`` strengths, computed once."""
+        if not self._of_pairs:
+            first, second = np.triu_indices(n, 1)
+
+            def pairs() -> Floats:
+                rows = np.zeros((len(first), self.pulled.shape[1]))
+                rows[np.arange(len(first)), first] = 1
+                rows[np.arange(len(first)), second] = -1
+                return rows
+
+            self._of_pairs.append(self.degrees_of_freedom(pairs, len(first)))
+        return self._of_pairs[0]
 
     def degrees_of_freedom(self, contrasts: Callable[[], Floats], number: int) -> Floats:
         """Return Satterthwaite's degrees of freedom of the variance of each contrast, if the law is right [Bell2002].

@@ -162,6 +162,8 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
         return SessionResult(ending, 0, sum(block.trials for block in design.example_blocks), folder)
     if station.session_folder is None:
         return SessionResult(ending, status.answered, status.trials, folder)
+    if not any(block.kind == "screening" for block in design.spec.blocks):
+        return SessionResult(ending, status.answered, status.trials, folder)
     stopped = running = None  # a long log would be in memory twice
     log = read_session(station.session_folder / FILE_NAME)
     failed = failed_tests([log]).get(observer, ())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import lru_cache
 from types import MappingProxyType
 
 import numpy as np
@@ -202,8 +203,13 @@ def _matrix_cell(scores: Scores, counts: NDArray[np.float64], row: int, column: 
         return MatrixCell("–", "never compared", "transparent", dark=False)
     share = wins / total
     title = f"{items[row]} over {items[column]}: {wins:g} of {total:g}"
+    return MatrixCell(f"{wins:g}", title, _rgb(share), dark=share >= WHITE_FROM)
+
+
+@lru_cache(maxsize=1000)
+def _rgb(share: float) -> str:
     red, green, blue = tint(share)
-    return MatrixCell(f"{wins:g}", title, f"rgb({red},{green},{blue})", dark=share >= WHITE_FROM)
+    return f"rgb({red},{green},{blue})"
 
 
 WHITE_FROM = 0.76  # share from which white letters have more contrast than black ones
