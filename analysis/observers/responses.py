@@ -78,8 +78,8 @@ def _binomial_p(chosen: Floats, total: Floats) -> Floats:
     """Return p of the exact two-sided binomial test against one half, whose law is symmetric."""
     from scipy.special import bdtr
 
-    fewer = np.minimum(chosen, total - chosen)
-    return np.asarray(np.where(2 * fewer == total, 1.0, np.minimum(1.0, 2 * bdtr(fewer, np.maximum(total, 1), 0.5))))
+    fewer, of = np.minimum(chosen, total - chosen), np.maximum(total, 1).astype(np.int64)
+    return np.asarray(np.where(2 * fewer == total, 1.0, np.minimum(1.0, 2 * bdtr(fewer, of, 0.5))))
 
 
 def first_choices(comparisons: Comparisons) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

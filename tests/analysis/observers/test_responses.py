@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.stats import binom, spearmanr
+from scipy.stats import binom, binomtest, linregress, spearmanr
 
 from analysis.comparisons.comparisons import Answer, from_answers
 from analysis.observers.responses import response_times, self_agreements, side_biases
@@ -58,6 +58,18 @@ def test_every_two_answers_to_a_pair_are_held_against_each_other(given_answers: 
         assert 0 <= found.share <= 1
 
 
+@pytest.mark.parametrize(("first", "of"), [(0, 1), (1, 1), (0, 9), (9, 9), (3, 9), (5, 10), (45, 90), (31, 90)])
+def test_sides_are_those_of_scipy(first: int, of: int) -> None:
+    """Limits and p of all observers at once are those that SciPy computes one by one."""
+    answers = [Answer("a", "b", first, first="a"), Answer("b", "a", of - first, first="a")]
+    (side,) = side_biases(from_answers(answers))
+    assert side is not None
+    test = binomtest(first, of)
+    limits = test.proportion_ci(method="wilson")
+    assert (side.low, side.high) == pytest.approx((limits.low, limits.high), rel=1e-12, abs=1e-15)
+    assert side.p == pytest.approx(test.pvalue, rel=1e-12)
+
+
 def test_weights_are_no_repetitions() -> None:
     assert self_agreements(from_answers([Answer("a", "b", 1.5), Answer("b", "a", 0.7)])) == (None,)
     assert self_agreements(from_answers([Answer("a", "b", 1)])) == (None,)
@@ -83,7 +95,9 @@ def test_times_that_follow_the_difference_give_its_slope(make_session: Maker) ->
     assert found.trend is not None
     assert found.trend.slope == pytest.approx(-0.4, abs=0.05)
     assert 0.005 < found.trend.slope_se < 0.05
-    assert found.trend.spearman == pytest.approx(spearmanr(gap, seconds).statistic)
+    line, ranks = linregress(gap, np.log(seconds)), spearmanr(gap, seconds)
+    assert (found.trend.slope, found.trend.slope_se) == pytest.approx((line.slope, line.stderr), rel=1e-9)
+    assert (found.trend.spearman, found.trend.p) == pytest.approx((ranks.statistic, ranks.pvalue), rel=1e-9)
     assert found.trend.p < 0.001
     assert found.to_json()["slope_per_nat"] == found.trend.slope
 
