@@ -96,8 +96,7 @@ def write_stopped_session(folder: Path, stimuli: int, missing: int) -> list[str]
         Image.fromarray(codes).save(folder / f"s{number:03d}.png")
         scores.append(f"  s{number:03d}: {{score: {1.03**number:.5f}}}")
     study, observer = folder.with_name("study"), folder.with_name("observer.yaml")
-    command = [sys.executable, "-m", "runner.cli.main", "new", str(study), str(folder), "--panel", "1920x1080,0.2768"]
-    subprocess.run(command, check=True, capture_output=True)
+    measured(["new", str(study), str(folder), "--panel", "1920x1080,0.2768"], folder)
     experiment = study / "experiment.yaml"
     text = experiment.read_text(encoding="utf-8")
     head, tail = text[: text.index("blocks:")], text[text.index("# Of the report") :]
