@@ -17,10 +17,14 @@ from pathlib import Path
 from typing import Any
 
 from analysis.errors import ResultsError
+from analysis.records.fields import HalfCharacterError, RecordError, of_whole_characters
+from analysis.records.order import Order
+from analysis.records.other_records import SCHEMA_VERSION, HeaderRecord
+from analysis.records.trial_kinds import NEWER
+from analysis.records.trial_record import TrialRecord
 from documents import Finding
-from documents.files import DamagedLineError, LogState, read_lines
+from documents.files import RESTORE, DamagedLineError, LogState, read_lines
 
-SCHEMA_VERSION = 1
 FILE_NAME = "session.jsonl"
 
 Json = Mapping[str, Any]
@@ -156,25 +160,33 @@ class Resumption:
         return {"record": "resume", **asdict(self)}
 
 
-_TRIAL_KEYS = ("block", "trial", "kind", "events", "response_time_s", "utc")
+_OF_EVERY_TRIAL = frozenset(("record", "block", "trial", "kind", "events", "response_time_s", "utc", "attempt"))
 
 
-def _trial(line: dict[str, Any]) -> Trial:
-    data = {key: value for key, value in line.items() if key not in (*_TRIAL_KEYS, "attempt", "record")}
-    known = {key: line[key] for key in _TRIAL_KEYS if key != "events"}
-    events = tuple((str(key), float(seconds)) for key, seconds in line["events"])
-    return Trial(events=events, data=data, attempt=int(line.get("attempt", 0)), **known)
+def _trial(record: TrialRecord, line: Json) -> Trial:
+    data = {key: value for key, value in line.items() if key not in _OF_EVERY_TRIAL}
+    events = tuple(record.events)
+    return Trial(
+        record.block, record.trial, record.kind, events, record.response_time_s, record.utc, data, record.attempt
+    )
 
 
-def _without_record(line: dict[str, Any]) -> dict[str, Any]:
-    return {key: value for key, value in line.items() if key != "record"}
-
-
-def _header(line: dict[str, Any]) -> Header:
-    known = _without_record(line)
-    for key in ("stimuli", "remarks"):
-        known[key] = tuple(known.get(key, ()))
-    return Header(**known)
+def _header(record: HeaderRecord, line: Json) -> Header:
+    free = {key: line[key] for key in ("display", "analysis", "hashes", "software", "presentation")}
+    return Header(
+        record.experiment,
+        record.observer,
+        record.session,
+        record.started_utc,
+        record.seed,
+        record.question,
+        record.simulated,
+        tuple(line["stimuli"]),
+        **free,
+        remarks=tuple(record.remarks),
+        interface=line.get("interface", {}),
+        station=record.station,
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -299,38 +311,79 @@ def read_session(file: Path) -> SessionLog:
     >>> log.header.observer, log.complete
     ('01', False)
     """
-    header: Header | None = None
-    records: list[Trial | Note | Mark | Resumption] = []
-    complete = False
-
-    def take(number: int, line: dict[str, Any]) -> None:
-        nonlocal header, complete
-        kind = line["record"]
-        if kind == "session":
-            header = _header(line)
-        elif kind == "trial":
-            records.append(_trial(line))
-        elif kind == "note":
-            records.append(Note(**_without_record(line)))
-        elif kind == "mark":
-            records.append(Mark(**_without_record(line)))
-        elif kind == "resume":
-            records.append(Resumption(**_without_record(line)))
-        elif kind == "end":
-            complete = True
-
+    reader = _Reader()
     try:
         with open(file, "rb") as stream:
-            state = read_lines(stream, take)
+            state = read_lines(stream, reader.take)
     except OSError as error:
         raise ResultsError(Finding(f"the results cannot be read: {error.strerror}", str(file))) from error
     except DamagedLineError as error:
-        finding = error.finding(file, "this line is not a session record", "restore the file")
-        raise ResultsError(finding) from error
-    if header is None:
-        raise ResultsError(Finding("the file has no session header", str(file), 1, 1))
+        raise ResultsError(refusal(error, file)) from error
+    if reader.header is None:
+        raise ResultsError(Finding("the file has no session header", str(file), 1, 1, RESTORE))
+    records = tuple(reader.records)
     answers = tuple(record for record in records if isinstance(record, Trial))
     notes = tuple(record for record in records if isinstance(record, Note))
     marks = tuple(record for record in records if isinstance(record, Mark))
     resumptions = tuple(record for record in records if isinstance(record, Resumption))
-    return SessionLog(file, header, answers, complete, state, notes, marks, resumptions, records=tuple(records))
+    return SessionLog(file, reader.header, answers, reader.complete, state, notes, marks, resumptions, records=records)
+
+
+class _Reader:
+    """Takes the lines of a log one by one."""
+
+    def __init__(self) -> None:
+        self.header: Header | None = None
+        self.records: list[Trial | Note | Mark | Resumption] = []
+        self._order: Order | None = None
+
+    @property
+    def complete(self) -> bool:
+        """Whether the end was recorded."""
+        return self._order is not None and self._order.complete
+
+    def take(self, number: int, line: Any) -> None:
+        """Take line ``number``; raise RecordError if it is not what can follow the lines before."""
+        try:
+            self._take(line)
+        except HalfCharacterError:
+            self._take(of_whole_characters(line))
+
+    def _take(self, line: Any) -> None:
+        kind = line.get("record") if isinstance(line, dict) else None
+        order = self._order
+        if order is None:
+            if kind != "session":
+                raise RecordError("a session begins with its header")
+            self._order = Order(line)
+            self.header = _header(self._order.header, line)
+        elif kind == "session":
+            raise RecordError("a second header: the lines of another session follow")
+        elif order.complete:
+            raise RecordError("it follows the end of the session")
+        elif kind == "trial":
+            self.records.append(_trial(order.trial(line), line))
+        elif kind == "note":
+            note = order.note(line)
+            self.records.append(Note(note.text, note.by, note.block, note.trial, note.utc))
+        elif kind == "mark":
+            mark = order.mark(line)
+            self.records.append(Mark(mark.block, mark.trial, mark.by, mark.utc))
+        elif kind == "resume":
+            resumption = order.resumption(line)
+            changes = line.get("accepted_changes", {})
+            self.records.append(Resumption(resumption.utc, changes, resumption.clock_behind_s))
+        elif kind == "window":
+            order.window(line)
+        elif kind == "end":
+            order.end(line)
+        else:
+            known = "session, trial, note, mark, resume, window, end"
+            raise RecordError(f"there is no record '{kind}' in this version, which has {known}", NEWER)
+
+
+def refusal(error: DamagedLineError, file: Path) -> Finding:
+    """Return the finding of a line of the log ``file`` that was refused."""
+    cause = error.__cause__
+    remedy = cause.remedy if isinstance(cause, RecordError) else None
+    return error.finding(file, "this line is not a session record", remedy or RESTORE)

@@ -268,9 +268,11 @@ def test_results_of_pairs_within_scenes_have_a_pooled_scale_of_what_the_scenes_s
         lines = [header.to_json()]
         for place, won in enumerate(["ax", "ay", "ax", "bx", "by", "by"]):
             scene, better = won[0], won[1]
-            pair = {"first": f"{scene}-x", "second": f"{scene}-y", "chosen": f"{scene}-{better}", "answer": "first"}
+            pair = {"first": f"{scene}-x", "second": f"{scene}-y", "chosen": f"{scene}-{better}"}
             pair |= {"rejected": f"{scene}-{'xy'[better == 'x']}", "group": scene, "group_factor": "scene"}
-            lines.append(Trial(0, place, "all_pairs", (), 1.0, "2026-01-31T09:31:00Z", pair).to_json())
+            pair |= {"answer": "first" if better == "x" else "second"}
+            utc = f"2026-01-31T09:31:{place:02d}Z"
+            lines.append(Trial(0, place, "all_pairs", ((better, 1.0),), 1.0, utc, pair).to_json())
         (tmp_path / number).mkdir()
         (tmp_path / number / "session.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
     table = cyclopean.scores(tmp_path).to_frame()

@@ -28,7 +28,8 @@ from runner.session.session import Session
 
 NAMES = tuple("abcdefgh")
 LAYOUT = PairLayout("vertical", (0, -60), (0, 60), (100, 80), (0, -140), 400)
-HEADER = Header("e", "01", "s", "2026-01-01T00:00:00+00:00", 0, "Which?", True, (), {}, {}, {}, {}, {})
+STIMULI = tuple({"name": name} for name in NAMES)
+HEADER = Header("e", "01", "s", "2026-01-01T00:00:00+00:00", 0, "Which?", True, STIMULI, {}, {}, {}, {}, {})
 
 
 def tell(*words: str) -> None:

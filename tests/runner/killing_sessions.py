@@ -27,7 +27,11 @@ from runner.session.folders import Recorder
 from runner.session.session import Session
 from tests.runner.every_kind import Fickle, blocks_of
 
-HEADER = Header("e", "01", "s", "2026-01-01T00:00:00.000+00:00", 0, "Which?", True, (), {}, {}, {}, {}, {})
+STIMULI = tuple(
+    {"name": name, "factors": {"scene": scene, "codec": codec}}
+    for name, scene, codec in zip("abcdef", ("beach",) * 3 + ("church",) * 3, (1, 2, 3) * 2, strict=True)
+)
+HEADER = Header("e", "01", "s", "2026-01-01T00:00:00.000+00:00", 0, "Which?", True, STIMULI, {}, {}, {}, {}, {})
 MOST_ROUNDS = 60
 
 

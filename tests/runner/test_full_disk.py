@@ -18,9 +18,10 @@ from runner.errors import SessionError
 from runner.session.folders import Recorder
 
 UTC = "2026-01-01T00:00:01.000+00:00"
-HEADER = Header("e", "01", "s", UTC, 0, "Which?", True, ({"name": "a"},), {}, {}, {}, {}, {})
-NOTE = Note("a lamp went out", "experimenter", 1, 2, UTC)
-ANSWER = Trial(1, 0, "all_pairs", (("up", 1.25),), 1.25, UTC, {"answer": "first"})
+HEADER = Header("e", "01", "s", UTC, 0, "Which?", True, ({"name": "a"}, {"name": "b"}), {}, {}, {}, {}, {})
+NOTE = Note("a lamp went out", "experimenter", 0, 0, UTC)
+CHOICE = {"first": "a", "second": "b", "answer": "first", "chosen": "a", "rejected": "b"}
+ANSWER = Trial(0, 0, "all_pairs", (("up", 1.25),), 1.25, UTC, CHOICE)
 
 
 class _Disk(FileIO):

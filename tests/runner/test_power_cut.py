@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,18 +13,34 @@ from analysis.records.session_record import FILE_NAME, Header, Mark, Note, Resum
 from runner.session.folders import Recorder
 
 UTC = "2026-01-01T00:00:01.000+00:00"
-HEADER = Header("e", "01", "s", UTC, 0, "Which — µ?", True, ({"name": "a"},), {}, {}, {}, {}, {})
-NOTE = Note("dim lamp — ä \u2028 'quoted' \\ 日本", "experimenter", 1, 2, UTC)
-ANSWER = Trial(1, 0, "all_pairs", (("text é", 0.25), ("up", 1.25)), 1.25, UTC, {"answer": "first", "stamps": {"µ": 1}})
-AGAIN = Trial(1, 0, "all_pairs", (("down", 1.0),), 1.0, UTC, {"answer": "second"}, attempt=1)
-MARK = Mark(1, 0, "observer", UTC)
+HEADER = Header("e", "01", "s", UTC, 0, "Which — µ?", True, ({"name": "a"}, {"name": "b"}), {}, {}, {}, {}, {})
+NOTE = Note("dim lamp — ä \u2028 'quoted' \\ 日本", "experimenter", 0, 0, UTC)
+PAIR = {"first": "a", "second": "b"}
+CHOSEN, OTHER = {"chosen": "a", "rejected": "b"}, {"chosen": "b", "rejected": "a"}
+FIRST, SECOND = PAIR | {"answer": "first"} | CHOSEN, PAIR | {"answer": "second"} | OTHER
+PRESSES = (("text é", 0.25), ("up", 1.25))
+ANSWER = Trial(0, 0, "all_pairs", PRESSES, 1.25, UTC, {**FIRST, "stamps": {"µ": 1}})
+AGAIN = Trial(0, 0, "all_pairs", (("down", 1.0),), 1.0, UTC, SECOND, attempt=1)
+MARK = Mark(0, 0, "observer", UTC)
 RESUMPTION = Resumption(UTC, {"display": {"before": "0", "now": "1"}})
+
+
+def _attempts(recorder: Recorder, least: int) -> int:
+    """Return how many first attempts the log has; of others than the first, if ``least`` is 1."""
+    return sum((answer.attempt > 0) == bool(least) for answer in recorder.answers())
+
 
 # How each kind of record is written, and how many of it a log then holds.
 Write = Callable[[Recorder], None]
 KINDS: dict[str, tuple[Write, Callable[[SessionLog], int]]] = {
-    "trial": (lambda recorder: recorder.append(ANSWER), lambda log: len(log.first_attempts)),
-    "attempt": (lambda recorder: recorder.append(AGAIN), lambda log: len(log.answers) - len(log.first_attempts)),
+    "trial": (
+        lambda recorder: recorder.append(replace(ANSWER, trial=_attempts(recorder, 0))),
+        lambda log: len(log.first_attempts),
+    ),
+    "attempt": (
+        lambda recorder: recorder.append(replace(AGAIN, attempt=1 + _attempts(recorder, 1))),
+        lambda log: len(log.answers) - len(log.first_attempts),
+    ),
     "note": (lambda recorder: recorder.note(NOTE), lambda log: len(log.notes)),
     "mark": (lambda recorder: recorder.mark(MARK), lambda log: len(log.marks)),
     "resume": (lambda recorder: recorder._log.append(RESUMPTION.to_json()), lambda log: len(log.resumptions)),

@@ -32,7 +32,7 @@ class Lab:
 
     folder: Path
 
-    def pair(self, number: int, *, block: int = 1, **more: Any) -> Trial:
+    def pair(self, number: int, *, block: int = 0, trial: int | None = None, **more: Any) -> Trial:
         """One answered pair."""
         first, second = STIMULI[number % 3], STIMULI[(number + 1) % 3]
         clipping = {name: {"left": COST, "right": COST} for name in (first, second)}
@@ -47,7 +47,8 @@ class Lab:
         }
         utc = f"2026-01-02T03:{4 + number // 60:02d}:{number % 60:02d}.250+00:00"
         attempt = more.pop("attempt", 0)
-        return Trial(block, number, "all_pairs", (("up", 1.25),), 1.25, utc, {**data, **more}, attempt)
+        place = block, number if trial is None else trial
+        return Trial(*place, "all_pairs", (("up", 1.25),), 1.25, utc, {**data, **more}, attempt)
 
     def trial(self, kind: str, data: Mapping[str, Any], *, block: int = 0, trial: int = 0) -> Trial:
         """A trial of any kind."""
@@ -73,7 +74,10 @@ class Lab:
             "seed": 7,
             "question": "Which is closer?",
             "simulated": True,
-            "stimuli": tuple({"name": name, "factors": {"view": "stereo"}} for name in STIMULI),
+            "stimuli": tuple(
+                {"name": name, "factors": {"view": "stereo"}, "clipping": {"left": COST, "right": COST}}
+                for name in STIMULI
+            ),
             "display": DISPLAY,
             "analysis": {"alpha": 0.05, "adjust": "holm"},
             "hashes": {"experiment": "ab" * 32},

@@ -14,8 +14,8 @@ Cyclopean = Callable[..., subprocess.CompletedProcess[str]]  # tests/conftest.py
 
 
 def test_it_says_what_it_wrote(lab: Lab, cyclopean: Cyclopean) -> None:
-    lab.session([lab.pair(0), Note("tired", "observer", 1, 1, "2026-01-02T03:04:05Z")])
-    copy = lab.session([lab.pair(0), Note("tired", "observer", 1, 1, "2026-01-02T03:04:05Z")], station="other")
+    lab.session([lab.pair(0), Note("tired", "observer", 0, 1, "2026-01-02T03:04:05Z")])
+    copy = lab.session([lab.pair(0), Note("tired", "observer", 0, 1, "2026-01-02T03:04:05Z")], station="other")
     told = cyclopean("export", lab.folder / "results", lab.folder / "other", "-o", lab.folder / "bids").stdout
     assert "1 session of 1 participant, 1 trial, as task-dynamicrange" in told
     assert f"note: {copy} is a copy of" in told

@@ -53,37 +53,76 @@ def check(issues: list[dict[str, Any]]) -> None:
 
 def _kinds(lab: Lab, text: str) -> list[Any]:
     """A trial of each kind, as the runner may record it, with words from people in it."""
+    words = text or "none"
+    rated = {"ratings": {words: 4}, "rating_times_s": {words: 0.5}}
     data: dict[str, dict[str, Any]] = {
         "instructions": {},
         "break": {"text": text},
         "best_of_series": {
-            "series": ["one", "two", "three"],
+            "series": words,
+            "stimuli": ["one", "two", "three"],
+            "start": 1,
             "chosen": "two",
-            "path": [["one", 0.4], ["two", 1.5]],
-            "dwell_s": {"one": 0.4, "two": 1.5, "three": 0.0},
-            "similarity": 7,
-            "difficulty": 3,
+            "chosen_index": 1,
+            "path": [[1, 0.5]],
+            "dwell_s": [0.0, 0.5, 0.0],
+            "ratings": {},
+            "rating_times_s": {},
         },
-        "rating": {"stimulus": "one", "rating": 4, "scale": {"low": text, "high": "glossy"}},
-        "questionnaire": {"question": text, "answer": text, "number": 2.5, "comment": text},
-        "preference": {"answer": "second", "first": "one", "second": "two", "stim_file": "x.exr"},
-        "screening": {"test": "stereo", "disparity_arcsec": 40.0, "correct": True, "passed": False, "HED": "Event"},
-        "active_pairs": {"first": "one", "second": "two", "answer": "tie", "expected_information_bits": 0.25},
-        text or "odd": {text or "odd": text, "duration": -1, "practice": True, "age": "old"},
+        "rating": {"stimulus": "one", **rated, "scale": {"low": text, "high": "glossy"}},
+        "questionnaire": {"name": words, "question": text, "answer": text, "answered_by": "choice", "comment": text},
+        "preference": {
+            "answer": "second",
+            "first": "one",
+            "second": "two",
+            "chosen": "two",
+            "rejected": "one",
+            "chosen_view": "flat",
+            "first_view": "stereo",
+            "stim_file": "x.exr",
+        },
+        "screening": {
+            "test": words,
+            "series": words,
+            "level": 40.0,
+            "unit": text,
+            "presentation": 0,
+            "correct_answer": "up",
+            "answer": "up",
+            "correct": True,
+            "passed": False,
+            "HED": "Event",
+        },
+        "active_pairs": {
+            "first": "one",
+            "second": "two",
+            "answer": "not_sure",
+            "batch": 0,
+            "expected_information_bits": 0.25,
+        },
+        "practice": {
+            "practice_of": "rating",
+            "stimulus": "one",
+            **rated,
+            words: text,
+            "duration": -1,
+            "practice": True,
+            "age": "old",
+        },
     }
-    return [lab.trial(kind, fields, block=n, trial=n) for n, (kind, fields) in enumerate(data.items())]
+    return [lab.trial(kind, fields, block=n) for n, (kind, fields) in enumerate(data.items())]
 
 
 def test_every_kind_of_trial_with_hostile_words_passes(lab: Lab, bids_issues: Issues) -> None:
     for number, text in enumerate(HOSTILE):
         records = [
             *_kinds(lab, text),
-            lab.pair(20, block=20),
-            lab.pair(20, block=20, attempt=1),
-            Note(text, "observer", 20, 1, "2026-01-02T03:04:20Z"),
-            Note(text, "experimenter", 20, 1, "no time at all"),
-            Mark(20, 20, "observer", "2026-01-02T03:03:00Z"),
-            Resumption("2026-01-02T03:08:00Z", {"rig": ["a", "b"]}),
+            lab.pair(20, block=9, trial=0),
+            lab.pair(21, block=9, trial=1),
+            Note(text, "observer", 9, 1, "2026-01-02T03:04:22Z"),
+            Note(text, "experimenter", 9, 2, "2026-01-02T03:04:22.500+00:00"),
+            Mark(9, 0, "observer", "2026-01-02T03:04:23Z"),
+            Resumption("2026-01-02T03:08:00Z", {"rig": {"before": text, "now": None}}),
         ]
         words = {"question": text, "remarks": (text,), "analysis": {text: text}}
         lab.session(records, observer=f"{number:02d}", session=f"s{number}", complete=number % 2 == 0, **words)

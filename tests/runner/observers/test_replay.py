@@ -114,7 +114,8 @@ def test_screens_of_another_session_are_others(study: Study, tmp_path: Path) -> 
     assert screens != others
 
 
-HEADER = Header("e", "01", "s", "2026-01-01T00:00:00+00:00", 0, "Which?", True, (), {}, {}, {"a": "1"}, {}, {})
+STIMULI = tuple({"name": name} for name in SCORES)
+HEADER = Header("e", "01", "s", "2026-01-01T00:00:00+00:00", 0, "Which?", True, STIMULI, {}, {}, {"a": "1"}, {}, {})
 LAYOUT = PairLayout("vertical", (0, -60), (0, 60), (100, 80), (0, -140), 400)
 BLOCKS = (
     Message("instructions", "Look."),

@@ -15,7 +15,8 @@ from runner.errors import SessionError
 from runner.session.folders import Recorder, new_label, observer_folder, to_resume, unfinished
 
 NOON = datetime(2026, 3, 1, 12, tzinfo=UTC)
-HEADER = Header("e", "01", "s", "2026-01-01T00:00:00.000+00:00", 0, "Which?", True, (), {}, {}, {}, {}, {})
+STIMULI = ({"name": "a"}, {"name": "b"})
+HEADER = Header("e", "01", "s", "2026-01-01T00:00:00.000+00:00", 0, "Which?", True, STIMULI, {}, {}, {}, {}, {})
 
 
 def _begin(results: Path, now: datetime, *, complete: bool) -> str:
@@ -61,7 +62,8 @@ def _answer(results: Path, label: str, *kinds: str) -> None:
     recorder, _ = Recorder.reopen(observer_folder(results, "e", "01") / f"ses-{label}")
     with recorder:
         for block, kind in enumerate(kinds):
-            recorder.append(Trial(block, 0, kind, (("space", 1.0),), 1.0, "2026-01-01T00:00:00.000+00:00"))
+            data = {} if kind == "instructions" else {"first": "a", "second": "b", "answer": "not_sure"}
+            recorder.append(Trial(block, 0, kind, (("space", 1.0),), 1.0, "2026-01-01T00:00:00.000+00:00", data))
 
 
 def _resumed(results: Path) -> str:

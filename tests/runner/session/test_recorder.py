@@ -23,7 +23,7 @@ HEADER = Header(
     seed=0,
     question="Which — µ?",
     simulated=True,
-    stimuli=({"name": "a"}, {"name": "b"}),
+    stimuli=({"name": "a"}, {"name": "b é"}),
     display={},
     analysis={},
     hashes={},
@@ -33,8 +33,8 @@ HEADER = Header(
 
 
 def _trial(number: int) -> Trial:
-    data = {"first": "a", "second": "b é", "answer": "first"}
-    return Trial(1, number, "all_pairs", (("up", 1.25),), 1.25, "2026-01-01T00:00:01+00:00", data)
+    data = {"first": "a", "second": "b é", "answer": "first", "chosen": "a", "rejected": "b é"}
+    return Trial(0, number, "all_pairs", (("up", 1.25),), 1.25, "2026-01-01T00:00:01+00:00", data)
 
 
 def _session(folder: Path, trials: int) -> Path:

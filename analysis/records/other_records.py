@@ -1,0 +1,302 @@
+"""What the lines of a log beside its trials have: the header, notes, marks, resumptions, events of the window, the end.
+
+Known fields have their types and ranges, and further ones are allowed: a newer version may add some.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import ConfigDict, Field, Strict
+
+from analysis.records.fields import (
+    XYZ,
+    Count,
+    Fields,
+    Json,
+    Name,
+    NotNegative,
+    Number,
+    Percent,
+    Positive,
+    RecordError,
+    Text,
+    Utc,
+    Whole,
+    read_fields,
+)
+
+SCHEMA_VERSION = 1
+_Size = Annotated[tuple[Count, Count], Strict(False)]
+_Share = Annotated[float, Field(gt=0, lt=1)]
+
+
+class EyeCosts(Fields):
+    """What the gamut clip costs one eye of a stimulus, or what is left of crosstalk in it."""
+
+    percent_red: Percent | None = None
+    percent_green: Percent | None = None
+    percent_blue: Percent | None = None
+    percent_any: Percent | None = None
+    percent_negative: Percent | None = None
+    percent_above_full: Percent | None = None
+    delta_e_00_mean: NotNegative | None = None
+    delta_e_00_max: NotNegative | None = None
+
+
+class Crosstalk(Fields):
+    """What crosstalk could not be cancelled, by eye."""
+
+    left: EyeCosts | None = None
+    right: EyeCosts | None = None
+
+
+class Clipping(Crosstalk):
+    """What the gamut clip costs a stimulus, by eye."""
+
+    crosstalk: Crosstalk | None = None
+
+
+class Stimulus(Fields):
+    """A stimulus of the session."""
+
+    name: Name
+    factors: dict[Name, Text | Number | bool] = Field(default_factory=dict)
+    flat: bool = False
+    clipping: Clipping | None = None
+
+
+class Panel(Fields):
+    """The panel's pixels."""
+
+    resolution_px: _Size | None = None
+    pixel_pitch_mm: Positive | None = None
+    refresh_hz: Positive | None = None
+    bits: Count | None = None
+
+
+class Eyes(Fields):
+    """A colour for each eye."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    left: XYZ | None = None
+    right: XYZ | None = None
+
+
+class Nominal(Fields):
+    """The standard that a display was taken for."""
+
+    kind: Name | None = None
+    words: Text | None = None
+    white_cd_m2: NotNegative | None = None
+    black_cd_m2: NotNegative | None = None
+    black_assumed: bool | None = None
+
+
+class Display(Fields):
+    """The display, and how it was seen."""
+
+    file: Text | None = None
+    mode: Text | None = None
+    characterised_as: Text | None = None
+    nominal: Nominal | None = None
+    source: Text | None = None
+    colorimetric_observer: Text | None = None
+    panel: Panel | None = None
+    monitor_settings: dict[Name, Json] | None = None
+    white_XYZ_cd_m2: Eyes | None = None
+    black_XYZ_cd_m2: Eyes | None = None
+    ambient_XYZ_cd_m2: Eyes | None = None
+    distance_mm: Positive | None = None
+    glasses: Text | None = None
+    mode_options: Json | None = None
+    crosstalk_cancelled: bool | None = None
+    lift_black: bool | None = None
+    dither: Text | None = None
+    gain_map_delivers: NotNegative | None = None
+
+
+class SwapIntervals(Fields):
+    """Intervals between swaps of black frames."""
+
+    frames: Count
+    median_ms: NotNegative
+    p99_ms: NotNegative
+    shortest_ms: NotNegative | None = None
+    longest_ms: NotNegative
+    missed: Count | None = None
+    late: Count | None = None
+
+
+class Timing(Fields):
+    """What is known of the time of frames."""
+
+    compositor: Text | None = None
+    verification: Text | None = None
+    swap_intervals: SwapIntervals | None = None
+    verification_record: Json | None = None
+
+
+class GammaTables(Fields):
+    """The gamma tables that were measured, loaded and set."""
+
+    measured: dict[Name, Json] | None = None
+    loaded: dict[Name, Json] | None = None
+    set: Text | None = None
+    accepted: bool | None = None
+
+
+class Presentation(Fields):
+    """The surface that the session was drawn on."""
+
+    backend: Text | None = None
+    display_server: Text | None = None
+    vendor: Text | None = None
+    renderer: Text | None = None
+    gl_version: Text | None = None
+    size_px: _Size | None = None
+    stereo: bool | None = None
+    vsync: bool | None = None
+    remarks: list[Text] | None = None
+    refresh_hz: NotNegative | None = None
+    bits: Count | None = None
+    timing: Timing | None = None
+    gamma_table: GammaTables | None = None
+
+
+class Analysis(Fields):
+    """The experiment's options of the analysis."""
+
+    alpha: _Share | None = None
+    adjust: Literal["none", "holm", "bh", "maxz"] | None = None
+    covariance: Literal["auto", "model", "scaled", "sandwich", "shrinkage"] | None = None
+    margin: Text | None = None
+
+
+class Appearance(Fields):
+    """What an experiment sets of its background or its text."""
+
+    luminance_cd_m2: NotNegative | None = None
+    share_of_white: NotNegative | None = None
+    xy: Annotated[tuple[Number, Number], Strict(False)] | None = None
+    height_arcmin: Positive | None = None
+
+
+class Appearances(Fields):
+    """What an experiment sets of how its screens look."""
+
+    background: Appearance | None = None
+    text: Appearance | None = None
+
+
+class Interface(Fields):
+    """The language of the session, and what the experiment sets of how it looks and of its keys."""
+
+    language: Name | None = None
+    style: Appearances | None = None
+    keys: Json | None = None
+    words: dict[Name, Text] | None = None
+
+
+class HeaderRecord(Fields):
+    """The first line."""
+
+    record: Literal["session"]
+    schema_version: Literal[1] = 1
+    experiment: Name
+    observer: Name
+    session: Name
+    started_utc: Utc
+    seed: Whole
+    question: Text
+    simulated: bool
+    stimuli: list[Stimulus]
+    display: Display
+    analysis: Analysis
+    hashes: dict[Name, Text]
+    software: dict[Name, Text]
+    presentation: Presentation
+    remarks: list[Text] = Field(default_factory=list)
+    interface: Interface = Field(default_factory=Interface)
+    station: Text = ""
+
+
+def read_header(line: dict[str, Any]) -> HeaderRecord:
+    """Return a line as a header.
+
+    Raises
+    ------
+    RecordError
+        If it is none, or one of another version of the format, or two stimuli have one name.
+    """
+    version = line.get("schema_version", SCHEMA_VERSION)
+    if version != SCHEMA_VERSION and isinstance(version, int):
+        software = line.get("software")
+        by = software.get("cyclopean") if isinstance(software, dict) else None
+        raise RecordError(
+            f"the log has schema_version {version}, and this version of cyclopean reads {SCHEMA_VERSION}",
+            f"read it with the version that recorded it{f', {by}' if isinstance(by, str) else ''}, or a newer one; "
+            "if none did, restore the file from a copy",
+        )
+    header = read_fields(HeaderRecord, line)
+    names = [stimulus.name for stimulus in header.stimuli]
+    for index, name in enumerate(names):
+        if name in names[:index]:
+            raise RecordError(f"two stimuli are called '{name}'")
+    return header
+
+
+class NoteRecord(Fields):
+    """A note."""
+
+    record: Literal["note"]
+    text: Text
+    by: Name
+    block: Count
+    trial: Count
+    utc: Utc
+
+
+class MarkRecord(Fields):
+    """A request to ask a trial once more."""
+
+    record: Literal["mark"]
+    block: Count
+    trial: Count
+    by: Name
+    utc: Utc
+
+
+class Change(Fields):
+    """SHA-256 before and after."""
+
+    before: Text | None
+    now: Text | None
+
+
+class ResumptionRecord(Fields):
+    """The session was resumed."""
+
+    record: Literal["resume"]
+    utc: Utc
+    accepted_changes: dict[Name, Change] = Field(default_factory=dict)
+    clock_behind_s: NotNegative = 0.0
+
+
+class WindowRecord(Fields):
+    """Something happened to the window."""
+
+    record: Literal["window"]
+    what: Name
+    block: Count
+    trial: Count
+    utc: Utc
+
+
+class EndRecord(Fields):
+    """The session is complete."""
+
+    record: Literal["end"]
+    work: dict[Name, Number] = Field(default_factory=dict)
+    screened_out: bool = False

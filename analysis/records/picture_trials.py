@@ -1,0 +1,115 @@
+"""Records of pictures chosen from a series or rated alone: `best_of_series`, `rating`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Annotated, ClassVar
+
+from pydantic import Field, Strict
+
+from analysis.records.fields import Count, Name, Seconds, Whole
+from analysis.records.trial_record import ROUNDING_S, Session, TrialRecord, is_near
+
+Visit = Annotated[tuple[Count, Seconds], Strict(False)]
+_LEAF = {
+    **dict.fromkeys(("left", "wheel_up", "pad_left"), "previous"),
+    **dict.fromkeys(("right", "wheel_down", "pad_right"), "next"),
+    **dict.fromkeys(("enter", "space", "pad_a"), "choose"),
+}
+
+
+class RatedRecord(TrialRecord):
+    """A record with ratings by the scale's name, and the time that each took in s."""
+
+    ratings: dict[Name, Whole]
+    rating_times_s: dict[Name, Seconds]
+
+    def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
+        """Compare the ratings with their times, and the times with the presses."""
+        if self.ratings.keys() != self.rating_times_s.keys():
+            yield "'ratings' and 'rating_times_s' are not of the same scales"
+        total = sum([seconds for _, seconds in self.events])
+        if sum(self.rating_times_s.values()) > total + ROUNDING_S * (1 + len(self.events) + len(self.ratings)):
+            yield f"the ratings took longer than all events ({total:g} s)"
+
+
+class RatingRecord(RatedRecord):
+    """A picture rated alone."""
+
+    asked: ClassVar[tuple[str, ...]] = ("stimulus",)
+
+    stimulus: Name
+
+    @property
+    def stimuli(self) -> tuple[str, ...]:
+        """The one."""
+        return (self.stimulus,)
+
+    def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
+        """Compare the response time with those of the ratings."""
+        yield from super().contradictions(session, practised=practised)
+        if abs(self.response_time_s - sum(self.rating_times_s.values())) > ROUNDING_S * (1 + len(self.ratings)):
+            yield f"the response time is {self.response_time_s:g} s, which is not that of its ratings together"
+
+
+class BestOfSeriesRecord(RatedRecord):
+    """A picture chosen from a series, and how the series was gone through."""
+
+    asked: ClassVar[tuple[str, ...]] = ("series", "members", "start")
+
+    series: Name
+    members: list[Name] = Field(alias="stimuli", min_length=2)
+    start: Count
+    chosen: Name
+    chosen_index: Count
+    path: list[Visit] = Field(min_length=1)
+    dwell_s: list[Seconds]
+
+    @property
+    def stimuli(self) -> tuple[str, ...]:
+        """Those of the series."""
+        return tuple(self.members)
+
+    def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
+        """Compare the choice with the path, the path with the presses, the times with those on the path."""
+        yield from super().contradictions(session, practised=practised)
+        count = len(self.members)
+        places = [index for index, _ in self.path]
+        if len(set(self.members)) < count:
+            yield "the series shows a picture twice"
+        elif max(places) >= count or places[0] != self.start or places[-1] != self.chosen_index:
+            yield f"the path does not lead from picture {self.start} to picture {self.chosen_index} of {count}"
+        elif self.members[self.chosen_index] != self.chosen:
+            yield f"'{self.chosen}' is chosen, but picture {self.chosen_index} is '{self.members[self.chosen_index]}'"
+        elif len(self.dwell_s) != count or not self._dwelt():
+            yield "'dwell_s' is not how long each picture of the path was shown"
+        elif abs(self.response_time_s - sum([s for _, s in self.path])) > ROUNDING_S * (1 + len(self.path)):
+            yield f"the response time is {self.response_time_s:g} s, which is not that of its path"
+        else:
+            yield from self._pressed(session, places)
+
+    def _dwelt(self) -> bool:
+        sums = [0.0] * len(self.members)
+        for index, seconds in self.path:
+            sums[index] += seconds
+        near = ROUNDING_S * (1 + len(self.path))
+        return all(abs(total - stated) <= near for total, stated in zip(sums, self.dwell_s, strict=True))
+
+    def _pressed(self, session: Session, places: Sequence[int]) -> Iterator[str]:
+        times = [seconds for _, seconds in self.path]
+        for begin in range(len(self.events) - len(times) + 1):
+            events = self.events[begin : begin + len(times)]
+            if all(is_near(seconds, (time_s,)) for (_, seconds), time_s in zip(events, times, strict=True)):
+                break
+        else:
+            yield "the times of its path are not those of its presses"
+            return
+        count = len(self.members)
+        for place, (key, _), after in zip(places, events, [*places[1:], None], strict=True):
+            moves = {"next": (place + 1) % count, "previous": (place - 1) % count}
+            possible = ["choose"] if after is None else [way for way, index in moves.items() if index == after]
+            if not possible:
+                yield f"picture {after} does not follow picture {place}"
+                return
+            if len(possible) == 1:  # of two pictures in a ring, each follows the other both ways
+                yield from session.key_means("series", key, possible[0], _LEAF)

@@ -1,0 +1,113 @@
+"""What the record of every trial has, whatever its kind, and what can be said of one record by those before it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import Field, Strict
+
+from analysis.records.fields import Count, Event, Fields, Name, Number, Seconds, Utc
+
+# Times are rounded to 1e-6 s, and sums of them once more.
+ROUNDING_S = 2e-6
+
+
+class TimedScene(Fields):
+    """A scene that stood for a given time, such as a fixation cross."""
+
+    what: Name
+    frames: Count
+    asked_ms: Annotated[float, Field(ge=0, le=1e9)]
+    shown_ms: Number
+    missed_frames: Count
+
+
+Ignored = Annotated[tuple[Name, Number, Name], Strict(False)]
+
+
+@dataclass(slots=True)
+class Session:
+    """What the records of a session so far say: what the next one must agree with.
+
+    ``own_keys`` is whether the experiment gives keys other meanings; ``answers_of`` maps each key, where it was
+    pressed in the same situation, to the answer that it gave; ``better`` maps the two pictures of a catch trial to the
+    one with which it is right; ``seen`` counts what a kind's own records count.
+    """
+
+    factors: Mapping[str, Mapping[str, Any]]
+    own_keys: bool = False
+    answers_of: dict[tuple[str, str], str] = field(default_factory=dict)
+    better: dict[frozenset[str], str] = field(default_factory=dict)
+    seen: dict[Any, Any] = field(default_factory=dict)
+
+    def key_means(self, situation: str, key: str, answer: str, usual: Mapping[str, str]) -> Iterator[str]:
+        """Yield what is wrong if ``key`` gave ``answer``; ``usual`` is what keys mean if they have no other meaning."""
+        if key.startswith("click "):
+            known = key.removeprefix("click ")
+        elif not self.own_keys and key in usual:
+            known = usual[key]
+        else:
+            known = self.answers_of.setdefault((situation, key), answer)
+        if known != answer:
+            yield f"the answer is '{answer}', but the key '{key}' means '{known}'"
+
+
+class TrialRecord(Fields):
+    """The fields of every trial. A kind adds its own, and says in `contradictions` what must agree in them."""
+
+    asked: ClassVar[tuple[str, ...]] = ()
+    """The fields that say what was asked: the same in every attempt at a trial."""
+
+    record: Literal["trial"]
+    block: Count
+    trial: Count
+    kind: Name
+    events: list[Event]
+    response_time_s: Seconds
+    utc: Utc
+    attempt: Count = 0
+    clipping: dict[str, Any] | None = None
+    timed: list[TimedScene] = Field(default_factory=list)
+    ignored: list[Ignored] = Field(default_factory=list)
+    interruptions: Count = 0
+    nominal: Name | None = None
+    uncharacterised: bool = False
+    wrong_screen: bool = False
+
+    @property
+    def stimuli(self) -> tuple[str, ...]:
+        """The stimuli that it names."""
+        return ()
+
+    def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
+        """Yield what in this record contradicts itself or the records before it.
+
+        Where it is ``practised``, pages of feedback may follow the answer.
+        """
+        yield from ()
+
+    def timed_by_events(self) -> Iterator[str]:
+        """Yield what is wrong with a response time that cannot be longer than all that was waited for."""
+        total = sum([seconds for _, seconds in self.events])
+        if self.response_time_s > total + ROUNDING_S * (1 + len(self.events)):
+            yield f"the response time is {self.response_time_s:g} s, longer than its events took ({total:g} s)"
+
+    def timed_by_press(self, *, last: bool) -> Iterator[str]:
+        """Yield what is wrong if no press has the response time: the ``last`` one, or any."""
+        times = [seconds for _, seconds in (self.events[-1:] if last else self.events)]
+        if not is_near(self.response_time_s, times):
+            yield f"the response time is {self.response_time_s:g} s, which is that of no press that could answer"
+
+    def answer_key(self, *, last: bool) -> str | None:
+        """Return the key that answered; None if that cannot be known."""
+        if last:
+            return self.events[-1][0] if self.events else None
+        keys = {key for key, seconds in self.events if is_near(self.response_time_s, (seconds,))}
+        return keys.pop() if len(keys) == 1 else None
+
+
+def is_near(value: float, others: Iterable[float]) -> bool:
+    """Return whether a time equals one of ``others`` but for rounding."""
+    return any(abs(value - other) <= ROUNDING_S for other in others)
