@@ -59,6 +59,7 @@ class Session:
     of trials that are to be asked once more; ``on_trial`` is called with each trial, also if replayed;
     ``closing_facts`` gives at the end what the record states of the whole. ``check_light`` is called as each block
     begins (with True) and before an answer is recorded; what it raises ends the session without that answer.
+    ``remedy`` is what to do if the blocks do not ask what is ``logged``.
     """
 
     blocks: Sequence[Block]
@@ -73,6 +74,7 @@ class Session:
     check_light: Callable[[bool], None] = lambda begins: None
     closing_facts: Callable[[], Mapping[str, Any]] = dict
     utc: Callable[[], str] = field(default_factory=SteadyClock)
+    remedy: str = "the experiment or the log was changed since: restore it, or start a new session"
     style: Style = FULL_HD_HALF
     screened_out: bool = field(init=False, default=False)
     _state: _RunState = field(init=False)
@@ -110,7 +112,8 @@ class Session:
         except Ended as end:
             ended = end.facts
         if self._state.past:
-            raise SessionError(f"the log holds {len(self._state.past)} more trials than the experiment has")
+            what = f"the log has {len(self._state.past)} more trials than the experiment"
+            raise SessionError(Finding(what, remedy=self.remedy))
         while self._marked and not ended:  # marked when their block was over
             self._repeat(self._marked[0])
         self.sink.end({**self.closing_facts(), **ended})
@@ -183,7 +186,8 @@ class Session:
             key, time_s = self._live(ask)
         meaning = ask.meaning(key)
         if meaning is None:
-            raise SessionError(f"the log holds the key '{key}' where only {sorted(ask.keys)} can be pressed")
+            what = f"the log has the key '{key}' where only {sorted(ask.keys)} can be pressed"
+            raise SessionError(Finding(what, remedy=self.remedy) if state.past else what)
         state.events.append((key, time_s))
         return Response(key, meaning, time_s)
 
@@ -310,7 +314,7 @@ class Session:
             raise SessionError(
                 Finding(
                     f"the log's trial {logged.trial} of block {logged.block} is not the one the experiment now asks",
-                    remedy="the experiment or the log was changed since: restore it, or start a new session",
+                    remedy=self.remedy,
                 )
             )
 

@@ -6,6 +6,7 @@ import random
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from datetime import datetime
+from importlib.metadata import version
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -13,7 +14,7 @@ from typing import Any
 from analysis.records import Header, Resumption, SessionLog, Trial, duration, latest_utc
 from devices.display import EYES
 from documents import Finding
-from documents.files import Mirror
+from documents.files import RESTORE, Mirror
 from runner.errors import SessionError, SessionStoppedError
 from runner.observers.observer_file import ImageBasedObserverSpec, ObserverSpec
 from runner.observers.presses import Replay, asked_after_their_block, check_replayable
@@ -270,6 +271,7 @@ class Station:
                 style=self.experiment.style,
                 closing_facts=lambda: {"work": self._work()},
                 utc=clock,
+                **({"remedy": self._why_not_as_logged(log)} if log else {}),
             )
             for remark in self.resume_remarks:
                 session.note(remark, "program")
@@ -344,6 +346,16 @@ class Station:
         recorder, log = Recorder.reopen(stopped.file.parent, resumption, stopped)
         self.resume_remarks = tuple(_on_clock(log, clocks[0]))
         return recorder, log, clocks[0]
+
+    def _why_not_as_logged(self, log: SessionLog) -> str:
+        """Say what to do if the experiment does not ask what ``log`` has: which of both was changed."""
+        changed = changes(log.header, hashes(self.experiment, self.stimuli))
+        if changed:
+            return f"the {' and the '.join(changed)} changed since: restore what it began with, or start a new session"
+        recorded_by, here = log.header.software.get("cyclopean"), version("cyclopean")
+        if recorded_by is not None and recorded_by != here:
+            return f"version {recorded_by} of cyclopean began it and this is {here}: resume it with that version"
+        return f"the experiment is as it was, so the log was changed: {RESTORE}"
 
     def _gamma_change(self, stopped: SessionLog) -> dict[str, dict[str, str | None]]:
         """Return the hash of the gamma table before and now if it changed; refuse that unless it is accepted."""
