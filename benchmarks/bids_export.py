@@ -29,7 +29,8 @@ def _leave(folder: Path, sessions: int, trials: int) -> None:
             for trial in range(trials):
                 first, second = STIMULI[trial % 10], STIMULI[(trial + 3) % 10]
                 clipping = {name: {"left": COST, "right": COST} for name in (first, second)}
-                data = {"first": first, "second": second, "chosen": first, "rejected": second, "clipping": clipping}
+                data = {"first": first, "second": second, "answer": "first", "chosen": first, "rejected": second}
+                data |= {"clipping": clipping}
                 answer = Trial(0, trial, "all_pairs", (("up", 1.0),), 1.0, "2026-01-02T03:00:01.000+00:00", data)
                 stream.write(json.dumps(answer.to_json()) + "\n")
 

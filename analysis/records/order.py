@@ -151,7 +151,7 @@ class Order:
                 raise RecordError(f"its clipping is that of '{name}', which it does not show")
             if costs == self._costs[name]:
                 clipping[name] = self._costs[name]
-            elif self._changed:
+            elif self._changed or self._costs[name] is None:
                 read_fields(Clipping, costs)
             else:
                 raise RecordError(f"the clipping of '{name}' is another than in the session's header")

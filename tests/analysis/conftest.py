@@ -82,12 +82,14 @@ def make_session() -> Maker:
                 "rejected": rejected,
                 "first_position": "top",
             }
-            trials.append(Trial(1, number, "all_pairs", (("up", 1.25),), 1.25, "2026-01-02T03:04:05Z", data))
+            utc = f"2026-01-02T{3 + number // 1800:02d}:{number // 30 % 60:02d}:{number % 30 * 2:02d}Z"
+            key = "up" if first == chosen else "down"
+            trials.append(Trial(1, number, "all_pairs", ((key, 1.25),), 1.25, utc, data))
         values: dict[str, Any] = {
             "experiment": "dynamic_range",
             "observer": observer,
             "session": session,
-            "started_utc": "2026-01-02T03:04:05Z",
+            "started_utc": "2026-01-02T02:59:58Z",
             "seed": 7,
             "question": "Which image is closer to the reference plate?",
             "simulated": simulated,

@@ -163,7 +163,8 @@ def _append_another(lines: Lines, rng: random.Random) -> None:
 
 
 def _record(lines: Lines, rng: random.Random) -> None:
-    rng.choice(lines)["record"] = rng.choice(("triad", "", 7, None, "session", "end", "note", "mark", "resume", "trial"))
+    kinds = ("triad", "", 7, None, "session", "end", "note", "mark", "resume", "trial")
+    rng.choice(lines)["record"] = rng.choice(kinds)
 
 
 def _schema(lines: Lines, rng: random.Random) -> None:

@@ -10,7 +10,8 @@ from typing import Any, get_args
 
 import pytest
 
-from analysis.records.session_record import Mark, Note, Trial
+from analysis.records.session_record import Header, Mark, Note, Trial, read_session
+from analysis.records.trial_kinds import KINDS, PRACTICE
 from runner.blocks.block import Block
 from runner.blocks.registry import AnyBlockSpec
 from runner.observers.simulated import plain_key
@@ -130,6 +131,29 @@ def test_records_are_of_its_kind_plain_and_timed(kind: str, variant: int, folder
         assert 0 <= trial.response_time_s <= sum(seconds for _, seconds in trial.events) + 1e-9
     names = {name for ask in play.asks for name in ask.scene.stimuli} | {n for s in play.shown for n in s.stimuli}
     assert names <= {*"abcdef", *block.pictures}
+
+
+def _header() -> Header:
+    stimuli = tuple(
+        {"name": name, "factors": {"scene": scene, "codec": codec}}
+        for name, scene, codec in zip("abcdef", ("beach",) * 3 + ("church",) * 3, (1, 2, 3) * 2, strict=True)
+    )
+    return Header("every_kind", "01", "s", "2026-01-01T00:00:00Z", 0, "Which?", True, stimuli, {}, {}, {}, {}, {})
+
+
+@pytest.mark.parametrize(("kind", "variant"), VARIANTS)
+@pytest.mark.parametrize("seed", range(3))
+def test_what_it_records_is_read_as_it_was(kind: str, variant: int, seed: int, folder: Path) -> None:
+    """The reader defines the format: each kind's records have the fields of `analysis.records.trial_kinds`."""
+    play = _play(EVERY.blocks_of(folder, kind, variant), EVERY.Fickle(seed))
+    file = folder / "session.jsonl"
+    lines = [_header().to_json(), *(trial.to_json() for trial in play.trials)]
+    file.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    assert read_session(file).answers == tuple(play.trials)
+
+
+def test_every_kind_has_a_record() -> None:
+    assert set(EVERY.BLOCKS) == {*KINDS, PRACTICE}, "give each kind a line in analysis/records/trial_kinds.py"
 
 
 @pytest.mark.parametrize(("kind", "variant"), VARIANTS)

@@ -16,7 +16,9 @@ from runner.presenter.surfaces.screens import NOT_READ, Monitor, place_two_windo
 from runner.session.folders import Recorder, observer_folder, to_resume
 
 pytestmark = pytest.mark.stress
-HEADER = Header("e", "01", "s", "2026-01-01T00:00:00.000+00:00", 0, "Which?", True, (), {}, {}, {}, {}, {})
+STIMULI = ({"name": "a"}, {"name": "b"})
+CHOICE = {"first": "a", "second": "b", "answer": "first", "chosen": "a", "rejected": "b"}
+HEADER = Header("e", "01", "s", "2026-01-01T00:00:00.000+00:00", 0, "Which?", True, STIMULI, {}, {}, {}, {}, {})
 
 
 def test_resuming_nothing_beside_four_hundred_unfinished_sessions_names_some_of_them_soon(tmp_path: Path) -> None:
@@ -24,7 +26,7 @@ def test_resuming_nothing_beside_four_hundred_unfinished_sessions_names_some_of_
         name = f"{number:03d}"
         folder = observer_folder(tmp_path, "e", name) / "ses-20260101T000000abcd"
         with Recorder.create(folder, replace(HEADER, observer=name)) as recorder:
-            recorder.append(Trial(0, 0, "all_pairs", (("up", 1.0),), 1.0, "2026-01-01T00:00:01.000+00:00"))
+            recorder.append(Trial(0, 0, "all_pairs", (("up", 1.0),), 1.0, "2026-01-01T00:00:01.000+00:00", CHOICE))
     began_s = time.monotonic()
     with pytest.raises(SessionError) as told:
         to_resume(tmp_path, "e", "nobody")

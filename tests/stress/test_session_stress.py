@@ -26,7 +26,8 @@ from runner.session.session import Session
 
 pytestmark = pytest.mark.stress
 LAYOUT = PairLayout("vertical", (0, -60), (0, 60), (100, 80), (0, -140), 400)
-HEADER = Header("e", "01", "s", "2026-01-01T00:00:00+00:00", 0, "Which?", True, (), {}, {}, {}, {}, {})
+STIMULI = tuple({"name": f"s{index}"} for index in range(51))
+HEADER = Header("e", "01", "s", "2026-01-01T00:00:00+00:00", 0, "Which?", True, STIMULI, {}, {}, {}, {}, {})
 
 
 class _Nothing:
