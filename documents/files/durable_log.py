@@ -66,7 +66,7 @@ class DurableLog:
         try:
             line, digest = sealed(header, 1, EMPTY)
             with whole_file(file) as draft, open(draft, "wb", buffering=0) as stream:
-                _write(stream, line + b"\n")
+                _write(stream, line + b"\n", 0)
             sync_folder(file.parent)
             return cls(file, lock, _open(file), LogState(1, len(line) + 1, digest, 1))
         except BaseException:
@@ -96,14 +96,18 @@ class DurableLog:
             if state.torn_tail:
                 _set_aside(file, state.torn_tail, torn_file)
             log = cls(file, lock, _open(file), state)
+        except BaseException:
+            lock.release()
+            raise
+        try:
             if state.lacks_line_end:
                 log._stream.write(b"\n")
                 log.size += 1
                 os.fsync(log._stream.fileno())
-            return log, content
         except BaseException:
-            lock.release()
+            log.close()
             raise
+        return log, content
 
     def append(self, line: Mapping[str, Any]) -> None:
         """Write ``line`` and return when it is on disk.
@@ -134,7 +138,7 @@ class DurableLog:
         if self._ended:
             raise ValueError(f"the log {self.file} has its end line already")
         data, digest = sealed(line, self._lines + 1, self._digest)
-        _write(self._stream, data + b"\n")
+        _write(self._stream, data + b"\n", self.size)
         self._lines, self._digest = self._lines + 1, digest
         self.size += len(data) + 1
 
@@ -156,8 +160,10 @@ def _open(file: Path) -> BinaryIO:
     return open(file, "ab", buffering=0)
 
 
-def _write(stream: BinaryIO, data: bytes) -> None:
-    before = os.fstat(stream.fileno()).st_size
+def _write(stream: BinaryIO, data: bytes, before: int) -> None:
+    """Write ``data`` at the end of a log of ``before`` bytes; what an earlier attempt left there is taken off first."""
+    if os.fstat(stream.fileno()).st_size > before:
+        os.ftruncate(stream.fileno(), before)
     try:
         left = memoryview(data)
         while left:  # a disk that is nearly full takes a part, and says at the next attempt what is wrong
@@ -185,7 +191,7 @@ def _set_aside(file: Path, tail: bytes, torn_file: Path) -> None:
 
 
 def _locked(file: Path) -> FileLock:
-    lock = FileLock(file)
+    lock = FileLock(file, thread_local=False)  # a log may be closed by another thread than opened it
     try:
         lock.acquire(timeout=0)
     except Timeout as error:

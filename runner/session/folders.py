@@ -17,12 +17,13 @@ from typing import Any
 from filelock import FileLock, Timeout
 
 from analysis.errors import ResultsError
-from analysis.records import FILE_NAME, Header, Mark, Note, Resumption, SessionLog, Trial, read_session
+from analysis.records import FILE_NAME, Header, Mark, Note, Resumption, SessionLog, Trial, latest_utc, read_session
 from documents import Finding
 from documents.files import DurableLog, LogInUseError, Mirror
 from documents.platform import sync_folder
 from documents.text import counted
 from runner.errors import SessionError
+from runner.session.clocks import SteadyClock
 
 _LETTERS = "abcdefghijkmnpqrstuvwxyz23456789"
 _RANDOM = 10
@@ -188,7 +189,11 @@ class Recorder:
             ) from error
         try:
             log = DurableLog.create(folder / FILE_NAME, folder / ".lock", header.to_json())
-            sync_folder(folder.parent)
+            try:
+                sync_folder(folder.parent)
+            except BaseException:
+                log.close()
+                raise
         except LogInUseError as error:
             raise _in_use(folder) from error
         except OSError as error:
@@ -225,17 +230,44 @@ class Recorder:
 
         try:
             log, session = DurableLog.reopen(file, folder / ".lock", folder / "torn.bin", read)
-            if resumption is not None:
-                if session.complete:
-                    log.close()
-                    raise SessionError(Finding("this session is complete: it cannot be resumed", str(file)))
-                log.append(resumption(session).to_json())
+            try:
+                if resumption is not None:
+                    if session.complete:
+                        raise SessionError(Finding("this session is complete: it cannot be resumed", str(file)))
+                    log.append(resumption(session).to_json())
+            except BaseException:
+                log.close()
+                raise
         except LogInUseError as error:
             raise _in_use(folder) from error
         except OSError as error:
             what = f"the session cannot be resumed: {error.strerror}"
             raise SessionError(Finding(what, str(file), remedy="let it be written, and leave some room")) from error
         return cls(folder, log, session.answers), session
+
+    @classmethod
+    def resume(
+        cls,
+        folder: Path,
+        accepted_changes: Mapping[str, Any],
+        stopped: SessionLog | None = None,
+        clock: Callable[[datetime | None], SteadyClock] = lambda not_before: SteadyClock(not_before=not_before),
+    ) -> tuple[Recorder, SessionLog, SteadyClock]:
+        """Open a session that stopped, record that it is resumed, and return its clock, which begins where it stopped.
+
+        Raises
+        ------
+        SessionError, ResultsError
+            As `reopen`.
+        """
+        clocks: list[SteadyClock] = []
+
+        def resumption(log: SessionLog) -> Resumption:
+            clocks.append(clock(latest_utc(log)))
+            return Resumption(clocks[0](), accepted_changes, clocks[0].behind_s)
+
+        recorder, log = cls.reopen(folder, resumption, stopped)
+        return recorder, log, clocks[0]
 
     def follow_with(self, mirror: Mirror) -> None:
         """Have ``mirror`` copy the log and, from now on, each line."""

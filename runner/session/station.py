@@ -11,7 +11,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from analysis.records import Header, Resumption, SessionLog, Trial, duration, latest_utc
+from analysis.records import Header, SessionLog, Trial, duration, latest_utc
 from devices.display import EYES
 from documents import Finding
 from documents.files import RESTORE, Mirror
@@ -336,16 +336,9 @@ class Station:
         if changed:
             changed |= changes(stopped.header, {"configuration": self.configuration.digest})
         self.configuration.keep(stopped.file.parents[2])
-        clocks = []
-
-        def resumption(log: SessionLog) -> Resumption:
-            clock = SteadyClock(not_before=latest_utc(log))
-            clocks.append(clock)
-            return Resumption(clock(), changed, clock.behind_s)
-
-        recorder, log = Recorder.reopen(stopped.file.parent, resumption, stopped)
-        self.resume_remarks = tuple(_on_clock(log, clocks[0]))
-        return recorder, log, clocks[0]
+        recorder, log, clock = Recorder.resume(stopped.file.parent, changed, stopped)
+        self.resume_remarks = tuple(_on_clock(log, clock))
+        return recorder, log, clock
 
     def _why_not_as_logged(self, log: SessionLog) -> str:
         """Say what to do if the experiment does not ask what ``log`` has: which of both was changed."""

@@ -44,7 +44,7 @@ def resumed(study: Study, monkeypatch: pytest.MonkeyPatch, set_by: timedelta) ->
         with pytest.raises(WindowClosed):
             station.run("01", Leaves(4), simulated=True)
         clock = partial(SteadyClock, lambda: datetime.now(UTC) + set_by)
-        monkeypatch.setattr("runner.session.station.SteadyClock", clock)
+        monkeypatch.setattr("runner.session.folders.SteadyClock", clock)
         folder = station.run("01", Leaves(99), simulated=True, resume=to_resume(study.results, "small", "01"))
         return read_session(folder / FILE_NAME), station.resume_remarks
 
