@@ -21,6 +21,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+import pytest
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
@@ -220,9 +221,9 @@ class SessionMachine(RuleBasedStateMachine):
         self.may_survive = 0  # lines that were not acknowledged, but may be on disk
         self.sitting: Sitting | None = None
         self.complete = False
-        self._patched = durable_log.os, durable_log._open
-        durable_log.os = self.disk  # type: ignore[assignment]
-        durable_log._open = lambda file: Stream(file, self.disk)  # type: ignore[assignment,return-value]
+        self.patch = pytest.MonkeyPatch()
+        self.patch.setattr(durable_log, "os", self.disk)
+        self.patch.setattr(durable_log, "_open", lambda file: Stream(file, self.disk))
 
     @initialize(variant=st.sampled_from(VARIANTS), seed=st.integers(0, 9))
     def begin(self, variant: tuple[str, int], seed: int) -> None:
@@ -405,7 +406,7 @@ class SessionMachine(RuleBasedStateMachine):
         finally:
             if self.sitting is not None:
                 self._press(Killed())
-            durable_log.os, durable_log._open = self._patched  # type: ignore[assignment]
+            self.patch.undo()
             shutil.rmtree(self.home)
 
     def _finish(self) -> None:
