@@ -6,7 +6,8 @@ import struct
 from collections.abc import Iterator
 from pathlib import Path
 
-from documents import Finding
+from documents import Finding, InputError
+from documents.files import open_regular
 
 _BITS, _COMPRESSION, _PHOTOMETRIC, _SUB_IFDS, _SAMPLE_FORMAT, _DNG_VERSION = 258, 259, 262, 330, 339, 50706
 _WANTED = (_BITS, _COMPRESSION, _PHOTOMETRIC, _SUB_IFDS, _SAMPLE_FORMAT, _DNG_VERSION)
@@ -27,21 +28,21 @@ def unreadable_form(path: Path) -> Finding | None:
     """Return what is wrong with the DNG at ``path``; None if nothing is, or it is no DNG or cannot be read at all."""
     try:
         directories = list(_directories(path))
-    except OSError:
+    except (OSError, InputError):
         return None  # LibRaw reports it
     if not any(_DNG_VERSION in tags for tags in directories):
         return None
     for tags in directories:
         if not _SENSOR & set(tags.get(_PHOTOMETRIC, ())):
             continue
-        (compression, *_) = tags.get(_COMPRESSION, (1,))
+        (compression, *_) = tags.get(_COMPRESSION) or (1,)
         if compression == _LOSSY_JPEG:
             return Finding(
                 "the DNG was compressed with loss (JPEG), which changed its light", str(path), remedy=_REMEDY
             )
         if compression == _JPEG_XL:
             return Finding("the DNG is compressed by JPEG XL, which LibRaw does not read", str(path), remedy=_REMEDY)
-        if compression in _DEFLATE and max(tags.get(_BITS, (16,))) <= 16 and not _is_float(tags):
+        if compression in _DEFLATE and max(tags.get(_BITS) or (16,)) <= 16 and not _is_float(tags):
             what = "the DNG has whole numbers compressed by Deflate, which LibRaw does not read"
             return Finding(what, str(path), remedy="write it uncompressed or by lossless JPEG; or export a 16-bit TIFF")
     return None
@@ -53,7 +54,7 @@ def _is_float(tags: Tags) -> bool:
 
 def _directories(path: Path) -> Iterator[Tags]:
     """Yield the tags of each picture in a TIFF file, at most a few; none if it is no TIFF file or is damaged."""
-    with path.open("rb") as file:
+    with open_regular(path, "photograph") as file:
         head = file.read(8)
         order = {b"II*\0": "<", b"MM\0*": ">"}.get(head[:4])
         if order is None or len(head) < 8:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from devices.camera import Exposure
+from documents.files import open_regular
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.levels import Levels
 from stimuli.develop.linear_files import read_linear
@@ -87,8 +88,8 @@ def read_sensor_image(
         steps = image.steps[:-1] if image.exposure else image.steps
         source = "told" if exposure else "metadata"
         return SensorImage(image.rgb, image.saturated, None, path, steps, image.exposure, source, camera_name(path))
-    if path.is_file():
-        with path.open("rb") as file:
+    if path.exists():
+        with open_regular(path, "photograph", error=StimulusError) as file:
             start = file.read(4)
         for magic, name in _CURVED.items():
             if start.startswith(magic):

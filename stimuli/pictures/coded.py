@@ -20,9 +20,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from documents.files import whole_file
+from documents.files import open_regular, whole_file
 from stimuli.errors import StimulusError
 from stimuli.pictures.own_files import OwnFiles, decoders
+from stimuli.pictures.picture_input import MAX_BYTES
 from stimuli.pictures.region import Region
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 
@@ -151,7 +152,7 @@ def _part(codes: Codes, region: Region | None) -> Codes:
 def read_coded(path: Path) -> CodedPicture:
     """Read what `CodedPicture.save` wrote; StimulusError if it is damaged, or its files give other codes by now."""
     try:
-        with path.open("rb") as file:
+        with open_regular(path, "picture", limit_bytes=MAX_BYTES, error=StimulusError) as file:
             sums, light, matrix = (np.load(file, allow_pickle=False) for _ in range(3))
             rest = (np.load(file, allow_pickle=False) for _ in count())
             own = OwnFiles.of_arrays(rest) if path.suffix == OWN_FILES else None

@@ -15,6 +15,7 @@ from typing import BinaryIO
 
 import numpy as np
 
+from documents.files import open_regular
 from stimuli.errors import StimulusError
 
 MAX_PARTS = 64
@@ -89,7 +90,7 @@ def check_exr(path: Path, *, whole: bool = False) -> None:
         If the file has more parts, attributes, channels or pixels than any picture, or blocks too large for memory, or
         ends before what its header declares.
     """
-    with path.open("rb") as file:
+    with open_regular(path, "picture", error=StimulusError) as file:
         size = file.seek(0, 2)
         file.seek(0)
         head = file.read(8)

@@ -203,7 +203,8 @@ def light_of(
     out = np.empty((height, width, 3), np.float32)
     below = 0
     for first in range(0, height, _ROWS):
-        values = codes[first : first + _ROWS].reshape(-1, channels).astype(np.float64) / full
+        with np.errstate(invalid="ignore"):  # of NaN, which is refused below
+            values = codes[first : first + _ROWS].reshape(-1, channels).astype(np.float64) / full
         if not np.isfinite(values).all():
             bad = int((~np.isfinite(codes)).any(axis=-1).sum())
             message = f"{counted(bad, 'pixel is', 'pixels are')} NaN or infinite"
@@ -214,7 +215,11 @@ def light_of(
             alpha = values[:, -1:]
             xyz = alpha * xyz + (1.0 - alpha) * grey_XYZ
         below += int((xyz < 0).any(axis=-1).sum())
-        out[first : first + _ROWS] = xyz.reshape(-1, width, 3)
+        with np.errstate(over="ignore"):
+            out[first : first + _ROWS] = xyz.reshape(-1, width, 3)
+        if beyond := int((~np.isfinite(out[first : first + _ROWS])).any(axis=-1).sum()):
+            message = f"{counted(beyond, 'pixel is', 'pixels are')} beyond single precision after conversion to XYZ"
+            raise StimulusError.at(path, message, "correct the picture")
     if below and negative == "refuse":
         message = f"{counted(below, 'pixel has', 'pixels have')} negative XYZ, down to {out.min():.3g} cd/m²"
         raise StimulusError.at(path, message, "correct the picture, or ask for 'negative: clip'")

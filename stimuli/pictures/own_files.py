@@ -19,9 +19,11 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from documents.files import read_regular
 from stimuli.errors import StimulusError
 from stimuli.pictures.packing import PACKINGS, Packing, unpacked
 from stimuli.pictures.picture_header import PictureHeader, read_header
+from stimuli.pictures.picture_input import MAX_BYTES
 from stimuli.pictures.picture_pixels import Pixels, decode
 from stimuli.pictures.stereo_image import Eye
 
@@ -131,11 +133,7 @@ def own_files(headers: Sequence[PictureHeader], packing: Packing | None, eye: Ey
     wanted = of_eye(headers, eye)
     if any(header.kind != "jpeg" for header in wanted):
         return None
-    try:
-        files = tuple(header.path.read_bytes() for header in wanted)
-    except OSError as error:
-        path = Path(error.filename or wanted[0].path)
-        raise StimulusError.at(path, f"the picture cannot be read: {error.strerror}", "look at the disk") from error
+    files = tuple(read_regular(header.path, MAX_BYTES, "picture", error=StimulusError) for header in wanted)
     return OwnFiles(files, wanted[0].frames, packing, eye)
 
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import re
-import stat
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from documents.files import looked_for
+from documents.files import looked_for, open_regular
 from documents.text import visible
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_structure import check_exr
@@ -33,13 +32,6 @@ _KINDS = {
     b"RIFF": "webp",
 }
 _MOST_TEXT = 300
-_NO_FILES = (
-    (stat.S_ISDIR, "a folder"),
-    (stat.S_ISFIFO, "a pipe"),
-    (stat.S_ISSOCK, "a socket"),
-    (stat.S_ISCHR, "a device"),
-    (stat.S_ISBLK, "a device"),
-)
 
 
 @contextmanager
@@ -79,26 +71,24 @@ def opened(
 
 def kind_of(path: Path) -> str | None:
     """Return the kind of a file by its first bytes: openexr, tiff, png, jpeg, webp; None if it is none of these."""
-    with path.open("rb") as file:
+    with open_regular(path, "picture", error=StimulusError) as file:
         start = file.read(4)
     return next((kind for magic, kind in _KINDS.items() if start.startswith(magic)), None)
 
 
 def refuse_no_picture(path: Path, what: str = "picture", most_bytes: int = MAX_BYTES) -> None:
-    """Raise StimulusError if ``path`` is no regular file, links resolved, or larger than ``most_bytes``."""
+    """Raise StimulusError if ``path`` is no regular file that libraries can open, or larger than ``most_bytes``."""
     try:
-        status = path.stat()
-    except OSError as error:
-        if isinstance(error, FileNotFoundError | NotADirectoryError):
+        open_regular(path, what, limit_bytes=most_bytes, error=StimulusError).close()
+    except StimulusError as error:
+        if isinstance(error.__cause__, FileNotFoundError | NotADirectoryError):
             raise StimulusError.at(path, f"there is no such {what}", looked_for(path)) from error
-        message = f"the {what} cannot be read: {error.strerror}"
-        raise StimulusError.at(path, message, "check the path, its links and who may read it") from error
-    if not stat.S_ISREG(status.st_mode):
-        kind = next((name for is_kind, name in _NO_FILES if is_kind(status.st_mode)), "no regular file")
-        raise StimulusError.at(path, f"this is {kind}: no {what} can be read from it", "give the file itself")
-    if status.st_size > most_bytes:
-        message = f"the file has {status.st_size / 1e9:.1f} GB, and a {what} {most_bytes / 1e9:g} GB at most"
-        raise StimulusError.at(path, message, "crop it, or keep fewer channels")
+        raise
+    try:
+        str(path).encode()
+    except UnicodeEncodeError as error:
+        message = "its name is not UTF-8, and the libraries that decode pictures cannot open it"
+        raise StimulusError.at(path, message, "rename it") from error
 
 
 def text_of(call: Callable[[], str]) -> str:

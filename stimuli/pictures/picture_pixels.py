@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
+import re
+import warnings
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from documents.files import read_regular
 from stimuli.errors import StimulusError
 from stimuli.pictures.picture_header import PictureHeader
-from stimuli.pictures.picture_input import opened, reason, text_of
+from stimuli.pictures.picture_input import MAX_BYTES, opened, reason, text_of
 
 Pixels = NDArray[Any]
+_MOST_SCANS = 100
+# The mark of a scan, and its header: length, components, their tables, and the spectral selection.
+_SCAN = b"\xff\xda"
+_SCANS = re.compile(rb"\xff\xda\0[\x06-\x0e][\x01-\x04]")
 
 
 def decode(header: PictureHeader, frame: int = 0) -> Pixels:
     """Return the pixels of a file, upright, (height, width, channels), uint8, uint16 or float32; alpha last."""
     import OpenImageIO as oiio
 
+    if header.kind == "jpeg":
+        _refuse_many_scans(header)
     # OpenImageIO reads one picture of an MPO, and libpng writes its complaints past it to the terminal.
     if header.frames == 2 or (header.kind == "png" and header.bits == 8):
         return _decode_by_pillow(header, frame)
@@ -34,14 +43,26 @@ def decode(header: PictureHeader, frame: int = 0) -> Pixels:
     return upright(stored.reshape(*stored.shape[:2], -1), header.orientation)
 
 
+def _refuse_many_scans(header: PictureHeader) -> None:
+    """Refuse a JPEG of so many scans that decoding takes minutes: each of them goes through all of the picture."""
+    content = read_regular(header.path, MAX_BYTES, "picture", error=StimulusError)
+    # The mark of a scan may also stand in metadata by chance.
+    if content.count(_SCAN) > _MOST_SCANS and len(_SCANS.findall(content)) > _MOST_SCANS:
+        message = f"the picture is stored in more than {_MOST_SCANS} scans"
+        raise StimulusError.at(header.path, message, "save it again, not progressive")
+
+
 def _decode_by_pillow(header: PictureHeader, frame: int) -> Pixels:
     from PIL import Image
 
     try:
-        with Image.open(header.path) as picture:
-            picture.seek(frame)
-            form = ("L" if header.channels == 1 else "RGB") + ("A" if header.has_alpha else "")
-            pixels = np.asarray(picture if picture.mode == form else picture.convert(form))
+        with warnings.catch_warnings():
+            # Its limit on pixels is a warning; ours was an error.
+            warnings.simplefilter("ignore")
+            with Image.open(header.path) as picture:
+                picture.seek(frame)
+                form = ("L" if header.channels == 1 else "RGB") + ("A" if header.has_alpha else "")
+                pixels = np.asarray(picture if picture.mode == form else picture.convert(form))
     except (OSError, ValueError, SyntaxError, EOFError) as error:
         message = f"the picture is cut short or damaged: {(str(error).splitlines() or ['no reason given'])[0]}"
         raise StimulusError.at(header.path, message, "copy or save it again") from error

@@ -9,9 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from documents.files import open_regular
 from stimuli.errors import StimulusError
 
 _MOST_EXIF = 1_000_000
+# Of 8 kB each, as some programs write them, of a picture of 800 MB.
+_MOST_CHUNKS = 100_000
 # Chromaticities and powers as they are rounded by those who write them.
 _SAME_XY, _SAME_GAMMA = 2e-3, 1e-3
 _STATED = ("white", "red", "green", "blue")
@@ -19,10 +22,14 @@ _STATED = ("white", "red", "green", "blue")
 
 def png_chunks(path: Path) -> Iterator[tuple[str, bytes]]:
     """Yield name and content of a PNG's chunks but its pixels; of long ones the beginning."""
-    with path.open("rb", buffering=0) as file:
-        at = 8
+    with open_regular(path, "picture", error=StimulusError) as file:
+        at, chunks = 8, 0
         while file.seek(at) and len(head := file.read(8)) == 8:
             size, name = struct.unpack(">I4s", head)
+            chunks += 1
+            if chunks > _MOST_CHUNKS:
+                what = f"the picture has more than {_MOST_CHUNKS} chunks"
+                raise StimulusError.at(path, what, "save it again")
             if name != b"IDAT":
                 yield name.decode("latin-1"), file.read(min(size, 64 if name != b"eXIf" else _MOST_EXIF))
             at += size + 12

@@ -85,7 +85,10 @@ def weighted(picture: SpectralPicture, weights: Floats) -> NDArray[np.float32]:
     used = np.flatnonzero(weights.any(axis=1))
     bands = slice(used[0], used[-1] + 1)
     for rows, values in picture.blocks():
-        out[rows] = values[..., bands].astype(np.float64) @ weights[bands]
+        with np.errstate(over="ignore"):
+            out[rows] = values[..., bands].astype(np.float64) @ weights[bands]
+        if not np.isfinite(out[rows]).all():
+            raise picture.wrong("its XYZ are beyond single precision", "correct the picture's values or their unit")
     return out
 
 
