@@ -28,7 +28,7 @@ from runner.ports import Ask
 from runner.presenter.scene import Scene
 from runner.presenter.surfaces.screens import primary_monitor
 from runner.protocol.experiment import Experiment, ExperimentSpec, read_experiment
-from stimuli.recipes import read_recipe, unreadable
+from stimuli.recipes import faults_of_inputs, read_recipe
 
 # ITU-R BT.500: a session should last up to half an hour.
 LONG_MINUTES = 30.0
@@ -93,10 +93,7 @@ def missing_pictures(recipe_file: Path) -> list[Finding]:
         recipe, source = read_recipe(recipe_file)
     except InputError as error:
         return list(error.findings)
-    findings = []
-    for file, where in recipe.inputs().items():
-        if not (recipe_file.parent / file).is_file():
-            findings.append(unreadable(file, where, source, "there is no such file"))
+    findings = faults_of_inputs(recipe, source, recipe_file.parent)
     return findings or recipe.file_findings(recipe_file.parent)
 
 

@@ -20,7 +20,7 @@ from stimuli.build.known_hashes import KnownHashes
 from stimuli.build.stimulus_set import StimulusSet, read_stimulus_set
 from stimuli.errors import StimulusError
 from stimuli.recipes.build_context import BuildContext, DisplaySetup, Progress
-from stimuli.recipes.recipe import read_recipe, unreadable
+from stimuli.recipes.recipe import faults_of_inputs, read_recipe, unreadable
 from stimuli.recipes.recipe_kind import RecipeKind
 
 # Raise it when the same recipe makes other pictures than before, or a manifest holds other things.
@@ -140,16 +140,12 @@ def other_observer(recipe: str, rig: str) -> tuple[str, str] | None:
 
 
 def _inputs(recipe: RecipeKind, source: YamlSource, recipe_path: Path, hashes: KnownHashes) -> dict[str, str]:
-    """Return the SHA-256 of each file that the recipe names, refusing those that are not there."""
+    """Return the SHA-256 of each file that the recipe names, refusing those that are not there or outside."""
     contents: dict[str, str] = {}
-    findings = []
-    for file, where in recipe.inputs().items():
-        path = recipe_path.parent / file
+    findings = faults_of_inputs(recipe, source, recipe_path.parent)
+    for file, where in () if findings else recipe.inputs().items():
         try:
-            if path.exists() and not path.is_file():
-                findings.append(source.finding(where, f"'{file}' is no regular file", "name the file itself"))
-                continue
-            contents[file] = hashes.sha256(path)
+            contents[file] = hashes.sha256(recipe_path.parent / file)
         except OSError as error:
             findings.append(unreadable(file, where, source, str(error.strerror)))
     if findings:

@@ -105,6 +105,8 @@ def read_stimulus_set(
     try:
         manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
         entries = manifest["stimuli"]
+        if any(Path(entry["file"]).name != entry["file"] for entry in entries):
+            return None
         hashes = known_hashes(folder, verify=verify)
         whole = just_built or all(hashes.sha256(folder / entry["file"]) == entry["sha256"] for entry in entries)
         if not whole or manifest["digest"] != digest_of(entries):

@@ -19,6 +19,7 @@ from stimuli.errors import StimulusError
 from stimuli.pictures.exr_header import REC709, SAME, XYZ
 from stimuli.pictures.exr_views import View, read_views
 from stimuli.pictures.region import Region
+from stimuli.pictures.rows import bands
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 
 
@@ -218,8 +219,10 @@ def view_to_xyz(
     if np.array_equal(matrix, np.eye(3)) and luminance == 1.0:
         xyz = view.pixels
     else:
+        xyz = np.empty_like(view.pixels)
         with np.errstate(over="ignore"):
-            xyz = (view.pixels.astype(np.float64) @ (luminance * matrix.T)).astype(np.float32)
+            for rows in bands(xyz.shape):
+                xyz[rows] = view.pixels[rows].astype(np.float64) @ (luminance * matrix.T)
         _refuse_not_finite(xyz, view, file, "beyond single precision after conversion to XYZ")
     below = xyz < 0
     if not below.any():

@@ -157,6 +157,10 @@ class PhotographsRecipe(FilesRecipe):
             files[str(self.spectral.illuminant)] = ("spectral", "illuminant")
         return files
 
+    def may_lie_outside(self) -> frozenset[str]:
+        """Return the camera file."""
+        return frozenset() if self.camera is None else frozenset({self.camera})
+
     def shared_key(self, context: BuildContext) -> dict[str, Any]:
         """Return the values that all pictures depend on: those for reading the files included."""
         develop = self.model_dump(mode="json", include={"kind", "develop", "spectral"})

@@ -3,8 +3,7 @@
 Four kinds: `sparkle_plate` photographs a synthetic plate, `sparkle_series` several plates in series of exposures,
 `photographs` develops a camera's files, and `pictures` takes OpenEXR files and ordinary pictures. A recipe and the
 pictures that it names form one folder that can be copied as a whole: a picture's path is relative to the recipe, and
-neither absolute nor upwards (`..`). A symbolic link inside the folder may lead anywhere, and so may the path of a
-camera file.
+neither absolute nor upwards (`..`), nor a link that leads out of the folder. A camera file may lie anywhere.
 """
 
 from __future__ import annotations
@@ -14,10 +13,11 @@ from typing import Annotated
 
 from pydantic import Field, RootModel
 
-from documents import Finding, load_document
-from documents.files import beside, looked_for
+from documents import Finding, InputError, load_document
+from documents.files import beside, inside, looked_for, open_regular
 from documents.yaml import Path_, YamlSource
 from stimuli.errors import StimulusError
+from stimuli.pictures.picture_input import MAX_SPECTRAL_BYTES
 from stimuli.recipes.photographs import PhotographsRecipe
 from stimuli.recipes.pictures import PicturesRecipe
 from stimuli.recipes.recipe_kind import RecipeKind
@@ -92,3 +92,39 @@ def unreadable(file: str, where: Path_, source: YamlSource, reason: str) -> Find
     message = f"the {what} '{file}' cannot be read: {reason}"
     path = beside(Path(source.file), file)
     return source.finding(where, message, "check that it may be read" if path.is_file() else looked_for(path))
+
+
+def faults_of_inputs(recipe: RecipeKind, source: YamlSource, folder: Path) -> list[Finding]:
+    """Return what is wrong with the files that a recipe names, before any is read.
+
+    Parameters
+    ----------
+    recipe, source
+        The recipe and its text, which `read_recipe` returns.
+    folder
+        The recipe's folder.
+
+    Returns
+    -------
+    list[Finding]
+        A finding for each file that is missing, no regular file, or led out of the folder by a link.
+
+    Examples
+    --------
+    >>> recipe, source = read_recipe(Path("configs/stimuli/preliminary.yaml"))
+    >>> faults_of_inputs(recipe, source, Path("configs/stimuli"))
+    []
+    """
+    findings = []
+    for file, where in recipe.inputs().items():
+        path = folder / file
+        try:
+            if not path.exists():
+                findings.append(unreadable(file, where, source, "there is no such file"))
+                continue
+            open_regular(path, "file", limit_bytes=MAX_SPECTRAL_BYTES).close()
+            if file not in recipe.may_lie_outside():
+                inside(folder, path)
+        except InputError as error:
+            findings += [source.finding(where, f"'{file}': {fault.message}", fault.remedy) for fault in error.findings]
+    return findings

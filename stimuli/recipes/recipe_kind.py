@@ -65,6 +65,10 @@ class RecipeKind(Strict):
         """Return each file that the recipe names, with the place in it that names it first."""
         return {}
 
+    def may_lie_outside(self) -> frozenset[str]:
+        """Return those of `inputs` that need not lie in the recipe's folder."""
+        return frozenset()
+
     def file_findings(self, folder: Path) -> list[Finding]:
         """Return what is found wrong with the files that it names, in ``folder``, before any picture is made."""
         return []
