@@ -43,6 +43,7 @@ _DAMAGED = (
     RuntimeError,
     SyntaxError,
     MemoryError,
+    OverflowError,
     TokenError,
 )
 # Rows converted at a time: what stays in the processor's cache.

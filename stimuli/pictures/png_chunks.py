@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -23,16 +23,34 @@ _STATED = ("white", "red", "green", "blue")
 def png_chunks(path: Path) -> Iterator[tuple[str, bytes]]:
     """Yield name and content of a PNG's chunks but its pixels; of long ones the beginning."""
     with open_regular(path, "picture", error=StimulusError) as file:
-        at, chunks = 8, 0
-        while file.seek(at) and len(head := file.read(8)) == 8:
-            size, name = struct.unpack(">I4s", head)
-            chunks += 1
-            if chunks > _MOST_CHUNKS:
-                what = f"the picture has more than {_MOST_CHUNKS} chunks"
-                raise StimulusError.at(path, what, "save it again")
+        for at, size, name in _chunks(file, path):
             if name != b"IDAT":
+                file.seek(at)
                 yield name.decode("latin-1"), file.read(min(size, 64 if name != b"eXIf" else _MOST_EXIF))
-            at += size + 12
+
+
+def png_pixel_bytes(path: Path) -> int:
+    """Return how many bytes of a PNG hold its compressed pixels; StimulusError if a chunk ends beyond the file."""
+    with open_regular(path, "picture", error=StimulusError) as file:
+        end, pixels = file.seek(0, 2), 0
+        for at, size, name in _chunks(file, path):
+            if at + size + 4 > end:
+                message = f"the picture is cut short or damaged: it ends within the chunk {name.decode('latin-1')!r}"
+                raise StimulusError.at(path, message, "copy or save it again")
+            pixels += size if name == b"IDAT" else 0
+    return pixels
+
+
+def _chunks(file: BinaryIO, path: Path) -> Iterator[tuple[int, int, bytes]]:
+    """Yield where the content of each chunk begins, its size and its name."""
+    at, chunks = 8, 0
+    while file.seek(at) and len(head := file.read(8)) == 8:
+        size, name = struct.unpack(">I4s", head)
+        chunks += 1
+        if chunks > _MOST_CHUNKS:
+            raise StimulusError.at(path, f"the picture has more than {_MOST_CHUNKS} chunks", "save it again")
+        yield at + 8, size, name
+        at += size + 12
 
 
 def png_aspect(png: dict[str, bytes]) -> float:
@@ -55,7 +73,7 @@ def png_exif(png: dict[str, bytes]) -> Any:
 
 def png_space(png: dict[str, bytes], path: Path) -> str | None:
     """Return the colour space that a PNG states beside a profile, in the order of its specification [PNG3]."""
-    if "cICP" in png:
+    if len(png.get("cICP", b"")) >= 4:
         primaries, transfer = png["cICP"][0], png["cICP"][1]
         name = {(1, 13): "srgb", (12, 13): "display-p3"}.get((primaries, transfer))
         if name is None:
