@@ -22,5 +22,7 @@ from .regular import open_regular as open_regular
 from .regular import read_regular as read_regular
 from .regular import read_regular_text as read_regular_text
 from .regular import unreadable as unreadable
+from .room import unwritable as unwritable
+from .room import what_stopped as what_stopped
 from .tables import bounded_bytes as bounded_bytes
 from .tables import other_separator as other_separator

@@ -14,8 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from documents import Finding, InputError
-from documents.files import sha256_of_file, write_whole
+from documents.files import sha256_of_file, unwritable, write_whole
 from documents.platform import rename
+from stimuli.build.cache import OTHER_CACHE
 from stimuli.build.stimulus_set import MANIFEST, SUFFIXES, digest_of, known_hashes
 from stimuli.errors import StimulusError
 from stimuli.luminance.statistics import picture_statistics
@@ -171,7 +172,16 @@ class Builder:
     def _make(self, names: frozenset[str]) -> None:
         for made in self._recipe.make(self._context, self._report, names):
             key = self._keys[made.name]
-            entry = _write(made, key, self.unfinished, self._threshold, str(self._recipe.observer))
+            try:
+                entry = _write(made, key, self.unfinished, self._threshold, str(self._recipe.observer))
+            except StimulusError as error:
+                if not isinstance(error.__cause__, OSError):
+                    raise
+                wanted = made.image.width_px * made.image.height_px * (6 if made.image.is_flat else 12)
+                cache = self._folder.parent
+                what = f"picture of the stimulus '{made.name}'"
+                finding = unwritable(error.__cause__, cache, what, wanted_bytes=wanted, elsewhere=OTHER_CACHE)
+                raise StimulusError(finding) from error
             with self._turn:
                 self._entries[key] = entry
                 self.made += 1
@@ -254,6 +264,21 @@ def publish(entries: list[Entry], resolved: Mapping[str, Any], folder: Path, unf
     for left in (draft, old):
         shutil.rmtree(left, ignore_errors=True)
     draft.mkdir()
+    try:
+        _fill(draft, entries, resolved, unfinished)
+    except BaseException:
+        shutil.rmtree(draft, ignore_errors=True)
+        raise
+    if folder.exists():
+        # A process that reads its pictures meanwhile misses them only between these two renames.
+        rename(folder, old)
+    rename(draft, folder)
+    shutil.rmtree(old, ignore_errors=True)
+    shutil.rmtree(unfinished.folder)
+
+
+def _fill(draft: Path, entries: list[Entry], resolved: Mapping[str, Any], unfinished: UnfinishedSet) -> None:
+    """Bring the pictures and their manifest into ``draft``."""
     for entry in entries:
         link_or_copy(unfinished.picture(entry["key"], Path(entry["file"]).suffix), draft / entry["file"])
     manifest = {
@@ -264,12 +289,6 @@ def publish(entries: list[Entry], resolved: Mapping[str, Any], folder: Path, unf
         "digest": digest_of(entries),
     }
     (draft / MANIFEST).write_text(json.dumps(manifest, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    if folder.exists():
-        # A process that reads its pictures meanwhile misses them only between these two renames.
-        rename(folder, old)
-    rename(draft, folder)
-    shutil.rmtree(old, ignore_errors=True)
-    shutil.rmtree(unfinished.folder)
 
 
 def _versions() -> dict[str, str]:

@@ -18,6 +18,8 @@ from documents import Finding, InputError
 from documents.platform import user_folder
 from stimuli.build.stimulus_set import MANIFEST, SUFFIXES, StimulusSet, read_stimulus_set
 
+# How a person chooses another cache, for messages.
+OTHER_CACHE = "name another folder in the environment variable CYCLOPEAN_CACHE"
 # A set's folder while it is built, before it appears, and the one that it takes the place of.
 _UNFINISHED = re.compile(r"\.([0-9a-f]{32})(-new|-old)?")
 

@@ -8,8 +8,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from devices.colour_matching import DEFAULT_OBSERVER
-from documents import Finding, InputError
-from documents.files import whole_folder
+from documents import InputError
+from documents.files import unwritable, whole_folder
 from stimuli.build.stimulus_set import StimulusSet
 from stimuli.pictures.coded import SUFFIXES as CODED
 from stimuli.pictures.exr_write import write_exr
@@ -64,8 +64,11 @@ def export_exr(built: StimulusSet, folder: Path, report: Callable[[int, int], No
                     shutil.copyfile(built.path(name), draft / f"{name}.exr")
             (draft / RECIPE).write_text(_recipe(built, observer), encoding="utf-8")
             report(len(built.names), len(built.names))
-    except OSError as error:
-        raise InputError(Finding(f"the pictures cannot be written: {error.strerror or error}", str(folder))) from error
+    except (OSError, InputError) as error:
+        reason = error if isinstance(error, OSError) else error.__cause__
+        if not isinstance(reason, OSError):
+            raise
+        raise InputError(unwritable(reason, folder, "exported pictures")) from error
 
 
 def _recipe(built: StimulusSet, observer: str) -> str:

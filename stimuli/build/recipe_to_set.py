@@ -13,9 +13,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from documents import Finding, InputError
-from documents.files import sha256_of_json
+from documents.files import sha256_of_json, unwritable
 from documents.yaml import YamlSource
-from stimuli.build.cache import cache_folder, locked
+from stimuli.build.cache import OTHER_CACHE, cache_folder, locked
 from stimuli.build.known_hashes import KnownHashes
 from stimuli.build.stimulus_set import StimulusSet, read_stimulus_set
 from stimuli.errors import StimulusError
@@ -128,7 +128,7 @@ def build_set(
         findings = (finding if finding.file else replace(finding, file=str(recipe_path)) for finding in error.findings)
         raise StimulusError(tuple(findings)) from error
     except OSError as error:
-        raise StimulusError(Finding(f"the stimuli cannot be kept: {error.strerror or error}", str(cache))) from error
+        raise StimulusError(unwritable(error, cache, "cache of stimuli", elsewhere=OTHER_CACHE)) from error
 
 
 def other_observer(recipe: str, rig: str) -> tuple[str, str] | None:

@@ -10,6 +10,7 @@ from typing import Any
 
 from devices.camera import CameraModel, Exposure
 from documents import Finding, InputError
+from documents.files import unwritable, write_whole
 from stimuli.develop.calibration_frames import Calibration, read_calibration
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.camera_to_xyz import Negative, XYZRows
@@ -252,9 +253,9 @@ def write_developed(image: CameraImage, name: str, output: Path, options: Develo
     sidecar = output.with_suffix(".steps.json")
     text = json.dumps(result.to_json(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
     try:
-        sidecar.write_text(text, encoding="utf-8")
+        write_whole(sidecar, text, make_folder=False)
     except OSError as error:
-        raise StimulusError(Finding(f"the steps cannot be written: {error.strerror}", str(sidecar))) from error
+        raise StimulusError(unwritable(error, sidecar, "record of the steps")) from error
     return result
 
 

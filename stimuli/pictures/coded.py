@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from documents.files import open_regular, whole_file
+from documents.files import open_regular, unwritable, whole_file
 from stimuli.errors import StimulusError
 from stimuli.pictures.own_files import OwnFiles, decoders
 from stimuli.pictures.picture_input import MAX_BYTES
@@ -131,7 +131,8 @@ class CodedPicture:
                         digest.update(part)
                         file.write(part)
         except OSError as error:
-            raise StimulusError.at(path, f"the picture cannot be written: {error.strerror}", "make room") from error
+            wanted = sum(codes.nbytes for codes in eyes) if self.own is None else self.own.size
+            raise StimulusError(unwritable(error, path, "picture", wanted_bytes=wanted)) from error
         return digest.hexdigest()
 
 

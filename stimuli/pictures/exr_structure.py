@@ -108,9 +108,8 @@ def check_exr(path: Path, *, whole: bool = False) -> None:
         blocks = sum(max(part.blocks(), 0) for part in parts)
         start = file.tell()
         if start + blocks * _LEAST_BLOCK_BYTES > size:
-            message = (
-                f"the picture is damaged: its header asks for {blocks} blocks of pixels, and {size} bytes are fewer"
-            )
+            what = f"its header asks for {blocks} blocks of pixels, more than its {size} bytes can be"
+            message = f"the picture is damaged: {what}"
             raise StimulusError.at(path, message, _DAMAGED)
         if whole:
             _refuse_cut_short(file, blocks, size, path)

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from devices.colour_matching import DEFAULT_OBSERVER, colorimetric_observer
 from documents import Finding
-from documents.files import whole_file
+from documents.files import unwritable, what_stopped, whole_file
 from documents.text import counted
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_header import EXACT_ATTRIBUTE, OBSERVER_ATTRIBUTE
+from stimuli.pictures.picture_input import reason, text_of
 from stimuli.pictures.stereo_image import StereoImage
 
 if TYPE_CHECKING:
@@ -155,7 +156,7 @@ def write_pixel_rows(
         with whole_file(path, keep_suffix=True, make_folder=False) as draft:
             output = oiio.ImageOutput.create(str(draft))
             if output is None:
-                raise _wrong(path, oiio.geterror().strip())
+                raise _wrong(path, text_of(oiio.geterror))
             written = output.open(str(draft), spec)
             try:
                 for band, pixels in rows:
@@ -164,10 +165,14 @@ def write_pixel_rows(
             finally:
                 closed = output.close()
             if not (closed and written):
-                raise _wrong(path, output.geterror().strip())
+                # OpenEXR says no more than that its output failed.
+                if stopped := what_stopped(draft):
+                    raise stopped
+                raise _wrong(path, text_of(output.geterror))
     except OSError as error:
-        raise _wrong(path, error.strerror) from error
+        wanted = spec.image_bytes(native=True)
+        raise StimulusError(unwritable(error, path, "picture", wanted_bytes=wanted)) from error
 
 
-def _wrong(path: Path, reason: str | None) -> StimulusError:
-    return StimulusError(Finding(f"the picture cannot be written: {reason}", str(path)))
+def _wrong(path: Path, message: str) -> StimulusError:
+    return StimulusError(Finding(f"the picture cannot be written: {reason(message)}", str(path)))

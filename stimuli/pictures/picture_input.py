@@ -32,6 +32,8 @@ _KINDS = {
     b"RIFF": "webp",
 }
 _MOST_TEXT = 300
+# Black pixels in their bytes, by any compression.
+_MOST_RATIO = 200_000
 
 
 @contextmanager
@@ -60,6 +62,12 @@ def opened(
         check_exr(path, whole=whole)
     picture = _opened(path, remedy, hint)
     try:
+        spec = picture.spec()
+        needed = spec.width * spec.height * spec.nchannels * spec.format.basesize()
+        stored = path.stat().st_size
+        if needed > _MOST_RATIO * stored:
+            what = f"the picture is cut short: {stored} bytes are too few for {spec.width} × {spec.height} pixels"
+            raise StimulusError.at(path, what, "copy or write it again")
         yield picture
     except UnicodeDecodeError as error:
         # OpenImageIO hands over names and texts as they stand in the file.

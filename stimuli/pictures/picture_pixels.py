@@ -16,8 +16,7 @@ from stimuli.pictures.picture_input import MAX_BYTES, opened, reason, text_of
 from stimuli.pictures.png_chunks import png_pixel_bytes
 
 Pixels = NDArray[Any]
-# What black is compressed to: by Deflate, and by any compression of TIFF.
-_MOST_RATIO_OF_DEFLATE, _MOST_RATIO = 1100, 40_000
+_MOST_RATIO_OF_DEFLATE = 1100
 _MOST_SCANS = 100
 # The mark of a scan, and its header: length, components, their tables, and the spectral selection.
 _SCAN = b"\xff\xda"
@@ -28,7 +27,8 @@ def decode(header: PictureHeader, frame: int = 0) -> Pixels:
     """Return the pixels of a file, upright, (height, width, channels), uint8, uint16 or float32; alpha last."""
     import OpenImageIO as oiio
 
-    _refuse_too_few_bytes(header)
+    if header.kind == "png":
+        _refuse_too_few_bytes(header)
     if header.kind == "jpeg":
         _refuse_many_scans(header)
     # OpenImageIO reads one picture of an MPO, and libpng writes its complaints past it to the terminal.
@@ -48,13 +48,11 @@ def decode(header: PictureHeader, frame: int = 0) -> Pixels:
 
 
 def _refuse_too_few_bytes(header: PictureHeader) -> None:
-    """Refuse a file that is smaller than its pixels can be compressed to, before memory is taken for them."""
+    """Refuse a PNG of fewer bytes than its pixels can be compressed to, before memory is taken for them."""
     width, height = header.stored_px
     needed = width * height * (header.channels + header.has_alpha) * header.bits // 8
-    stored, ratio = header.path.stat().st_size, _MOST_RATIO
-    if header.kind == "png":
-        stored, ratio = png_pixel_bytes(header.path), _MOST_RATIO_OF_DEFLATE
-    if needed > stored * ratio:
+    stored = png_pixel_bytes(header.path)
+    if needed > stored * _MOST_RATIO_OF_DEFLATE:
         message = f"the picture is cut short or damaged: {stored} bytes are too few for {width} × {height} pixels"
         raise StimulusError.at(header.path, message, "copy or save it again")
 

@@ -340,7 +340,7 @@ def test_an_unknown_stimulus_gets_the_nearest_spelling(tmp_path: Path) -> None:
 def test_a_cache_that_cannot_be_written_is_one_clear_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "file"))
-    with pytest.raises(InputError, match="cannot be kept"):
+    with pytest.raises(InputError, match="the cache of stimuli cannot be written"):
         build_set(recipe_file(tmp_path, PLATE), 0.2768)
 
 

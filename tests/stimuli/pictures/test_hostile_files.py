@@ -1,0 +1,293 @@
+"""Files that ask for more than a picture takes, or are no files: refused by name before memory is taken for them."""
+
+from __future__ import annotations
+
+import errno
+import os
+import re
+import struct
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from documents import InputError
+from stimuli.build import build_set
+from stimuli.comparison.pictures import ReadOptions
+from stimuli.comparison.pictures import read_picture as read_compared
+from stimuli.develop.calibration_frames import read_calibration
+from stimuli.develop.read import read_camera_image
+from stimuli.errors import StimulusError
+from stimuli.pictures import Decoding, StereoImage, read_exr, read_picture, write_exr
+from stimuli.pictures.coded import read_coded
+from stimuli.pictures.exr_views import channel_runs, read_views
+from stimuli.pictures.picture_input import opened, text_of
+from stimuli.spectral.picture import read_spectral
+from tests.stimuli.pictures.exr_bytes import Part, floats, write_bytes
+from tests.stress.mutants import formats, read_all
+from tests.stress.picture_formats import exr_header
+
+LIGHT = np.random.default_rng(5).random((20, 30, 3)).astype(np.float32)
+STATED = ("chromaticities", "chromaticities", floats(0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329))
+
+
+def test_some_hundred_damaged_pictures_are_read_or_refused() -> None:
+    module = "tests.stress.picture_formats"
+    outcome = read_all(module, [(name, number) for name in formats(module) for number in range(30)])
+    assert not outcome.faults, str(outcome)
+
+
+# --- only what is wanted ----------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def counted(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, int]]:
+    """Return the ranges of channels that are read."""
+    ranges: list[tuple[int, int]] = []
+
+    class Counting:
+        def __init__(self, picture: Any) -> None:
+            self._picture = picture
+
+        def __getattr__(self, name: str) -> object:
+            return getattr(self._picture, name)
+
+        def read_scanlines(self, part: int, level: int, first: int, last: int, *more: Any) -> object:
+            ranges.append((more[1], more[2]))
+            return self._picture.read_scanlines(part, level, first, last, *more)
+
+        def read_image(self, part: int, level: int, first: int, last: int, *more: Any) -> object:
+            ranges.append((first, last))
+            return self._picture.read_image(part, level, first, last, *more)
+
+    import stimuli.pictures.picture_input as module
+
+    original: Any = module._opened
+    monkeypatch.setattr(module, "_opened", lambda *given: Counting(original(*given)))
+    return ranges
+
+
+def test_of_200_channels_the_three_of_the_picture_are_read(tmp_path: Path, counted: list[tuple[int, int]]) -> None:
+    channels = {name: LIGHT[..., place] for place, name in enumerate("RGB")}
+    channels |= {f"c{number:03d}": LIGHT[..., 0] for number in range(197)}
+    path = write_bytes(tmp_path / "a.exr", Part(channels, [STATED]))
+    whole = read_picture(path)
+    assert counted == [(0, 3)]
+    np.testing.assert_array_equal(read_views(path)[""].pixels, LIGHT)
+    counted.clear()
+    np.testing.assert_array_equal(read_camera_image(path, assume_linear=True).rgb, LIGHT)
+    assert counted == [(0, 3)]
+    assert whole.is_flat
+
+
+def test_both_eyes_are_read_together_and_one_alone(tmp_path: Path, counted: list[tuple[int, int]]) -> None:
+    write_exr(tmp_path / "a.exr", StereoImage(LIGHT, 2 * LIGHT))
+    stereo = read_exr(tmp_path / "a.exr")
+    assert counted == [(0, 6)]
+    counted.clear()
+    flat = read_exr(tmp_path / "a.exr", flat=True, flat_eye="right")
+    assert counted == [(3, 6)]
+    np.testing.assert_array_equal(flat.left, stereo.right)
+
+
+def test_parts_that_are_not_shown_are_not_read(tmp_path: Path, counted: list[tuple[int, int]]) -> None:
+    half = {name: LIGHT[..., place].astype("<f2") for place, name in enumerate("RGB")}
+    parts = [Part(half, [STATED, ("view", "string", name)]) for name in (b"left", b"right", b"center", b"lamp")]
+    path = write_bytes(tmp_path / "a.exr", *parts)
+    assert not read_exr(path).is_flat
+    assert len(counted) == 2
+    counted.clear()
+    read_exr(path, flat=True)
+    assert len(counted) == 1
+
+
+@pytest.mark.parametrize(
+    ("groups", "runs"),
+    [
+        ([(0, 1, 2)], [range(3)]),
+        ([(2, 0, 1)], [range(3)]),
+        ([(0, 1, 2), (3, 4, 5)], [range(6)]),
+        ([(0, 1, 2), (90, 91, 92)], [range(3), range(90, 93)]),
+        ([(5, 5, 5)], [range(5, 6)]),
+        ([(0, 3, 6)], [range(7)]),
+        ([(0, 100, 200)], [range(1), range(100, 101), range(200, 201)]),
+    ],
+)
+def test_runs_of_channels(groups: list[tuple[int, ...]], runs: list[range]) -> None:
+    assert channel_runs(groups) == runs
+
+
+# --- what headers ask for ---------------------------------------------------------------------------------------------
+
+
+def test_what_no_picture_declares_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "a.exr"
+    head = struct.pack("<ii", 20000630, 2)
+    many = [*"RGB", *(f"c{number}" for number in range(197))]
+    for header, words in (
+        (exr_header((4288, 4000), many, 3) + bytes(400_000), "channels, more than|corrupt or malicious"),
+        (exr_header((10_000, 10_000), "RGB", 3), "asks for 625 blocks of pixels"),
+        (exr_header((100_000_000, 1), "RGB", 0), "65536 a side"),
+        (b"comment\0string\0" + struct.pack("<i", 2**31 - 1), "a header 32 MB at most"),
+        (b"", "cannot be read: its header is cut short"),
+    ):
+        path.write_bytes(head + header)
+        with pytest.raises(StimulusError, match=words) as caught:
+            read_picture(path)
+        assert len(caught.value.findings) == 1
+
+
+def test_a_picture_whose_blocks_lie_beyond_its_end_is_refused_before_it_is_read(
+    tmp_path: Path, counted: list[tuple[int, int]]
+) -> None:
+    path = tmp_path / "a.exr"
+    tall = np.repeat(LIGHT, 4, axis=0)
+    write_exr(path, StereoImage(tall, 2 * tall))
+    content = path.read_bytes()
+    path.write_bytes(content[: len(content) // 2])
+    with pytest.raises(StimulusError, match=r"\d of its 5 blocks lie beyond its end"):
+        read_exr(path)
+    assert counted == []
+
+
+def test_a_picture_that_pillow_warns_of_is_read_without_a_warning(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a.png"
+    Image.new("L", (30, 20)).save(path)
+    monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 500)
+    assert read_picture(path, "srgb", white_luminance_cd_m2=1).left.shape == (20, 30, 3)
+
+
+# --- texts of libraries -----------------------------------------------------------------------------------------------
+
+
+def test_texts_of_libraries_are_one_line_of_characters() -> None:
+    assert text_of(lambda: b"file \xff\xfe\x1b[31m is".decode()) == "file ��[31m is"
+    assert text_of(lambda: "plain") == "plain"
+
+
+def test_an_error_that_quotes_the_file_is_one_line(tmp_path: Path) -> None:
+    write_exr(tmp_path / "a.exr", StereoImage.flat(LIGHT))
+    content = (tmp_path / "a.exr").read_bytes()
+    (tmp_path / "a.exr").write_bytes(content.replace(b"lineOrder\0lineOrder", b"lineOrder\0\xff\xfe\xfd\xfcOrder", 1))
+    for read in (read_picture, read_camera_image, read_spectral):
+        with pytest.raises(InputError) as caught:
+            read(tmp_path / "a.exr")
+        assert all(str(finding).isprintable() for finding in caught.value.findings)
+
+
+# --- no regular files, and links --------------------------------------------------------------------------------------
+
+
+def _compare(path: Path) -> object:
+    return read_compared(path, ReadOptions(decoding=Decoding("srgb", 100.0)), None, "photo", lambda *_: None)
+
+
+READERS: list[tuple[str, Callable[[Path], object]]] = [
+    (".exr", read_picture),
+    (".png", read_picture),
+    (".tif", read_picture),
+    (".exr", read_camera_image),
+    (".tif", read_camera_image),
+    (".dng", read_camera_image),
+    (".dng", lambda path: read_calibration(dark=[path])),
+    (".exr", read_spectral),
+    (".img", read_spectral),
+    (".hdr", read_spectral),
+    (".png", _compare),
+    (".exr", _compare),
+    (".codes", read_coded),
+]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no devices in the file system")
+@pytest.mark.parametrize(("suffix", "read"), READERS)
+def test_devices_pipes_and_folders_are_no_pictures(tmp_path: Path, suffix: str, read: Callable[[Path], object]) -> None:
+    place = tmp_path / f"a{suffix}"
+    os.mkfifo(place)
+    with pytest.raises(InputError, match=r"pipe|neither OpenEXR nor ENVI"):
+        read(place)
+    place.unlink()
+    place.symlink_to("/dev/zero")
+    with pytest.raises(InputError, match=r"device|neither OpenEXR nor ENVI"):
+        read(place)
+    place.unlink()
+    place.symlink_to(place)
+    with pytest.raises(InputError):
+        read(place)
+
+
+def test_a_larger_file_than_any_picture_is_not_read(tmp_path: Path) -> None:
+    for name in ("a.exr", "a.png", "a.tif", "a.jpg", "a.dng"):
+        with (tmp_path / name).open("wb") as file:
+            try:
+                file.truncate(40_000_000_000)
+            except OSError as error:
+                pytest.skip(f"this file system has no such files: {errno.errorcode[error.errno or 0]}")
+        with pytest.raises(InputError, match="larger than 8000 MB"):
+            (read_camera_image if name == "a.dng" else read_picture)(tmp_path / name)
+        os.truncate(tmp_path / name, 0)
+
+
+@pytest.fixture
+def study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "cache"))
+    folder = tmp_path / "study"
+    folder.mkdir()
+    recipe = "schema_version: 1\nkind: pictures\nstimuli: [{name: a, file: a.exr}]\n"
+    (folder / "recipe.yaml").write_text(recipe)
+    write_exr(tmp_path / "elsewhere.exr", StereoImage.flat(LIGHT))
+    return folder / "recipe.yaml"
+
+
+@pytest.mark.parametrize(
+    ("target", "words"),
+    [
+        (
+            "../elsewhere.exr",
+            r"yaml:3:\d+: 'a\.exr': this leads out of the folder .*study \(it leads to .*copy",
+        ),
+        ("/dev/zero", "'a.exr': this is a link to a device, not a file"),
+        ("nowhere.exr", "the picture 'a.exr' cannot be read"),
+    ],
+)
+def test_links_of_a_recipe_stay_in_its_folder(study: Path, target: str, words: str) -> None:
+    (study.parent / "a.exr").symlink_to(target)
+    with pytest.raises(InputError, match=words):
+        build_set(study, 0.25)
+
+
+def test_links_within_the_folder_and_to_it_are_followed(study: Path, tmp_path: Path) -> None:
+    (study.parent / "pictures").mkdir()
+    (tmp_path / "elsewhere.exr").rename(study.parent / "pictures" / "b.exr")
+    (study.parent / "a.exr").symlink_to("pictures/b.exr")
+    (tmp_path / "same").symlink_to(study.parent)
+    assert build_set(tmp_path / "same" / "recipe.yaml", 0.25).names == ("a",)
+
+
+def test_a_name_that_is_not_utf_8_is_refused(tmp_path: Path) -> None:
+    path = Path(os.fsdecode(os.fsencode(tmp_path) + b"/\xff.exr"))
+    try:
+        path.write_bytes(b"x")
+    except OSError:
+        pytest.skip("this file system has no such names")
+    with pytest.raises(StimulusError, match="its name is not UTF-8"), opened(path):
+        pass
+
+
+def test_a_set_in_the_cache_names_files_of_its_own(study: Path, tmp_path: Path) -> None:
+    (tmp_path / "elsewhere.exr").rename(study.parent / "a.exr")
+    built = build_set(study, 0.25)
+    manifest = built.folder / "manifest.json"
+    text = manifest.read_text()
+    file = re.search(r'"file": "(a\.[a-z]+)"', text)
+    assert file is not None
+    manifest.write_text(text.replace(f'"{file[1]}"', f'"../{built.folder.name}/{file[1]}"'))
+    again = build_set(study, 0.25)
+    assert again.path("a").parent == again.folder
+    assert ".." not in again.manifest["stimuli"][0]["file"]

@@ -1,0 +1,21 @@
+"""Thousands of damaged pictures, and those made to do harm: read or refused in one line, in 10 s and 1 GB each."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.stress.mutants import keys_of, read_all
+
+MODULE = "tests.stress.picture_formats"
+# A build of each is most of the time; what costs less is mutated more.
+NUMBERS = {
+    **{"exr": 1000, "png": 700, "jpeg": 800, "webp": 600, "tiff": 1000, "dng": 1000, "envi": 400},
+    **{"codes": 300, "own": 200},
+}
+
+
+@pytest.mark.stress
+def test_thousands_of_damaged_pictures_are_read_or_refused() -> None:
+    outcome = read_all(MODULE, keys_of(MODULE, {name: range(100, 100 + most) for name, most in NUMBERS.items()}))
+    assert not outcome.faults, str(outcome)
+    assert all(outcome.counts[name, "refused"] > most // 5 for name, most in NUMBERS.items()), str(outcome)
