@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import contextlib
 import json
 import os
 import subprocess
@@ -112,6 +113,7 @@ class _Processes:
                 process = self._idle.pop()
                 if process.poll() is None:
                     return process
+                _end(process)
         return subprocess.Popen(
             [sys.executable, "-c", _PROCESS],
             stdin=subprocess.PIPE,
@@ -147,7 +149,8 @@ def _asked(process: subprocess.Popen[bytes], path: Path) -> tuple[dict[str, Any]
 
 def _end(process: subprocess.Popen[bytes]) -> None:
     process.kill()
-    with process:  # closes its pipes and waits
+    # Closes its pipes and waits; what was not sent yet cannot be.
+    with contextlib.suppress(BrokenPipeError), process:
         pass
 
 
