@@ -155,6 +155,28 @@ def serial_errors() -> tuple[type[Exception], ...]:
     return (OSError, TypeError, ValueError, termios.error)
 
 
+def is_alive(process: int) -> bool:
+    """Return whether there is a process with this number."""
+    if sys.platform == "win32":
+        import ctypes
+
+        query_limited_information, still_active = 0x1000, 259
+        handle = ctypes.windll.kernel32.OpenProcess(query_limited_information, False, process)
+        if not handle:
+            return False
+        status = ctypes.c_ulong()
+        known = ctypes.windll.kernel32.GetExitCodeProcess(handle, ctypes.byref(status))
+        ctypes.windll.kernel32.CloseHandle(handle)
+        return not known or status.value == still_active
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):
+        return True  # somebody else's
+    return True
+
+
 def sync_folder(folder: Path) -> None:
     """Put the names in ``folder`` on disk; does nothing on Windows, where a folder cannot be opened."""
     if sys.platform == "win32":

@@ -1,17 +1,24 @@
-"""Files and folders that appear with all their content or not at all."""
+"""Files and folders that appear with all their content or not at all.
+
+A draft is named after what it is to be, its process and its machine. What a killed process left is removed when the
+same file or folder is next written on that machine.
+"""
 
 from __future__ import annotations
 
 import errno
+import glob
+import hashlib
 import os
+import platform
+import re
 import secrets
 import shutil
-import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from documents.platform import rename
+from documents.platform import is_alive, rename
 
 
 @contextmanager
@@ -20,7 +27,8 @@ def whole_file(path: Path, *, keep_suffix: bool = False, make_folder: bool = Tru
 
     Who reads ``path`` meanwhile finds what was there before, and two who write at once do not mix. If the body raises,
     ``path`` stays as it was. The folder is made if need be, unless ``make_folder`` is false. The draft is named
-    ``.NAME.TOKEN.part``; with ``keep_suffix`` the suffix of ``path`` follows, for writers that choose the format by it.
+    ``.NAME.PROCESS-TOKEN.part``; with ``keep_suffix`` the suffix of ``path`` follows, for writers that choose the
+    format by it.
 
     Parameters
     ----------
@@ -43,6 +51,7 @@ def whole_file(path: Path, *, keep_suffix: bool = False, make_folder: bool = Tru
 
     Examples
     --------
+    >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     with whole_file(Path(folder, "scores.txt")) as draft:
     ...         size = draft.write_text("0.75")
@@ -54,7 +63,8 @@ def whole_file(path: Path, *, keep_suffix: bool = False, make_folder: bool = Tru
     elif not path.parent.is_dir():
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path.parent))
     suffix = path.suffix if keep_suffix else ""
-    draft = path.with_name(f".{path.name[:80]}.{secrets.token_hex(4)}.part{suffix}")
+    _remove_left(path)
+    draft = _beside(path, f"part{suffix}")
     try:
         yield draft
         rename(draft, path)
@@ -115,6 +125,7 @@ def whole_folder(path: Path, *, replace: bool = False) -> Iterator[Path]:
 
     Examples
     --------
+    >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     with whole_folder(Path(folder, "results")) as draft:
     ...         size = Path(draft, "scores.txt").write_text("0.75")
@@ -122,14 +133,16 @@ def whole_folder(path: Path, *, replace: bool = False) -> Iterator[Path]:
     ['scores.txt']
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    draft = Path(tempfile.mkdtemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent))
+    _remove_left(path)
+    draft = _beside(path, "part")
+    draft.mkdir(mode=0o700)
     try:
         yield draft
         mask = os.umask(0)
         os.umask(mask)
         draft.chmod(0o777 & ~mask)
         if replace and path.exists():
-            before = path.with_name(f".{path.name[:80]}.{secrets.token_hex(4)}.before")
+            before = _beside(path, "before")
             rename(path, before)
             try:
                 rename(draft, path)
@@ -143,3 +156,29 @@ def whole_folder(path: Path, *, replace: bool = False) -> Iterator[Path]:
             rename(draft, path)
     finally:
         shutil.rmtree(draft, ignore_errors=True)
+
+
+def _beside(path: Path, what: str) -> Path:
+    """Return a new hidden name beside ``path`` that says which process of which machine it belongs to."""
+    return path.with_name(f".{path.name[:80]}.{os.getpid()}-{_machine()}-{secrets.token_hex(4)}.{what}")
+
+
+def _machine() -> str:
+    """Return a short name of this machine, from which its own name is not known."""
+    return hashlib.sha256(platform.node().encode()).hexdigest()[:8]
+
+
+def _remove_left(path: Path) -> None:
+    """Remove what killed processes of this machine left of drafts for ``path``; what stood there before comes back."""
+    owner = re.compile(rf"{re.escape(f'.{path.name[:80]}.')}(\d+)-{_machine()}-[0-9a-f]{{8}}\.(part|before)(\..*)?")
+    for left in path.parent.glob(f"{glob.escape(f'.{path.name[:80]}.')}*-{_machine()}-*"):
+        match = owner.fullmatch(left.name)
+        if match is None or is_alive(int(match[1])):
+            continue
+        with suppress(OSError):
+            if match[2] == "before" and not path.exists():
+                rename(left, path)
+            elif left.is_dir() and not left.is_symlink():
+                shutil.rmtree(left)
+            else:
+                left.unlink()

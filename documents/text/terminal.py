@@ -62,7 +62,11 @@ class CleanStream(io.TextIOBase):
 
     def write(self, text: str | bytes) -> int:
         """Write ``text``, cleaned; bytes, in which click prints completions, are UTF-8."""
-        self.own.write(clean(text if isinstance(text, str) else text.decode("utf-8", "replace")))
+        if not isinstance(text, str):
+            if not text:
+                raise TypeError("this is a stream of text")  # as click asks, which would write past it otherwise
+            text = text.decode("utf-8", "replace")
+        self.own.write(clean(text))
         return len(text)
 
     def flush(self) -> None:

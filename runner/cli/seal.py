@@ -29,7 +29,7 @@ def command(results: Path, replace: bool, as_json: bool) -> None:
     except OSError as error:
         raise WorkError(f"the seal cannot be written to {results}: {error.strerror}") from error
     if as_json:
-        click.echo(json.dumps(seal.to_json(), indent=2, ensure_ascii=False))
+        click.echo(json.dumps(seal.to_json(), indent=2))
         return
     content = seal.content
     people = counted(content.observers, "observer", "observers")

@@ -29,7 +29,7 @@ def command(results: tuple[Path, ...], mirror: Path | None, as_json: bool) -> No
 
     check = check_results(*results, mirror=mirror)
     if as_json:
-        click.echo(json.dumps(check.to_json(), indent=2, ensure_ascii=False))
+        click.echo(json.dumps(check.to_json(), indent=2))
     else:
         for log in check.logs:
             copy = f", copy: {visible(log.mirror)}" if log.mirror else ""

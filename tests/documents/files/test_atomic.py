@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import subprocess
+import sys
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
-from documents.files.atomic import whole_file, write_whole
+from documents.files.atomic import whole_file, whole_folder, write_whole
 
 
 def test_a_file_is_written_with_its_folder_and_nothing_beside_it(tmp_path: Path) -> None:
@@ -64,3 +69,76 @@ def test_a_body_that_fails_leaves_nothing(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="halfway"):
         fail()
     assert list(tmp_path.iterdir()) == []
+
+
+KILLED = """
+import os, signal, sys
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from documents.files import atomic
+
+path, kind, when = Path(sys.argv[1]), sys.argv[2], sys.argv[3]
+if when == "between":
+    real = atomic.rename
+    def rename(source, target):
+        real(source, target)
+        os.kill(os.getpid(), signal.SIGKILL)
+    atomic.rename = rename
+with (atomic.whole_file(path) if kind == "file" else atomic.whole_folder(path, replace=True)) as draft:
+    (draft if kind == "file" else draft / "inside").write_text("new")
+    if when == "body":
+        os.kill(os.getpid(), signal.SIGKILL)
+"""
+posix = pytest.mark.skipif(sys.platform == "win32", reason="SIGKILL")
+
+
+def killed(path: Path, kind: str, when: str) -> None:
+    """Write ``path`` in a process that is killed at it."""
+    root = Path(__file__).parents[3]
+    command = [sys.executable, "-c", KILLED, str(path), kind, when]
+    assert subprocess.run(command, check=False, cwd=root).returncode == -signal.SIGKILL
+
+
+@posix
+def test_what_a_killed_process_left_goes_with_the_next_writing(tmp_path: Path) -> None:
+    file, folder = tmp_path / "report.html", tmp_path / "data[1]"
+    for _ in range(2):
+        killed(file, "file", "body")
+        killed(folder, "folder", "body")
+    left = [path.name for path in tmp_path.iterdir()]
+    assert len(left) == 2, left  # the second killed process had removed what the first left
+    write_whole(file, "whole")
+    with whole_folder(folder, replace=True) as draft:
+        (draft / "inside").write_text("whole")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["data[1]", "report.html"]
+
+
+@posix
+def test_a_folder_that_was_being_replaced_comes_back(tmp_path: Path) -> None:
+    folder = tmp_path / "dataset"
+    folder.mkdir()
+    (folder / "inside").write_text("old")
+    killed(folder, "folder", "between")
+    assert not folder.exists()
+    with suppress(InterruptedError), whole_folder(folder, replace=True):
+        assert (folder / "inside").read_text() == "old"
+        raise InterruptedError
+    assert [path.name for path in tmp_path.iterdir()] == ["dataset"]
+    assert (folder / "inside").read_text() == "old"
+
+
+def test_drafts_of_others_stay(tmp_path: Path) -> None:
+    file = tmp_path / "page.html"
+    with whole_file(file) as draft:
+        draft.write_text("first")
+        alive = draft.name
+        elsewhere = alive.replace(alive.split("-")[1], "0" * 8).replace(f".{os.getpid()}-", ".999999999-")
+        others = {elsewhere, ".page.html.0a1b2c3d.part", ".page.html.txt", ".page.html.part"}
+        for name in others:
+            (tmp_path / name).touch()
+        write_whole(file, "second")
+        assert {path.name for path in tmp_path.iterdir()} == {alive, "page.html", *others}
+    assert file.read_text() == "first"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import sys
 
+import click
 import pytest
 from rich.table import Table
 from rich.text import Text
@@ -69,3 +70,15 @@ def test_surrogates_of_file_names_are_left_to_the_stream(monkeypatch: pytest.Mon
     print("\udcff")
     sys.stdout.flush()
     assert own.buffer.getvalue() == b"?\n"
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "cp1252", "utf-8"])
+def test_click_writes_through_it_in_every_encoding(monkeypatch: pytest.MonkeyPatch, encoding: str) -> None:
+    own = io.TextIOWrapper(io.BytesIO(), encoding, errors="xmlcharrefreplace")
+    monkeypatch.setattr(sys, "stdout", own)
+    clean_streams()
+    click.echo("Δ\x07\x1b]0;title")
+    click.echo(b"bytes\x1b")
+    sys.stdout.flush()
+    expected = "Δ" if encoding == "utf-8" else "&#916;"
+    assert own.buffer.getvalue().decode("utf-8") == f"{expected}]0;title\nbytes\n"
