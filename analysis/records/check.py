@@ -10,10 +10,10 @@ from typing import Any, Literal
 from analysis.errors import ResultsError
 from analysis.records.results import result_files
 from analysis.records.seal import SEAL, SealCheck, check_seal
-from analysis.records.session_record import FILE_NAME, read_session
+from analysis.records.session_record import FILE_NAME, RecordReader, refusal
 from devices.measurements import is_measurement_log
 from documents import Finding
-from documents.files import DamagedLineError, LogState, compare_copy, looked_for, open_regular, read_lines
+from documents.files import RESTORE, DamagedLineError, LogState, compare_copy, looked_for, open_regular, read_lines
 
 _BEGINNING = 4096
 _LAYOUT = 4  # EXPERIMENT/sub-OBSERVER/ses-LABEL/session.jsonl
@@ -103,6 +103,8 @@ def _finding_json(finding: Finding) -> dict[str, Any]:
 class _Seen:
     """What is kept of the lines."""
 
+    file: Path
+    records: RecordReader | None
     mirror: str | None = None
     complete: bool = False
     findings: list[Finding] = field(default_factory=list)
@@ -113,6 +115,15 @@ class _Seen:
             stated = presentation.get("results_mirror") if isinstance(presentation, dict) else None
             self.mirror = stated if isinstance(stated, str) else None
         self.complete = isinstance(line, dict) and line.get("record") == "end"
+        if self.records is not None:
+            self.records.take(number, line)
+            self.records.records.clear()  # however long the log is
+
+    def damaged(self, error: DamagedLineError) -> None:
+        """Keep what is wrong; after a line that was changed, the records that follow it need not fit it."""
+        if error.changed:
+            self.records = None
+        self.findings.append(refusal(error, self.file))
 
 
 def copy_in_mirror(file: Path, mirror: Path) -> Path:
@@ -150,27 +161,20 @@ def check_log(file: Path, mirror: Path | None = None) -> LogCheck:
     ...         log.append({"record": "trial", "trial": 0})
     ...     _ = file.write_bytes(file.read_bytes().replace(b'"trial":0', b'"trial":1'))
     ...     check = check_log(file)
-    >>> check.checksums, check.lines, {finding.line for finding in check.findings}
-    ('chained', 2, {2})
+    >>> check.checksums, check.lines, [finding.line for finding in check.findings]
+    ('chained', 2, [1, 2])
     """
-    seen = _Seen()
-
-    def on_damage(error: DamagedLineError) -> None:
-        seen.findings.append(error.finding(file, "this line is no record", "restore the file"))
-
+    measured = is_measurement_log(file)
+    seen = _Seen(file, None if measured else RecordReader())
     try:
-        measured = is_measurement_log(file)
         with open_regular(file, "log", error=ResultsError) as stream:
-            state = read_lines(stream, seen.take, on_damage)
+            state = read_lines(stream, seen.take, seen.damaged)
     except OSError as error:
         raise ResultsError(Finding(f"the results cannot be read: {error.strerror}", str(file))) from error
     except DamagedLineError as error:
-        raise ResultsError(error.finding(file, "this line is no record", "restore the file")) from error
-    if not measured and not any(finding.line for finding in seen.findings):
-        try:
-            read_session(file)
-        except ResultsError as error:
-            seen.findings += error.findings
+        raise ResultsError(refusal(error, file)) from error
+    if not state.lines:
+        seen.findings.append(Finding("the file has no session header", str(file), 1, 1, RESTORE))
     words = None if measured else _compare(file, state, seen, mirror)
     return LogCheck(
         file,

@@ -23,7 +23,7 @@ from analysis.records.other_records import SCHEMA_VERSION, HeaderRecord
 from analysis.records.trial_kinds import NEWER
 from analysis.records.trial_record import TrialRecord
 from documents import Finding
-from documents.files import RESTORE, DamagedLineError, LogState, read_lines
+from documents.files import RESTORE, DamagedLineError, LogState, open_regular, read_lines
 
 FILE_NAME = "session.jsonl"
 
@@ -311,9 +311,9 @@ def read_session(file: Path) -> SessionLog:
     >>> log.header.observer, log.complete
     ('01', False)
     """
-    reader = _Reader()
+    reader = RecordReader()
     try:
-        with open(file, "rb") as stream:
+        with open_regular(file, "log", error=ResultsError) as stream:
             state = read_lines(stream, reader.take)
     except OSError as error:
         raise ResultsError(Finding(f"the results cannot be read: {error.strerror}", str(file))) from error
@@ -329,7 +329,7 @@ def read_session(file: Path) -> SessionLog:
     return SessionLog(file, reader.header, answers, reader.complete, state, notes, marks, resumptions, records=records)
 
 
-class _Reader:
+class RecordReader:
     """Takes the lines of a log one by one."""
 
     def __init__(self) -> None:
