@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -17,7 +16,7 @@ from analysis.bids.sources import Source
 from analysis.bids.text import escape, write_json, write_table
 from analysis.errors import ResultsError
 from documents import Finding
-from documents.files import whole_folder
+from documents.files import read_kept_json, whole_folder
 from documents.text import counted
 
 BIDS_VERSION = "1.10.0"
@@ -168,9 +167,9 @@ def check_replaceable(folder: Path) -> None:
 
 def _is_export(folder: Path) -> bool:
     try:
-        made = json.loads((folder / "dataset_description.json").read_bytes())
+        made = read_kept_json(folder / "dataset_description.json")
         return bool(made["GeneratedBy"][0]["Name"] == GENERATOR)
-    except (OSError, ValueError, KeyError, IndexError, TypeError):
+    except (KeyError, IndexError, TypeError):
         return False
 
 

@@ -24,6 +24,7 @@ from analysis.records.configuration import kept_files
 from analysis.records.session_record import SessionLog, Trial, read_session
 from analysis.records.times import Record, SessionTimes
 from documents import Finding
+from documents.files import MOST_LOG_BYTES, read_regular
 
 Progress = Callable[[str, int, int], None]
 
@@ -131,7 +132,9 @@ def export_dataset(
         task.columns, task.whole = task.collector.columns(), task.collector.whole
     trials = notes = simulated = 0
     changes = folder / "CHANGES"
-    before = changes.read_text(encoding="utf-8", errors="replace") if changes.is_file() else None
+    before = (
+        read_regular(changes, _MOST_BYTES, error=ResultsError).decode("utf-8", "replace") if changes.is_file() else None
+    )
     with replacing(folder) as part:
         for number, source in enumerate(read.sources):
             progress("Writing sessions", number, len(read.sources))
@@ -162,7 +165,7 @@ def _names(log: SessionLog) -> frozenset[str]:
 
 
 def _copy(source: Source, target: Path) -> SessionLog:
-    content = source.file.read_bytes()
+    content = read_regular(source.file, MOST_LOG_BYTES, "results", error=ResultsError)
     if hashlib.sha256(content).hexdigest() != source.digest:
         raise ResultsError(
             Finding("the session changed while it was exported", str(source.file), remedy="export it after the session")
@@ -205,6 +208,7 @@ def _write_descriptions(part: Path, label: str, task: _Task) -> None:
 
 
 EVENT_COLUMNS = ("onset", "duration", "trial_type", "block", "trial", "attempt", "by", "response_time", "utc", "value")
+_MOST_BYTES = 10_000_000
 _BIDS_TIME = re.compile(
     r"\d{4}-(0[1-9]|1[0-2])-(0[1-9]|[12]\d|3[01])T([01]\d|2[0-3]):[0-5]\d:[0-5]\d(\.\d{1,6})?(Z|[+-]([01]\d|2[0-3]):[0-5]\d)?",
     re.ASCII,

@@ -13,6 +13,7 @@ from analysis.records.codes import Sitting, by_folder, notes_on_codes
 from analysis.records.results import result_files
 from analysis.records.session_record import FILE_NAME, SessionLog, read_session
 from documents import Finding, InputError
+from documents.files import MOST_LOG_BYTES, read_regular
 
 _LABEL = re.compile(r"[0-9A-Za-z]{1,64}")
 
@@ -160,10 +161,7 @@ def find_sources(files: Iterable[Path], collect: Callable[[Source, SessionLog], 
 
 
 def _content(file: Path) -> bytes:
-    try:
-        return file.read_bytes()
-    except OSError as error:
-        raise ResultsError(Finding(f"the results cannot be read: {error.strerror}", str(file))) from error
+    return read_regular(file, MOST_LOG_BYTES, "results", error=ResultsError)
 
 
 def _source(log: SessionLog, digest: str) -> Source:

@@ -20,7 +20,7 @@ from analysis.comparisons.comparisons import Comparisons
 from analysis.comparisons.tally import Tally
 from analysis.errors import ResultsError
 from documents import Finding
-from documents.files import looked_for
+from documents.files import open_regular, unreadable
 
 BLOCK_ROWS = 1 << 15
 MOST_FINDINGS = 20
@@ -71,16 +71,14 @@ def read_table(path: str | Path) -> Comparisons:
     [[0.0, 3.0], [1.0, 0.0]]
     """
     path = Path(path)
-    try:
-        with path.open("rb") as stream:
-            return read_stream(stream, str(path))
-    except FileNotFoundError as error:
-        raise ResultsError(Finding("there is no such file", str(path), remedy=looked_for(path))) from error
-    except IsADirectoryError as error:
+    if path.is_dir():
         remedy = f"for a folder of sessions: cyclopean report {path}"
-        raise ResultsError(Finding("the table cannot be read: it is a folder", str(path), remedy=remedy)) from error
+        raise ResultsError(Finding("the table cannot be read: it is a folder", str(path), remedy=remedy))
+    try:
+        with open_regular(path, "table", error=ResultsError) as stream:
+            return read_stream(stream, str(path))
     except OSError as error:
-        raise ResultsError(Finding(f"the table cannot be read: {error.strerror}", str(path))) from error
+        raise ResultsError(unreadable(error, path, "table")) from error
 
 
 def read_stream(stream: BinaryIO, file: str) -> Comparisons:

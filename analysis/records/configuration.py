@@ -6,10 +6,11 @@ list, so that sessions with equal files share one folder. The reader defines the
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+
+from documents.files import read_kept_json
 
 CONFIGURATION_LIST = "configuration.json"
 _FOLDER = "configuration"
@@ -43,10 +44,7 @@ def kept_files(log: Path) -> dict[str, Path]:
 
 
 def _listed(place: Path) -> dict[str, Any]:
-    try:
-        listed = json.loads(place.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):
-        return {}
+    listed = read_kept_json(place)
     return listed if isinstance(listed, dict) else {}
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -19,11 +20,12 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from analysis.errors import ResultsError
 from analysis.records.session_record import SessionLog
 from documents import Finding
-from documents.files import looked_for, sha256_of_file, write_whole
+from documents.files import looked_for, read_regular, sha256_of_file, write_whole
 
 SEAL = "seal.json"
 # What `report` writes into a folder of results: made again from the sealed files at any time.
 _DERIVED = ("report.html", "report.pdf")
+_MOST_BYTES = 100_000_000
 _ABOVE = 3  # folders above a log in which its seal is looked for: observer, experiment, results
 
 Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
@@ -119,12 +121,9 @@ def read_seal(folder: Path) -> Seal | None:
     True
     """
     file = folder / SEAL
-    try:
-        data = file.read_bytes()
-    except FileNotFoundError:
+    if not os.path.lexists(file):
         return None
-    except OSError as error:
-        raise ResultsError(Finding(f"the seal cannot be read: {error.strerror}", str(file))) from error
+    data = read_regular(file, _MOST_BYTES, "seal", error=ResultsError)
     try:
         content = SealContent.model_validate_json(data)
     except ValidationError as error:

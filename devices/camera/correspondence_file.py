@@ -12,7 +12,6 @@ import csv
 import math
 import os
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +21,7 @@ from devices.camera.exposure import Exposure, parse_seconds
 from devices.colour_matching import colorimetric_observer
 from devices.errors import DeviceError
 from documents import Finding
-from documents.files import looked_for, other_separator
+from documents.files import other_separator, read_regular_text
 from documents.text import visible
 
 Floats = NDArray[np.float64]
@@ -179,18 +178,7 @@ def _exposure(cells: list[str], columns: dict[str, int]) -> Exposure:
 
 
 def _text(file: str) -> str:
-    try:
-        with Path(file).open("rb") as stream:
-            content = stream.read(_MOST_BYTES + 1)
-        if len(content) > _MOST_BYTES:
-            raise DeviceError(Finding(f"the table is larger than {_MOST_BYTES // 1_000_000} MB", file))
-        return content.decode("utf-8-sig")
-    except FileNotFoundError as error:
-        raise DeviceError(Finding("there is no such file", file, remedy=looked_for(Path(file)))) from error
-    except UnicodeDecodeError as error:
-        raise DeviceError(Finding("the table is not UTF-8 text", file, remedy="save it as CSV in UTF-8")) from error
-    except OSError as error:
-        raise DeviceError(Finding(f"the table cannot be read: {error.strerror}", file)) from error
+    return read_regular_text(file, _MOST_BYTES, "table", error=DeviceError)
 
 
 def _full(text: str, file: str, line: int) -> float:

@@ -20,7 +20,7 @@ from devices.display.display_file import EYES, read_display
 from devices.display.panel import PanelSpec
 from devices.errors import DeviceError
 from documents import Finding, InputError
-from documents.files import whole_file
+from documents.files import read_regular, whole_file
 from documents.yaml import YamlSource, parse_yaml, read_yaml
 
 CHARACTERISATION = (
@@ -32,6 +32,7 @@ CHARACTERISATION = (
     "gamma_table",
     "ambient_XYZ_cd_m2",
 )
+_MOST_BYTES = 1_000_000
 _AMBIENT = "ambient_XYZ_cd_m2"
 _PARTS = {
     "crosstalk": "crosstalk",
@@ -94,7 +95,7 @@ def write_mode(path: Path, mode: str, new: ModeLines, panel: PanelSpec | None = 
     source = read_yaml(path)
     if panel is not None and panel != read_display(path).panel:
         raise _refusal("the file is of another panel", source, "panel", remedy="leave --panel out, or write a new file")
-    text = path.read_bytes().decode("utf-8")
+    text = read_regular(path, _MOST_BYTES).decode("utf-8")
     there = source.data["modes"].get(mode) if isinstance(source.data.get("modes"), dict) else None
     if there is None:
         if not new.models:

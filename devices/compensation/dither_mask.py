@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.errors import DeviceError
+from documents.files import open_regular
 
 Ranks = NDArray[np.uint16]
 
@@ -32,6 +33,7 @@ SHIPPED = "void_and_cluster_64.npy"
 _SIGMA_PX = 1.5
 _START_SHARE = 1 / 32
 _UNIT = 2**30
+_MOST_BYTES = 1_000_000
 
 
 def make_mask(size_px: int = SIZE_PX, seed: int = SEED) -> Ranks:
@@ -139,6 +141,11 @@ def load_mask() -> Ranks:
     return ranks
 
 
+def _read(file: Path) -> NDArray[np.generic]:
+    with open_regular(file, "mask", limit_bytes=_MOST_BYTES, error=DeviceError) as stream:
+        return np.asarray(np.load(stream, allow_pickle=False))
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Write the mask, or compare the file with a new one; return the exit status."""
     parser = argparse.ArgumentParser(
@@ -149,7 +156,7 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     mask = make_mask()
     if options.check:
-        same = options.file.is_file() and np.array_equal(np.load(options.file, allow_pickle=False), mask)
+        same = options.file.is_file() and np.array_equal(_read(options.file), mask)
         print(f"{options.file}: {'as generated' if same else 'differs from what is generated'}")
         return 0 if same else 1
     options.file.parent.mkdir(parents=True, exist_ok=True)

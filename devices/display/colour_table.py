@@ -15,7 +15,9 @@ from devices.colour_matching import DEFAULT_OBSERVER
 from devices.display.model import DisplayModel
 from devices.errors import DeviceError
 from documents import Finding
-from documents.files import other_separator
+from documents.files import other_separator, read_regular
+
+_MOST_BYTES = 100_000_000
 
 Kind = Literal["code", "xyz"]
 COLUMNS: dict[Kind, tuple[str, str, str]] = {"code": ("red", "green", "blue"), "xyz": ("X", "Y", "Z")}
@@ -104,14 +106,22 @@ def read_colours(file: str | Path | BinaryIO, kind: Kind, full: float, observer:
         return ColourTable(kind, values, ("name",), tuple((name,) for name in readings.name))
     name = str(file) if isinstance(file, str | Path) else "standard input"
     try:
-        data = Path(file).read_bytes() if isinstance(file, str | Path) else file.read()
-        text = io.StringIO(data.decode("utf-8-sig"), newline="")
+        text = io.StringIO(_content(file).decode("utf-8-sig"), newline="")
         lines = [(n, row) for n, row in enumerate(csv.reader(text, strict=True), 1) if row and row[0][:1] != "#"]
     except OSError as error:
         raise DeviceError(Finding(f"the table cannot be read: {error.strerror}", name)) from error
     except (UnicodeDecodeError, csv.Error) as error:
         raise DeviceError(Finding(f"the table is not CSV in UTF-8: {error}", name)) from error
     return _parse(lines, name, kind, full)
+
+
+def _content(file: str | Path | BinaryIO) -> bytes:
+    if isinstance(file, str | Path):
+        return read_regular(file, _MOST_BYTES, "table", error=DeviceError)
+    data = file.read(_MOST_BYTES + 1)
+    if len(data) > _MOST_BYTES:
+        raise DeviceError(Finding(f"the table is larger than {_MOST_BYTES / 1e6:g} MB", "standard input"))
+    return data
 
 
 def _parse(lines: list[tuple[int, list[str]]], file: str, kind: Kind, full: float) -> ColourTable:

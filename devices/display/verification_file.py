@@ -7,7 +7,6 @@ renderer that it was measured with, and for no other.
 from __future__ import annotations
 
 import datetime
-import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -15,7 +14,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, NonNegativeFloat, PositiveFloat, model_validator
 
 from devices.display.display_file import Eye
-from documents import load_document
+from documents import load_document, sha256_of_file
 from documents.yaml import Strict
 
 # Window systems report the refresh rate in whole hertz, and rates such as 59.94 and 119.88 Hz are called 60 and 120.
@@ -154,4 +153,4 @@ def read_verification(path: Path) -> Verification:
         With every fault's file, line, column and remedy.
     """
     spec, source = load_document(path, VerificationSpec, "verification")
-    return Verification(source.file, spec, hashlib.sha256(path.read_bytes()).hexdigest())
+    return Verification(source.file, spec, sha256_of_file(path))

@@ -26,7 +26,7 @@ from devices.measurements.code_range import full_code, parse_code_range
 from devices.measurements.observer import CIE_1931_2, OBSERVERS, observer_name
 from devices.measurements.table import PATCH_EYES, Measurements, PatchEye
 from documents import Finding
-from documents.files import bounded_bytes, looked_for, other_separator
+from documents.files import other_separator, read_regular_text
 from documents.text import did_you_mean, nearest
 
 _NUMBERS = ("red", "green", "blue", "X", "Y", "Z")
@@ -69,14 +69,7 @@ def read_csv(path: Path, code_range: str | None = None) -> Measurements:
     >>> table.name, table.codes.tolist(), table.XYZ.tolist()
     (('white',), [[1.0, 1.0, 1.0]], [[95.0, 100.0, 108.0]])
     """
-    try:
-        text = bounded_bytes(path, _MOST_BYTES).decode("utf-8-sig")
-    except FileNotFoundError as error:
-        raise DeviceError(Finding("there is no such file", str(path), remedy=looked_for(path))) from error
-    except UnicodeDecodeError as error:
-        raise DeviceError(Finding("the table is not UTF-8 text", str(path), remedy="save it as UTF-8")) from error
-    except OSError as error:
-        raise DeviceError(Finding(f"the table cannot be read: {error.strerror}", str(path))) from error
+    text = read_regular_text(path, _MOST_BYTES, "table", error=DeviceError)
     return parse_csv(text.splitlines(keepends=True), str(path), code_range)
 
 

@@ -17,7 +17,15 @@ from devices.instruments.instrument import Reading
 from devices.patches.arrangement import Place
 from devices.patches.patch import Patch, Step
 from documents import Finding, InputError
-from documents.files import DamagedLineError, DurableLog, LogInUseError, LogState, open_regular, read_lines
+from documents.files import (
+    MOST_LOG_BYTES,
+    DamagedLineError,
+    DurableLog,
+    LogInUseError,
+    LogState,
+    open_regular,
+    read_lines,
+)
 
 FORMAT = "cyclopean-measurement"
 VERSION = 1
@@ -224,7 +232,7 @@ def read_session(file: Path) -> Session:
             failures.pop(position, None)
 
     try:
-        with open_regular(file, "measurement", error=MeasuringError) as stream:
+        with open_regular(file, "measurement", limit_bytes=MOST_LOG_BYTES, error=MeasuringError) as stream:
             state = read_lines(stream, take)
     except OSError as error:
         what = f"the measurement cannot be read: {error.strerror}"
@@ -258,7 +266,7 @@ def is_measurement_log(file: Path) -> bool:
     try:
         with open_regular(file) as stream:
             return FORMAT.encode() in stream.read(200).split(b"\n")[0]
-    except InputError:
+    except (OSError, InputError):
         return False
 
 

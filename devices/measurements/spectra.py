@@ -78,7 +78,11 @@ def xyz_from_spectra(spectra: ArrayLike, wavelengths_nm: ArrayLike, observer: st
     if waves[0] > _MUST_COVER_NM[0] or waves[-1] < _MUST_COVER_NM[1]:
         what = f"spectra run over {waves[0]:g}..{waves[-1]:g} nm; 400..700 nm is the least that XYZ need"
         raise DeviceError(Finding(what, remedy=f"measure wider: XYZ for {observer} cannot be summed"))
-    return light @ _band_weights(waves, observer)
+    with np.errstate(over="ignore", invalid="ignore"):
+        XYZ = light @ _band_weights(waves, observer)
+    if not np.all(np.isfinite(XYZ)):
+        raise DeviceError(Finding("spectra hold numbers that are no light", remedy="W/(sr m² nm), finite"))
+    return np.asarray(XYZ)
 
 
 def _band_weights(waves: Floats, observer: str) -> Floats:

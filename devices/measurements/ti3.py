@@ -21,7 +21,7 @@ from devices.measurements.spectra import FIELD, Spectra, read_spectra, spectral_
 from devices.measurements.table import PATCH_EYES, Measurements, PatchEye
 from devices.measurements.ti3_statements import calibration_lines, read_statements
 from documents import Finding
-from documents.files import bounded_bytes
+from documents.files import read_regular
 
 Floats = NDArray[np.float64]
 
@@ -52,11 +52,8 @@ def read_ti3(path: Path) -> Measurements:
     DeviceError
         With file, line, column and remedy of what is wrong: also readings of a printer, or of codes at video levels.
     """
-    try:
-        lines = bounded_bytes(path, _MOST_BYTES).decode("utf-8-sig", errors="replace").splitlines()
-    except OSError as error:
-        raise DeviceError(Finding(f"the table cannot be read: {error.strerror}", str(path))) from error
-    return parse_ti3(lines, str(path))
+    content = read_regular(path, _MOST_BYTES, "table", error=DeviceError)
+    return parse_ti3(content.decode("utf-8-sig", errors="replace").splitlines(), str(path))
 
 
 def parse_ti3(lines: list[str], file: str) -> Measurements:

@@ -15,11 +15,12 @@ from devices.errors import DeviceError
 from devices.measurements.code_range import full_code, parse_code_range
 from devices.patches.patch import Codes, Patch, PatchSet
 from documents import Finding
-from documents.files import looked_for, other_separator
+from documents.files import other_separator, read_regular_text
 
 _COLUMNS = ("red", "green", "blue")
 _SURROUND = ("surround_red", "surround_green", "surround_blue")
 _MOST_FINDINGS = 20
+_MOST_BYTES = 10_000_000
 
 
 def read_patches(path: Path, code_range: str | None = None) -> PatchSet:
@@ -30,14 +31,7 @@ def read_patches(path: Path, code_range: str | None = None) -> PatchSet:
     DeviceError
         With file, line, column, value and remedy of the first twenty faults.
     """
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise DeviceError(Finding("there is no such file", str(path), remedy=looked_for(path))) from None
-    except UnicodeDecodeError:
-        raise DeviceError(Finding("the patches are not UTF-8 text", str(path), remedy="save it as UTF-8")) from None
-    except OSError as error:
-        raise DeviceError(Finding(f"the patches cannot be read: {error.strerror}", str(path))) from None
+    text = read_regular_text(path, _MOST_BYTES, "table of patches", error=DeviceError)
     return parse_patches(text, str(path), path.stem, code_range)
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from devices.errors import DeviceError
 from documents import Finding
-from documents.files import bounded_bytes
+from documents.files import read_regular
 
 Floats = NDArray[np.float64]
 
@@ -112,11 +112,7 @@ def read_profile_file(path: Path) -> ProfileFile:
         If the file cannot be read, is no ICC profile, is of another device than an RGB display, or its tag table is
         broken; all that is wrong at once.
     """
-    try:
-        data = bounded_bytes(path, _MOST_BYTES)
-    except OSError as error:
-        raise DeviceError(Finding(f"the profile cannot be read: {error.strerror}", str(path))) from error
-    return parse_profile_file(data, str(path))
+    return parse_profile_file(read_regular(path, _MOST_BYTES, "profile", error=DeviceError), str(path))
 
 
 def parse_profile_file(data: bytes, file: str) -> ProfileFile:

@@ -7,8 +7,10 @@ from .durable_log import DurableLog as DurableLog
 from .durable_log import LogInUseError as LogInUseError
 from .hashes import sha256_of_file as sha256_of_file
 from .hashes import sha256_of_json as sha256_of_json
+from .json_lines import MOST_LOG_BYTES as MOST_LOG_BYTES
 from .json_lines import DamagedLineError as DamagedLineError
 from .json_lines import read_lines as read_lines
+from .kept import read_kept_json as read_kept_json
 from .mirror import CopyCheck as CopyCheck
 from .mirror import Mirror as Mirror
 from .mirror import compare_copy as compare_copy
@@ -24,5 +26,4 @@ from .regular import read_regular_text as read_regular_text
 from .regular import unreadable as unreadable
 from .room import unwritable as unwritable
 from .room import what_stopped as what_stopped
-from .tables import bounded_bytes as bounded_bytes
 from .tables import other_separator as other_separator

@@ -6,6 +6,8 @@ import hashlib
 import json
 from pathlib import Path
 
+from documents.files.regular import open_regular
+
 
 def sha256_of_file(path: Path) -> str:
     """Return the SHA-256 of a file's content, in hexadecimal.
@@ -20,6 +22,11 @@ def sha256_of_file(path: Path) -> str:
     str
         64 hexadecimal digits.
 
+    Raises
+    ------
+    InputError
+        If it is missing or unreadable, or no regular file.
+
     Examples
     --------
     >>> import tempfile
@@ -29,7 +36,7 @@ def sha256_of_file(path: Path) -> str:
     ...     sha256_of_file(file)[:8]
     'e3b0c442'
     """
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 

@@ -13,6 +13,8 @@ from documents.files.chain import CHAIN, COUNT, NUMBER, RESTORE, ChainReader, Li
 from documents.findings import Finding, InputError
 
 _LONGEST = 64 << 20
+# Twenty thousand trials, or ten thousand readings with a spectrum each, have less.
+MOST_LOG_BYTES = 200_000_000
 _REFUSED = (ArithmeticError, LookupError, RecursionError, TypeError, ValueError, InputError)
 
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import os
 import stat
+from io import BufferedReader
 from pathlib import Path
-from typing import BinaryIO
 
 from documents.files.paths import looked_for
 from documents.findings import Finding, InputError
@@ -33,7 +33,7 @@ def open_regular(
     *,
     limit_bytes: int | None = None,
     error: type[InputError] = InputError,
-) -> BinaryIO:
+) -> BufferedReader:
     """Open the regular file at ``path`` for reading bytes.
 
     Parameters
@@ -49,7 +49,7 @@ def open_regular(
 
     Returns
     -------
-    BinaryIO
+    BufferedReader
         The open file, at its beginning; use as a context manager.
 
     Raises

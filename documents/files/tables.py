@@ -1,47 +1,12 @@
-"""Tables that people write: read to a limit, and refused where their columns are not separated by commas."""
+"""Tables that people write, refused where their columns are not separated by commas."""
 
 from __future__ import annotations
 
-import errno
-import os
 from collections.abc import Sequence
-from pathlib import Path
 
 from documents.findings import Finding
 
 _OTHER = {";": "semicolons", "\t": "tabs"}
-
-
-def bounded_bytes(path: str | os.PathLike[str], most_bytes: int) -> bytes:
-    """Return the content of the file at ``path``; one without an end, such as ``/dev/zero``, is read no further.
-
-    Parameters
-    ----------
-    path
-        The file to read.
-    most_bytes
-        The size in bytes up to which it is read, at least 0.
-
-    Returns
-    -------
-    bytes
-        All of the file.
-
-    Raises
-    ------
-    OSError
-        If it cannot be read or holds more than ``most_bytes``; ``strerror`` then says so.
-
-    Examples
-    --------
-    >>> bounded_bytes("configs/displays/asus_vg248qe.yaml", 1_000_000).startswith(b"#")
-    True
-    """
-    with Path(path).open("rb") as file:
-        content = file.read(most_bytes + 1)
-    if len(content) > most_bytes:
-        raise OSError(errno.EFBIG, f"it is larger than {most_bytes / 1e6:g} MB", str(path))
-    return content
 
 
 def other_separator(header: Sequence[str], file: str, line: int) -> Finding | None:

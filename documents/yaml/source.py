@@ -14,7 +14,8 @@ from typing import Any
 
 import yaml
 
-from documents.files.paths import looked_for, with_slashes
+from documents.files.paths import with_slashes
+from documents.files.regular import read_regular
 from documents.findings import Finding, InputError
 from documents.text.words import hidden_character
 
@@ -283,18 +284,9 @@ def read_yaml(path: Path) -> YamlSource:
     700
     """
     file = str(path)
+    content = read_regular(path, MAX_BYTES)
     try:
-        with path.open("rb") as stream:  # some files have no size
-            content = stream.read(MAX_BYTES + 1)
-        if len(content) > MAX_BYTES:
-            raise InputError(Finding(f"the file is larger than {MAX_BYTES // 1000} kB", file))
         text = content.decode("utf-8")
-    except FileNotFoundError as error:
-        raise InputError(Finding("there is no such file", file, remedy=looked_for(path))) from error
-    except IsADirectoryError as error:
-        raise InputError(Finding("this is a folder, not a file", file, remedy="name a file in it")) from error
-    except OSError as error:
-        raise InputError(Finding(f"the file cannot be read: {error.strerror}", file)) from error
     except UnicodeDecodeError as error:
         raise InputError(Finding("the file is not UTF-8 text", file)) from error
     return parse_yaml(text, file)

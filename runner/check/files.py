@@ -21,6 +21,7 @@ from devices.display import (
     read_verification,
 )
 from documents import Finding, InputError
+from documents.files import open_regular
 from documents.text import did_you_mean, nearest
 from documents.yaml import KIND_BY_KEY, read_yaml
 from runner.check.display_facts import SETTINGS_REMEDY, check_display_facts, check_nominal
@@ -206,9 +207,9 @@ def _other_file(path: Path) -> Finding | None:
         return Finding("this is a folder", str(path), remedy=remedy)
     what, remedy = "", ""
     try:
-        with path.open("rb") as stream:
+        with open_regular(path) as stream:
             begins = stream.read(16)
-    except OSError:
+    except (OSError, InputError):
         return None  # reading it as YAML says why
     if path.name == FILE_NAME:
         what, remedy = "the record of a session", "report on it: cyclopean report {name}"

@@ -12,6 +12,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from documents import InputError
+from documents.files import read_regular
 from runner.presenter.surfaces.screens import compositor
 from runner.presenter.surfaces.x11 import colour_profiles, is_xwayland
 
@@ -28,6 +30,7 @@ LOADERS = (
     *("hyprsunset", "dispwin", "xcalib", "gsd-color", "xiccd"),
 )
 _PATIENCE_S = 10.0
+_MOST_BYTES = 100_000  # of a file in which the system states a fact
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,9 +123,9 @@ def stated_bits(drm: Path) -> dict[str, int | None]:
     stated: dict[str, int | None] = {}
     for connector in sorted(drm.glob("card*-*")):
         try:
-            connected = (connector / "status").read_text(encoding="ascii").strip() == "connected"
-            edid = (connector / "edid").read_bytes() if connected else b""
-        except (OSError, ValueError):
+            connected = read_regular(connector / "status", _MOST_BYTES).strip() == b"connected"
+            edid = read_regular(connector / "edid", _MOST_BYTES) if connected else b""
+        except InputError:
             continue
         if len(edid) >= 128 and edid.startswith(_EDID_START):
             name = connector.name.partition("-")[2]
@@ -159,8 +162,8 @@ def night_light(processes: Path) -> SignalFact:
     running = set()
     for file in processes.glob("[0-9]*/comm"):
         try:
-            running.add(file.read_text(encoding="utf-8", errors="replace").strip())
-        except OSError:
+            running.add(read_regular(file, _MOST_BYTES).decode("utf-8", "replace").strip())
+        except InputError:
             continue  # it has ended
     loaders = sorted(running & set(LOADERS))
     if loaders:

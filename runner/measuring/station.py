@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
@@ -21,7 +20,7 @@ from devices.errors import MeasuringError
 from devices.instruments import Wiring, open_instrument
 from devices.measurements import MeasurementLog, Session, read_session, step_facts, write_measurements
 from devices.patches import PatchEye, PatchSet, Step, steps
-from documents import Finding
+from documents import Finding, sha256_of_file
 from documents.text import did_you_mean
 from runner.measuring.code_screen import CodeScreen
 from runner.measuring.options import Dialogue, InstrumentOptions, PatchOptions, ShowOptions
@@ -286,7 +285,7 @@ def _clock(begun: datetime) -> Callable[[], float]:
 def _facts(target: Target, order: Order, screen: PatchScreen, planned: tuple[Step, ...]) -> dict[str, Any]:
     return {
         "display": target.display_file.name,
-        "display_sha256": hashlib.sha256(target.display_file.read_bytes()).hexdigest(),
+        "display_sha256": sha256_of_file(target.display_file),
         "panel": target.panel.text,
         "mode": target.mode.name,
         "mode_options": target.mode_options,

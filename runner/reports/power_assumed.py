@@ -17,9 +17,12 @@ from analysis.power import ScoresOf, differing_pairs, score_theta, spread_theta
 from analysis.records import read_results
 from analysis.scaling import score, score_groups
 from documents import Finding
+from documents.files import read_regular
 from runner.observers.behaviour import BehaviourSpec
 from runner.observers.observer_file import read_scored_observer
 from runner.reports.power_design import PairDesign
+
+_MOST_BYTES = 100_000_000
 
 DEFAULT_SPREAD_NATS = 2.0
 TYPICAL_SD, OTHER_SDS = 0.7, (0.0, 1.5)
@@ -187,10 +190,8 @@ def _fitted(comparisons: Comparisons) -> dict[str, Any]:
 def _printed(file: Path) -> Any:
     remedy = "give what 'cyclopean scores --json' printed"
     try:
-        return json.loads(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ResultsError(Finding(f"the file cannot be read: {error.strerror}", str(file), remedy=remedy)) from None
-    except ValueError as error:
+        return json.loads(read_regular(file, _MOST_BYTES, error=ResultsError))
+    except (ValueError, RecursionError) as error:
         raise ResultsError(Finding(f"this is no JSON: {error}", str(file), remedy=remedy)) from None
 
 

@@ -16,12 +16,13 @@ from typing import Any
 
 from analysis.records import CONFIGURATION_LIST, configuration_folder
 from documents import Finding
-from documents.files import sha256_of_json, whole_folder, write_whole
+from documents.files import read_regular, sha256_of_json, whole_folder, write_whole
 from runner.errors import SessionError
 from runner.protocol import Experiment, named_files
 from stimuli.build import StimulusSet
 
 _STIMULI = "stimuli.json"
+_MOST_BYTES = 100_000_000
 _TEXT = (".yaml", ".yml", ".json", ".csv", ".tsv", ".txt")
 
 
@@ -85,11 +86,8 @@ def configuration_of(experiment: Experiment, stimuli: StimulusSet, further: Sequ
         while name.as_posix() in places.values():
             name = name.with_stem(f"{name.stem}-")
         places[file] = name.as_posix()
-    try:
-        contents = {name: file.read_bytes() for file, name in places.items()}
-        contents[_STIMULI] = stimuli.manifest_path.read_bytes()
-    except OSError as error:
-        raise SessionError(Finding(f"the file cannot be read: {error.strerror}", str(error.filename))) from error
+    contents = {name: read_regular(file, _MOST_BYTES, error=SessionError) for file, name in places.items()}
+    contents[_STIMULI] = read_regular(stimuli.manifest_path, _MOST_BYTES, error=SessionError)
     named = {
         "schema_version": 1,
         "experiment": places[_whole(experiment.file)],

@@ -16,8 +16,8 @@ from typing import Any
 
 from analysis.records import Header
 from devices.display import Plvc, Rig
-from documents import Finding
-from documents.files import write_whole
+from documents import Finding, InputError
+from documents.files import read_regular, write_whole
 from documents.platform import state_folder
 from runner.errors import SessionError
 from runner.protocol.experiment import Experiment, ExperimentSpec
@@ -114,9 +114,8 @@ def station() -> str:
 
 def _station(file: Path) -> str:
     try:
-        with file.open(encoding="ascii", errors="replace") as opened:
-            text = opened.read(16).strip()
-    except FileNotFoundError:
+        text = read_regular(file, 100).decode("ascii", "replace").strip()
+    except InputError:
         return ""
     return text if re.fullmatch("[0-9a-f]{8}", text) else ""
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from documents import Finding, InputError
-from documents.files import sha256_of_file, unwritable, write_whole
+from documents.files import read_kept_json, sha256_of_file, unwritable, write_whole
 from documents.platform import rename
 from stimuli.build.cache import OTHER_CACHE
 from stimuli.build.stimulus_set import MANIFEST, SUFFIXES, digest_of, known_hashes
@@ -55,10 +55,10 @@ class UnfinishedSet:
         entries = {}
         for key in keys:
             try:
-                entry = json.loads(self._entry_file(key).read_text(encoding="utf-8"))
+                entry = read_kept_json(self._entry_file(key))
                 if hashes.sha256(self.picture(key, entry["suffix"])) == entry["sha256"]:
                     entries[key] = entry
-            except (OSError, ValueError, KeyError, TypeError):
+            except (OSError, InputError, ValueError, KeyError, TypeError):
                 continue
         return entries
 
@@ -100,14 +100,14 @@ def pictures_of_sets(cache: Path, keys: Collection[str]) -> Iterator[tuple[str, 
         if not left:
             return
         try:
-            entries = json.loads(manifest.read_text(encoding="utf-8"))["stimuli"]
+            entries = read_kept_json(manifest)["stimuli"]
             hashes = known_hashes(manifest.parent)
             for entry in entries:
                 key, picture = entry.get("key"), manifest.with_name(str(entry["file"]))
                 if key in left and picture.is_file() and hashes.sha256(picture) == entry["sha256"]:
                     left.discard(key)
                     yield key, picture, {name: entry[name] for name in entry if name not in ("name", "file", "factors")}
-        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        except (OSError, InputError, ValueError, KeyError, TypeError, AttributeError):
             continue
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import re
 import shutil
@@ -15,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from documents import Finding, InputError
+from documents.files import read_kept_json
 from documents.platform import user_folder
 from stimuli.build.stimulus_set import MANIFEST, SUFFIXES, StimulusSet, read_stimulus_set
 
@@ -114,7 +114,7 @@ def cached_sets() -> Iterator[CachedSet]:
     """
     for manifest in _manifests():
         try:
-            known = json.loads(manifest.read_text(encoding="utf-8"))
+            known = read_kept_json(manifest)
             cached = CachedSet(
                 manifest.parent,
                 known.get("digest"),
@@ -152,10 +152,7 @@ def find_cached(digest: str, recipe_path: Path) -> StimulusSet | None:
     True
     """
     for manifest in _manifests():
-        try:
-            known = json.loads(manifest.read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            continue
+        known = read_kept_json(manifest)
         if isinstance(known, dict) and known.get("digest") == digest:
             return read_stimulus_set(manifest.parent, recipe_path)
     return None

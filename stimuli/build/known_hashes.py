@@ -14,7 +14,7 @@ import json
 import time
 from pathlib import Path
 
-from documents.files import sha256_of_file, write_whole
+from documents.files import read_kept_json, sha256_of_file, write_whole
 
 _STILL_NS = 2_000_000_000
 
@@ -32,7 +32,7 @@ class KnownHashes:
         self.hashed = 0
 
     def sha256(self, path: Path) -> str:
-        """Return the SHA-256 of the file at ``path``; OSError if it cannot be read."""
+        """Return the SHA-256 of the file at ``path``; OSError or InputError if it cannot be read."""
         now = _fingerprint(path)
         name = str(path.absolute())
         known = self._known.get(name)
@@ -62,10 +62,7 @@ def _fingerprint(path: Path) -> list[int]:
 
 
 def _read(record: Path) -> dict[str, list[object]]:
-    try:
-        known = json.loads(record.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return {}
+    known = read_kept_json(record)
     if not isinstance(known, dict):
         return {}
     return {name: facts for name, facts in known.items() if isinstance(facts, list) and len(facts) == 5}

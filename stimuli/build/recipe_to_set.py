@@ -148,6 +148,8 @@ def _inputs(recipe: RecipeKind, source: YamlSource, recipe_path: Path, hashes: K
             contents[file] = hashes.sha256(recipe_path.parent / file)
         except OSError as error:
             findings.append(unreadable(file, where, source, str(error.strerror)))
+        except InputError as error:
+            findings.append(unreadable(file, where, source, error.findings[0].message))
     if findings:
         raise StimulusError(findings)
     return contents

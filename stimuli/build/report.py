@@ -17,7 +17,7 @@ from devices.colour import srgb, white_point
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.display import Rig
 from documents import Finding, InputError
-from documents.files import sha256_of_json, whole_folder, write_whole
+from documents.files import read_kept_json, sha256_of_json, whole_folder, write_whole
 from stimuli.build.cache import cache_folder
 from stimuli.build.export import export_exr
 from stimuli.build.recipe_to_set import build_set
@@ -213,10 +213,9 @@ def saturated_percent(
 
     key = sha256_of_json([built.digest, setup.range_json()])[:16]
     record = built.folder.with_name(f".{built.folder.name}-saturated-{key}.json")
-    with contextlib.suppress(OSError, ValueError):
-        kept = json.loads(record.read_text(encoding="utf-8"))
-        if isinstance(kept, dict) and kept.keys() == set(built.names):
-            return kept
+    kept = read_kept_json(record)
+    if isinstance(kept, dict) and kept.keys() == set(built.names):
+        return kept
     percent: dict[str, Saturated] = {}
     for done, name in enumerate(built.names):
         report(done, len(built.names))

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from documents import Finding
-from documents.files import sha256_of_json
+from documents import Finding, InputError
+from documents.files import read_kept_json, sha256_of_json
 from documents.text import did_you_mean
 from stimuli.build.known_hashes import KnownHashes
 from stimuli.errors import StimulusError
@@ -103,7 +102,7 @@ def read_stimulus_set(
     `stimuli.build.known_hashes`.
     """
     try:
-        manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+        manifest = read_kept_json(folder / MANIFEST)
         entries = manifest["stimuli"]
         if any(Path(entry["file"]).name != entry["file"] for entry in entries):
             return None
@@ -113,5 +112,5 @@ def read_stimulus_set(
             return None
         hashes.keep()
         return StimulusSet(recipe_path, folder, tuple(entry["name"] for entry in entries), manifest["digest"], manifest)
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, InputError, ValueError, KeyError, TypeError):
         return None

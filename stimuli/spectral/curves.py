@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents import Finding
-from documents.files import bounded_bytes, other_separator
+from documents.files import other_separator, read_regular_text
 from stimuli.errors import StimulusError
 from stimuli.spectral.picture import MUST_COVER_NM
 
@@ -74,12 +74,11 @@ def _read(path: Path, names: tuple[str, ...]) -> tuple[Floats, Floats]:
 def _read_named(path: Path, names: tuple[str, ...] | None) -> tuple[Floats, Floats, tuple[str, ...]]:
     """Return what `_read` returns, and the names; None takes every column beside the wavelengths."""
     try:
-        file = io.StringIO(bounded_bytes(path, _MOST_BYTES).decode("utf-8-sig"), newline="")
+        text = read_regular_text(path, _MOST_BYTES, "table", error=StimulusError)
+        file = io.StringIO(text, newline="")
         rows = [(n, row) for n, row in enumerate(csv.reader(file, strict=True), 1) if row and row[0][:1] != "#"]
-    except OSError as error:
-        raise StimulusError.at(path, f"it cannot be read: {error.strerror}", "check the path") from error
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise StimulusError.at(path, f"it is no CSV in UTF-8: {error}", "write it again") from error
+    except csv.Error as error:
+        raise StimulusError.at(path, f"it is no CSV: {error}", "write it again") from error
     if rows and (separated := other_separator(rows[0][1], str(path), rows[0][0])):
         raise StimulusError(separated)
     head = [cell.strip() for cell in rows[0][1]] if rows else []

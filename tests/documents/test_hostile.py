@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import threading
 import time
 from pathlib import Path
 from typing import Annotated, Literal
@@ -96,21 +95,8 @@ def test_recursive_anchors_are_refused_whichever_way_they_lie() -> None:
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes with names")
-def test_a_file_without_an_end_is_read_so_far_and_refused(tmp_path: Path) -> None:
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path: Path) -> None:
     path = tmp_path / "pipe.yaml"
     os.mkfifo(path)
-
-    def pour() -> None:
-        try:
-            with path.open("wb", buffering=0) as stream:
-                while True:
-                    stream.write(b"a" * 65536)
-        except BrokenPipeError:
-            pass
-
-    poured = threading.Thread(target=pour)
-    poured.start()
-    with pytest.raises(InputError, match="larger than 1000 kB"):
+    with pytest.raises(InputError, match="this is a pipe, not a file"):
         read_yaml(path)
-    poured.join(timeout=10)
-    assert not poured.is_alive()

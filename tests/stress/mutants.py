@@ -32,6 +32,7 @@ from pathlib import Path
 from typing import Any
 
 from documents import InputError
+from documents.text.words import hidden_character
 
 ROOT = Path(__file__).parents[2]
 MOST_S, MOST_BYTES = 10.0, 1 << 30
@@ -39,6 +40,7 @@ PATIENCE_S = 180.0  # of the clock on the wall, without a sign of the child: oth
 # Faults that were mended, by format: the base, what was changed in it ([begin, end, hexadecimal]) and what it did.
 CORPUS = Path(__file__).with_name("corpus.json")
 
+_MOST_FINDINGS = 100  # of one file: a check of a study goes through several
 Key = tuple[str, int | str]
 
 
@@ -258,8 +260,10 @@ def _judged(form: Format, which: int | str, folder: Path) -> tuple[str, str]:
     except InputError as error:
         what = "refused"
         shown = [str(finding) for finding in error.findings]
-        if not shown or not all(line.isprintable() and line for line in shown) or len(shown) > 100:
-            what, why = "fault", f"its findings are not 1 to 100 printable lines: {shown[:3]!r}"
+        if not shown or not all(line and "\n" not in line and not hidden_character(line) for line in shown):
+            what, why = "fault", f"its findings are not a line each, without hidden characters: {shown[:3]!r}"
+        if len(shown) > _MOST_FINDINGS:
+            what, why = "fault", f"it has {len(shown)} findings"
     except BaseException:
         what, why = "fault", traceback.format_exc(limit=-6)
     took_s = time.process_time() - began_s

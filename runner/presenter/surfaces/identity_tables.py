@@ -25,7 +25,7 @@ from filelock import FileLock, Timeout
 
 from devices.display import GammaTable
 from devices.errors import DeviceError
-from documents.files import whole_file
+from documents.files import read_kept_json, whole_file
 from documents.platform import boot_id, state_folder, sync_folder
 from runner.presenter.errors import PresentationError
 from runner.presenter.surfaces.gamma_tables import Entries, LoadedTable
@@ -184,7 +184,7 @@ class _Place:
     def _kept(self) -> Entries | None:
         """Return the table to restore; None if it was kept before the machine was started, or cannot be read."""
         try:
-            kept = json.loads(self.file.read_text(encoding="utf-8"))
+            kept = read_kept_json(self.file)
             table = GammaTable(np.array(kept["entries"], dtype=np.int64))
             return table.entries if kept["boot"] == boot_id() else None
         except (OSError, ValueError, KeyError, TypeError, DeviceError):
@@ -197,7 +197,7 @@ def _places() -> list[_Place]:
     folder = tables_folder()
     for file in sorted(folder.glob("*.json")) if folder.is_dir() else ():
         try:
-            kept = json.loads(file.read_text(encoding="utf-8"))
+            kept = read_kept_json(file)
             place = _Place(str(kept["monitor"]))
         except (OSError, ValueError, KeyError, TypeError):
             continue

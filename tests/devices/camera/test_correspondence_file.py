@@ -83,7 +83,7 @@ def test_faults_have_a_place(
 def test_no_file_and_a_folder(tmp_path: Path) -> None:
     with pytest.raises(DeviceError, match="no such file"):
         read_correspondences(tmp_path / "none.csv")
-    with pytest.raises(DeviceError, match="cannot be read"):
+    with pytest.raises(DeviceError, match="this is a folder, not a file"):
         read_reference(tmp_path)
 
 

@@ -1,4 +1,4 @@
-"""Tables: read to a limit; refused by every reader where columns are separated by something else than commas."""
+"""Tables are refused by every reader where columns are separated by something else than commas."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from devices.display.colour_table import read_colours
 from devices.measurements.read import read_measurements
 from devices.patches.patch_file import read_patches
 from documents import Finding, InputError
-from documents.files.tables import bounded_bytes, other_separator
+from documents.files.tables import other_separator
 from stimuli.spectral.curves import read_illuminant
 
 MEASURED = "name;red;green;blue;X;Y;Z\na;0;0;255;1,5;2;3\nb;0;0;0;0;0;0\n"
@@ -53,21 +53,6 @@ def test_tables_with_commas_are_none_of_it() -> None:
     assert other_separator(["name", "a;b"], "t.csv", 1) is None
     assert other_separator(["winner"], "t.csv", 1) is None
     assert other_separator([], "t.csv", 1) is None
-
-
-def test_a_file_is_read_up_to_its_bound_and_no_further(tmp_path: Path) -> None:
-    path = tmp_path / "a"
-    path.write_bytes(b"x" * 10)
-    assert bounded_bytes(path, 10) == b"x" * 10
-    with pytest.raises(OSError, match="larger than 9e-06 MB") as caught:
-        bounded_bytes(path, 9)
-    assert caught.value.strerror == "it is larger than 9e-06 MB"
-
-
-@pytest.mark.skipif(not Path("/dev/zero").exists(), reason="this system has no file without an end")
-def test_a_file_without_an_end_is_refused() -> None:
-    with pytest.raises(OSError, match="larger than 1 MB"):
-        bounded_bytes("/dev/zero", 1_000_000)
 
 
 @pytest.mark.parametrize("hidden", ["\u202e", "\x1b[2J", "\r", "\n", "\x00", "\x9b"])
