@@ -12,7 +12,7 @@ from pydantic import Field, PositiveInt
 from documents.yaml import Strict
 from runner.blocks.block import Block, BlockSpec, Draft, Fault, Hold, Response, Steps, answer
 from runner.blocks.interface import ENGLISH
-from runner.blocks.message import page
+from runner.blocks.message import PAGES, page
 from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.tasks import Choose
@@ -105,8 +105,8 @@ class Practice(Block):
                 response = answer((yield step))
                 if isinstance(step.task, Choose) and step.task.correct is not None:
                     correct = response.meaning == step.task.correct
-            elif not step.repeatable:
-                continue  # a page of words inside the block is no trial
+            elif step.kind in PAGES or "outcome" in step.data:
+                continue  # a page of words inside the block is no trial, and what came of a test neither
             else:
                 if isinstance(step.data.get("correct"), bool):
                     correct = step.data["correct"]
@@ -118,7 +118,7 @@ class Practice(Block):
                     right.append(correct)
                 correct = None
                 data = {**step.data, "practice_of": step.kind}
-                yield Draft("practice", data, step.stimuli, step.response_time_s)
+                yield Draft("practice", data, step.stimuli, step.response_time_s, repeatable=step.repeatable)
                 if done == self.most_trials or self._passed(right):
                     inner.close()
                     return

@@ -67,6 +67,9 @@ WAYS: dict[str, list[dict[str, Any]]] = {
         {"kind": "questionnaire", "questions": [{"kind": "text", "name": "age", "question": "How old"}]}
     ],
     "practice alone": [{"kind": "practice", "trials": 2, "block": {"kind": "all_pairs"}}],
+    "practice of a test": [
+        {"kind": "practice", "trials": 2, "block": {"kind": "screening", "tests": [{"test": "near_acuity"}]}}
+    ],
     "a kind twice": [
         {"kind": "best_of_series", "series": {"a": ["a", "b"], "first": ["b", "c"]}},
         {"kind": "best_of_series", "series": {"a": ["a", "b"]}, "ratings": [SCALE]},
