@@ -78,8 +78,15 @@ class PresentationRecord(TrialRecord):
         key = self.answer_key(last=not practised)
         if key is not None:
             yield from session.key_means("side", key, self.answer, _SIDES)
+        yield from _unit(session, self.test, self.unit)
         given = session.seen.setdefault(("screening", self.block, self.test, self.series), [])
         given.append(self.correct)
+
+
+def _unit(session: Session, test: str, unit: str) -> Iterator[str]:
+    before = session.seen.setdefault(("unit", test), unit)
+    if unit != before:
+        yield f"the test '{test}' is in {unit} here, and in {before} before"
 
 
 class SeriesOutcome(Fields):
@@ -132,6 +139,7 @@ class OutcomeRecord(TrialRecord):
                     f"the series '{name}' has {sum(given)} right answers of {len(given)}, "
                     f"not {each.right} of {each.presentations}"
                 )
+        yield from _unit(session, self.test, self.outcome.unit)
         if not self.outcome.passed:
             session.seen["failed", self.test] = True
 

@@ -11,6 +11,7 @@ from analysis.records.fields import Count, Name, Seconds, Whole
 from analysis.records.trial_record import ROUNDING_S, Session, TrialRecord, is_near
 
 Visit = Annotated[tuple[Count, Seconds], Strict(False)]
+_ACCEPT = ("enter", "space", "pad_a", "click accept")
 _LEAF = {
     **dict.fromkeys(("left", "wheel_up", "pad_left"), "previous"),
     **dict.fromkeys(("right", "wheel_down", "pad_right"), "next"),
@@ -31,6 +32,13 @@ class RatedRecord(TrialRecord):
         total = sum([seconds for _, seconds in self.events])
         if sum(self.rating_times_s.values()) > total + ROUNDING_S * (1 + len(self.events) + len(self.ratings)):
             yield f"the ratings took longer than all events ({total:g} s)"
+        if len(self.ratings) == 1 and not practised:
+            ((name, value),) = self.ratings.items()
+            keys = [key for key, _ in self.events[-2:]]
+            if keys and keys[-1] in _ACCEPT:
+                keys.pop()
+            if keys and keys[-1].isdecimal():
+                yield from session.key_means(f"scale {name}", keys[-1], str(value), {})
 
 
 class RatingRecord(RatedRecord):

@@ -1,0 +1,46 @@
+"""Thousands of damaged logs: no traceback in whatever reads them, and no answer believed that was not given."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from analysis.records import read_session
+from tests.runner.test_damaged_logs import LOGS, NOT_NOTICED, made, mutants, put, read, use, what_counts
+
+pytestmark = pytest.mark.stress
+
+
+def test_twelve_thousand_damaged_logs_are_refused_or_say_what_they_said(tmp_path: Path) -> None:
+    original = {name: what_counts(read_session(log)) for name, log in LOGS.items()}
+    believed: Counter[str] = Counter()
+    for name, mutant in made(range(1000, 13_000)):
+        damaged = read(mutant.content, tmp_path)
+        if damaged is not None and what_counts(damaged) != original[name]:
+            believed[mutant.change] += 1
+    assert set(believed) <= NOT_NOTICED, believed
+
+
+def test_of_flipped_bits_nothing_is_believed_but_a_rating_whose_key_was_pressed_once(tmp_path: Path) -> None:
+    believed = 0
+    for log in LOGS.values():
+        original = what_counts(read_session(log))
+        for mutant in mutants(log.read_bytes(), range(1500), ["flip a bit"]):
+            damaged = read(mutant.content, tmp_path)
+            if damaged is not None and what_counts(damaged) != original:
+                changed = set(what_counts(damaged)) ^ set(original)
+                assert {kind for _, _, kind, *_ in changed} == {"rating"}, mutant.seed
+                believed += 1
+    assert believed <= 10
+
+
+def test_whatever_reads_two_thousand_damaged_logs_comes_to_its_end(
+    tmp_path: Path, cyclopean: Callable[..., Any]
+) -> None:
+    for name, mutant in made(range(20_000, 22_000)):
+        if read(mutant.content, tmp_path) is not None:
+            use(put(mutant.content, tmp_path, name), cyclopean)
