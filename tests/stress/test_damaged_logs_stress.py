@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 
 from analysis.records import read_session
-from tests.runner.test_damaged_logs import LOGS, NOT_NOTICED, made, mutants, put, read, use, what_counts
+from tests.runner.log_mutants import mutants
+from tests.runner.test_damaged_logs import LOGS, NOT_NOTICED, made, put, read, use, what_counts
 
 pytestmark = pytest.mark.stress
 
