@@ -6,12 +6,15 @@ spectra, the wavelengths that they are at. A patch read again has a later line, 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
+from datetime import datetime
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+from devices.display.gamma_table import GammaTable
 from devices.errors import MeasuringError
 from devices.instruments.instrument import Reading
 from devices.patches.arrangement import Place
@@ -29,6 +32,8 @@ from documents.files import (
 
 FORMAT = "cyclopean-measurement"
 VERSION = 1
+_TEXTS = ("begun_utc", "instrument", "mode", "eye", "set", "set_source")
+_NUMBERS = ("seed", "highest_code")
 CodeTriple = tuple[float, float, float]
 
 
@@ -217,10 +222,11 @@ def read_session(file: Path) -> Session:
         if number == 1:
             if kind != "header" or line.get("format") != FORMAT or line.get("version") != VERSION:
                 raise ValueError("not the header of a measurement")
+            _check_facts(line)
             header = line
             steps = _steps(line["steps"])
         elif kind == "wavelengths":
-            wavelengths_nm = tuple(line["nm"])
+            wavelengths_nm = tuple(map(float, line["nm"]))
         elif kind == "failure":
             failures[_position(line, steps)] = str(line["why"])
         elif kind == "reading":
@@ -243,6 +249,19 @@ def read_session(file: Path) -> Session:
     if not header:
         raise MeasuringError(Finding("this is no measurement: it has no header", str(file), 1))
     return Session(file, header, steps, readings, failures, state)
+
+
+def _check_facts(header: Mapping[str, Any]) -> None:
+    """Raise ValueError if the header lacks a fact that every measurement has, or has one that is none."""
+    for name in _TEXTS:
+        if not isinstance(header.get(name), str):
+            raise ValueError(f"the header has no text '{name}'")
+    for name in _NUMBERS:
+        if not isinstance(header.get(name), int | float) or not math.isfinite(header[name]):
+            raise ValueError(f"the header has no number '{name}'")
+    datetime.fromisoformat(header["begun_utc"])
+    if "gamma_table" in header:
+        GammaTable.from_json(header["gamma_table"])
 
 
 def is_measurement_log(file: Path) -> bool:
