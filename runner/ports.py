@@ -4,11 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol, TypeAlias
 
 from analysis.records import Mark, Note, Trial
 from runner.blocks.tasks import NOTHING, Task
 from runner.presenter.scene import Offset, Scene
+
+MOST_IGNORED = 20  # of a trial are recorded one by one
+Why: TypeAlias = Literal["before", "early", "double", "held"]
+
+
+@dataclass(frozen=True, slots=True)
+class Ignored:
+    """A press that was no answer: its ``key``, its seconds ``from_onset_s`` of the scene, and ``why``.
+
+    ``why`` is ``before`` the scene was shown, too ``early`` after that or after another press, ``double`` of the press
+    that answered the scene before, or ``held`` down since then.
+    """
+
+    key: str
+    from_onset_s: float
+    why: Why
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,11 +33,14 @@ class KeyPress:
 
     ``key`` is a key going down (``up``, ``space``, ``a``), a step of the wheel (``wheel_up``, ``wheel_down``), a button
     of a gamepad (``pad_a``, ``pad_left``), a click (``click MEANING`` of the target that was hit) or a typed character
-    (``text X``).
+    (``text X``). ``ignored`` are presses that were made for the same scene and did not answer it, ``ignored_more`` is
+    how many others there were.
     """
 
     key: str
     time_s: float
+    ignored: tuple[Ignored, ...] = field(default=(), compare=False)
+    ignored_more: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +80,8 @@ class Ask:
     """A scene, what each key would mean to the block that shows it, and the scene to expect after it.
 
     ``targets`` maps further meanings to where they can be clicked; with ``typing``, any character can be typed too.
-    ``task`` says what is asked to those who answer without looking.
+    ``task`` says what is asked to those who answer without looking. An answer that comes less than ``least_s`` after
+    the scene's onset is none.
     """
 
     scene: Scene
@@ -70,6 +90,7 @@ class Ask:
     task: Task = NOTHING
     targets: Mapping[str, Target] = field(default_factory=dict)
     typing: bool = False
+    least_s: float = 0.0
 
     def meaning(self, key: str) -> str | None:
         """Return what ``key`` means here, None if nothing."""

@@ -23,6 +23,7 @@ from hypothesis import settings
 from analysis.records.session_record import SessionLog, read_session, session_files
 
 PATIENCE_S = 120.0  # a busy machine takes ten times as long as a quiet one
+LOOKED_S = 0.3  # what is pressed sooner after a scene's onset, or after the same key, answers nothing
 
 # No example has a deadline: how long one takes says how busy the machine is. `make test` tries the same examples every
 # time, so that a failure belongs to the change before it; `make stress` looks for new ones.
@@ -237,6 +238,7 @@ class Person:
         """Start the session and wait for its window to have drawn."""
         self._start(*more)
         self.until(lambda: np.any(self.look()), "the window to draw something")
+        time.sleep(LOOKED_S)
 
     def refused_to_sit_down(self, why: str, *more: str) -> None:
         """Start the session, and see it refused, with nothing on the screen."""
@@ -308,6 +310,7 @@ class Person:
     def answer(self, *keys: str) -> None:
         """Answer pairs, each pressed once the one before is on disk and the next is on the screen."""
         for key in keys:
+            time.sleep(LOOKED_S)
             before, seen = self.answers(), self.look()
             self.press(key)
             self.until(partial(self._answered_more_than, before), f"the answer '{key}' to be on disk")

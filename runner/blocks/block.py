@@ -17,6 +17,7 @@ from runner.presenter.scene import Offset, Scene
 from stimuli.pictures import StereoImage
 
 SECONDS_PER_TRIAL = 5.0
+LEAST_MS = 100.0  # no one reacts to a picture sooner
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,6 +140,14 @@ class BlockSpec(Strict):
 
     kind: str
     """Which kind of entry this is; it decides which other keys there are."""
+    # The standard value is left out of what a digest is made of: experiments from before the key keep theirs.
+    least_response_time_ms: Annotated[float, Field(ge=0, le=5000, exclude_if=lambda ms: ms == LEAST_MS)] = LEAST_MS
+    """Milliseconds after a scene's onset before which a press does not answer it."""
+
+    @property
+    def least_s(self) -> float:
+        """The least response time in seconds."""
+        return self.least_response_time_ms / 1000.0
 
     @abstractmethod
     def make(self, setting: Setting) -> Block:

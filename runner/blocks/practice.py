@@ -168,6 +168,12 @@ class PracticeSpec(BlockSpec):
     until: UntilSpec | None = None
     """When practice ends early: a share of right answers."""
 
+    @property
+    def least_s(self) -> float:
+        """That of the block, unless the practice states its own."""
+        own = "least_response_time_ms" in self.model_fields_set
+        return self.least_response_time_ms / 1000.0 if own else self.block.least_s
+
     def make(self, setting: Setting) -> Practice:
         """Return the practice of the block as the observer of ``setting`` meets it."""
         until = Passing(self.until.correct, self.until.of) if self.until else None

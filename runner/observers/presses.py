@@ -7,6 +7,7 @@ the same time after each scene's onset.
 from __future__ import annotations
 
 import math
+import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -14,9 +15,9 @@ from pathlib import Path
 
 from analysis.records import SessionLog, Trial, read_session, session_files
 from documents import Finding
-from runner.blocks.tasks import Rate, Task, Write
+from runner.blocks.tasks import Choose, Rate, Task, Write
 from runner.errors import SessionError
-from runner.ports import Ask, KeyPress, WindowClosed
+from runner.ports import MOST_IGNORED, Ask, Ignored, KeyPress, Why, WindowClosed
 from runner.presenter.scene import Offset
 from runner.session.header import changes
 
@@ -25,8 +26,11 @@ Place = tuple[int, int]
 
 # What a key that is held down may repeat, as long as it means the same: erasing, and moving along a scale.
 HELD_MEANINGS = frozenset({"erase", "lower", "higher"})
-# The second click of a double click answers nothing: it was never meant for what came after the first.
-DOUBLE_CLICK_S = 0.25
+# Moves within a question, which may follow one another as fast as they come; and what goes on within a series.
+_MOVES = frozenset({"erase", "lower", "higher", "upwards", "downwards"})
+_LEAFING = frozenset({"previous", "next"})
+# A second press of what answered, or the second click of a double click, was never meant for what came after the first.
+DOUBLE_S = 0.25
 
 
 def _no_mouse(wanted: bool, at_once: bool) -> None:
@@ -38,49 +42,95 @@ class Person:
     """Waits for presses from ``wait_key``, which sleeps until the next one and returns it with its time.
 
     ``point`` lets the mouse point, or no longer; after a click its pointer is there at once, otherwise once it moves.
-    Presses that mean nothing to the ask are dropped.
+    Presses that mean nothing to the ask are dropped; those that mean something but came too early, twice or from a key
+    held down are returned as ignored with the answer.
     """
 
     wait_key: Callable[[], KeyPress]
     point: Callable[[bool, bool], object] = _no_mouse
-    _clicked_s: float = field(init=False, default=-math.inf)
+    clock: Callable[[], float] = time.monotonic
     _by_mouse: bool = field(init=False, default=False)
-    _last: tuple[str, str | None] = field(init=False, default=("", None))
+    _last: KeyPress = field(init=False, default=KeyPress("", -math.inf))
+    _meaning: str | None = field(init=False, default=None)
+    _ended: KeyPress = field(init=False, default=KeyPress("", -math.inf))
+    _latest_s: float = field(init=False, default=-math.inf)
     _task: Task | None = field(init=False, default=None)
     _since_s: float = field(init=False, default=0.0)
+    _goes_on: bool = field(init=False, default=False)
 
     def respond(self, ask: Ask, onset_s: float) -> KeyPress:
         """Return the first press after the onset that means something here, or of ``escape``.
 
-        Whoever types, or turns the wheel along a scale, is faster than pages are drawn: there a press counts from when
-        the field or scale was first shown, with the onset as its time if it was made before that.
+        An answer must come ``ask.least_s`` after the onset and after any other press, and is no second press of what
+        answered the scene before. Whoever types, or moves along a scale, is faster than pages are drawn: there a press
+        counts from when the field or scale was first shown, with the onset as its time if it was made before that.
         """
         self.point(bool(ask.targets), self._by_mouse)
-        if not self._continues(ask.task):
-            self._since_s = onset_s
+        self._goes_on = self._continues(ask.task)
+        if not self._goes_on:
+            # A scene like the one before it is not drawn again: what was pressed until now is before it all the same.
+            self._since_s = onset_s if onset_s > self._last.time_s else self.clock()
         self._task = ask.task
+        ignored: list[Ignored] = []
+        more = 0
         try:
             while True:
                 press = self._read(ask, self.wait_key())
-                if press is None or press.time_s < self._since_s:
+                if press is None:
                     continue
-                meaning = ask.meaning(press.key)
-                if meaning is not None or press.key == "escape":
-                    self._last = press.key, meaning
-                    self._by_mouse = press.key.startswith("click ")
-                    if self._by_mouse:
-                        self._clicked_s = press.time_s
-                    return KeyPress(press.key, max(press.time_s, onset_s))
+                meaning = ask.meaning(press.key.removeprefix("again "))
+                if meaning is None and press.key != "escape":
+                    continue
+                why = self._refusal(press, meaning, ask.least_s)
+                if why is None:
+                    self._take(press, meaning)
+                    return KeyPress(press.key, max(press.time_s, onset_s), tuple(ignored), more)
+                dropped = Ignored(press.key.removeprefix("again "), round(press.time_s - onset_s, 6), why)
+                if why == "held" and any((known.key, known.why) == (dropped.key, "held") for known in ignored):
+                    continue  # a key that stays down is one press
+                if len(ignored) < MOST_IGNORED:
+                    ignored.append(dropped)
+                else:
+                    more += 1
         finally:
             self.point(False, False)
 
+    def _refusal(self, press: KeyPress, meaning: str | None, least_s: float) -> Why | None:
+        """Return why ``press`` is no answer; None if it is one."""
+        if press.key.startswith("again "):
+            return "held"
+        before_s, self._latest_s = self._latest_s, press.time_s
+        if press.key.startswith("click "):
+            before, again = self._last, self._last.key.startswith("click ")
+        else:
+            before, again = self._ended, press.key == self._ended.key and not self._goes_on
+        if again and press.time_s - before.time_s < DOUBLE_S:
+            return "double"
+        if meaning is None:
+            return None  # Escape opens the menu whenever it was pressed
+        if press.time_s < self._since_s:
+            return "before"
+        moves = meaning in _MOVES or press.key.startswith("text ")
+        if not (self._goes_on or moves) and press.time_s - max(self._since_s, before_s) < least_s:
+            return "early"
+        return None
+
+    def _take(self, press: KeyPress, meaning: str | None) -> None:
+        self._last, self._meaning = press, meaning
+        self._by_mouse = press.key.startswith("click ")
+        if meaning not in _MOVES | _LEAFING and not press.key.startswith("text "):
+            self._ended = press
+
     def _continues(self, task: Task) -> bool:
         """Return whether ``task`` is the one that was answered last, and that answer did not end it."""
-        before, (_, meaning) = self._task, self._last
+        before, meaning = self._task, self._meaning
         if isinstance(task, Write) and isinstance(before, Write):
             return task.name == before.name and meaning != "accept"
         if isinstance(task, Rate) and isinstance(before, Rate):
-            return (task.name, task.stimulus) == (before.name, before.stimulus) and meaning in ("lower", "higher")
+            moved = meaning in ("lower", "higher") or (task.current is not None and meaning == str(task.current))
+            return (task.name, task.stimulus) == (before.name, before.stimulus) and moved
+        if isinstance(task, Choose) and isinstance(before, Choose):
+            return task.name == before.name and meaning in ("upwards", "downwards")
         return False
 
     def _read(self, ask: Ask, press: KeyPress) -> KeyPress | None:
@@ -88,12 +138,11 @@ class Person:
         kind, _, rest = press.key.partition(" ")
         if kind == "click_at":
             meaning = hit(ask, rest)
-            if meaning is None or press.time_s - self._clicked_s < DOUBLE_CLICK_S:
-                return None
-            return KeyPress(f"click {meaning}", press.time_s)
+            return None if meaning is None else KeyPress(f"click {meaning}", press.time_s)
         if kind == "again":
             meaning = ask.meaning(rest)
-            return KeyPress(rest, press.time_s) if meaning in HELD_MEANINGS and self._last == (rest, meaning) else None
+            held = meaning in HELD_MEANINGS and (self._last.key, self._meaning) == (rest, meaning)
+            return KeyPress(rest, press.time_s) if held else press
         return press
 
 

@@ -58,9 +58,9 @@ class BradleyTerryObserver:
         return observer
 
     def respond(self, ask: Ask, onset_s: float) -> KeyPress:
-        """Do what the task wants next."""
-        time_s = onset_s + self.median_response_time_s * self.rng.lognormvariate(0.0, 0.4)
-        return KeyPress(self._key(ask), time_s)
+        """Do what the task wants next; a time below the least that counts is raised to it."""
+        drawn_s = self.median_response_time_s * self.rng.lognormvariate(0.0, 0.4)
+        return KeyPress(self._key(ask), onset_s + max(drawn_s, ask.least_s))
 
     def _key(self, ask: Ask) -> str:
         task = ask.task

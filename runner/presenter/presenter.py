@@ -151,13 +151,17 @@ class Presenter:
         return self._swaps
 
     def show(self, scene: Scene) -> float:
-        """Show ``scene`` and return its onset, in seconds of ``time.monotonic``; an equal scene is not redrawn."""
+        """Show ``scene`` and return its onset, in seconds of ``time.monotonic``; an equal scene is not redrawn.
+
+        What was pressed until then, also while the scene was drawn, is stamped with a time before the onset.
+        """
         if scene == self._scene:
+            self.surface.hear()
             self._work.add(scenes_skipped=1)
             return self._onset_s
         self._lit = not self._lit
         self._pointer.shown = False
-        self._onset_s = self._next_frame(scene)
+        self._onset_s = self._next_frame(scene, new=True)
         self._scene = scene
         self._work.add(frames_drawn=1)
         return self._onset_s
@@ -322,11 +326,11 @@ class Presenter:
             self._plans_for = (scene, surface.size_px, surface.position_px, self._work.total("evictions"))
         return self._plans
 
-    def _next_frame(self, scene: Scene) -> float:
+    def _next_frame(self, scene: Scene, *, new: bool = False) -> float:
         """Draw and show ``scene`` for the eye whose turn it is, where they take turns; return the time of the swap."""
         self._turn = (self._turn + 1) % self._turns
         self._draw(scene, self._turn)
-        return self._swap()
+        return self._swap(new=new)
 
     def _alternate(self) -> None:
         """Show the current scene to the next eye."""
@@ -334,8 +338,10 @@ class Presenter:
             self._next_frame(self._scene)
             self._work.add(frames_alternated=1)
 
-    def _swap(self) -> float:
+    def _swap(self, *, new: bool) -> float:
         self.surface.swap()
+        if new:
+            self.surface.hear()
         now_s = time.monotonic()
         if self._turns > 1 and self._swapped_s:
             self._work.add(frames_missed=missed_frames(now_s - self._swapped_s, self.surface.facts.refresh_hz))

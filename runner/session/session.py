@@ -23,7 +23,7 @@ from runner.blocks.message import page, pause_menu
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.text_entry import typed
 from runner.errors import SessionError
-from runner.ports import Ask, Holding, KeyPress, Observer, Presenter, Sink, WindowClosed
+from runner.ports import MOST_IGNORED, Ask, Holding, Ignored, KeyPress, Observer, Presenter, Sink, WindowClosed
 from runner.presenter.scene import Scene
 from runner.session.clocks import SteadyClock
 
@@ -44,7 +44,15 @@ class _RunState:
     timed: list[dict[str, Any]] = field(default_factory=list)
     holding: tuple[str, Holding] | None = None
     interruptions: int = 0
+    ignored: list[Ignored] = field(default_factory=list)
+    ignored_more: int = 0
     attempt: int = 0
+
+    def ignore(self, press: KeyPress) -> None:
+        """Keep what was ignored before ``press``, as much as a record has room for."""
+        room = MOST_IGNORED - len(self.ignored)
+        self.ignored += press.ignored[:room]
+        self.ignored_more += press.ignored_more + len(press.ignored[room:])
 
     def load_events(self) -> None:
         self.past_events = deque(self.past[0].events if self.past else ())
@@ -57,8 +65,9 @@ class Session:
     ``clip_costs`` gives, per stimulus, what the trial's record states of the gamut clip; ``stamps`` stand in every
     trial's record; ``logged`` are the first attempts that an interrupted session already holds, ``pending`` the places
     of trials that are to be asked once more; ``on_trial`` is called with each trial, also if replayed;
-    ``closing_facts`` gives at the end what the record states of the whole. ``check_light`` is called as each block
-    begins (with True) and before an answer is recorded; what it raises ends the session without that answer.
+    ``closing_facts`` gives at the end what the record states of the whole. ``least_s`` has each block's least response
+    time. ``check_light`` is called as each block begins (with True) and before an answer is recorded; what it raises
+    ends the session without that answer.
     ``remedy`` is what to do if the blocks do not ask what is ``logged``.
     """
 
@@ -71,6 +80,7 @@ class Session:
     logged: Sequence[Trial] = ()
     pending: Sequence[Place] = ()
     on_trial: Callable[[Trial], None] = lambda trial: None
+    least_s: Sequence[float] = ()
     check_light: Callable[[bool], None] = lambda begins: None
     closing_facts: Callable[[], Mapping[str, Any]] = dict
     utc: Callable[[], str] = field(default_factory=SteadyClock)
@@ -227,7 +237,11 @@ class Session:
         self._end_holding(onset_s)
         if ask.upcoming:
             self.presenter.prefetch(ask.upcoming)
-        return self.observer.respond(ask, onset_s), onset_s
+        if self.least_s:
+            ask = replace(ask, least_s=self.least_s[self._place[0]])
+        press = self.observer.respond(ask, onset_s)
+        self._state.ignore(press)
+        return press, onset_s
 
     def _pause(self) -> None:
         while True:
@@ -293,9 +307,14 @@ class Session:
             data["timed"] = state.timed
         if state.interruptions:
             data["interruptions"] = state.interruptions
+        if state.ignored:
+            data["ignored"] = [[press.key, press.from_onset_s, press.why] for press in state.ignored]
+        if state.ignored_more:
+            data["ignored_more"] = state.ignored_more
         events = tuple(state.events)
         trial = Trial(block, number, draft.kind, events, draft.response_time_s, self.utc(), data)
         state.events, state.timed, state.interruptions = [], [], 0
+        state.ignored, state.ignored_more = [], 0
         if state.past:
             self._compare(state.past.popleft(), trial)
             state.load_events()
@@ -319,7 +338,10 @@ class Session:
             )
 
 
-_CIRCUMSTANCES = ("clipping", "timed", "interruptions", "nominal", "uncharacterised", "wrong_screen")
+_CIRCUMSTANCES = frozenset(
+    ("clipping", "timed", "interruptions", "ignored", "ignored_more", "window_lost")
+    + ("nominal", "uncharacterised", "wrong_screen")
+)
 
 
 def _identity(trial: Trial) -> tuple[Any, ...]:

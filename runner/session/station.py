@@ -264,6 +264,7 @@ class Station:
                 recorder,
                 clip_costs=costs,
                 stamps=self._stamps,
+                least_s=[spec.least_s for spec in self.experiment.spec.blocks],
                 logged=log.first_attempts if log else (),
                 pending=log.pending if log else pending,
                 on_trial=on_trial,

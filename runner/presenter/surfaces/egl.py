@@ -139,6 +139,9 @@ class EglSurface:
     def wake(self) -> None:
         """Do nothing: nobody sleeps here."""
 
+    def hear(self) -> None:
+        """Do nothing: nothing is pressed here."""
+
     def poll_keys(self) -> tuple[KeyPress, ...]:
         """Return none."""
         return ()

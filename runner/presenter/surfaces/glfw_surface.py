@@ -172,6 +172,10 @@ class GlfwSurface:
         self._woken = True
         glfw.post_empty_event()
 
+    def hear(self) -> None:
+        """Take what waits in the event queue, without sleeping: each press there is stamped with the time now."""
+        self._session.signals.heard(glfw.poll_events)
+
     def poll_keys(self) -> tuple[KeyPress, ...]:
         """Return the presses that wait, without sleeping; raise WindowClosed once the window is closed."""
         self._session.signals.heard(glfw.poll_events)

@@ -120,6 +120,9 @@ class Surface(Protocol):
     def wake(self) -> None:
         """Wake whoever sleeps in ``wait_key``, from any thread, to call ``on_wake``; nobody does without a window."""
 
+    def hear(self) -> None:
+        """Take what waits in the event queue, without sleeping: each press there is stamped with the time now."""
+
     def poll_keys(self) -> tuple[KeyPress, ...]:
         """Return the presses that wait, without sleeping."""
 

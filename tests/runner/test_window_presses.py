@@ -1,0 +1,118 @@
+"""Presses that were not meant for what is on the screen: real double presses and held keys in a real window."""
+
+from __future__ import annotations
+
+import time
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+
+from analysis.records.session_record import Trial
+
+Person = Any  # tests/conftest.py
+pytestmark = pytest.mark.window
+
+# Each answer takes longer to be on disk than the one before; presses arrive meanwhile.
+SLOW_DISK = """
+import itertools, os, time
+_fsync, _delays = os.fsync, itertools.cycle([0.0, 0.03, 0.15])
+def _slow(file):
+    _fsync(file)
+    time.sleep(next(_delays))
+os.fsync = _slow
+"""
+READY_S = 0.5  # after a scene was seen, until someone answers it
+
+
+def begin(person: Person, *more: str) -> None:
+    person.sit_down(*more)
+    page = person.look()
+    person.press("space")
+    person.until(lambda: np.any(person.look() != page), "the first pair")
+
+
+def pairs(person: Person) -> list[Trial]:
+    return [trial for trial in person.log().trials if trial.kind == "all_pairs"]
+
+
+def press_twice(person: Person, first: str, second: str, gap_s: float) -> None:
+    """Press two keys; the second is meant for nothing."""
+    time.sleep(READY_S)
+    before = person.answers()
+    person._xdotool("key", "--delay", "0", first, "sleep", str(gap_s), "key", "--delay", "0", second)
+    person.until(lambda: person.answers() > before, "the answer to be on disk")
+    time.sleep(READY_S)
+    assert person.answers() == before + 1
+
+
+def test_the_second_press_of_a_double_press_answers_nothing(person: Person) -> None:
+    person.before = SLOW_DISK
+    begin(person)
+    for number in range(4):
+        press_twice(person, "Up", "Up" if number % 2 else "Down", (0.02, 0.06)[number // 2])
+    person.press("space")  # the break after four
+    time.sleep(READY_S)
+    press_twice(person, "Up", "Down", 0.04)
+    person.press("Up")
+    assert "6 answers are in" in person.leave()
+    trials = pairs(person)
+    assert [trial.data["answer"] for trial in trials] == ["first"] * 6
+    assert all(trial.response_time_s >= 0.1 for trial in trials)
+    ignored = [press for trial in person.log().trials for press in trial.data.get("ignored", [])]
+    assert len(ignored) >= 3  # the fourth pair is followed by a page that no arrow answers
+    assert {why for _, _, why in ignored} <= {"before", "early", "double"}
+
+
+def test_a_key_that_is_held_answers_one_trial_and_must_be_pressed_again(person: Person) -> None:
+    begin(person)
+    time.sleep(READY_S)
+    person._xdotool("keydown", "Up", "sleep", "1.5")
+    assert person.answers() == 1
+    person._xdotool("keyup", "Up")
+    time.sleep(READY_S)
+    person.press("Up")
+    person.until(lambda: person.answers() == 2, "the second answer")
+    second = pairs(person)[1]
+    assert ["Up".lower(), "held"] in [[key, why] for key, _, why in second.data["ignored"]]
+    person.press("alt+F4")
+    person.close_the_window()
+    person.leave()
+
+
+def test_the_least_response_time_is_the_block_s(person: Person) -> None:
+    person.study.edit("small.yaml", "break_every: 4", "stimuli: [one, two], least_response_time_ms: 3000")
+    begin(person)
+    shown_s = time.monotonic()
+    person.press("Down")
+    while not person.answers():
+        assert time.monotonic() - shown_s < 60
+        time.sleep(1.0)
+        person.press("Up")  # a press a second, of which none counts before the third
+        time.sleep(0.1)
+    assert "1 answer is in" in person.leave()
+    (trial,) = pairs(person)
+    assert trial.response_time_s >= 3.0
+    assert trial.data["ignored"][0][::2] == ["down", "early"]
+
+
+def test_a_double_press_of_space_skips_no_page(person: Person) -> None:
+    pages = "".join(f"  - {{kind: instructions, text: Page {number}.}}\n" for number in range(3))
+    person.study.edit("small.yaml", "  - {kind: instructions, text: Look at the two pictures.}\n", pages)
+    person.before = SLOW_DISK
+    person.sit_down()
+    for number in range(1, 4):
+        time.sleep(READY_S)
+        person._xdotool("key", "--delay", "0", "space", "sleep", "0.04", "key", "--delay", "0", "space")
+        person.until(partial(_read, person, number), "the page to be on disk")
+        time.sleep(READY_S)
+        assert len(person.log().trials) == number
+    person.press("Escape", "Escape")
+    time.sleep(READY_S)
+    person.press("s")  # the second Escape did not close the menu
+    assert "Stopped by the observer" in person.leave()
+
+
+def _read(person: Person, pages: int) -> bool:
+    return len(person.log().trials) >= pages
