@@ -10,6 +10,8 @@ from analysis.records import Mark, Note, Trial
 from runner.blocks.tasks import NOTHING, Task
 from runner.presenter.scene import Offset, Scene
 
+# A second press of what answered, or the second click of a double click, was never meant for what came after the first.
+DOUBLE_S = 0.25
 MOST_IGNORED = 20  # of a trial are recorded one by one
 Why: TypeAlias = Literal["before", "early", "double", "held"]
 

@@ -17,7 +17,7 @@ from analysis.records import SessionLog, Trial, read_session, session_files
 from documents import Finding
 from runner.blocks.tasks import Choose, Rate, Task, Write
 from runner.errors import SessionError
-from runner.ports import MOST_IGNORED, Ask, Ignored, KeyPress, Why, WindowClosed
+from runner.ports import DOUBLE_S, MOST_IGNORED, Ask, Ignored, KeyPress, Why, WindowClosed
 from runner.presenter.scene import Offset
 from runner.session.header import changes
 
@@ -29,8 +29,6 @@ HELD_MEANINGS = frozenset({"erase", "lower", "higher"})
 # Moves within a question, which may follow one another as fast as they come; and what goes on within a series.
 _MOVES = frozenset({"erase", "lower", "higher", "upwards", "downwards"})
 _LEAFING = frozenset({"previous", "next"})
-# A second press of what answered, or the second click of a double click, was never meant for what came after the first.
-DOUBLE_S = 0.25
 
 
 def _no_mouse(wanted: bool, at_once: bool) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -155,7 +156,10 @@ def test_words_stand_on_the_screen_until_a_key_and_then_no_longer(mode: str, bit
 
         def presses() -> tuple[KeyPress, ...]:
             looks.append(dict(screen.capture()))
-            return (KeyPress("space", 0.0),) if len(looks) == 3 else ()
+            if len(looks) == 2:
+                return (KeyPress("space", 0.0),)  # from before the words
+            later_s = time.monotonic() + 1.0
+            return (KeyPress("space", later_s), KeyPress("space", later_s + 0.05)) if len(looks) == 3 else ()
 
         screen.show_patch(Patch("black", BLACK), "both")
         surface.poll_keys = presses  # type: ignore[method-assign]  # stands in for the real one

@@ -8,8 +8,8 @@ from dataclasses import replace
 import pytest
 
 from runner.blocks.tasks import Browse, Choose, Rate, Write
-from runner.observers.presses import DOUBLE_S, Person
-from runner.ports import Ask, KeyPress, Target
+from runner.observers.presses import Person
+from runner.ports import DOUBLE_S, Ask, KeyPress, Target
 from runner.presenter.scene import Scene
 
 TWO = Ask(
