@@ -238,7 +238,6 @@ class Person:
         """Start the session and wait for its window to have drawn."""
         self._start(*more)
         self.until(lambda: np.any(self.look()), "the window to draw something")
-        time.sleep(LOOKED_S)
 
     def refused_to_sit_down(self, why: str, *more: str) -> None:
         """Start the session, and see it refused, with nothing on the screen."""
@@ -310,10 +309,9 @@ class Person:
     def answer(self, *keys: str) -> None:
         """Answer pairs, each pressed once the one before is on disk and the next is on the screen."""
         for key in keys:
-            time.sleep(LOOKED_S)
             before, seen = self.answers(), self.look()
             self.press(key)
-            self.until(partial(self._answered_more_than, before), f"the answer '{key}' to be on disk")
+            self.until(partial(self._answered_more_than, before), f"the answer '{key}' to be on disk", looked_s=0.0)
             self.until(partial(self._sees_other_than, seen), "the next screen")
 
     def window(self, *words: str) -> None:
@@ -349,11 +347,12 @@ class Person:
         files = list(session_files(self.study.results)) if self.study.results.exists() else []
         return sum(trial.kind == "all_pairs" for file in files for trial in read_session(file).trials)
 
-    def until(self, come_true: Callable[[], object], what: str) -> None:
-        """Wait for something to come true: much longer than it takes, for the machine may be busy."""
+    def until(self, come_true: Callable[[], object], what: str, looked_s: float = LOOKED_S) -> None:
+        """Wait for something to come true, much longer than it takes, for the machine may be busy; and look at it."""
         end = time.monotonic() + PATIENCE_S
         while time.monotonic() < end:
             if come_true():
+                time.sleep(looked_s)
                 return
             if self.process is not None and self.process.poll() is not None:
                 break

@@ -292,6 +292,8 @@ class WindowRecord(Fields):
     block: Count
     trial: Count
     utc: Utc
+    size_px: Annotated[list[Count], Field(max_length=2)] = Field(default_factory=list)
+    monitor: str = ""
 
 
 class EndRecord(Fields):

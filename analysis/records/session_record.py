@@ -3,8 +3,8 @@
 The first line is the header (``"record": "session"``), then follow one line per trial (``"record": "trial"``) in the
 order of the answers and, once the session is complete, an end line (``"record": "end"``) with counts of the work
 (frames drawn, missed, pictures uploaded). Between them may be notes (``"record": "note"``), marks of trials to repeat
-(``"record": "mark"``), and a line for each time the session was resumed (``"record": "resume"``). A repeated trial is
-recorded again with a higher ``attempt``, and the last attempt counts. The reader defines the format; the runner writes
+(``"record": "mark"``), what became of the window (``"record": "window"``), and a line for each time the session was
+resumed (``"record": "resume"``). A repeated trial is recorded again with a higher ``attempt``, and the last attempt counts. The reader defines the format; the runner writes
 it. Each line's last two keys are its number and its checksum (`documents.files.chain`), and the end line also states
 how many ``lines`` are before it; older logs have none of the three.
 """
@@ -160,6 +160,27 @@ class Resumption:
         return {"record": "resume", **asdict(self)}
 
 
+@dataclass(frozen=True, slots=True)
+class WindowEvent:
+    """What became of the window after ``trial`` trials of ``block``.
+
+    ``what`` is ``lost_focus``, ``got_focus``, ``minimised``, ``restored``, ``resized`` (to ``size_px``) or ``moved``
+    (to the ``monitor``).
+    """
+
+    what: str
+    block: int
+    trial: int
+    utc: str
+    size_px: tuple[int, ...] = ()
+    monitor: str = ""
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the event as a line's object."""
+        facts = {key: value for key, value in asdict(self).items() if value or key in ("what", "block", "trial", "utc")}
+        return {"record": "window", **facts}
+
+
 _OF_EVERY_TRIAL = frozenset(("record", "block", "trial", "kind", "events", "response_time_s", "utc", "attempt"))
 
 
@@ -193,7 +214,8 @@ def _header(record: HeaderRecord, line: Json) -> Header:
 class SessionLog:
     """The log of a session; ``answers`` holds every attempt in the order of the answers.
 
-    ``records`` are answers, notes, marks and resumptions in the order of their lines.
+    ``records`` are answers, notes, marks and resumptions in the order of their lines, ``windows`` what became of the
+    window.
     ``recorded_as`` is the observer's code in the log where the folder states another, which counts; else empty.
     """
 
@@ -207,6 +229,7 @@ class SessionLog:
     resumptions: tuple[Resumption, ...] = ()
     recorded_as: str = ""
     records: tuple[Trial | Note | Mark | Resumption, ...] = ()
+    windows: tuple[WindowEvent, ...] = ()
     _trials: tuple[Trial, ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -326,7 +349,8 @@ def read_session(file: Path) -> SessionLog:
     notes = tuple(record for record in records if isinstance(record, Note))
     marks = tuple(record for record in records if isinstance(record, Mark))
     resumptions = tuple(record for record in records if isinstance(record, Resumption))
-    return SessionLog(file, reader.header, answers, reader.complete, state, notes, marks, resumptions, records=records)
+    parts = answers, reader.complete, state, notes, marks, resumptions
+    return SessionLog(file, reader.header, *parts, records=records, windows=tuple(reader.windows))
 
 
 class RecordReader:
@@ -335,6 +359,7 @@ class RecordReader:
     def __init__(self) -> None:
         self.header: Header | None = None
         self.records: list[Trial | Note | Mark | Resumption] = []
+        self.windows: list[WindowEvent] = []
         self._order: Order | None = None
 
     @property
@@ -374,7 +399,10 @@ class RecordReader:
             changes = line.get("accepted_changes", {})
             self.records.append(Resumption(resumption.utc, changes, resumption.clock_behind_s))
         elif kind == "window":
-            order.window(line)
+            event = order.window(line)
+            self.windows.append(
+                WindowEvent(event.what, event.block, event.trial, event.utc, tuple(event.size_px), event.monitor)
+            )
         elif kind == "end":
             order.end(line)
         else:

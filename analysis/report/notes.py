@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 
 from analysis.comparisons.comparisons import Comparisons
+from analysis.observers.haste import Haste
 from analysis.observers.responses import catch_results
 from analysis.ratings.preferences import preferences
 from analysis.records.codes import Sitting, notes_on_codes
@@ -12,7 +14,7 @@ from analysis.records.seal import notes_on_seals
 from analysis.records.session_record import SessionLog
 from analysis.records.times import SessionTimes
 from analysis.report.estimate import Estimate
-from analysis.report.words import counted, some
+from analysis.report.words import counted, listed, some
 from analysis.scaling.departure import OneScale
 
 FEWEST_FOR_CHOSEN_PAIRS = 5
@@ -73,6 +75,7 @@ def on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
     unseen = sum(bool(trial.data.get("wrong_screen")) for session in sessions for trial in session.trials)
     if unseen:
         notes.append(f"In {counted(unseen, 'trial')} the panel was larger than the screen: a part was not seen.")
+    notes += _on_presses_and_windows(sessions)
     unchained = sum(session.state.lines > 0 and session.chained_from != 1 for session in sessions)
     if unchained:
         what = "session was" if unchained == 1 else "sessions were"
@@ -106,6 +109,27 @@ def _on_stops(sessions: Sequence[SessionLog]) -> Iterator[str]:
         said += [f"{session.header.observer}'s session {session.header.session}: {stop.sentence}" for stop in stops]
     if said:
         yield f"Sessions that stood still for long, or whose clock was set back: {some(said)}."
+
+
+def _on_presses_and_windows(sessions: Sequence[SessionLog]) -> Iterator[str]:
+    """Yield which sessions were answered faster than anyone looks, and what became of windows meanwhile."""
+    for session in sessions:
+        if not session.header.simulated and (haste := Haste.of(session.trials)).striking:
+            yield f"In session {session.header.session} of observer {session.header.observer} {haste.words}."
+    counts = Counter(event.what for session in sessions for event in session.windows)
+    away = sum(bool(trial.data.get("window_lost")) for session in sessions for trial in session.trials)
+    if counts:
+        happened = {what: counts[name] for name, what in _WINDOWS.items() if counts[name]}
+        parts = listed(f"{what} {counted(count, 'time')}" for what, count in happened.items())
+        yield f"A window {parts} during a session; {counted(away, 'trial')} had it out of focus or minimised."
+
+
+_WINDOWS = {
+    "lost_focus": "lost the focus",
+    "minimised": "was minimised",
+    "resized": "changed its size",
+    "moved": "went to another monitor",
+}
 
 
 def nominal_words(sessions: Sequence[SessionLog]) -> str:

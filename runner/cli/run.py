@@ -98,6 +98,9 @@ def command(
     EXPERIMENT is a file such as experiments/dynamic_range.yaml. Every answer is on disk before the next trial
     appears. The observer answers with the keys that the instructions name; Escape opens a menu: continue, repeat, note,
     stop. Meanwhile the experimenter can type notes at the terminal, and 'r' to have the last trial asked again.
+
+    Exit status: 0 if the session is complete, also where a failed vision test ended it; 1 if it was stopped, closed,
+    interrupted or failed, with the command that continues it; 2 if the input was wrong.
     """
     from contextlib import ExitStack
 
@@ -158,10 +161,10 @@ def command(
             done = run_session(experiment, observer, options)
         except SessionStoppedError as error:
             raise WorkError(str(error)) from error
+    completed = done.ending == "completed" and done.folder is not None
     if as_json:
         click.echo(json.dumps(done.to_json()))
-        return
-    if done.ending == "completed" and done.folder:
+    elif completed and done.folder:
         click.echo(
             f"{counted(done.answered, 'answer is', 'answers are')} in {done.folder}\n"
             f"Score all observers with: cyclopean report {done.folder.parents[1]}"
@@ -171,13 +174,19 @@ def command(
         again = session_command(experiment, observer, options, resume=begun, new=options.new and not begun)
         more = "The recording ends here" if replay else f"{'Continue' if begun else 'Begin again'}: {again}"
         click.echo(f"{_ENDINGS[done.ending]}; {saved}. {more}")
-    _say_what_vision_failed(observer, done)
+    if not as_json:
+        _say_what_vision_failed(observer, done)
+    if done.doubt:
+        click.echo(f"warning: {done.doubt}", err=True)
+    if not completed and not (replay and done.ending == "window closed"):
+        sys.exit(1)
 
 
 _ENDINGS = {
     "left": "Stopped by the observer",
     "window closed": "The window was closed",
     "interrupted": "Interrupted by Ctrl-C",
+    "terminated": "Ended by a signal",
 }
 
 

@@ -17,7 +17,18 @@ from typing import Any
 from filelock import FileLock, Timeout
 
 from analysis.errors import ResultsError
-from analysis.records import FILE_NAME, Header, Mark, Note, Resumption, SessionLog, Trial, latest_utc, read_session
+from analysis.records import (
+    FILE_NAME,
+    Header,
+    Mark,
+    Note,
+    Resumption,
+    SessionLog,
+    Trial,
+    WindowEvent,
+    latest_utc,
+    read_session,
+)
 from documents import Finding
 from documents.files import DurableLog, LogInUseError, Mirror
 from documents.platform import sync_folder
@@ -291,6 +302,10 @@ class Recorder:
     def mark(self, mark: Mark) -> None:
         """Record that a trial is to be asked once more."""
         self._append(mark.to_json())
+
+    def window(self, event: WindowEvent) -> None:
+        """Record what became of the window."""
+        self._append(event.to_json())
 
     def answers(self) -> tuple[Trial, ...]:
         """Return every attempt that the log holds."""

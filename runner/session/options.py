@@ -13,7 +13,7 @@ from runner.session.picture_source import Progress, no_progress
 from runner.session.session import Session
 from runner.session.status import SessionStatus
 
-Ending: TypeAlias = Literal["completed", "left", "window closed", "interrupted"]
+Ending: TypeAlias = Literal["completed", "left", "window closed", "interrupted", "terminated"]
 Backend: TypeAlias = Literal["window", "egl", "null"]
 
 
@@ -58,7 +58,8 @@ class SessionOptions:
     on_begin
         Called before the first scene with the session, which takes notes and marks, and its status.
     on_trial
-        Called after each trial; of those that a resumed session reads from its log, after the last.
+        Called after each trial; of those that a resumed session reads from its log, after the last. Also when the
+        window lost the focus, was minimised, or came back.
     """
 
     results: str | Path = Path("results")
@@ -85,6 +86,7 @@ class SessionResult:
     """How a session ended: ``answered`` of ``trials`` scored trials are on disk; ``folder`` is None if it stopped.
 
     ``failed_tests`` are the vision tests that the observer failed; ``screened_out`` is whether the session ended there.
+    ``doubt`` says why its answers may be none, empty if nothing is striking.
     """
 
     ending: Ending
@@ -93,13 +95,14 @@ class SessionResult:
     folder: Path | None
     failed_tests: tuple[Outcome, ...] = ()
     screened_out: bool = False
+    doubt: str = ""
 
     def to_json(self) -> dict[str, Any]:
         """Return all of it as plain JSON."""
         folder = str(self.folder) if self.folder else None
         counts = {"ending": self.ending, "answered": self.answered, "trials": self.trials, "folder": folder}
         failed = [{"test": outcome.test, "words": outcome.words} for outcome in self.failed_tests]
-        return {**counts, "failed_tests": failed, "screened_out": self.screened_out}
+        return {**counts, "failed_tests": failed, "screened_out": self.screened_out, "doubt": self.doubt}
 
 
 def session_command(experiment: str | Path, observer: str, options: SessionOptions, **changed: bool) -> str:

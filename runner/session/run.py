@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import signal
+import sys
+import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import FrameType
 
-from analysis.observers import failed_tests, screened_out
-from analysis.records import FILE_NAME, SessionLog, Trial, read_session
+from analysis.observers import Haste, failed_tests, screened_out
+from analysis.records import FILE_NAME, SessionLog, Trial, WindowEvent, read_session
 from documents import Finding
 from documents.text import counted
 from runner.errors import SessionError, SessionStoppedError
@@ -17,6 +22,7 @@ from runner.observers.presses import Person, read_recording
 from runner.ports import WindowClosed
 from runner.presenter.counters import Counters
 from runner.presenter.errors import GraphicsError
+from runner.presenter.surfaces.x11 import LOST
 from runner.protocol.experiment import Experiment, check_observer, read_experiment
 from runner.session.folders import answered, is_running, to_resume, unfinished
 from runner.session.options import Backend, Ending, SessionOptions, SessionResult, session_command
@@ -25,6 +31,31 @@ from runner.session.session import Left, Session
 from runner.session.station import Station
 from runner.session.status import SessionStatus
 from stimuli.build import StimulusSet
+
+
+class Terminated(KeyboardInterrupt):
+    """The process was asked to end, by SIGTERM or by its terminal's closing."""
+
+    @classmethod
+    @contextmanager
+    def raised(cls) -> Iterator[None]:
+        """Raise it in place of dying at once, where nobody else handles these signals; in the main thread only."""
+
+        def handle(number: int, frame: FrameType | None) -> None:
+            raise cls
+
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
+        numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+        ours = [number for number in numbers if signal.getsignal(number) == signal.SIG_DFL]
+        try:
+            for number in ours:
+                signal.signal(number, handle)
+            yield
+        finally:
+            for number in ours:
+                signal.signal(number, signal.SIG_DFL)
 
 
 def run_session(experiment: str | Path, observer: str, options: SessionOptions | None = None) -> SessionResult:
@@ -98,16 +129,19 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
     ending: Ending = "completed"
     status: SessionStatus | None = None
     running: Session | None = None
-    with Station.open(
-        design,
-        stimuli,
-        results,
-        backend,
-        windowed=options.windowed,
-        accept_gamma_table=options.accept_gamma_table,
-        wrong_screen=options.wrong_screen,
-        further_files=(Path(options.simulate),) if options.simulate else (),
-    ) as station:
+    with (
+        Terminated.raised(),
+        Station.open(
+            design,
+            stimuli,
+            results,
+            backend,
+            windowed=options.windowed,
+            accept_gamma_table=options.accept_gamma_table,
+            wrong_screen=options.wrong_screen,
+            further_files=(Path(options.simulate),) if options.simulate else (),
+        ) as station,
+    ):
         for remark in station.remarks:
             options.notify(f"warning: {remark}")
 
@@ -124,7 +158,17 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
                 if not running.replaying:
                     options.on_trial(status)
 
+        def on_window(event: WindowEvent) -> None:
+            if status is not None:
+                status.window(event)
+                options.on_trial(status)
+
+        def on_lost() -> None:
+            again = session_command(experiment, observer, options, resume=status is not None, new=False)
+            sys.stderr.write(f"\ncyclopean: {LOST}. Every answer before this is saved. Continue: {again}\n")
+
         person = Person(station.surface.wait_key, station.presenter.point)
+        station.surface.on_lost = on_lost
         try:
             if recording:
                 folder = station.replay(
@@ -143,13 +187,14 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
                     accept_changes=options.accept_changes,
                     on_trial=on_trial,
                     on_session=on_begin,
+                    on_window=on_window,
                 )
         except Left:
             ending = "left"
         except WindowClosed:
             ending = "window closed"
-        except KeyboardInterrupt:
-            ending = "interrupted"
+        except KeyboardInterrupt as stop:
+            ending = "terminated" if isinstance(stop, Terminated) else "interrupted"
         except (SessionStoppedError, GraphicsError, OSError) as error:
             why = f"the session stopped: {error}" if isinstance(error, OSError) else str(error)
             kind = GraphicsError if isinstance(error, GraphicsError) else SessionStoppedError
@@ -167,7 +212,9 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
     stopped = running = None  # a long log would be in memory twice
     log = read_session(station.session_folder / FILE_NAME)
     failed = failed_tests([log]).get(observer, ())
-    return SessionResult(ending, status.answered, status.trials, folder, failed, screened_out(log))
+    haste = Haste.of(log.trials)
+    doubt = haste.words if haste.striking and not log.header.simulated else ""
+    return SessionResult(ending, status.answered, status.trials, folder, failed, screened_out(log), doubt)
 
 
 @dataclass(frozen=True, slots=True)

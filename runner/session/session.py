@@ -16,7 +16,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from analysis.records import Mark, Note, Trial
+from analysis.records import Mark, Note, Trial, WindowEvent
 from documents import Finding
 from runner.blocks.block import Block, Draft, Ended, Hold, Response
 from runner.blocks.message import page, pause_menu
@@ -46,6 +46,7 @@ class _RunState:
     interruptions: int = 0
     ignored: list[Ignored] = field(default_factory=list)
     ignored_more: int = 0
+    window_lost: bool = False
     attempt: int = 0
 
     def ignore(self, press: KeyPress) -> None:
@@ -81,6 +82,7 @@ class Session:
     pending: Sequence[Place] = ()
     on_trial: Callable[[Trial], None] = lambda trial: None
     least_s: Sequence[float] = ()
+    on_window: Callable[[WindowEvent], None] = lambda event: None
     check_light: Callable[[bool], None] = lambda begins: None
     closing_facts: Callable[[], Mapping[str, Any]] = dict
     utc: Callable[[], str] = field(default_factory=SteadyClock)
@@ -91,6 +93,7 @@ class Session:
     _marked: list[Place] = field(init=False)
     _latest: Place | None = field(init=False, default=None)
     _place: Place = field(init=False, default=(0, 0))
+    _away: set[str] = field(init=False, default_factory=set)
 
     def __post_init__(self) -> None:
         self._state = _RunState(deque(self.logged))
@@ -138,6 +141,14 @@ class Session:
     def note(self, words: str, by: str) -> None:
         """Record a note, with its place in the session; from any thread."""
         self.sink.note(Note(words, by, *self._place, self.utc()))
+
+    def window(self, what: str, facts: Mapping[str, Any]) -> None:
+        """Record what became of the window, and with the trial that it was away."""
+        self._away -= {opposite for opposite, of in _OPPOSITES.items() if of == what}
+        if what in _OPPOSITES:
+            self._away.add(what)
+            self._state.window_lost = True
+        self.on_window(WindowEvent(what, *self._place, self.utc(), **facts))
 
     def mark(self, by: str) -> Place | None:
         """Mark the last answered trial to be asked once more after its block, or at the end if that is over.
@@ -289,7 +300,7 @@ class Session:
         first = [answer for answer in answers if answer.block == block and answer.attempt == 0]
         kept, kept_place = self._state, self._place
         attempt = sum(answer.place == place for answer in answers)
-        self._state = _RunState(deque(first[:trial]), attempt=attempt)
+        self._state = _RunState(deque(first[:trial]), attempt=attempt, window_lost=bool(self._away))
         self._state.load_events()
         try:
             self._run_block(block, self.blocks[block], only=trial)
@@ -311,10 +322,12 @@ class Session:
             data["ignored"] = [[press.key, press.from_onset_s, press.why] for press in state.ignored]
         if state.ignored_more:
             data["ignored_more"] = state.ignored_more
+        if state.window_lost:
+            data["window_lost"] = True
         events = tuple(state.events)
         trial = Trial(block, number, draft.kind, events, draft.response_time_s, self.utc(), data)
         state.events, state.timed, state.interruptions = [], [], 0
-        state.ignored, state.ignored_more = [], 0
+        state.ignored, state.ignored_more, state.window_lost = [], 0, bool(self._away)
         if state.past:
             self._compare(state.past.popleft(), trial)
             state.load_events()
@@ -338,6 +351,7 @@ class Session:
             )
 
 
+_OPPOSITES = {"lost_focus": "got_focus", "minimised": "restored"}
 _CIRCUMSTANCES = frozenset(
     ("clipping", "timed", "interruptions", "ignored", "ignored_more", "window_lost")
     + ("nominal", "uncharacterised", "wrong_screen")

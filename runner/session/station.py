@@ -11,7 +11,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from analysis.records import Header, SessionLog, Trial, duration, latest_utc
+from analysis.records import Header, SessionLog, Trial, WindowEvent, duration, latest_utc
 from devices.display import EYES
 from documents import Finding
 from documents.files import RESTORE, Mirror
@@ -223,13 +223,15 @@ class Station:
         accept_changes: bool = False,
         on_trial: Callable[[Trial], None] = lambda trial: None,
         on_session: Callable[[Session], None] = lambda session: None,
+        on_window: Callable[[WindowEvent], None] = lambda event: None,
         remarks: tuple[str, ...] = (),
         pending: Sequence[Place] = (),
     ) -> Path:
         """Run one observer's session to its end and return its folder.
 
         ``resume`` is the log of the session that stopped, as it was read; None begins a new one. ``on_session`` is
-        handed the session before it begins, for notes and marks from elsewhere. A new session's record has ``remarks``
+        handed the session before it begins, for notes and marks from elsewhere, ``on_window`` what becomes of the
+        window. A new session's record has ``remarks``
         beside the station's own; ``pending`` are trials that are to be asked once more after their block.
 
         Raises
@@ -256,6 +258,11 @@ class Station:
         blocks = self.experiment.blocks(observer)
         self.pictures.add(blocks)
         costs = {description["name"]: description["clipping"] for description in self.descriptions}
+
+        def window_changed(event: WindowEvent) -> None:
+            recorder.window(event)
+            on_window(event)
+
         with recorder:
             session = Session(
                 blocks,
@@ -264,6 +271,7 @@ class Station:
                 recorder,
                 clip_costs=costs,
                 stamps=self._stamps,
+                on_window=window_changed,
                 least_s=[spec.least_s for spec in self.experiment.spec.blocks],
                 logged=log.first_attempts if log else (),
                 pending=log.pending if log else pending,
@@ -277,12 +285,15 @@ class Station:
             for remark in self.resume_remarks:
                 session.note(remark, "program")
             self._begin_mirror(recorder, session)
+            self.surface.on_window = session.window
             on_session(session)
             try:
                 session.run()
             except GraphicsError as error:
                 session.note(f"the session stopped: {error}", "program")
                 raise
+            finally:
+                self.surface.on_window = None
         if self.experiment.end_page and not simulated and not session.screened_out:
             session.show_end_page(self.experiment.end_page)  # all is on disk, and the log is closed
         return recorder.folder

@@ -7,13 +7,15 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from analysis.records import Trial
+from analysis.observers import Haste
+from analysis.records import Trial, WindowEvent
 from documents.text import visible
 from runner.blocks.block import Block
 
 _PACE_OF = 20  # trials
 _SHOWN = 3
 _LONGEST_ANSWER = 24
+_AWAY = {"lost_focus": "the window has lost the focus", "minimised": "the window is minimised"}
 
 
 @dataclass(slots=True)
@@ -30,6 +32,8 @@ class SessionStatus:
     _answered: dict[int, set[int]] = field(default_factory=dict)
     _pace: deque[float] = field(default_factory=lambda: deque(maxlen=_PACE_OF))
     _last: deque[str] = field(default_factory=lambda: deque(maxlen=_SHOWN))
+    _haste: Haste = field(default_factory=Haste)
+    _window: str = ""
     _block: int = 0
     _before_s: float = field(init=False)
     _missed: int = 0
@@ -66,6 +70,7 @@ class SessionStatus:
         if trial.attempt == 0 and not trial.is_outcome:
             self._answered.setdefault(trial.block, set()).add(trial.trial)
             self._block = max(self._block, trial.block)
+        self._haste.add(trial)
         self._missed += sum(scene.get("missed_frames", 0) for scene in trial.data.get("timed", ()))
         block = self.blocks[trial.block]
         if not block.trials or trial.is_outcome or took_s < trial.response_time_s:
@@ -73,6 +78,10 @@ class SessionStatus:
         self._pace.append(took_s * block.trials / max(block.expected_s, 1e-9))
         again = " (again)" if trial.attempt else ""
         self._last.append(f"{_answer(trial)} {trial.response_time_s:.1f} s{again}")
+
+    def window(self, event: WindowEvent) -> None:
+        """Keep what became of the window, until it is there again."""
+        self._window = _AWAY.get(event.what, "")
 
     def line(self) -> str:
         """Return all of it on one line."""
@@ -83,6 +92,9 @@ class SessionStatus:
             f"block {self._block + 1} of {len(self.blocks)}: {self.kinds[self._block].replace('_', ' ')}",
             left if self.answered < self.trials else "all answered",
             f"missed frames {self._missed + self.missed_elsewhere()}",
+            *([f"presses ignored in {self._haste.ignored}"] if self._haste.ignored else []),
+            *(["CHECK: too fast, or pressed too often"] if self._haste.striking else []),
+            *([f"CHECK: {self._window}"] if self._window else []),
         ]
         last = tuple(self._last)
         return " · ".join([*parts, f"last: {', '.join(last)}"] if last else parts)

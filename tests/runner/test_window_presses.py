@@ -116,3 +116,21 @@ def test_a_double_press_of_space_skips_no_page(person: Person) -> None:
 
 def _read(person: Person, pages: int) -> bool:
     return len(person.log().trials) >= pages
+
+
+# Two seconds of presses of both arrows, 50 a second: quicker than anyone looks.
+STORM = ["key", "--delay", "20", *["Up", "Down"] * 100]
+
+
+def test_a_storm_of_presses_answers_nothing_as_long_as_it_lasts(person: Person) -> None:
+    begin(person)
+    time.sleep(READY_S)
+    person._xdotool(*STORM)
+    assert person.answers() <= 2  # its first press; on a busy machine there may be a gap
+    time.sleep(READY_S)
+    person.answer("Up")
+    stormy = max(pairs(person), key=lambda trial: len(trial.data.get("ignored", [])))
+    assert len(stormy.data["ignored"]) == 20
+    assert stormy.data["ignored_more"] >= 20
+    person.close_the_window()
+    person.leave()

@@ -57,6 +57,8 @@ class EglSurface:
         self.on_wake: Callable[[], object] | None = None
         self.on_frame: Callable[[], object] | None = None
         self.on_point: Callable[[], object] | None = None
+        self.on_window: Callable[[str, Mapping[str, Any]], object] | None = None
+        self.on_lost: Callable[[], object] | None = None
         try:
             loader = _open_context()
             self.context = moderngl.create_context(standalone=True, context=loader)

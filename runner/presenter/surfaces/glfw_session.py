@@ -17,6 +17,7 @@ from runner.presenter.depth import Bits
 from runner.presenter.errors import PresentationError
 from runner.presenter.surfaces.gamma_tables import LoadedTable, monitor_names, read_table, set_tables, why_unreadable
 from runner.presenter.surfaces.identity_tables import restore_left
+from runner.presenter.surfaces.x11 import LOST, watch_server
 
 
 class GlfwSession:
@@ -24,6 +25,7 @@ class GlfwSession:
 
     def __init__(self, platform: int | None = None) -> None:
         self.complaints: list[str] = []
+        self.on_lost: Callable[[], object] | None = None
         self._unreadable: str | None = None
         self._callback_before = glfw.set_error_callback(self._complain)
         if glfw.get_platform():
@@ -39,6 +41,7 @@ class GlfwSession:
                 "--backend egl or --headless, whichever the command has)"
             )
         self.signals = SignalWake(glfw.post_empty_event)
+        self._watch_server = watch_server(self._lost) if glfw.get_platform() == glfw.PLATFORM_X11 else None
 
     @property
     def display_server(self) -> str:
@@ -74,10 +77,19 @@ class GlfwSession:
         self.complaints.clear()
         return words
 
+    def _lost(self) -> None:
+        """Say what happened; the process ends when this returns, because the window library cannot go on."""
+        if self.on_lost is not None:
+            self.on_lost()
+        else:
+            sys.stderr.write(f"cyclopean: {LOST}\n")
+
     def close(self) -> None:
         """Destroy every window and terminate glfw."""
         self.signals.close()
         glfw.terminate()
+        if self._watch_server is not None:
+            self._watch_server()
         glfw.set_error_callback(self._callback_before)  # type: ignore[arg-type] # None clears it
 
     def _complain(self, code: int, description: Any) -> None:
@@ -96,12 +108,13 @@ class SignalWake:
     the handler runs. Outside the main thread it does nothing.
 
     A Ctrl-C that comes while the library calls back would be lost: ctypes prints what a callback raises and drops it.
-    So Ctrl-C during `heard` is kept until the library has returned.
+    So Ctrl-C, or another signal to end that Python handles, is kept during `heard` until the library has returned.
     """
 
     def __init__(self, wake: Callable[[], object]) -> None:
         self._before: int | None = None
-        self._inside = self._interrupted = False
+        self._inside = False
+        self._interrupted: int | None = None
         if threading.current_thread() is not threading.main_thread():
             return
         self._reading, self._writing = socket.socketpair()
@@ -109,9 +122,13 @@ class SignalWake:
         self._before = signal.set_wakeup_fd(self._writing.fileno(), warn_on_full_buffer=False)
         self._thread = threading.Thread(target=self._listen, args=(wake,), daemon=True, name="signal wake")
         self._thread.start()
-        self._on_interrupt = signal.getsignal(signal.SIGINT)
-        if callable(self._on_interrupt):
-            signal.signal(signal.SIGINT, self._interrupt)
+        self._handlers = {
+            number: handler
+            for name in ("SIGINT", "SIGTERM", "SIGHUP")
+            if callable(handler := signal.getsignal(number := getattr(signal, name, signal.SIGINT)))
+        }
+        for number in self._handlers:
+            signal.signal(number, self._interrupt)
 
     def heard(self, call: Callable[P, object], *args: P.args, **kwargs: P.kwargs) -> None:
         """Call into the window library, which may call back; Ctrl-C meanwhile is handled once it has returned."""
@@ -120,15 +137,15 @@ class SignalWake:
             call(*args, **kwargs)
         finally:
             self._inside = False
-        if self._interrupted:
-            self._interrupted = False
-            signal.raise_signal(signal.SIGINT)
+        if self._interrupted is not None:
+            number, self._interrupted = self._interrupted, None
+            signal.raise_signal(number)
 
     def _interrupt(self, number: int, frame: FrameType | None) -> None:
         if self._inside:
-            self._interrupted = True
-        elif callable(self._on_interrupt):
-            self._on_interrupt(number, frame)
+            self._interrupted = number
+        else:
+            self._handlers[number](number, frame)
 
     def _listen(self, wake: Callable[[], object]) -> None:
         # An empty read is the other end's closing.
@@ -139,8 +156,8 @@ class SignalWake:
         """Put back what was there before and end the thread."""
         if self._before is None:
             return
-        if callable(self._on_interrupt):
-            signal.signal(signal.SIGINT, self._on_interrupt)
+        for number, handler in self._handlers.items():
+            signal.signal(number, handler)
         signal.set_wakeup_fd(self._before)
         self._before = None
         self._writing.close()

@@ -25,6 +25,7 @@ from runner.presenter.surfaces.identity_tables import IdentityTables
 from runner.presenter.surfaces.input import PERIOD_S, Gamepads, Input, gamepad_names
 from runner.presenter.surfaces.screens import Monitor
 from runner.presenter.surfaces.surface import Buffer, SurfaceFacts
+from runner.presenter.surfaces.window_watch import APART_S, WindowState, WindowWatch
 
 _GL_DITHER = 0x0BD0
 _GL_FRAMEBUFFER_SRGB = 0x8DB9
@@ -46,6 +47,7 @@ class GlfwSurface:
         self.on_wake: Callable[[], object] | None = None
         self.on_frame: Callable[[], object] | None = None
         self.on_point: Callable[[], object] | None = None
+        self.on_window: Callable[[str, Mapping[str, Any]], object] | None = None
         self.gamepads = Gamepads()
         self.refresh_hz: float | None = None
         self.on_monitors: tuple[Monitor, ...] = ()
@@ -55,6 +57,8 @@ class GlfwSurface:
         self._session = session
         self._window = window
         self._input = Input()
+        self._listened: list[Any] = []
+        self._watch = WindowWatch(self._window_state)
         self._damaged = False
         self._moved = False
         self._woken = False
@@ -153,10 +157,14 @@ class GlfwSurface:
                 self._next_frame(self.on_frame)
             elif pads:
                 self._session.signals.heard(glfw.wait_events_timeout, PERIOD_S)
+            elif self._watch.waiting:
+                self._session.signals.heard(glfw.wait_events_timeout, APART_S)
             else:
                 self._session.signals.heard(glfw.wait_events)
             self._mend()
+            self._report_windows()
             self._serve()
+        self._report_windows()
         return self._input.presses.popleft()
 
     def follow_mouse(self, pointer: Pointer | None) -> None:
@@ -171,6 +179,15 @@ class GlfwSurface:
         """Wake whoever sleeps in ``wait_key``, from any thread, to call ``on_wake``."""
         self._woken = True
         glfw.post_empty_event()
+
+    @property
+    def on_lost(self) -> Callable[[], object] | None:
+        """What is called if the window system ended, before the process does."""
+        return self._session.on_lost
+
+    @on_lost.setter
+    def on_lost(self, call: Callable[[], object] | None) -> None:
+        self._session.on_lost = call
 
     def hear(self) -> None:
         """Take what waits in the event queue, without sleeping: each press there is stamped with the time now."""
@@ -263,6 +280,20 @@ class GlfwSurface:
         self._session.signals.heard(glfw.poll_events)
         self.position_px = on_its_panel(glfw.get_window_pos(self._window))
         self._damaged = self._moved = False
+        self._watch.settle()
+
+    def _window_state(self) -> WindowState:
+        def any_is(attribute: int) -> bool:
+            return any(glfw.get_window_attrib(window, attribute) for window in self._listened)
+
+        width, height = glfw.get_framebuffer_size(self._window)
+        name, _ = self._monitor_under(self._window)
+        return WindowState(any_is(glfw.FOCUSED), any_is(glfw.ICONIFIED), (width, height), name)
+
+    def _report_windows(self) -> None:
+        for change in self._watch.changes(time.monotonic()):
+            if self.on_window is not None:
+                self.on_window(change.what, change.facts)
 
     def _mend(self) -> None:
         if self._moved:
@@ -282,7 +313,11 @@ class GlfwSurface:
     def _listen(self, window: Any) -> None:
         """Queue what is done at ``window``."""
         self._input.listen(window)
+        self._listened.append(window)
         glfw.set_window_refresh_callback(window, self._on_refresh)
+        glfw.set_window_focus_callback(window, self._on_focus)
+        glfw.set_window_iconify_callback(window, lambda *_: self._watch.touch())
+        glfw.set_framebuffer_size_callback(window, lambda *_: self._watch.touch())
 
     def _next_frame(self, draw: Callable[[], object]) -> None:
         """Sleep until the next frame is due or something happens; draw the frame if it is due.
@@ -319,6 +354,12 @@ class GlfwSurface:
     def _on_position(self, _window: Any, left: int, top: int) -> None:
         self.position_px = on_its_panel((left, top))
         self._moved = True
+        self._watch.touch()
+
+    def _on_focus(self, _window: Any, focused: int) -> None:
+        self._watch.touch()
+        if focused:
+            self._input.focused_s = time.monotonic()
 
 
 def _same(one: Any, other: Any) -> bool:

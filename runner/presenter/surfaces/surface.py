@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Protocol, Self
+from typing import Any, Protocol, Self
 
 import moderngl
 
@@ -69,7 +69,8 @@ class Surface(Protocol):
     window. ``position_px`` is the pixel of the panel, from its top left, that the surface's own top left pixel stands
     on. ``on_damage`` is called while waiting for a key if the window system has lost what was shown, ``on_move`` if the
     window has been moved, ``on_wake`` after ``wake`` and before sleeping again, ``on_point`` if the pointer that
-    follows the mouse was moved. With ``on_frame``, a window calls it for every refresh while waiting for a key.
+    follows the mouse was moved, ``on_window`` with what became of the window. With ``on_frame``, a window calls it for
+    every refresh while waiting for a key. ``on_lost`` is called if the window system ended, before the process does.
     """
 
     size_px: Size
@@ -84,6 +85,8 @@ class Surface(Protocol):
     on_wake: Callable[[], object] | None
     on_frame: Callable[[], object] | None
     on_point: Callable[[], object] | None
+    on_window: Callable[[str, Mapping[str, Any]], object] | None
+    on_lost: Callable[[], object] | None
 
     @property
     def facts(self) -> SurfaceFacts:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import ctypes
 import ctypes.util
+import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+LOST = "the connection to the X server was lost: it ended, or another program closed the window by force"
 # Profiles of look-up tables have some megabytes.
 _MOST_LONGS = 16 * 1024 * 1024 // 4
 
@@ -41,6 +43,37 @@ def _x_server() -> Iterator[tuple[Any, Any] | None]:
         yield x11, display
     finally:
         x11.XCloseDisplay(display)
+
+
+def watch_server(lost: Callable[[], object]) -> Callable[[], None] | None:
+    """Call ``lost`` and end the process with status 1 if the X server goes away; return what stops watching for it.
+
+    Xlib would print a text of its own and end the process; it cannot be left in any other way, and glfw would wait for
+    ever on a connection that is gone. None without Xlib.
+    """
+    library = ctypes.util.find_library("X11") if sys.platform == "linux" else None
+    if library is None:
+        return None
+    x11 = ctypes.CDLL(library)
+
+    def end(_display: int | None) -> int:
+        try:
+            lost()
+            for stream in (sys.stdout, sys.stderr):
+                stream.flush()
+        finally:
+            os._exit(1)
+
+    handler = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p)(end)
+    x11.XSetIOErrorHandler.restype = ctypes.c_void_p
+    x11.XSetIOErrorHandler.argtypes = [ctypes.c_void_p]
+    before = x11.XSetIOErrorHandler(ctypes.cast(handler, ctypes.c_void_p))
+
+    def stop() -> None:
+        x11.XSetIOErrorHandler(before)
+        _ = handler  # Xlib calls it until now
+
+    return stop
 
 
 def compositing_manager() -> bool | None:
