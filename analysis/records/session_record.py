@@ -4,9 +4,10 @@ The first line is the header (``"record": "session"``), then follow one line per
 order of the answers and, once the session is complete, an end line (``"record": "end"``) with counts of the work
 (frames drawn, missed, pictures uploaded). Between them may be notes (``"record": "note"``), marks of trials to repeat
 (``"record": "mark"``), what became of the window (``"record": "window"``), and a line for each time the session was
-resumed (``"record": "resume"``). A repeated trial is recorded again with a higher ``attempt``, and the last attempt counts. The reader defines the format; the runner writes
-it. Each line's last two keys are its number and its checksum (`documents.files.chain`), and the end line also states
-how many ``lines`` are before it; older logs have none of the three.
+resumed (``"record": "resume"``). A repeated trial is recorded again with a higher ``attempt``, and the last attempt
+counts. The reader defines the format; the runner writes it. Each line's last two keys are its number and its checksum
+(`documents.files.chain`), and the end line also states how many ``lines`` are before it; older logs have none of the
+three.
 """
 
 from __future__ import annotations
