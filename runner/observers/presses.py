@@ -29,6 +29,7 @@ HELD_MEANINGS = frozenset({"erase", "lower", "higher"})
 # Moves within a question, which may follow one another as fast as they come; and what goes on within a series.
 _MOVES = frozenset({"erase", "lower", "higher", "upwards", "downwards"})
 _LEAFING = frozenset({"previous", "next"})
+QUIET_S = 0.1  # nobody presses sooner after another press on purpose
 
 
 def _no_mouse(wanted: bool, at_once: bool) -> None:
@@ -59,8 +60,8 @@ class Person:
     def respond(self, ask: Ask, onset_s: float) -> KeyPress:
         """Return the first press after the onset that means something here, or of ``escape``.
 
-        An answer must come ``ask.least_s`` after the onset and after any other press, and is no second press of what
-        answered the scene before. Whoever types, or moves along a scale, is faster than pages are drawn: there a press
+        An answer must come ``ask.least_s`` after the onset and a tenth of a second after any other press, and is no second
+        press of what answered the scene before. Whoever types, or moves along a scale, is faster than pages are drawn: there a press
         counts from when the field or scale was first shown, with the onset as its time if it was made before that.
         """
         self.point(bool(ask.targets), self._by_mouse)
@@ -108,8 +109,9 @@ class Person:
             return None  # Escape opens the menu whenever it was pressed
         if press.time_s < self._since_s:
             return "before"
-        moves = meaning in _MOVES or press.key.startswith("text ")
-        if not (self._goes_on or moves) and press.time_s - max(self._since_s, before_s) < least_s:
+        if self._goes_on or meaning in _MOVES or press.key.startswith("text "):
+            return None
+        if press.time_s - self._since_s < least_s or press.time_s - before_s < min(least_s, QUIET_S):
             return "early"
         return None
 
