@@ -60,9 +60,10 @@ class Person:
     def respond(self, ask: Ask, onset_s: float) -> KeyPress:
         """Return the first press after the onset that means something here, or of ``escape``.
 
-        An answer must come ``ask.least_s`` after the onset and a tenth of a second after any other press, and is no second
-        press of what answered the scene before. Whoever types, or moves along a scale, is faster than pages are drawn: there a press
-        counts from when the field or scale was first shown, with the onset as its time if it was made before that.
+        An answer must come ``ask.least_s`` after the onset and a tenth of a second after any other press, and is no
+        second press of what answered the scene before. Whoever types, or moves along a scale, is faster than pages are
+        drawn: there a press counts from when the field or scale was first shown, with the onset as its time if it was
+        made before that.
         """
         self.point(bool(ask.targets), self._by_mouse)
         self._goes_on = self._continues(ask.task)
