@@ -10,7 +10,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from documents.files import read_kept_json
+from documents import InputError
+from documents.files import inside, read_kept_json
 
 CONFIGURATION_LIST = "configuration.json"
 _FOLDER = "configuration"
@@ -35,9 +36,11 @@ def kept_experiments(results: Path, name: str) -> list[Path]:
 def kept_files(log: Path) -> dict[str, Path]:
     """Return the files that sessions beside the ``log`` were made with, by their place in the experiment's folder."""
     experiment = log.absolute().parent.parent.parent
+    lists = sorted(experiment.glob(f"{_FOLDER}/*/{CONFIGURATION_LIST}"))
     return {
         file.relative_to(experiment).as_posix(): file
-        for place in sorted(experiment.glob(f"{_FOLDER}/*/{CONFIGURATION_LIST}"))
+        for place in lists
+        if _stays(experiment, place)
         for file in (place, *_inside(place.parent, _listed(place).get("files", ())))
         if file.is_file()
     }
@@ -49,7 +52,15 @@ def _listed(place: Path) -> dict[str, Any]:
 
 
 def _inside(folder: Path, names: object) -> Iterator[Path]:
-    """Yield the files called ``names`` that lie in ``folder``, also by links."""
+    """Yield the files called ``names`` that lie in ``folder`` once links are followed."""
     for name in names if isinstance(names, list | dict) else ():
-        if isinstance(name, str) and (folder / name).resolve().is_relative_to(folder.resolve()):
+        if isinstance(name, str) and not Path(name).is_absolute() and _stays(folder, folder / name):
             yield folder / name
+
+
+def _stays(folder: Path, file: Path) -> bool:
+    try:
+        inside(folder, file)
+    except (InputError, ValueError):  # the latter of what no file can be called
+        return False
+    return True
