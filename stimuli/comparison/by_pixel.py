@@ -82,16 +82,19 @@ def summarise(delta_e: Floats32, limit: float, compared: Mask | None = None) -> 
     values = delta_e.ravel() if compared is None else delta_e[compared]
     if values.size == 0:
         raise StimulusError("no pixel is left to compare: all are excluded")
-    median, p95, p99 = (float(value) for value in np.percentile(values, [50, 95, 99]))
+    mean, largest, above = float(values.mean(dtype=np.float64)), float(values.max()), np.count_nonzero(values > limit)
+    # A selection is a copy already: it is sorted where it is.
+    percentiles = np.percentile(values, [50, 95, 99], overwrite_input=compared is not None)
+    median, p95, p99 = (float(value) for value in percentiles)
     return DifferenceSummary(
         pixels=int(values.size),
-        mean=float(values.mean(dtype=np.float64)),
+        mean=mean,
         median=median,
         p95=p95,
         p99=p99,
-        largest=float(values.max()),
+        largest=largest,
         limit=limit,
-        above_limit_percent=100.0 * float(np.count_nonzero(values > limit)) / values.size,
+        above_limit_percent=100.0 * float(above) / values.size,
     )
 
 
