@@ -52,7 +52,7 @@ def run() -> dict[str, object]:
     ]
     usual = scielab.NARROWEST_CELLS
     try:
-        for cells in (1.0, 2.0, 4.0, 8.0, 16.0, 32.0):
+        for cells in (1.0, 1.5, 2.0, 2.5, 4.0, 8.0):
             scielab.NARROWEST_CELLS = cells
 
             def ours() -> NDArray[np.float32]:
