@@ -17,11 +17,15 @@ _DEEPEST = 6
 OTHERS = "others"
 
 
+# Keys of records that name something else, which may be called as a stimulus is.
+_NAME_NO_STIMULUS = frozenset({"series", "group", "group_factor", "answer", "question", "name", "test", "practice_of"})
+
+
 def roles(data: Mapping[str, Any], stimuli: Collection[str]) -> dict[str, str]:
     """Return, for each stimulus that the trial names, the first key that does so (``first``, ``chosen``, ...)."""
     by_name: dict[str, str] = {}
     for key, value in data.items():
-        if isinstance(value, str) and value in stimuli:
+        if isinstance(value, str) and value in stimuli and key not in _NAME_NO_STIMULUS:
             by_name.setdefault(value, key)
     return by_name
 

@@ -132,3 +132,10 @@ def test_the_group_of_a_pair_has_a_column_that_says_what_it_is() -> None:
     assert columns["group"].values == ("church", "beach")
     assert "within which the pair was compared" in describe(columns["group"])["Description"]
     assert "factor" in describe(columns["group_factor"])["Description"]
+
+
+def test_a_series_that_is_called_as_a_stimulus_takes_no_role_from_it() -> None:
+    data = {"series": "b", "chosen": "b", "dwell_s": {"a": 1.0, "b": 2.0}}
+    assert dict(flatten(data, {"a", "b"}))["dwell_s", "chosen"] == 2.0
+    data = {"answer": "first", "first": "second", "second": "first", "clipping": {"first": 1, "second": 2}}
+    assert dict(flatten(data, {"first", "second"}))["clipping", "second"] == 1
