@@ -142,9 +142,15 @@ def read_exr_counted(
     if len({views[name].size_px for name in names}) > 1:
         sizes = ", ".join(f"'{name}' is {' × '.join(map(str, views[name].size_px))}" for name in names)
         raise StimulusError.at(path, f"the views differ in size: {sizes}", "crop them alike")
+    if mixed := mixed_observers([(f"the view '{name}'", views[name].observer) for name in names]):
+        raise StimulusError(replace(mixed, file=str(path)))
+    observer, exact = views[names[0]].observer, all(views[name].exact for name in names)
+    # One after the other, each in place of what was read of it.
+    unconverted = dict(views)
+    del views
     converted = [
         view_to_xyz(
-            views[name],
+            unconverted.pop(name),
             str(path),
             colour_space,
             white_luminance_cd_m2=white_luminance_cd_m2,
@@ -153,11 +159,8 @@ def read_exr_counted(
         for name in names
     ]
     images = [xyz for xyz, _ in converted]
-    if mixed := mixed_observers([(f"the view '{name}'", views[name].observer) for name in names]):
-        raise StimulusError(replace(mixed, file=str(path)))
     clipped = sum(pixels for _, pixels in converted)
-    image, observer = StereoImage(images[0], images[-1]), views[names[0]].observer
-    exact = all(views[name].exact for name in names)
+    image = StereoImage(images[0], images[-1])
     return ExrPicture(image, names, clipped, _middle(stored) is not None, observer, exact)
 
 

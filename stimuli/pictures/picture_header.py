@@ -35,6 +35,11 @@ _ORIENTATION, _EXIF_SPACE, _EXIF_IFD, _INTEROP_IFD = 0x0112, 0xA001, 0x8769, 0xA
 _TIFF_WHITE, _TIFF_PRIMARIES = 318, 319
 _MODES = {"L": 1, "LA": 1, "RGB": 3, "RGBA": 3, "I;16": 1, "I;16B": 1, "I": 1}
 _DAMAGED = "copy or write it again"
+# What Pillow raises for files that are damaged.
+UNREADABLE = (
+    *(OSError, ValueError, SyntaxError, TypeError, LookupError, EOFError, struct.error),
+    *(AttributeError, OverflowError, RecursionError),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +133,7 @@ def _by_pillow(path: Path) -> PictureHeader:
     except Image.DecompressionBombError as error:
         message = f"the picture is too large: {MAX_PIXELS // 10**6} megapixels are the most"
         raise StimulusError.at(path, message, "crop it, or save it smaller") from error
-    except (OSError, ValueError, SyntaxError, struct.error, KeyError, TypeError, EOFError) as error:
+    except UNREADABLE as error:
         raise StimulusError.at(path, f"the picture is damaged: {_one_line(error)}", _DAMAGED) from error
 
 
@@ -235,16 +240,7 @@ def _refuse_other_primaries(path: Path) -> None:
             with Image.open(path) as picture:
                 tags: Any = getattr(picture, "tag_v2", {})
                 white, primaries = tags.get(_TIFF_WHITE), tags.get(_TIFF_PRIMARIES)
-    except (
-        OSError,
-        ValueError,
-        SyntaxError,
-        TypeError,
-        struct.error,
-        KeyError,
-        EOFError,
-        Image.DecompressionBombError,
-    ):
+    except (*UNREADABLE, Image.DecompressionBombError):
         return  # of a form that Pillow does not know: floats of some kinds
     if white is not None and primaries is not None and len((*white, *primaries)) == 8:
         stated_space([float(value) for value in (*white, *primaries)], None, path, "its tag PrimaryChromaticities")

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from documents.files import read_regular
 from stimuli.errors import StimulusError
-from stimuli.pictures.picture_header import PictureHeader
+from stimuli.pictures.picture_header import UNREADABLE, PictureHeader
 from stimuli.pictures.picture_input import MAX_BYTES, opened, reason, text_of
 from stimuli.pictures.png_chunks import png_pixel_bytes
 
@@ -77,7 +77,7 @@ def _decode_by_pillow(header: PictureHeader, frame: int) -> Pixels:
                 picture.seek(frame)
                 form = ("L" if header.channels == 1 else "RGB") + ("A" if header.has_alpha else "")
                 pixels = np.asarray(picture if picture.mode == form else picture.convert(form))
-    except (OSError, ValueError, SyntaxError, EOFError) as error:
+    except UNREADABLE as error:
         message = f"the picture is cut short or damaged: {(str(error).splitlines() or ['no reason given'])[0]}"
         raise StimulusError.at(header.path, message, "copy or save it again") from error
     return upright(pixels.reshape(*pixels.shape[:2], -1), header.orientation)
