@@ -103,6 +103,7 @@ def cached_sets() -> Iterator[CachedSet]:
 
     Examples
     --------
+    >>> import json
     >>> from tempfile import TemporaryDirectory
     >>> from unittest.mock import patch
     >>> facts = {"digest": "f2", "recipe": {"kind": "pictures"}, "pixel_pitch_mm": 0.25, "stimuli": [{"name": "car"}]}
