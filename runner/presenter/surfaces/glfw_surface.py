@@ -315,7 +315,7 @@ class GlfwSurface:
         self._input.listen(window)
         self._listened.append(window)
         glfw.set_window_refresh_callback(window, self._on_refresh)
-        glfw.set_window_focus_callback(window, self._on_focus)
+        glfw.set_window_focus_callback(window, lambda *_: self._watch.touch())
         glfw.set_window_iconify_callback(window, lambda *_: self._watch.touch())
         glfw.set_framebuffer_size_callback(window, lambda *_: self._watch.touch())
 
@@ -355,11 +355,6 @@ class GlfwSurface:
         self.position_px = on_its_panel((left, top))
         self._moved = True
         self._watch.touch()
-
-    def _on_focus(self, _window: Any, focused: int) -> None:
-        self._watch.touch()
-        if focused:
-            self._input.focused_s = time.monotonic()
 
 
 def _same(one: Any, other: Any) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 import unicodedata
 from collections import deque
@@ -15,8 +14,6 @@ import glfw
 from runner.ports import KeyPress
 from runner.presenter.pointer import Pointer
 
-FOCUS_S = 0.1
-
 
 class Input:
     """Takes glfw's callbacks of one window or more; ``pointed`` is whether the pointer was moved since it was drawn.
@@ -27,7 +24,6 @@ class Input:
     def __init__(self) -> None:
         self.presses: deque[KeyPress] = deque()
         self.pointed = False
-        self.focused_s = -math.inf
         self._again = False
         self._wheel_steps = 0.0
         self._pointer: Pointer | None = None
@@ -67,8 +63,7 @@ class Input:
 
     def _on_key(self, _window: Any, key: int, scancode: int, action: int, _modifiers: int) -> None:
         now_s = time.monotonic()
-        # A key that is down as the window gets the focus is first reported as a press, by the keyboard's repeating it.
-        self._again = action == glfw.REPEAT or now_s - self.focused_s < FOCUS_S
+        self._again = action == glfw.REPEAT
         if action != glfw.RELEASE and (name := key_name(key, scancode)):
             self.presses.append(KeyPress(f"again {name}" if self._again else name, now_s))
 
