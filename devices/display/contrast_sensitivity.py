@@ -164,7 +164,8 @@ class FinestDetail:
     def of(cls, pixels_per_degree: float, white_cd_m2: float) -> FinestDetail:
         """Return it for a display of so many pixels per degree, and its white. Raises DeviceError."""
         nyquist, mean = pixels_per_degree / 2.0, white_cd_m2 / 2.0
-        threshold = 1.0 / float(contrast_sensitivity(nyquist, mean))
+        sensitivity = float(contrast_sensitivity(nyquist, mean))
+        threshold = 1.0 / sensitivity if sensitivity > 0 else np.inf
         return cls(nyquist, threshold, finest_visible(mean))
 
     def sentences(self) -> tuple[str, ...]:

@@ -228,7 +228,7 @@ def read_rig(
     def named(key: str, name: str, what: str, read: Callable[[Path], Read]) -> Read | None:
         """Read the file that the rig names, and keep what is wrong with it."""
         try:
-            if not (path.parent / name).is_file():
+            if not os.path.isfile(path.parent / name):
                 wrong = Finding(f"there is no such {what}", name, remedy=looked_for(path.parent / name, name))
                 raise located(InputError(wrong), key)
             return read(beside(path, name))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 from pathlib import Path
@@ -63,7 +64,7 @@ def tidy(path: Path) -> Path:
     """
     kept = Path(path.anchor)
     for part in path.relative_to(path.anchor).parts:
-        if part == ".." and kept.name not in ("", "..") and kept.is_dir() and not kept.is_symlink():
+        if part == ".." and kept.name not in ("", "..") and os.path.isdir(kept) and not kept.is_symlink():
             kept = kept.parent
         else:
             kept /= part

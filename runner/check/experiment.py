@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
@@ -82,7 +83,7 @@ def faults_of_named_files(experiment_file: Path, options: CheckOptions) -> list[
     findings: list[Finding] = []
     for key, faults in (("rig", partial(_rig_faults, options)), ("stimuli", missing_pictures)):
         name = data.get(key) if isinstance(data, dict) else None
-        if isinstance(name, str) and (named := beside(experiment_file, name)).is_file():
+        if isinstance(name, str) and os.path.isfile(named := beside(experiment_file, name)):
             findings += faults(named)
     return findings
 

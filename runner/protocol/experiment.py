@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -353,7 +354,7 @@ def _at(source: YamlSource, faults: Iterable[Fault]) -> list[Finding]:
 
 
 def _existing(path: Path, key: str, value: str, source: YamlSource) -> Path:
-    if not path.is_file():
+    if not os.path.isfile(path):  # of a name that no file can have, the method of a path raises
         raise SessionError(source.finding((key,), f"there is no such file: {value}", looked_for(path, value)))
     return path
 

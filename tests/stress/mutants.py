@@ -40,7 +40,7 @@ PATIENCE_S = 180.0  # of the clock on the wall, without a sign of the child: oth
 # Faults that were mended, by format: the base, what was changed in it ([begin, end, hexadecimal]) and what it did.
 CORPUS = Path(__file__).with_name("corpus.json")
 
-_MOST_FINDINGS = 100  # of one file: a check of a study goes through several
+_MOST_FINDINGS = 1000
 Key = tuple[str, int | str]
 
 
