@@ -1,0 +1,58 @@
+"""Double presses and storms in a real window, on disks of any speed: no answer that was not meant."""
+
+from __future__ import annotations
+
+import time
+from itertools import cycle
+from typing import Any
+
+import numpy as np
+import pytest
+
+from analysis.observers import Haste
+
+Person = Any  # tests/conftest.py
+pytestmark = [pytest.mark.stress, pytest.mark.window]
+
+SLOW_DISK = """
+import os, time
+_fsync = os.fsync
+def _slow(file):
+    _fsync(file)
+    time.sleep({delay_s})
+os.fsync = _slow
+"""
+PRESSES = 60
+READY_S = 0.5
+
+
+def begin(person: Person, repeats: int) -> None:
+    person.study.edit("small.yaml", "break_every: 4", f"repeats: {repeats}")
+    person.sit_down()
+    page = person.look()
+    person.press("space")
+    person.until(lambda: np.any(person.look() != page), "the first pair")
+
+
+@pytest.mark.parametrize("delay_s", [0.0, 0.03, 0.15])
+def test_of_sixty_double_presses_none_answers_twice(person: Person, delay_s: float) -> None:
+    person.before = SLOW_DISK.format(delay_s=delay_s)
+    begin(person, 11)
+    for number, gap_s in zip(range(1, PRESSES + 1), cycle([0.02, 0.04, 0.06]), strict=False):
+        second = "Up" if number % 2 else "Down"
+        person._xdotool("key", "--delay", "0", "Up", "sleep", str(gap_s), "key", "--delay", "0", second)
+        person.until(lambda number=number: person.answers() >= number, "the answer", looked_s=READY_S)
+        assert person.answers() == number
+    trials = [trial for trial in person.log().trials if trial.kind == "all_pairs"]
+    assert {trial.data["answer"] for trial in trials} == {"first"}
+
+
+@pytest.mark.parametrize("delay_ms", [5, 20, 45, 150])
+def test_a_storm_of_1400_presses_does_not_complete_a_session_unnoticed(person: Person, delay_ms: int) -> None:
+    begin(person, 50)  # 300 trials
+    time.sleep(READY_S)
+    person._xdotool("key", "--delay", str(delay_ms), *["Up", "Down"] * 700)
+    answered = person.answers()
+    print(f"a press every {delay_ms} ms: {answered} of 300 answered")
+    haste = Haste.of(person.log().trials)
+    assert answered < 10 or haste.striking
