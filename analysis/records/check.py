@@ -13,7 +13,16 @@ from analysis.records.seal import SEAL, SealCheck, check_seal
 from analysis.records.session_record import FILE_NAME, RecordReader, refusal
 from devices.measurements import is_measurement_log
 from documents import Finding
-from documents.files import RESTORE, DamagedLineError, LogState, compare_copy, looked_for, open_regular, read_lines
+from documents.files import (
+    MOST_LOG_BYTES,
+    RESTORE,
+    DamagedLineError,
+    LogState,
+    compare_copy,
+    looked_for,
+    open_regular,
+    read_lines,
+)
 
 _BEGINNING = 4096
 _LAYOUT = 4  # EXPERIMENT/sub-OBSERVER/ses-LABEL/session.jsonl
@@ -167,7 +176,7 @@ def check_log(file: Path, mirror: Path | None = None) -> LogCheck:
     measured = is_measurement_log(file)
     seen = _Seen(file, None if measured else RecordReader())
     try:
-        with open_regular(file, "log", error=ResultsError) as stream:
+        with open_regular(file, "log", limit_bytes=MOST_LOG_BYTES, error=ResultsError) as stream:
             state = read_lines(stream, seen.take, seen.damaged)
     except OSError as error:
         raise ResultsError(Finding(f"the results cannot be read: {error.strerror}", str(file))) from error
@@ -268,7 +277,7 @@ def _is_log(file: Path) -> bool:
     """Return whether ``file`` may be a log: by its name, or by how it begins."""
     if file.name == FILE_NAME:
         return True
-    with open_regular(file, "log", error=ResultsError) as stream:
+    with open_regular(file, "log", limit_bytes=MOST_LOG_BYTES, error=ResultsError) as stream:
         return b'"record"' in stream.read(_BEGINNING)
 
 

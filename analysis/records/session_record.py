@@ -24,7 +24,7 @@ from analysis.records.other_records import SCHEMA_VERSION, HeaderRecord
 from analysis.records.trial_kinds import NEWER
 from analysis.records.trial_record import TrialRecord
 from documents import Finding
-from documents.files import RESTORE, DamagedLineError, LogState, open_regular, read_lines
+from documents.files import MOST_LOG_BYTES, RESTORE, DamagedLineError, LogState, open_regular, read_lines
 
 FILE_NAME = "session.jsonl"
 
@@ -337,7 +337,7 @@ def read_session(file: Path) -> SessionLog:
     """
     reader = RecordReader()
     try:
-        with open_regular(file, "log", error=ResultsError) as stream:
+        with open_regular(file, "log", limit_bytes=MOST_LOG_BYTES, error=ResultsError) as stream:
             state = read_lines(stream, reader.take)
     except OSError as error:
         raise ResultsError(Finding(f"the results cannot be read: {error.strerror}", str(file))) from error

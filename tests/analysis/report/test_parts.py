@@ -97,7 +97,13 @@ def test_all_kinds_in_one_session_stand_on_one_page(make_session: Maker, rating:
 
 def test_sessions_without_an_answer_are_refused(make_session: Maker) -> None:
     with pytest.raises(ResultsError, match="no answer"):
-        describe([make_session(answers=[])])
+        describe([make_session(answers=[], complete=False)])
+
+
+def test_complete_sessions_that_ask_nothing_are_reported_without_scores(make_session: Maker) -> None:
+    report = describe([make_session(answers=[])])
+    assert not report.kinds
+    assert any(note.startswith("There are no scores") for note in report.notes)
 
 
 def test_unanimous_observers_leave_doubt(preferring: Sessions) -> None:

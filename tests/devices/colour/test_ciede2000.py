@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from numpy.typing import NDArray
 
+from devices.colour import delta_e_2000_of_xyz, xyz_to_lab
 from devices.colour.ciede2000 import delta_e_2000, delta_e_2000_parts
 from devices.errors import DeviceError
 
@@ -189,3 +190,14 @@ def test_colours_stored_as_float32_are_reckoned_in_float64() -> None:
     exact = delta_e_2000(first.astype(np.float64), second.astype(np.float64))
     np.testing.assert_array_equal(delta_e_2000(first, second), exact)
     assert delta_e_2000_parts(first[0], second[0]).delta_e.shape == ()
+
+
+@pytest.mark.parametrize("count", [1, 1000, 70_001])
+def test_the_way_from_xyz_in_blocks_equals_the_way_by_whole_arrays(count: int) -> None:
+    rng = np.random.default_rng(count)
+    white = np.array([95.0, 100.0, 109.0])
+    first = rng.uniform(0.0, 1.2, (count, 3)) * white
+    first[: count // 3] *= 1e-3  # CIELAB's straight part
+    second = np.where(rng.random((count, 1)) < 0.1, first, rng.uniform(-0.01, 1.2, (count, 3)) * white)
+    plain = delta_e_2000(xyz_to_lab(first, white), xyz_to_lab(second, white))
+    np.testing.assert_allclose(delta_e_2000_of_xyz(first, second, white), plain, rtol=0.0, atol=1e-9)
