@@ -10,6 +10,7 @@ left after it. The answers that followed the first time stay what they were.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -89,6 +90,8 @@ class Session:
     remedy: str = "the experiment or the log was changed since: restore it, or start a new session"
     style: Style = FULL_HD_HALF
     screened_out: bool = field(init=False, default=False)
+    _shown_s: float = field(init=False, default=-math.inf)
+    _pressed_s: float = field(init=False, default=-math.inf)
     _state: _RunState = field(init=False)
     _marked: list[Place] = field(init=False)
     _latest: Place | None = field(init=False, default=None)
@@ -244,14 +247,18 @@ class Session:
                 self._pause()
 
     def _show_and_wait(self, ask: Ask) -> tuple[KeyPress, float]:
-        onset_s = self.presenter.show(ask.scene)
-        self._end_holding(onset_s)
+        shown_s = self.presenter.show(ask.scene)
+        self._end_holding(shown_s)
+        # Of a scene that stands already, the question begins where the last answer was given.
+        onset_s = max(shown_s, self._pressed_s) if shown_s == self._shown_s else shown_s
+        self._shown_s = shown_s
         if ask.upcoming:
             self.presenter.prefetch(ask.upcoming)
         if self.least_s:
             ask = replace(ask, least_s=self.least_s[self._place[0]])
         press = self.observer.respond(ask, onset_s)
         self._state.ignore(press)
+        self._pressed_s = press.time_s
         return press, onset_s
 
     def _pause(self) -> None:

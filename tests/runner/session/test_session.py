@@ -350,3 +350,32 @@ def test_a_trial_marked_after_its_block_is_asked_again_at_the_end() -> None:
 
 def _mark(session: Session) -> None:
     assert session.mark("experimenter") == (1, 9)
+
+
+@dataclass
+class Still(Screen):
+    """A presenter that does not draw a scene again which it shows, and whose clock is the person's."""
+
+    now_s: float = 100.0
+    onset_s: float = 0.0
+
+    def show(self, scene: Scene) -> float:
+        if not self.shown or scene != self.shown[-1]:
+            self.onset_s = self.now_s
+        self.shown.append(scene)
+        return self.onset_s
+
+
+def test_a_question_that_looks_like_the_last_one_is_timed_from_the_last_answer() -> None:
+    screen, paper = Still(), Paper()
+    waits_s = iter([1.5, 0.75, 2.0])
+
+    def press() -> KeyPress:
+        screen.now_s += next(waits_s)
+        return KeyPress("space", screen.now_s)
+
+    person = Person(press, clock=lambda: screen.now_s)
+    Session([Message("instructions", "Look.")] * 3, screen, person, paper).run()
+    assert all(scene == screen.shown[0] for scene in screen.shown)
+    assert [trial.response_time_s for trial in paper.trials] == [1.5, 0.75, 2.0]
+    assert [trial.events for trial in paper.trials] == [(("space", time_s),) for time_s in (1.5, 0.75, 2.0)]
