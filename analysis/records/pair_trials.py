@@ -166,9 +166,6 @@ class PreferenceRecord(PairRecord):
         yield from super().contradictions(session, practised=practised)
         if (self.chosen_view == self.first_view) != (self.answer == "first"):
             yield f"the first is {self.first_view}, the answer {self.answer} and the chosen one {self.chosen_view}"
-        stereo = self.first if self.first_view == "stereo" else self.second
-        if session.seen.setdefault(("stereo", frozenset(self.stimuli)), stereo) != stereo:
-            yield f"'{stereo}' is the stereo version here, but not before"
         times = [seconds for _, seconds in self.events]
         if any(not is_near(seconds, times) for seconds in self.interval_s or ()):
             yield "the observer stayed on an interval for a time that no press ended"

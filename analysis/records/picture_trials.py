@@ -104,16 +104,27 @@ class BestOfSeriesRecord(RatedRecord):
         return all(abs(total - stated) <= near for total, stated in zip(sums, self.dwell_s, strict=True))
 
     def _pressed(self, session: Session, places: Sequence[int]) -> Iterator[str]:
+        """Yield what is wrong if no run of presses has the times of the path and leads along it.
+
+        Presses of a page before, or of a rating after, may have the same times.
+        """
         times = [seconds for _, seconds in self.path]
+        wrong: list[str] = []
+        known = dict(session.answers_of)
         for begin in range(len(self.events) - len(times) + 1):
             events = self.events[begin : begin + len(times)]
             if all(is_near(seconds, (time_s,)) for (_, seconds), time_s in zip(events, times, strict=True)):
-                break
-        else:
-            yield "the times of its path are not those of its presses"
-            return
+                session.answers_of = dict(known)
+                faults = list(self._led(session, places, [key for key, _ in events]))
+                if not faults:
+                    return
+                wrong = wrong or faults
+        session.answers_of = known
+        yield from wrong or ["the times of its path are not those of its presses"]
+
+    def _led(self, session: Session, places: Sequence[int], keys: Sequence[str]) -> Iterator[str]:
         count = len(self.members)
-        for place, (key, _), after in zip(places, events, [*places[1:], None], strict=True):
+        for place, key, after in zip(places, keys, [*places[1:], None], strict=True):
             moves = {"next": (place + 1) % count, "previous": (place - 1) % count}
             possible = ["choose"] if after is None else [way for way, index in moves.items() if index == after]
             if not possible:

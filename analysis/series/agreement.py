@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -220,9 +221,10 @@ def intraclass(ratings: Floats, *, level: float = 0.95) -> tuple[Coefficient, ..
 def _reliability(
     name: str, value: float | None, low: float | None = None, high: float | None = None, p: float | None = None
 ) -> Coefficient:
-    """Return a share of variance, which means nothing below 0."""
+    """Return a share of variance, which means nothing below 0; a limit that is no number is not defined."""
     reason = _NO_MEAN if value is None else _NEGATIVE if value < 0 else ""
-    return Coefficient(name, value, low, high, p, 0.0, reason)
+    ends = (None if end is None or not isfinite(end) else end for end in (low, high))
+    return Coefficient(name, value, *ends, p, 0.0, reason)
 
 
 def _agreement_limits(

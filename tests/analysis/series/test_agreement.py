@@ -123,6 +123,13 @@ def test_shrout_and_fleiss_table() -> None:
         assert found[name].p == pytest.approx(0.00013, abs=5e-6)
 
 
+def test_a_limit_that_is_no_number_is_not_defined() -> None:
+    found = {one.name: one for one in intraclass(np.array([[3.0, 6.0, 7.0], [5.0, 3.0, 2.0]]))}
+    assert found["ICC(2,1)"].value == pytest.approx(-1.0)
+    assert found["ICC(2,1)"].low is None
+    assert found["ICC(2,k)"].low is None
+
+
 def test_things_that_do_not_differ_have_no_reliability() -> None:
     assert all(one.value is None for one in intraclass(np.full((4, 5), 3.0)))
     assert all(one.value is None for one in intraclass(np.ones((1, 5))))

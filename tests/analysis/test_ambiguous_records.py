@@ -1,0 +1,64 @@
+"""Records that can be read in two ways are read in the way that agrees with them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from analysis.errors import ResultsError
+from analysis.records import Header, SessionLog, Trial, read_session
+
+NAMES = ("a", "b", "c")
+HEADER = Header(
+    *("views", "01", "s1", "2026-01-31T09:30:00.000+00:00", 1, "?", True, tuple({"name": n} for n in NAMES)),
+    *({}, {}, {}, {}, {}),
+)
+
+
+def read(folder: Path, *trials: Trial) -> SessionLog:
+    file = folder / "session.jsonl"
+    lines = [HEADER.to_json(), *(trial.to_json() for trial in trials)]
+    file.write_text("".join(json.dumps(line) + "\n" for line in lines), encoding="utf-8")
+    return read_session(file)
+
+
+def best(number: int, keys: tuple[str, ...], chosen: int) -> Trial:
+    """Return a choice after a page that took as long as each step of the path."""
+    path = [[index, 0.5] for index in range(chosen + 1)]
+    data = {
+        "series": "one",
+        "stimuli": list(NAMES),
+        "start": 0,
+        "chosen": NAMES[chosen],
+        "chosen_index": chosen,
+        "path": path,
+        "dwell_s": [0.5 if index <= chosen else 0.0 for index in range(3)],
+        "ratings": {},
+        "rating_times_s": {},
+    }
+    events = tuple((key, 0.5) for key in keys)
+    utc = f"2026-01-31T09:3{number + 1}:00.000+00:00"
+    return Trial(0, number, "best_of_series", events, 0.5 * (chosen + 1), utc, data)
+
+
+def test_presses_of_a_page_before_may_have_the_times_of_the_path(tmp_path: Path) -> None:
+    log = read(tmp_path, best(0, ("space", "right", "space"), 1), best(1, ("right", "right", "enter", "7"), 2))
+    assert [trial.data["chosen"] for trial in log.trials] == ["b", "c"]
+
+
+def test_presses_that_do_not_lead_along_the_path_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(ResultsError, match="the key 'left' means 'previous'"):
+        read(tmp_path, best(0, ("left", "space"), 1))
+
+
+def test_either_of_two_pictures_may_be_the_stereo_one(tmp_path: Path) -> None:
+    def preferred(number: int, first: str, second: str) -> Trial:
+        data = {"first": first, "second": second, "answer": "first", "chosen": first, "rejected": second}
+        data |= {"chosen_view": "stereo", "first_view": "stereo"}
+        utc = f"2026-01-31T09:3{number + 1}:00.000+00:00"
+        return Trial(0, number, "preference", (("1", 0.8),), 0.8, utc, data)
+
+    log = read(tmp_path, preferred(0, "a", "b"), preferred(1, "b", "a"))
+    assert [trial.data["chosen"] for trial in log.trials] == ["a", "b"]
