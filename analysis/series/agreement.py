@@ -223,8 +223,8 @@ def _reliability(
 ) -> Coefficient:
     """Return a share of variance, which means nothing below 0; a limit that is no number is not defined."""
     reason = _NO_MEAN if value is None else _NEGATIVE if value < 0 else ""
-    ends = (None if end is None or not isfinite(end) else end for end in (low, high))
-    return Coefficient(name, value, *ends, p, 0.0, reason)
+    low, high = (None if end is None or not isfinite(end) else end for end in (low, high))
+    return Coefficient(name, value, low, high, p, 0.0, reason)
 
 
 def _agreement_limits(
