@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import tracemalloc
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,7 @@ def _pair(number: int, more: dict[str, Any]) -> Trial:
     first, second = STIMULI[number % 10], STIMULI[(number + 3) % 10]
     clipping = {name: {"left": COST, "right": COST} for name in (first, second)}
     data = {"first": first, "second": second, "answer": "first", "chosen": first, "rejected": second}
-    utc = f"2026-01-02T{3 + number // 3600 % 20:02d}:{number // 60 % 60:02d}:{number % 60:02d}.000+00:00"
+    utc = (datetime(2026, 1, 2, 3, tzinfo=UTC) + timedelta(seconds=number)).isoformat(timespec="milliseconds")
     return Trial(0, number, "all_pairs", (("up", 1.0),), 1.0, utc, {**data, "clipping": clipping, **more})
 
 
