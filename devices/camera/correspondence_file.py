@@ -65,6 +65,7 @@ def read_correspondences(path: str | os.PathLike[str]) -> Correspondences:
     Examples
     --------
     >>> import tempfile
+    >>> from pathlib import Path
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder) / "seen.csv"
     ...     _ = file.write_text("# rgb: 0..1000\nR,G,B,X,Y,Z,name\n500,500,250,19,20,11,straw\n")
@@ -94,6 +95,7 @@ def read_reference(path: str | os.PathLike[str]) -> ReferenceColours:
     Examples
     --------
     >>> import tempfile
+    >>> from pathlib import Path
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder) / "chart.csv"
     ...     _ = file.write_text("X,Y,Z,name\n85.5,90.0,74.3,white\n2.9,3.0,2.5,black\n")

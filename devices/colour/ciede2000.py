@@ -100,7 +100,7 @@ def delta_e_2000_of_xyz(xyz1: ArrayLike, xyz2: ArrayLike, white_xyz: ArrayLike) 
     Examples
     --------
     >>> float(delta_e_2000_of_xyz([40.0, 42.0, 45.0], [41.0, 42.0, 45.0], [95.0, 100.0, 109.0]).round(2))
-    3.06
+    4.16
     """
     white = checked_white(white_xyz)
     first, second, shape = _pairs(xyz1, xyz2)

@@ -122,7 +122,7 @@ def test_a_worker_that_is_killed_costs_nothing_but_time(plan_of: MakePlan) -> No
 def test_work_moves_to_processes_once_it_is_worth_it(plan_of: MakePlan, monkeypatch: pytest.MonkeyPatch) -> None:
     plan = plan_of(*STRENGTHS)
     expected = simulate_power(plan, [10, 20], replicates=750)
-    monkeypatch.setattr(compute_module, "WORTH_A_CLUSTER_S", 0.0)
+    monkeypatch.setattr(compute_module, "WORTH_PROCESSES_S", 0.0)
     monkeypatch.setattr(compute_module, "cores", lambda: 2)
     children: list[int] = []
     found = simulate_power(

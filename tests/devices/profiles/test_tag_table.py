@@ -83,5 +83,5 @@ def test_a_large_file_of_zeros_is_refused_unread(tmp_path: Path) -> None:
         file.truncate(100_000_000)
     with pytest.raises(DeviceError, match="larger than 32 MB"):
         read_profile(path)
-    with pytest.raises(DeviceError, match="No such file"):
+    with pytest.raises(DeviceError, match="there is no such file"):
         read_profile(tmp_path / "none.icc")

@@ -177,7 +177,17 @@ def test_words_stand_on_the_screen_until_a_key_and_then_no_longer(mode: str, bit
 
 def test_what_is_special_of_a_patch_comes_back_from_the_log(tmp_path: Path) -> None:
     order = steps(find_sets(("all",)), 1)
-    header = {"steps": step_facts(order)}
+    header = {
+        "begun_utc": "2026-01-02T03:04:05+00:00",
+        "instrument": "none",
+        "mode": "flat",
+        "eye": "left",
+        "set": "many",
+        "set_source": "",
+        "seed": 1,
+        "highest_code": 255,
+        "steps": step_facts(order),
+    }
     with MeasurementLog.create(tmp_path / "m.jsonl", header):
         pass
     assert read_session(tmp_path / "m.jsonl").steps == order

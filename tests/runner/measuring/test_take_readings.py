@@ -69,7 +69,17 @@ def desk(tmp_path: Path) -> Iterator[Desk]:
         surface = EglSurface((32, 24))
     except PresentationError as error:
         pytest.skip(str(error))
-    header = {"steps": step_facts(STEPS)}
+    header = {
+        "begun_utc": "2026-01-02T03:04:05+00:00",
+        "instrument": "none",
+        "mode": "flat",
+        "eye": "left",
+        "set": "many",
+        "set_source": "",
+        "seed": 1,
+        "highest_code": 255,
+        "steps": step_facts(STEPS),
+    }
     with (
         surface,
         CodeScreen(surface, find_mode("side-by-side")) as screen,
