@@ -51,8 +51,9 @@ def test_five_thousand_readings_with_spectra(tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
     patches = tuple(Patch(f"p{number}", tuple(codes)) for number, codes in enumerate(rng.random((5000, 3)).tolist()))
     order = steps(PatchSet("many", patches), 1, 50)
-    header = {"begun_utc": "2026-01-02T03:04:05+00:00", "instrument": "", "mode": "flat", "eye": "both", "set": "many", "set_source": "",
-              "seed": 1, "highest_code": 255, "steps": step_facts(order)}  # fmt: skip
+    facts = {"begun_utc": "2026-01-02T03:04:05+00:00", "instrument": "", "mode": "flat", "eye": "both"}
+    facts |= {"set": "many", "set_source": ""}
+    header = {**facts, "seed": 1, "highest_code": 255, "steps": step_facts(order)}
     wavelengths = tuple(float(nm) for nm in range(380, 781))
     file = tmp_path / "m.jsonl"
     with MeasurementLog.create(file, header) as log:
