@@ -113,11 +113,7 @@ class AllPairsRecord(PairRecord):
         yield from super().contradictions(session, practised=practised)
         if (self.correct is not None) != (self.catch == "obvious"):
             yield "'correct' belongs to catch trials with an obvious answer, and to no other"
-        elif self.chosen is not None and self.rejected is not None and self.correct is not None:
-            right = self.chosen if self.correct else self.rejected
-            if session.better.setdefault(frozenset(self.stimuli), right) != right:
-                yield f"of '{self.first}' and '{self.second}' '{right}' is the right one here, but not before"
-        elif self.correct:
+        elif self.correct and self.chosen is None:
             yield "nothing is chosen, and yet it is correct"
         yield from self._ratings()
 

@@ -38,7 +38,7 @@ class RatedRecord(TrialRecord):
             if keys and keys[-1] in _ACCEPT:
                 keys.pop()
             if keys and keys[-1].isdecimal():
-                yield from session.key_means(f"scale {name}", keys[-1], str(value), {})
+                yield from session.key_means(f"scale {name} of block {self.block}", keys[-1], str(value), {})
 
 
 class RatingRecord(RatedRecord):

@@ -32,14 +32,12 @@ class Session:
     """What the records of a session so far say: what the next one must agree with.
 
     ``own_keys`` is whether the experiment gives keys other meanings; ``answers_of`` maps each key, where it was
-    pressed in the same situation, to the answer that it gave; ``better`` maps the two pictures of a catch trial to the
-    one with which it is right; ``seen`` counts what a kind's own records count.
+    pressed in the same situation, to the answer that it gave; ``seen`` counts what a kind's own records count.
     """
 
     factors: Mapping[str, Mapping[str, Any]]
     own_keys: bool = False
     answers_of: dict[tuple[str, str], str] = field(default_factory=dict)
-    better: dict[frozenset[str], str] = field(default_factory=dict)
     seen: dict[Any, Any] = field(default_factory=dict)
 
     def key_means(self, situation: str, key: str, answer: str, usual: Mapping[str, str]) -> Iterator[str]:
