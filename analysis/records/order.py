@@ -40,7 +40,7 @@ class Order:
         self._attempts: dict[Place, int] = {}
         self._last: Place = (-1, -1)
         self._changed = self._screened_out = False
-        self._run_began_s = self._answered_s = self._latest_s = _seconds(self.header.started_utc)
+        self._run_began_s = self._latest_s = _seconds(self.header.started_utc)
         self._slack_s = _FIRST_SLACK_S
 
     def trial(self, line: dict[str, Any]) -> TrialRecord:
@@ -82,7 +82,7 @@ class Order:
     def resumption(self, line: dict[str, Any]) -> ResumptionRecord:
         """Take a resumption: the clock may stand anywhere then."""
         resumption = read_fields(ResumptionRecord, line)
-        self._run_began_s = self._answered_s = self._latest_s = _seconds(resumption.utc)
+        self._run_began_s = self._latest_s = _seconds(resumption.utc)
         self._changed = self._changed or bool(resumption.accepted_changes)
         return resumption
 
@@ -120,15 +120,18 @@ class Order:
         if now_s < self._latest_s - self._slack_s:
             raise RecordError(f"its time {utc} is before that of the record before it")
         if self._slack_s == _FIRST_SLACK_S:
-            self._run_began_s = self._answered_s = min(now_s, self._run_began_s)
+            self._run_began_s = min(now_s, self._run_began_s)
         self._latest_s, self._slack_s = now_s, _SLACK_S
 
     def _waited(self, trial: TrialRecord) -> None:
-        """Check that nobody waited longer than since the answer before; those who do not wait are simulated."""
-        since_s = self._latest_s - self._answered_s
-        self._answered_s = self._latest_s
+        """Check that nobody waited longer than the session runs; those who do not wait are simulated.
+
+        Where a scene looked like the one before, older logs time it from the onset of that one.
+        """
+        since_s = self._latest_s - self._run_began_s
         if not self.header.simulated and trial.response_time_s > since_s + _SLACK_S:
-            what = f"the response time is {trial.response_time_s:g} s, and the answer before it {since_s:.1f} s ago"
+            ran = f"the session began or was resumed {since_s:.1f} s before"
+            what = f"the response time is {trial.response_time_s:g} s, and {ran}"
             raise RecordError(what)
 
     def _reached(self, block: int, trial: int) -> None:
