@@ -271,6 +271,12 @@ class Person:
             self._xdotool("key", key)
             time.sleep(0.05)
 
+    def turn(self, key: str, to: str = "the next screen") -> None:
+        """Leave a page, a break or the menu by ``key``; wait until the next screen was looked at long enough."""
+        seen = self.look()
+        self.press(key)
+        self.until(partial(self._sees_other_than, seen), to)
+
     def type(self, words: str) -> None:
         """Type words, letter by letter."""
         self._xdotool("type", "--delay", "60", words)

@@ -58,8 +58,7 @@ def test_notes_and_marks_are_typed_while_the_observer_answers(person: Person) ->
 
     sees("?: this help")
     sees("trial 0 of 6 · block 1 of 2: instructions")
-    person.press("space")
-    person.until(lambda: len(person.log().answers) == 1, "the instructions to be on disk")
+    person.turn("space")
     person.answer("Up", "Down")
     sees("trial 2 of 6 · block 2 of 2: all pairs")
     sees("last: first")
@@ -67,7 +66,7 @@ def test_notes_and_marks_are_typed_while_the_observer_answers(person: Person) ->
     sees("noted: leans back — too far")
     sees("trial 2 of block 2 will be asked again")
     person.answer("Up", "Up")
-    person.press("space")  # the break
+    person.turn("space")  # the break
     person.answer("Up")
     person.press("Up")
     person.until(lambda: person.answers() == 6, "all pairs to be answered")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shutil
 import signal
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -55,9 +54,7 @@ def kept() -> list[Path]:
 
 def test_a_killed_session_is_resumed_with_the_identity_and_leaves_the_table_as_it_was(person: Person) -> None:
     person.sit_down()
-    page = person.look()
-    person.press("space")
-    person.until(lambda: np.any(person.look() != page), "the first pair")
+    person.turn("space", "the first pair")
     person.answer("Up")
     assert person.process is not None
     person.process.send_signal(signal.SIGKILL)
@@ -67,8 +64,7 @@ def test_a_killed_session_is_resumed_with_the_identity_and_leaves_the_table_as_i
     person.sit_down("--resume")
     assert table().is_identity
     assert len(kept()) == 1
-    person.press("Escape")
-    time.sleep(0.3)
+    person.turn("Escape")
     person.press("s")
     told = person.leave()
     assert "a session that was killed left the identity as gamma table of 'screen'" in told

@@ -60,8 +60,7 @@ def test_all_pairs_by_click(person: Person, mode: str) -> None:
         person.click(10, y)
         person.until(partial(_has, person, "all_pairs", number), f"the click on the {clicked} picture to be on disk")
         assert _recorded(person, "all_pairs")[-1].events[-1][0] == f"click {clicked}"
-    person.press("space")  # the break after four
-    time.sleep(0.4)
+    person.turn("space")  # the break after four
     person.answer("Down")
     person.press("Up")
     assert "6 answers are in" in person.leave()
@@ -88,8 +87,7 @@ def test_the_pointer_stands_at_one_place_for_both_eyes(person: Person, mode: str
         middle = (240 - 90, 320 + 60)
     for seen in (left, right):
         assert (seen.min(axis=0) + seen.max(axis=0)) / 2 == pytest.approx(middle, abs=1.5)
-    person.press("Escape")
-    time.sleep(0.3)
+    person.turn("Escape")
     person.press("s")
     person.leave()
 

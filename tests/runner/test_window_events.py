@@ -12,7 +12,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from analysis.records.session_record import read_session, session_files
@@ -51,9 +50,7 @@ def events(person: Person) -> list[str]:
 
 def test_focus_and_minimising_are_recorded_and_marked_in_their_trials(person: Person) -> None:
     person.sit_down("--windowed")
-    page = person.look()
-    person.press("space")
-    person.until(lambda: np.any(person.look() != page), "the first pair")
+    person.turn("space", "the first pair")
     person.answer("Up")
     minimise(person, MINIMISED)
     person.until(lambda: events(person) == ["minimised"], "the minimised window in the record")
@@ -95,9 +92,7 @@ def test_a_dead_x_server_ends_in_one_line_that_says_how_to_continue(
     person: Person, mortal: subprocess.Popen[bytes], xvfb: str
 ) -> None:
     person.sit_down()
-    page = person.look()
-    person.press("space")
-    person.until(lambda: np.any(person.look() != page), "the first pair")
+    person.turn("space", "the first pair")
     person.answer("Up", "Down")
     mortal.kill()
     assert person.process is not None
@@ -115,8 +110,7 @@ def test_a_dead_x_server_ends_in_one_line_that_says_how_to_continue(
     person.sit_down("--resume")
     person.answer("Up")
     time.sleep(0.3)
-    person.press("Escape")
-    time.sleep(0.4)
+    person.turn("Escape")
     person.press("s")
     assert "Stopped by the observer; 3 of 6 answers saved" in person.leave()
     assert person.process.returncode == 1

@@ -37,9 +37,7 @@ def test_a_session_in_german_with_other_keys(person: Person) -> None:
     person.press("Up", "n")
     assert person.answers() == 0
     person.answer("w", "s", "k", "w")
-    pause = person.look()
-    person.press("b")
-    person.until(lambda: np.any(person.look() != pause), "the pair after the break")
+    person.turn("b", "the pair after the break")
     person.answer("s")
     person.press("s")
     assert "6 answers are in" in person.leave(press="b")

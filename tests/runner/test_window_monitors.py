@@ -6,7 +6,6 @@ import json
 import os
 from typing import Any
 
-import numpy as np
 import pytest
 
 Person = Any  # tests/conftest.py
@@ -14,9 +13,7 @@ pytestmark = pytest.mark.window
 
 
 def answer_one_and_stop(person: Person) -> str:
-    page = person.look()
-    person.press("space")
-    person.until(lambda: np.any(person.look() != page), "the first pair")
+    person.turn("space", "the first pair")
     person.answer("Up")
     person.press("Escape")
     person.until(lambda: person.process.poll() is not None or person.press("s"), "the session to end")

@@ -6,7 +6,6 @@ import time
 from functools import partial
 from typing import Any
 
-import numpy as np
 import pytest
 
 from analysis.records.session_record import Trial
@@ -28,9 +27,7 @@ READY_S = 0.5  # after a scene was seen, until someone answers it
 
 def begin(person: Person, *more: str) -> None:
     person.sit_down(*more)
-    page = person.look()
-    person.press("space")
-    person.until(lambda: np.any(person.look() != page), "the first pair")
+    person.turn("space", "the first pair")
 
 
 def pairs(person: Person) -> list[Trial]:
@@ -52,8 +49,7 @@ def test_the_second_press_of_a_double_press_answers_nothing(person: Person) -> N
     begin(person)
     for number in range(4):
         press_twice(person, "Up", "Up" if number % 2 else "Down", (0.02, 0.06)[number // 2])
-    person.press("space")  # the break after four
-    time.sleep(READY_S)
+    person.turn("space")  # the break after four
     press_twice(person, "Up", "Down", 0.04)
     person.press("Up")
     assert "6 answers are in" in person.leave()

@@ -21,19 +21,14 @@ pytestmark = pytest.mark.window
 
 def test_a_session_with_real_keys(person: Person) -> None:
     person.sit_down()
-    page = person.look()
     person.press("Up", "q")  # mean nothing on a page of words
     assert person.answers() == 0
-    person.press("space")
-    person.until(lambda: np.any(person.look() != page), "the first pair")
+    person.turn("space", "the first pair")
     person.answer("Up", "Down", "Down")
-    person.press("Escape")
-    time.sleep(0.3)
-    person.press("c")
-    time.sleep(0.3)
+    person.turn("Escape")
+    person.turn("c")
     person.answer("Up")
-    person.press("space")  # the break after four
-    time.sleep(0.3)
+    person.turn("space")  # the break after four
     person.answer("Down")
     person.press("Up")
     told = person.leave()
@@ -50,9 +45,7 @@ def test_a_session_with_real_keys(person: Person) -> None:
 
 def test_what_the_window_shows_is_the_float64_reference(person: Person) -> None:
     person.sit_down()
-    page = person.look()
-    person.press("space")
-    person.until(lambda: np.any(person.look() != page), "the first pair")
+    person.turn("space", "the first pair")
     time.sleep(0.3)
     screen = person.look()
     person.press("Up")
@@ -69,12 +62,9 @@ def test_what_the_window_shows_is_the_float64_reference(person: Person) -> None:
 
 def test_escape_twice_leaves_and_resume_continues(person: Person) -> None:
     person.sit_down()
-    page = person.look()
-    person.press("space")
-    person.until(lambda: np.any(person.look() != page), "the first pair")
+    person.turn("space", "the first pair")
     person.answer("Up", "Up")
-    person.press("Escape")
-    time.sleep(0.3)
+    person.turn("Escape")
     person.press("s")
     told = person.leave()
     _, _, again = told.partition("Stopped by the observer; 2 of 6 answers saved. Continue: cyclopean run ")
@@ -82,8 +72,7 @@ def test_escape_twice_leaves_and_resume_continues(person: Person) -> None:
     person.refused_to_sit_down("observer 07 has an unfinished session of 'small', with 2 answers")
     person.sit_down("--resume")
     person.answer("Down", "Down")
-    person.press("space")
-    time.sleep(0.3)
+    person.turn("space")
     person.answer("Down")
     person.press("Down")
     assert "6 answers are in" in person.leave()
@@ -103,17 +92,14 @@ def test_waiting_for_an_answer_sleeps(person: Person) -> None:
     before = processor_s()
     time.sleep(3)
     assert processor_s() - before < 0.1
-    person.press("Escape")
-    time.sleep(0.2)
+    person.turn("Escape")
     person.press("s")
     person.leave()
 
 
 def test_closing_the_window_keeps_everything(person: Person) -> None:
     person.sit_down()
-    page = person.look()
-    person.press("space")
-    person.until(lambda: np.any(person.look() != page), "the first pair")
+    person.turn("space", "the first pair")
     person.answer("Up")
     person.press("alt+F4")
     time.sleep(0.2)
@@ -149,9 +135,7 @@ def test_timed_scenes_in_a_real_window(person: Person) -> None:
 
 def test_ctrl_c_wakes_the_sleeping_session_and_keeps_everything(person: Person) -> None:
     person.sit_down()
-    page = person.look()
-    person.press("space")
-    person.until(lambda: np.any(person.look() != page), "the first pair")
+    person.turn("space", "the first pair")
     person.answer("Up")
     time.sleep(0.5)
     assert person.process is not None
