@@ -75,13 +75,15 @@ def _observers(theta: Floats) -> Floats:
 
 def _single(case: str, wins: Floats) -> Iterator[Row]:
     truth = _reference(wins)
+    note = "with covariance, standard errors and connectivity test"
     for steps in range(1, 8):
         fitted = fit(wins, most_iterations=steps)
         time = seconds(lambda steps=steps: fit(wins, most_iterations=steps))
-        note = "with covariance, standard errors and connectivity test"
-        yield _row(f"{case}: Newton", f"{steps} steps", time, _error(fitted.theta, truth), note)
+        yield _row(f"{case}: Newton from the log odds", f"{steps} steps", time, _error(fitted.theta, truth), note)
         if fitted.converged:
             break
+    time = seconds(lambda: fit(wins))
+    yield _row(f"{case}: Newton from plain sums", "converged", time, _error(fit(wins).theta, truth), note)
     batch = wins[None]
     time = seconds(lambda: fit_batch(batch))
     yield _row(f"{case}: Newton, θ alone", "converged", time, _error(fit_batch(batch).theta[0], truth))
@@ -97,6 +99,8 @@ def _sparse() -> Iterator[Row]:
     dense = wins[None]
     time = seconds(lambda: fit_batch(dense), repeats=3)
     yield _row(f"{case}: Newton, dense", "converged", time, _error(fit_batch(dense).theta[0], truth))
+    time = seconds(lambda: fit(wins), repeats=3)
+    yield _row(f"{case}: Newton, with covariance", "converged", time, _error(fit(wins).theta, truth))
     yield from _peers(case, wins, truth, repeats=3)
 
 

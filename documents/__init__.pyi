@@ -1,3 +1,4 @@
+from .blas_threads import one_blas_thread as one_blas_thread
 from .files.atomic import write_whole as write_whole
 from .files.durable_log import DurableLog as DurableLog
 from .files.hashes import sha256_of_file as sha256_of_file

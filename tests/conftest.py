@@ -399,3 +399,13 @@ def person(xvfb: str, study: Study) -> Iterator[Person]:
     if someone.process is not None and someone.process.poll() is None:
         someone.process.kill()
         someone.process.communicate()
+
+
+@pytest.fixture
+def blas_threads_kept() -> Iterator[None]:
+    """After the test, each OpenBLAS has as many threads as before."""
+    from documents.blas_threads import blas_threads, set_blas_threads
+
+    before = max(blas_threads(), default=1)
+    yield
+    set_blas_threads(before)

@@ -30,7 +30,7 @@ from analysis.bootstrap import tails
 from analysis.bootstrap.influence import influences, standard_errors
 from analysis.bootstrap.replicates import BLOCK_NUMBERS, Name, Quantity, Replicates
 from analysis.errors import ResultsError
-from documents import Finding
+from documents import Finding, one_blas_thread
 from documents.text import json_fields
 
 Floats = NDArray[np.float64]
@@ -82,6 +82,7 @@ class Intervals:
         }
 
 
+@one_blas_thread()
 def intervals(
     replicates: Replicates,
     quantity: Name = "theta",

@@ -18,7 +18,7 @@ from analysis.errors import ResultsError
 from analysis.scaling.laplacian import contrast_variances, pseudo_inverse
 from analysis.scaling.result import CovarianceKind
 from analysis.scaling.shrinkage import Clustered, Spread, shrink
-from documents import Finding
+from documents import Finding, one_blas_thread
 
 Floats = NDArray[np.float64]
 MAXZ_SAMPLES = 10_000
@@ -73,6 +73,7 @@ class Stability:
         }
 
 
+@one_blas_thread()
 def class_stability(
     replicates: Replicates,
     *,

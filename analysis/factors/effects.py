@@ -21,11 +21,12 @@ from analysis.factors.values import FactorOptions, Value, read_factors
 from analysis.scaling.counts import Answers, Counts, count_pairs
 from analysis.scaling.fitting import DEFAULT_PRIOR_SD
 from analysis.scaling.separation import compared_groups
-from documents import Finding
+from documents import Finding, one_blas_thread
 
 Floats = NDArray[np.float64]
 
 
+@one_blas_thread()
 def factor_effects(
     comparisons: Comparisons,
     factors: Mapping[str, Mapping[str, Value]],

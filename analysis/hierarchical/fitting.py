@@ -17,13 +17,14 @@ from analysis.scaling.counts import Counts
 from analysis.scaling.laws import LAWS, Model
 from analysis.scaling.newton import maximise
 from analysis.scaling.separation import find_separation
-from documents import Finding
+from documents import Finding, one_blas_thread
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 RANDOM_MODELS: tuple[Model, ...] = ("bradley-terry", "thurstone")
 
 
+@one_blas_thread()
 def fit_observers(
     comparisons: Comparisons, model: Model = "bradley-terry", *, alpha: float = 0.05, adjust: Adjust = "holm"
 ) -> HierarchicalFit:
@@ -114,6 +115,7 @@ def fit_observers(
     )
 
 
+@one_blas_thread()
 def observer_spread(comparisons: Comparisons, model: Model = "bradley-terry") -> Spread:
     """Return the standard deviation of an item's strength between observers, with its 95 % interval.
 

@@ -18,7 +18,7 @@ from analysis.power.compute import Done, compute
 from analysis.power.plan import Plan, check
 from analysis.power.results import Power
 from analysis.power.studies import run, widths
-from documents import Finding
+from documents import Finding, one_blas_thread
 
 Floats = NDArray[np.float64]
 
@@ -138,6 +138,7 @@ MOST_OBSERVERS = 100_000
 REPLICATES, SEED = 1000, 2016
 
 
+@one_blas_thread()
 def simulate_power(
     plan: Plan,
     observers: Sequence[int],

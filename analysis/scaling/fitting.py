@@ -16,6 +16,7 @@ from analysis.comparisons.comparisons import Comparisons
 from analysis.errors import ResultsError
 from analysis.scaling.clustered import ByObserver, by_observer
 from analysis.scaling.counts import Answers, Counts, count_pairs
+from analysis.scaling.laplacian import for_equations
 from analysis.scaling.laws import LAWS, LOGISTIC, MODELS, Law, Model
 from analysis.scaling.newton import Maximum, joint_covariance, maximise
 from analysis.scaling.penalty import FIRTH, NO_PENALTY, Gaussian, Penalty
@@ -33,7 +34,7 @@ from analysis.scaling.result import (
 from analysis.scaling.robust_tests import score_test
 from analysis.scaling.sandwich import observer_slopes
 from analysis.scaling.separation import Separation, are_connected, find_separation, separation_of_method, strong_groups
-from documents import Finding
+from documents import Finding, one_blas_thread
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -80,10 +81,13 @@ def fit(wins: Floats, *, method: Method = "ml", most_iterations: int | None = No
     if not are_connected(linked[None])[0]:
         return _unfitted(counts, "bradley-terry", method, "model", None, Separation(strong_groups(linked), ()))
     penalty = FIRTH if method == "firth" else NO_PENALTY
-    top = maximise(counts, penalty=penalty, most_iterations=most_iterations)
-    return _fitted(counts, "bradley-terry", method, top, joint_covariance(counts, LOGISTIC, top.point)[0])
+    with for_equations(counts.n):
+        top = maximise(counts, penalty=penalty, most_iterations=most_iterations)
+        covariance = joint_covariance(counts, LOGISTIC, top.point)[0]
+    return _fitted(counts, "bradley-terry", method, top, covariance)
 
 
+@one_blas_thread()
 def fit_batch(wins: Floats) -> BatchFit:
     """Fit strengths by maximum likelihood to B matrices of counts in one call, such as bootstrap replicates.
 
@@ -121,6 +125,7 @@ def fit_batch(wins: Floats) -> BatchFit:
     return fitted
 
 
+@one_blas_thread()
 def fit_sparse(wins: csr_array) -> BatchFit:
     """Fit strengths by maximum likelihood to sparse counts, as a batch of one; nothing of size n² is made.
 
@@ -151,6 +156,7 @@ def fit_sparse(wins: csr_array) -> BatchFit:
     return BatchFit(top.theta, top.log_likelihood, top.converged, top.iterations, separated)
 
 
+@one_blas_thread()
 def fit_model(
     comparisons: Comparisons,
     model: Model = "bradley-terry",

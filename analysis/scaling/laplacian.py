@@ -11,11 +11,14 @@ The first axis of every array is the batch of graphs. Elimination works on array
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager, nullcontext
 from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from documents import one_blas_thread
 
 Floats = NDArray[np.float64]
 
@@ -23,9 +26,7 @@ WIDEST_FOR_LAPACK = 1e10
 WIDEST_FOR_PLAIN_SUMS = 1e3
 SMALL_GRAPH = 32
 LARGE_BATCH = 16
-MOST_FOR_EQUAL_BITS = 50
-# So few columns are one thread's; so many are shared evenly by any number of threads.
-ALONE, SHARED_COLUMNS = 16, 64
+ALONE = 16  # equations that no BLAS shares among threads; of more it rounds otherwise with other numbers of threads
 BLOCK_ROWS = 256
 ROUNDING = 64 * float(np.finfo(np.float64).eps)
 SLOPE_ROUNDING = 1e-12
@@ -65,7 +66,8 @@ def pseudo_inverse(
     """
     batch, n, _ = weights.shape
     if batch == 1 and _condition(weights, precision, ratio) <= WIDEST_FOR_LAPACK:
-        return np.asarray(_pseudo_inverse_in_place(weights if overwrite else weights.copy(), precision)[None])
+        with for_equations(n):
+            return np.asarray(_pseudo_inverse_in_place(weights if overwrite else weights.copy(), precision)[None])
     centred = np.broadcast_to(np.eye(n) - 1 / n, weights.shape)
     inverse = solve(weights, centred, precision, ratio)
     return np.asarray((inverse + inverse.transpose(0, 2, 1)) / 2)
@@ -74,17 +76,15 @@ def pseudo_inverse(
 def _pseudo_inverse_in_place(weights: Floats, precision: float) -> Floats:
     """As `pseudo_inverse` for one graph: by Cholesky's decomposition, in the memory of ``weights``."""
     n = weights.shape[-1]
-    matrix, added = _grounded(weights[0], precision, weights[0])
-    factor, failed = _lapack().dpotrf(matrix.T, lower=1, overwrite_a=1)  # sets the other triangle to zero
+    matrix, added = grounded(weights[0], precision, weights[0])
+    factor, failed = lapack().dpotrf(matrix.T, lower=1, overwrite_a=1)  # sets the other triangle to zero
     if failed:
         return np.full_like(matrix, np.nan)  # the graph is not connected
     inverse: Floats
-    if n <= MOST_FOR_EQUAL_BITS:
-        # dpotri rounds otherwise with other numbers of threads, and dpotrs in columns that are left over where threads
-        # share them: so many columns leave none.
-        inverse = _lapack().dpotrs(factor, np.eye(n, n if n <= ALONE else SHARED_COLUMNS), lower=1)[0][:, :n]
+    if n <= ALONE:
+        inverse = lapack().dpotrs(factor, np.eye(n), lower=1)[0]
         return np.asarray((inverse + inverse.T) / 2 - 1 / (n * (n * added + precision)))
-    inverse = _lapack().dpotri(factor, lower=1, overwrite_c=1)[0]
+    inverse = lapack().dpotri(factor, lower=1, overwrite_c=1)[0]
     inverse.T.reshape(-1)[:: n + 1] /= 2
     for start in range(0, n, BLOCK_ROWS):  # mirror the triangle, block by block
         rows, further = slice(start, start + BLOCK_ROWS), slice(start + BLOCK_ROWS, None)
@@ -150,21 +150,28 @@ def by_lapack(weights: Floats, right: Floats, precision: float = 0.0) -> Floats:
 
     NaN where that matrix is not positive definite in floating point.
     """
-    dposv, solutions = _lapack().dposv, np.empty_like(right)
-    for place, weight in enumerate(weights):
-        _, solved, failed = dposv(_grounded(weight, precision)[0].T, right[place], lower=1, overwrite_a=1)
-        solutions[place] = np.nan if failed else solved
+    dposv, solutions = lapack().dposv, np.empty_like(right)
+    with for_equations(weights.shape[-1]):
+        for place, weight in enumerate(weights):
+            _, solved, failed = dposv(grounded(weight, precision)[0].T, right[place], lower=1, overwrite_a=1)
+            solutions[place] = np.nan if failed else solved
     return solutions
 
 
+def for_equations(n: int) -> AbstractContextManager[None]:
+    """Return a context in which ``n`` equations are solved by one thread, so that any processor gives the same bits."""
+    return nullcontext() if n <= ALONE else one_blas_thread()
+
+
 @cache
-def _lapack() -> Any:
+def lapack() -> Any:
+    """Return SciPy's LAPACK, imported at the first call."""
     from scipy.linalg import lapack
 
     return lapack
 
 
-def _grounded(weights: Floats, precision: float, out: Floats | None = None) -> tuple[Floats, float]:
+def grounded(weights: Floats, precision: float, out: Floats | None = None) -> tuple[Floats, float]:
     """Return H + precision + c·11ᵀ of one graph, shape (n, n), and c.
 
     Any c gives the same solution; c n = mean strength / n makes the added part as large as H, whatever the counts.

@@ -20,16 +20,17 @@ from numpy.typing import NDArray
 from analysis.scaling.counts import Counts
 from analysis.scaling.designs import ITEMS, Design, items_design
 from analysis.scaling.laplacian import WIDEST_FOR_PLAIN_SUMS, pair_span
-from analysis.scaling.laws import LOGISTIC, NATS_PER_JND, Law, Slopes
+from analysis.scaling.laws import LOGISTIC, Law, Slopes
 from analysis.scaling.penalty import NO_PENALTY, Penalty
+from analysis.scaling.start import log_odds, plain_maximum
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 MOST_HALVINGS = 60
-FARTHEST_START = 3.0  # JNDs
 SHORT_STEP = 1e-3  # on a longer one nothing has converged
 MOST_DENSE_ITEMS = 5000
+MOST_PLAIN_ITEMS = 1024
 
 
 class Point(NamedTuple):
@@ -131,9 +132,9 @@ def maximise(
         many pairs were compared. Where the pairs' weights then span so many orders of magnitude that θ could not be
         exact to 1e-10, dense equations take over; above 5000 items the fit is returned as not converged.
     start
-        Shape (B, n): where to begin, with mean 0; by default near the log odds of each pair.
+        Shape (B, n): where to begin, with mean 0; by default as `analysis.scaling.start` finds it.
     most_iterations
-        Steps after which the rest stops without having converged; by default the penalty's.
+        Steps from near the log odds after which the rest stops without having converged; by default the penalty's.
 
     Examples
     --------
@@ -145,7 +146,12 @@ def maximise(
     """
     steps = penalty.most_iterations if most_iterations is None else most_iterations
     chosen = items_design(counts) if design is None else design
-    theta = _log_odds(counts, law, penalty, chosen) if start is None else start
+    if start is None and most_iterations is None and _is_plain(counts, law, penalty, chosen):
+        plain = plain_maximum(counts.wins()[0])
+        if plain is not None:
+            top = _iterated(counts, law, penalty, chosen, plain[0][None], steps)
+            return _joined(top, top.iterations + plain[1], top.converged)
+    theta = log_odds(counts, law, penalty, chosen) if start is None else start
     top = _iterated(counts, law, penalty, chosen, theta, steps)
     if chosen.is_exact:
         return top
@@ -176,23 +182,10 @@ def joint_covariance(
     return np.asarray((joint + joint.transpose(0, 2, 1)) / 2)
 
 
-def _log_odds(counts: Counts, law: Law, penalty: Penalty, design: Design) -> Floats:
-    """Return the strengths nearest to each pair's own log odds, by least squares; shape (B, n).
-
-    Half an answer is added to each side, ties are shared, and a pair weighs what its log odds then tell. Where some
-    pair contradicts the others, so that the law knows little there, the strengths are equal instead.
-    """
-    shared = (counts.tied + 1) / 2 if law.parameter else 0.5
-    first, second = counts.won + shared, counts.lost + shared
-    both = first + second
-    weight = first / both * second * ((both - 1) / both)
-    odds = np.log(first / second) * (law.jnd / NATS_PER_JND)
-    right = counts.net_flows(weight * odds, exact=False)[:, :, None]
-    near = design.solve(counts, weight, penalty.precision, right, pair_span(weight))[:, :, 0]
-    misses = np.abs(counts.differences(near) - odds).max(axis=1)
-    if misses.max() <= FARTHEST_START * law.jnd:
-        return near
-    return np.where((misses <= FARTHEST_START * law.jnd)[:, None], near, 0.0)
+def _is_plain(counts: Counts, law: Law, penalty: Penalty, design: Design) -> bool:
+    """Say whether this is one table of Bradley and Terry's law that `plain_maximum` takes."""
+    known = law is LOGISTIC and penalty is NO_PENALTY and design is ITEMS
+    return known and len(counts.won) == 1 and counts.n <= MOST_PLAIN_ITEMS and not counts.ordered
 
 
 def _joined(top: Maximum, iterations: NDArray[np.intp], converged: Flags) -> Maximum:

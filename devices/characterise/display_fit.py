@@ -21,11 +21,13 @@ from devices.display.monitor_settings import MonitorSettings
 from devices.errors import DeviceError
 from devices.measurements import Measurements, PatchEye
 from devices.measurements.observer import for_observer
+from documents import one_blas_thread
 from documents.text import counted
 
 _USED_TAGS = frozenset({"other", "place", "no-glasses", "screen-off"})
 
 
+@one_blas_thread()
 def fit_display(
     measurements: Measurements,
     *,

@@ -12,6 +12,7 @@ from typing import Any
 import click
 from click.shell_completion import CompletionItem
 
+from documents.blas_threads import prefer_one_blas_thread
 from runner.cli.examples import EXAMPLES
 
 # A command's module is runner.cli.<name>; the text is its line in the group's help.
@@ -178,6 +179,7 @@ def _ready_streams() -> None:
 def main() -> None:
     """Run the command line; what goes wrong ends with a line each and exit status 2, or 1 if it was not the input."""
     _ready_streams()
+    prefer_one_blas_thread()
     try:
         group(prog_name="cyclopean")
     except Exception as error:

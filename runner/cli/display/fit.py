@@ -90,7 +90,6 @@ def command(
     from pathlib import Path
     from typing import Literal, cast
 
-    _one_thread()
     from devices.characterise import Name, fit_display, read_profile_mode
     from devices.diagnostics import plain, read_sets
     from devices.measurements import CIE_1931_2, PatchEye
@@ -147,15 +146,6 @@ def _require_for_writing(output: str | None, mode: str | None, panel: object) ->
         missing.append(f"there is no display file {output} yet; a new one needs --panel 1920x1080,0.2768")
     if missing:
         raise click.UsageError("; and ".join(missing))
-
-
-def _one_thread() -> None:
-    """Let matrices be multiplied by one thread: on these small ones others only wait, at full load."""
-    import os
-    import sys
-
-    if "numpy" not in sys.modules:  # too late
-        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def _stated(
