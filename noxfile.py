@@ -3,8 +3,6 @@
 `nox -l` lists them. Options after `--` go to the last command: `nox -s test -- tests/analysis`.
 """
 
-from pathlib import Path
-
 import nox
 
 nox.options.sessions = ["check", "test"]
@@ -12,7 +10,6 @@ nox.options.reuse_existing_virtualenvs = True
 
 # Each worker of the tests computes in one thread: more of them only wait for each other.
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-NOT_BENCHMARKS = ("curves.py", "simulated_studies.py")
 
 
 def _install(session: nox.Session, *more: str) -> None:
@@ -68,8 +65,6 @@ def stress(session: nox.Session) -> None:
 
 @nox.session
 def bench(session: nox.Session) -> None:
-    """Run time against error, peers beside; writes benchmarks/out."""
+    """Run time against error, peers beside; ends with what is promised and kept, in benchmarks/out."""
     _install(session, "bench")
-    files = sorted(file for file in Path("benchmarks").glob("*.py") if file.name not in NOT_BENCHMARKS)
-    for file in session.posargs or files:
-        session.run("python", str(file))
+    session.run("python", "benchmarks/run_all.py", *session.posargs)

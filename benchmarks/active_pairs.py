@@ -14,16 +14,13 @@ prior (by maximum likelihood, Firth's where items are separated, none where they
 
 from __future__ import annotations
 
-import json
-import platform
 import random
-import sys
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from time import perf_counter
 
 import numpy as np
-from curves import OUT
+from curves import is_quick, json_document, numbers, out, save, sized
 from numpy.typing import NDArray
 
 from analysis.scaling.counts import Counts
@@ -40,11 +37,11 @@ Row = dict[str, object]
 Answer = Callable[[int, int], bool]
 
 TITLE = "Pairs chosen by the answers so far: error against trials"
-SPREADS = (0.5, 1.0, 2.0, 3.0)
+SPREADS = sized((0.5, 1.0, 2.0, 3.0), (1.0,))
 TRIALS_PER_STIMULUS = (5, 10, 30)
-SEEDS = {10: 20, 20: 10, 60: 4}
+SEEDS: Mapping[int, int] = sized({10: 20, 20: 10, 60: 4}, {6: 2})
 POOLED_SEEDS = 2
-POOLED_OBSERVERS, POOLED_TRIALS_PER_STIMULUS = 10, 10
+POOLED_OBSERVERS, POOLED_TRIALS_PER_STIMULUS = sized(10, 2), 10
 _SPAN = 1.959963984540054  # half of a 95 % interval, in standard deviations
 _TICKS_NATS = (0.3, 0.5, 1.0, 2.0)
 _COLUMNS = {
@@ -227,12 +224,8 @@ def _rms_or_none(errors: Floats) -> float | None:
     return None if np.isnan(errors).any() else _rms(errors)
 
 
-def write(rows: list[Row], out: Path = OUT) -> None:
+def write(rows: list[Row], taken_s: float) -> None:
     """Write ``active_pairs.json``, ``.md`` and ``.svg``."""
-    out.mkdir(parents=True, exist_ok=True)
-    machine = f"{platform.machine()}, {platform.system()}, Python {platform.python_version()}"
-    document = {"name": "active_pairs", "title": TITLE, "machine": machine, "rows": rows}
-    (out / "active_pairs.json").write_text(json.dumps(document, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     lines = [
         f"# {TITLE}",
         "",
@@ -247,8 +240,9 @@ def write(rows: list[Row], out: Path = OUT) -> None:
         for key, form in _COLUMNS.items():
             cells.append("–" if row.get(key) is None else form.format(row[key]))
         lines.append(f"| {' | '.join(cells)} |")
-    (out / "active_pairs.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    _plot(rows, out / "active_pairs.svg")
+    save("active_pairs", json_document("active_pairs", TITLE, rows, taken_s=taken_s), "\n".join(lines) + "\n")
+    if not is_quick():
+        _plot(rows, out() / "active_pairs.svg")
 
 
 def _plot(rows: list[Row], file: Path) -> None:
@@ -280,8 +274,10 @@ def _plot(rows: list[Row], file: Path) -> None:
 
 def main() -> None:
     """Measure, write the three files, and print the table."""
-    write(run(*(int(argument) for argument in sys.argv[1:2])))
-    print((OUT / "active_pairs.md").read_text(encoding="utf-8"))
+    start_s = perf_counter()
+    rows = run(*numbers())
+    write(rows, perf_counter() - start_s)
+    print((out() / "active_pairs.md").read_text(encoding="utf-8"))
 
 
 if __name__ == "__main__":

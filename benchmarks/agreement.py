@@ -10,11 +10,9 @@ ours are percentiles and BCa of the same bootstrap, and SciPy's intervals, which
 
 from __future__ import annotations
 
-import os
 import sys
 import warnings
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +21,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 sys.path.insert(0, str(Path(__file__).parent))
-from curves import OUT, seconds, write
+from curves import in_two_processes, numbers, program, seconds, sized
 from simulated_studies import Design, as_comparisons
 
 from analysis.agreement import KINDS, ObservedGroup, Predicted, agree, correlation, correlation_interval
@@ -34,26 +32,24 @@ Floats = NDArray[np.float64]
 Row = dict[str, object]
 
 TITLE = "Measures and observers: time against distance of the coverage from 0.95"
-OBSERVERS = (5, 10, 15, 30)
-STIMULI = (4, 6, 10)
-TRUTHS = (0.0, 0.8, 0.95, 1.0)
+OBSERVERS = sized((5, 10, 15, 30), (5,))
+STIMULI = sized((4, 6, 10), (4,))
+TRUTHS = sized((0.0, 0.8, 0.95, 1.0), (0.8,))
 OBSERVER_SD = 0.5
 STIMULUS_SETS = 4
 SPREAD = 1.0  # standard deviation of the stimuli's strengths, in nats
 
 
-def run(studies: int = 8) -> dict[str, Any]:
+def run(studies: int = sized(8, 2)) -> dict[str, Any]:
     """Simulate, and return the title and the rows."""
     cells = [(people, n, truth, studies) for people in OBSERVERS for n in STIMULI for truth in TRUTHS]
     rows = [*_times()]
-    with ProcessPoolExecutor(min(2, os.cpu_count() or 1)) as pool:
-        for cell, found in zip(cells, pool.map(_covered, cells), strict=True):
-            rows += _coverage_rows(cell, found)
-        for people, found in zip(
-            OBSERVERS, pool.map(_decided, [(people, studies) for people in OBSERVERS]), strict=True
-        ):
-            rows += _decision_rows(people, found, studies)
-    return {"name": "agreement", "title": TITLE, "rows": rows}
+    for cell, found in zip(cells, in_two_processes(_covered, cells), strict=True):
+        rows += _coverage_rows(cell, found)
+    groups = [(people, studies) for people in OBSERVERS]
+    for people, found in zip(OBSERVERS, in_two_processes(_decided, groups), strict=True):
+        rows += _decision_rows(people, found, studies)
+    return {"title": TITLE, "rows": rows}
 
 
 def simulated(
@@ -236,7 +232,7 @@ def _times() -> Iterator[Row]:
                 "error": None,
                 "note": "",
             }
-    scores = np.random.default_rng(1).normal(size=(1000, 10))
+    scores = np.random.default_rng(1).normal(size=(sized(1000, 20), 10))
     peers = {"pearson": stats.pearsonr, "spearman": stats.spearmanr, "kendall": stats.kendalltau}
     for kind, peer in peers.items():
         yield from _one_by_one(scores, measure, kind, peer)
@@ -260,12 +256,5 @@ def _one_by_one(scores: Floats, measure: Floats, kind: Any, peer: Any) -> Iterat
         }
 
 
-def main() -> None:
-    """Simulate and write the three files."""
-    result = run(*(int(argument) for argument in sys.argv[1:2]))
-    write(result["name"], TITLE, result["rows"], OUT)
-    print(f"written to {OUT}")
-
-
 if __name__ == "__main__":
-    main()
+    program("agreement", lambda: run(*numbers()))

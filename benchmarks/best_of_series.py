@@ -13,15 +13,15 @@ from dataclasses import replace
 from functools import partial
 from time import perf_counter
 
-import curves
 import numpy as np
+from curves import program, seconds, sized
 
 from analysis.series.just_noticeable import NODES, REACH, Matches
 from analysis.series.observer_means import bounded_means, means
 
 LEVELS = np.log([1.3, 1.6, 2.0, 2.5, 3.0, 4.0])
 CUTS = np.concatenate([[-np.inf], (LEVELS[1:] + LEVELS[:-1]) / 2, [np.inf]])
-STUDIES = ((30, 1, 0.1), (15, 5, 0.1), (30, 5, 0.1), (10, 5, 0.3), (15, 5, 0.6))
+STUDIES = sized(((30, 1, 0.1), (15, 5, 0.1), (30, 5, 0.1), (10, 5, 0.3), (15, 5, 0.6)), ((15, 5, 0.1),))
 CASES = {"within = 0.25, between = 0.15": (0.25, 0.15), "within = 0.1, between = 0.4": (0.1, 0.4)}
 
 
@@ -31,7 +31,7 @@ def run() -> dict[str, object]:
     for name, (within, between) in CASES.items():
         matches = _matches(within, between)
         truth = _adaptive(matches, within, between)
-        plain_s = curves.seconds(partial(_adaptive, matches, within, between), repeats=3)
+        plain_s = seconds(partial(_adaptive, matches, within, between), repeats=3)
         rows.append(_row(f"adaptive quadrature, {name}", "1e-13", plain_s, None, "the reference of the others"))
         for count in (11, 21, 41, 81, 121, NODES):
             rule = _trapezoid(matches, count)
@@ -46,11 +46,13 @@ def run() -> dict[str, object]:
 
 def _intervals(observers: int, series: int, share: float) -> list[dict[str, object]]:
     random = np.random.default_rng([observers, series])
-    size = series, observers, 2000
+    size = series, observers, sized(2000, 20)
     own = random.beta(2 * share, 2 * (1 - share), size[1:]) if series > 1 else np.full(size[1:], share)
     lean = random.normal(0, 1, size[1:])
     given = (random.random(size) < own) * np.clip(np.round(6.5 + lean + random.normal(0, 1.2, size)), 1, 10)
-    truth = share * float(np.clip(np.round(6.5 + random.normal(0, np.hypot(1, 1.2), 4_000_000)), 1, 10).mean())
+    truth = share * float(
+        np.clip(np.round(6.5 + random.normal(0, np.hypot(1, 1.2), sized(4_000_000, 10_000))), 1, 10).mean()
+    )
     count = np.full(size[1:], float(series))
     total, squares = given.sum(axis=0), (given**2).sum(axis=0)
     ways = {
@@ -105,7 +107,7 @@ def _hermite(matches: Matches, count: int) -> Matches:
 
 def _measured(series: str, count: int, rule: Matches, spread: tuple[float, float], truth: float) -> dict[str, object]:
     centre = float(np.log(2.2))
-    taken_s = curves.seconds(lambda: rule.log_likelihood(centre, *spread))
+    taken_s = seconds(lambda: rule.log_likelihood(centre, *spread))
     return _row(series, f"{count} nodes", taken_s, abs(rule.log_likelihood(centre, *spread) / truth - 1), "")
 
 
@@ -114,5 +116,4 @@ def _row(series: str, parameter: str, taken_s: float, error: float | None, note:
 
 
 if __name__ == "__main__":
-    result = run()
-    curves.write("best_of_series", str(result["title"]), result["rows"])  # type: ignore[arg-type]  # rows, as it wants
+    program("best_of_series", run)

@@ -6,7 +6,7 @@ import json
 import tempfile
 from pathlib import Path
 
-from curves import seconds, write
+from curves import program, seconds, sized
 
 from analysis.bids.export import export_dataset
 from analysis.records.session_record import FILE_NAME, Header, Trial, read_session, session_files
@@ -35,7 +35,7 @@ def _leave(folder: Path, sessions: int, trials: int) -> None:
                 stream.write(json.dumps(answer.to_json()) + "\n")
 
 
-def run(sessions: int = 100, trials: int = 45) -> dict[str, object]:
+def run(sessions: int = sized(100, 3), trials: int = 45) -> dict[str, object]:
     """Time both; the error column has no meaning here."""
     with tempfile.TemporaryDirectory() as place:
         results = Path(place, "results")
@@ -52,6 +52,4 @@ def run(sessions: int = 100, trials: int = 45) -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    result = run()
-    write("bids_export", str(result["title"]), result["rows"])
-    print(result["rows"][0]["note"])
+    program("bids_export", run)

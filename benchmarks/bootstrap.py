@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 sys.path.insert(0, str(Path(__file__).parent))
-from curves import OUT, seconds, write
+from curves import program, seconds, sized
 from simulated_studies import Design
 
 from analysis.bootstrap.confidence_intervals import Kind, intervals
@@ -34,24 +34,24 @@ TITLE = "Bootstrap over observers: time against Monte Carlo error"
 # Medina 2016, Table 4.4.
 PRINTED = np.array([0.0718, 0.0432, 0.0762, 0.2036, 0.0740, 0.2574, 0.0543, 0.0296, 0.0751, 0.1149])
 OBSERVERS = 30
-NAMES = tuple(f"{number:02d}" for number in range(100))
+NAMES = tuple(f"{number:02d}" for number in range(sized(100, 30)))
 KINDS: tuple[Kind, ...] = ("expanded-bca", "bca", "percentile", "studentised")
-MANY = 100_000
+MANY = sized(100_000, 1000)
 
 
 def run() -> dict[str, Any]:
     """Measure and return the title and the rows."""
     (counts,) = Design(np.log(PRINTED), OBSERVERS, 0.7).studies(1, seed=7)
     rows = [*_ours(counts), *_scipy(counts), *_stability(counts), _large()]
-    return {"name": "bootstrap", "title": TITLE, "rows": rows}
+    return {"title": TITLE, "rows": rows}
 
 
 def _ours(counts: Floats) -> Iterator[Row]:
     exact = _drawn(counts, MANY, 1)
     for kind in KINDS:
         truth = _ends(exact, kind)
-        for replicates in (100, 300, 1000, 3000, 10_000):
-            found = [_ends(_drawn(counts, replicates, seed), kind) for seed in range(5)]
+        for replicates in sized((100, 300, 1000, 3000, 10_000), (100,)):
+            found = [_ends(_drawn(counts, replicates, seed), kind) for seed in range(sized(5, 1))]
             time = seconds(lambda r=replicates, k=kind: _ends(_drawn(counts, r, 0), k), repeats=3)
             yield _row(kind, f"{replicates} draws", time, _error(found, truth))
 
@@ -68,16 +68,16 @@ def _scipy(counts: Floats) -> Iterator[Row]:
         found = stats.bootstrap((people,), theta, n_resamples=replicates, vectorized=False, rng=seed, method="BCa")
         return np.stack([found.confidence_interval.low, found.confidence_interval.high])
 
-    for replicates in (100, 1000):
+    for replicates in sized((100, 1000), (40,)):
         time = seconds(lambda r=replicates: ends(r, 0), repeats=1, at_least_s=0)
-        found = [ends(replicates, seed) for seed in range(5 if replicates < 1000 else 1)]
+        found = [ends(replicates, seed) for seed in range(5 if 40 < replicates < 1000 else 1)]
         yield _row("scipy.stats.bootstrap, bca", f"{replicates} draws", time, _error(found, truth), "the same fit")
 
 
 def _stability(counts: Floats) -> Iterator[Row]:
     from analysis.bootstrap.stability import class_stability
 
-    drawn = _drawn(counts, 1000, 0)
+    drawn = _drawn(counts, sized(1000, 50), 0)
     for adjust in ADJUSTMENTS:
         repeats = 1 if adjust == "maxz" else 3
         time = seconds(lambda adjust=adjust: class_stability(drawn, adjust=adjust), repeats=repeats, at_least_s=0)
@@ -85,10 +85,10 @@ def _stability(counts: Floats) -> Iterator[Row]:
 
 
 def _large() -> Row:
-    (counts,) = Design(np.random.default_rng(1).normal(0, 0.7, 100), OBSERVERS).studies(1, 1)
+    (counts,) = Design(np.random.default_rng(1).normal(0, 0.7, len(NAMES)), OBSERVERS).studies(1, 1)
     time = seconds(lambda: resample_counts(counts, NAMES, NAMES[:OBSERVERS]), repeats=1, at_least_s=0)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    return _row("100 items", "1000 draws", time, None, f"the process's peak memory {peak:.0f} MB")
+    return _row(f"{len(NAMES)} items", "1000 draws", time, None, f"the process's peak memory {peak:.0f} MB")
 
 
 def _drawn(counts: Floats, replicates: int, seed: int) -> Replicates:
@@ -109,12 +109,5 @@ def _row(series: str, parameter: str, time: float, error: float | None, note: st
     return {"series": series, "parameter": parameter, "seconds": time, "error": error, "note": note}
 
 
-def main() -> None:
-    """Measure and write the three files."""
-    result = run()
-    write(result["name"], TITLE, result["rows"], OUT)
-    print(f"written to {OUT}")
-
-
 if __name__ == "__main__":
-    main()
+    program("bootstrap", run)

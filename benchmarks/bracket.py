@@ -15,7 +15,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from curves import seconds, write
+from curves import program, seconds, sized
 from numpy.typing import NDArray
 
 from stimuli.bracket import NoiseModel, merge_exposures
@@ -23,7 +23,7 @@ from stimuli.bracket import NoiseModel, merge_exposures
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from tests.stimuli.bracket.sensor import FULL_E, READ_E, SPAN, TIMES, codes, record, scene
 
-SIDE = (384, 512)
+SIDE = sized((384, 512), (48, 64))
 SECONDS = [time[0] / time[1] for time in TIMES]
 T = [time / SECONDS[0] for time in SECONDS]
 NOISE = NoiseModel.of_electrons(FULL_E, READ_E)
@@ -96,5 +96,4 @@ def run() -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    result = run()
-    write("bracket", str(result["title"]), result["rows"])  # type: ignore[arg-type]  # rows, as `write` wants them
+    program("bracket", run)

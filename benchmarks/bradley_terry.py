@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 sys.path.insert(0, str(Path(__file__).parent))
-from curves import OUT, seconds, times_faster, write
+from curves import program, seconds, sized, times_faster
 
 from analysis.scaling.fitting import fit, fit_batch, fit_sparse
 from analysis.scaling.separation import are_connected
@@ -30,10 +30,11 @@ Floats = NDArray[np.float64]
 Row = dict[str, object]
 
 TITLE = "Bradley-Terry solvers: time against error"
-TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
-BOOTSTRAP_TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)
+TOLERANCES = sized((1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12), (1e-6,))
+BOOTSTRAP_TOLERANCES = sized((1e-2, 1e-4, 1e-6, 1e-8, 1e-10), (1e-6,))
 OBSERVERS = 30
-BOOTSTRAPS = 1000
+ITEMS = sized(1000, 100)
+BOOTSTRAPS = sized(1000, 20)
 COMMAND = """
 import resource, sys, time
 from runner.cli.main import main
@@ -55,7 +56,7 @@ def run() -> dict[str, Any]:
         _scores_command(),
         *_bootstraps(),
     ]
-    return {"name": "bradley_terry", "title": TITLE, "rows": rows, "ratios": _ratios()}
+    return {"title": TITLE, "rows": rows, "ratios": _ratios()}
 
 
 def _small_tables() -> dict[int, Floats]:
@@ -106,7 +107,7 @@ def _sparse() -> Iterator[Row]:
 
 def _scores_command() -> Row:
     """Measure the whole command on 2000 items of which 10,000 pairs were compared, processor time of all threads."""
-    wins = _sparse_counts(2000)
+    wins = _sparse_counts(2 * ITEMS)
     with tempfile.TemporaryDirectory() as folder:
         table = Path(folder) / "table.csv"
         lines = [f"{i},{j},{wins[i, j]:g}" for i, j in zip(*np.nonzero(wins), strict=True)]
@@ -119,9 +120,9 @@ def _scores_command() -> Row:
     return _row("n = 2000, sparse: cyclopean scores", "whole command", used, None, note)
 
 
-def _sparse_counts(n: int = 1000) -> Floats:
+def _sparse_counts(n: int = ITEMS) -> Floats:
     """Return 20 comparisons of each of 10,000 random pairs of n items, shape (n, n)."""
-    pairs = 10_000
+    pairs = sized(10_000, 1000)
     random = np.random.default_rng(3)
     theta = random.normal(0, 1, n)
     first = random.integers(n, size=pairs)
@@ -263,16 +264,5 @@ def _ratios() -> dict[str, float]:
     return ratios
 
 
-def main() -> None:
-    """Measure, write the three files, and print the ratios."""
-    result = run()
-    write(result["name"], TITLE, result["rows"], OUT)
-    if not result["ratios"]:
-        print("no peer is installed: no ratios")
-    for name, ratio in result["ratios"].items():
-        print(f"{name}: {ratio:.2f} times as fast")
-    print(f"written to {OUT}")
-
-
 if __name__ == "__main__":
-    main()
+    program("bradley_terry", run)

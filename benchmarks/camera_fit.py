@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from curves import seconds, write
+from curves import program, seconds, sized
 from numpy.typing import NDArray
 
 from devices.camera.correspondences import Correspondences
@@ -18,7 +18,8 @@ from stimuli.chart.find import find_corners
 
 Floats = NDArray[np.float64]
 
-CORNERS = np.array([[480.0, 360.0], [2480.0, 520.0], [2360.0, 1820.0], [380.0, 1640.0]])
+SMALLER = sized(1, 4)
+CORNERS = np.array([[480.0, 360.0], [2480.0, 520.0], [2360.0, 1820.0], [380.0, 1640.0]]) / SMALLER
 
 
 def seen_by_a_real_sensor() -> tuple[Floats, Floats, tuple[str, ...]]:
@@ -102,7 +103,7 @@ def _on(M: Floats, rgb: Floats, XYZ: Floats) -> float:
 
 def _finding(rgb: Floats) -> dict[str, object]:
     """Find the chart in a photograph of six million pixels; the error is its corners', in pixels."""
-    x, y = np.meshgrid(np.arange(3000) + 0.5, np.arange(2000) + 0.5)
+    x, y = np.meshgrid(np.arange(3000 // SMALLER) + 0.5, np.arange(2000 // SMALLER) + 0.5)
     at = project(np.asarray(np.linalg.inv(perspective(COLORCHECKER.outline(), CORNERS))), np.stack([x, y], axis=-1))
     cell, within = np.divmod(at, 1 + COLORCHECKER.gap)
     on_patch = np.all((within < 1) & (cell >= 0) & (cell < [6, 4]), axis=-1)
@@ -121,5 +122,4 @@ def _finding(rgb: Floats) -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    result = run()
-    write("camera_fit", str(result["title"]), result["rows"])
+    program("camera_fit", run)

@@ -12,12 +12,12 @@ import numpy as np
 import OpenImageIO as oiio
 
 sys.path.insert(0, str(Path(__file__).parent))
-from curves import write
+from curves import program, sized
 
 from stimuli.pictures.exr_views import channel_runs
 
-SIZE_PX = (1920, 1080)
-CHANNELS = (3, 6, 12, 40)
+SIZE_PX = sized((1920, 1080), (96, 54))
+CHANNELS = sized((3, 6, 12, 40), (6,))
 _MEASURED = """
 import json, re, sys, time
 from pathlib import Path
@@ -73,5 +73,4 @@ def run() -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    result = run()
-    write("channels_read", str(result["title"]), result["rows"])
+    program("channels_read", run)

@@ -8,7 +8,6 @@ Pillow's own copy gives back: 0; of `check`, whether two runs say the same. File
 
 from __future__ import annotations
 
-import argparse
 import os
 import tempfile
 from collections.abc import Callable
@@ -18,7 +17,7 @@ from time import perf_counter
 from typing import Any, TypeVar
 
 import numpy as np
-from curves import Row, write
+from curves import Row, program, sized
 from ordinary_pictures import save_pairs
 from PIL import Image
 
@@ -27,8 +26,8 @@ from runner.check import check_file
 from runner.reports import preview
 from runner.studies import StudyOptions, new_study
 
-PANEL = PanelSpec(resolution_px=(1920, 1080), pixel_pitch_mm=0.2768)
-FIRST = 10
+PANEL = PanelSpec(resolution_px=sized((1920, 1080), (480, 270)), pixel_pitch_mm=0.2768)
+FIRST = sized(10, 2)
 COUNTED = ("clipping_costs_computed", "clipping_costs_cached")
 Made = TypeVar("Made")
 
@@ -55,7 +54,7 @@ def written_again(files: tuple[Path, ...], folder: Path) -> tuple[float, int]:
     return seconds, worst
 
 
-def run(pairs: int) -> dict[str, Any]:
+def run(pairs: int = sized(20, 4)) -> dict[str, Any]:
     """Check twice; preview whole, as a sheet, and its first trials."""
     rows: list[Row] = []
     before = os.environ.get("CYCLOPEAN_CACHE")
@@ -104,10 +103,4 @@ def run(pairs: int) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="4 pairs in place of 20.")
-    result = run(4 if parser.parse_args().quick else 20)
-    write("check_preview", result["title"], result["rows"])
-    for row in result["rows"]:
-        print(f"{row['series']}: {row['seconds']:.2f} s; {row.get('note', '')}")
-    assert not any(row["error"] for row in result["rows"])
+    program("check_preview", run)

@@ -15,7 +15,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from curves import Row, seconds, times_faster, write
+from curves import Row, program, seconds, sized, times_faster
 from numpy.typing import NDArray
 
 from devices.colour.ciede2000 import delta_e_2000
@@ -29,8 +29,8 @@ from runner.session.clipping_costs import CostCache
 Floats = NDArray[np.float64]
 TITLE = "What clipping costs a picture, 1344 × 1000 pixels"
 DISPLAY = Path(__file__).parents[1] / "configs/displays/asus_vg248qe.yaml"
-HEIGHT, WIDTH = 1000, 1344
-COUNTED = 100_000
+HEIGHT, WIDTH = sized((1000, 1344), (100, 134))
+COUNTED = sized(100_000, 1000)
 BY_CODES, BY_UNITS = "outside the gamut, by the light of codes 0 and 1", "outside the gamut, by linear light 0 and 1"
 ROOMS_CD_M2 = (0.1, 1.0, 5.0)
 
@@ -40,7 +40,7 @@ def pictures(model: DisplayModel) -> dict[str, NDArray[np.float32]]:
     rng = np.random.default_rng(7)
     inside = rng.uniform(0.02, 0.9, (HEIGHT, WIDTH, 3))
     place, scattered = inside.copy(), inside.copy()
-    place[450:550, 600:735] *= 3.0
+    place[HEIGHT * 9 // 20 : HEIGHT * 11 // 20, WIDTH * 600 // 1344 : WIDTH * 735 // 1344] *= 3.0
     scattered[rng.random((HEIGHT, WIDTH)) < 0.01] *= 3.0
     asked = {"none": inside, "1 % in one place": place, "1 % scattered": scattered, "all": inside + 1.0}
     return {
@@ -157,5 +157,4 @@ def run() -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    result = run()
-    write("clip_cost", str(result["title"]), result["rows"])  # type: ignore[arg-type]  # rows
+    program("clip_cost", run)

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
-from curves import seconds, write
+from curves import program, seconds, sized
 
 from devices.diagnostics.content import dynamic_contrast
 from devices.diagnostics.panel import pixel_independence
@@ -24,7 +24,7 @@ from devices.instruments.simulated import Faults, Simulated
 from devices.measurements import Measurements
 from devices.patches import find_sets, steps
 
-RUNS = 25
+RUNS = sized(25, 1)
 CODES = range(120, 137)
 ORDER = steps(find_sets(("cable",)), 1)
 PRIMARIES = np.array([[54.0, 48.0, 28.0], [28.0, 93.0, 11.0], [2.7, 8.0, 146.0]])
@@ -104,5 +104,4 @@ def _row(
 
 
 if __name__ == "__main__":
-    result = run()
-    write("code_path", str(result["title"]), result["rows"])
+    program("code_path", run)

@@ -16,8 +16,9 @@ from time import perf_counter
 
 import moderngl
 import numpy as np
-from curves import write
+from curves import program, sized
 from numpy.typing import NDArray
+from promises import Promise, worst
 
 from devices.compensation.eye_view import Rectangle
 from devices.display.code_table import curve_table
@@ -34,11 +35,11 @@ from runner.presenter.surfaces.surface import Buffer, Surface, open_surface
 from stimuli.pictures.stereo_image import StereoImage
 
 TITLE = "Colour pass: run time against error"
-SIZE_PX = (1920, 1080)
+SIZE_PX = sized((1920, 1080), (192, 108))
 PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
 GAMMA = 2.4
 HARD_GAMMA = 2.9
-ENTRIES = (256, 1024, 4096)
+ENTRIES = sized((256, 1024, 4096), (1024,))
 
 CLOSED_FORM = """
 uniform float gamma;
@@ -92,6 +93,7 @@ def in_turn(work: dict[str, Callable[[], object]], rounds: int = 9) -> dict[str,
     follows the same other, and each directly after a run of its own, so that none finds the caches as another left
     them.
     """
+    rounds = sized(rounds, 1)
     times: dict[str, list[float]] = {name: [] for name in work}
     order = random.Random(0)
     for _ in range(rounds):
@@ -289,7 +291,9 @@ def frame_rows(surface: Surface) -> list[dict[str, object]]:
     plain, blitted = times["plain copy: the same two pictures"], times["plain copy: glBlitFramebuffer"]
     for name, time_s in times.items():
         note = f"{time_s / plain:.2f} × a plain copy of the same pictures, {time_s / blitted:.2f} × one blit of it all"
-        rows.append({"series": name, "parameter": "1920 × 1080", "seconds": time_s, "error": None, "note": note})
+        rows.append(
+            {"series": name, "parameter": f"{width} × {height}", "seconds": time_s, "error": None, "note": note}
+        )
     return rows
 
 
@@ -298,9 +302,17 @@ def run() -> dict[str, object]:
     with open_surface("egl", SIZE_PX) as surface:
         renderer = surface.facts.renderer
         rows = pass_rows(surface) + frame_rows(surface)
-    return {"title": f"{TITLE} ({renderer})", "rows": rows}
+    of_shipped = [row for row in rows if row["series"] == "as shipped"]
+    copies = {str(row["series"]): row["seconds"] for row in rows}
+    ratio = copies["steady frame"] / copies["plain copy: the same two pictures"]  # type: ignore[operator]  # numbers
+    promises = [
+        Promise("largest error at gamma 2.4, before rounding", worst(of_shipped), 0.001, "error", unit="codes"),
+        Promise("at gamma 2.9", worst(of_shipped, "error_gamma_2_9"), 0.003, "error", unit="codes"),
+        Promise("at gamma 2.4, in two floats", worst(rows, series="two-floats"), 0.001, "error", unit="codes"),
+        Promise("a steady frame beside a plain copy of its pixels", ratio, 1.1, "ratio", unit="×"),
+    ]
+    return {"title": f"{TITLE} ({renderer})", "rows": rows, "promises": promises}
 
 
 if __name__ == "__main__":
-    measured = run()
-    write("colour_pass", str(measured["title"]), measured["rows"])  # type: ignore[arg-type]  # rows, as `write` wants them
+    program("colour_pass", run)

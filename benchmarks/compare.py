@@ -10,7 +10,7 @@ from functools import partial
 
 import cv2
 import numpy as np
-from curves import Row, seconds, write
+from curves import Row, program, seconds, sized
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.special import ndtr
@@ -23,8 +23,8 @@ from stimuli.pictures.rows import RowFile
 
 Floats = NDArray[np.float64]
 Floats32 = NDArray[np.float32]
-SIZE = (900, 700)
-MOVES = ((0.4, 0.0, 0.0), (7.3, -4.1, 0.1), (3.0, 2.0, 1.5), (-5.0, 9.0, -20.0))
+SIZE = sized((900, 700), (300, 240))
+MOVES = sized(((0.4, 0.0, 0.0), (7.3, -4.1, 0.1), (3.0, 2.0, 1.5), (-5.0, 9.0, -20.0)), ((3.0, 2.0, 1.5),))
 METHODS = ("squares", "OpenCV, SIFT alone", "OpenCV, ECC", "OpenCV, SIFT then ECC")
 
 
@@ -42,15 +42,16 @@ def run() -> dict[str, object]:
             name = f"({move[0]:g}, {move[1]:g}) px, {move[2]:g}°"
             note = "corner off, px" if np.isfinite(error) else "not found"
             rows.append({"series": method, "parameter": name, "seconds": taken, "error": min(error, 1e3), "note": note})
-    return {"title": f"A rendering of {SIZE[0]} × {SIZE[1]} pixels brought onto its photograph", "rows": rows}
+    title = f"A rendering of {SIZE[0]} × {SIZE[1]} pixels brought onto its photograph, and its depth"
+    return {"title": title, "rows": rows + depth()}
 
 
-def depth() -> dict[str, object]:
+def depth() -> list[Row]:
     """Time how depth is compared where the base is 1.2 times the photograph's, by squares and by OpenCV's SGBM."""
     rows: list[Row] = []
-    shape = (480, 640)
+    shape = sized((480, 640), (160, 240))
     everywhere = np.ones(shape, dtype=np.bool_)
-    for noise in (0.0, 0.01, 0.05):
+    for noise in sized((0.0, 0.01, 0.05), (0.01,)):
         photo, rendering = (_relief(shape, base, noise) for base in (1.0, 1.2))
         for method in ("squares", "OpenCV, SGBM"):
             if method == "squares":
@@ -62,7 +63,7 @@ def depth() -> dict[str, object]:
             rows.append(
                 {"series": method, "parameter": f"noise {noise:g}", "seconds": taken, "error": error, "note": note}
             )
-    return {"title": f"Depth of a pair of {shape[1]} × {shape[0]} pixels beside its photograph's", "rows": rows}
+    return rows
 
 
 def _scale_by_squares(photo: Views, rendering: Views, everywhere: NDArray[np.bool_]) -> float:
@@ -153,7 +154,4 @@ def _plate(dx: float, dy: float, angle_deg: float, seed: int) -> Floats32:
 
 
 if __name__ == "__main__":
-    result = run()
-    write("compare", str(result["title"]), result["rows"])
-    result = depth()
-    write("compare_depth", str(result["title"]), result["rows"])
+    program("compare", run)

@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
-from curves import OUT, write
+from curves import program, sized
 
 Row = dict[str, object]
 
 TITLE = "Tables of comparisons: time to read"
-ROWS = (10_000, 100_000, 1_000_000)
-MOST_ROWS = 10_000_000
+ROWS = sized((10_000, 100_000, 1_000_000), (1000,))
+MOST_ROWS = sized(10_000_000, 2000)
 ITEMS, OBSERVERS = 200, 1000
 OURS = "from analysis.comparisons.table import read_table; from pathlib import Path; read_table(Path(sys.argv[1]))"
 PLAIN = """
@@ -51,7 +51,7 @@ def run() -> dict[str, Any]:
             if count < MOST_ROWS:
                 rows.append(_row("a list of every answer", count, PLAIN, table))
             table.unlink()
-    return {"name": "comparison_table", "title": TITLE, "rows": rows}
+    return {"title": TITLE, "rows": rows}
 
 
 def _write_table(file: Path, count: int) -> None:
@@ -76,14 +76,5 @@ def _row(series: str, count: int, work: str, table: Path) -> Row:
     return {"series": series, "parameter": f"{count:,} rows", "seconds": seconds, "error": 0.0, "note": note}
 
 
-def main() -> None:
-    """Measure and write the three files."""
-    result = run()
-    write(result["name"], TITLE, result["rows"], OUT)
-    for row in result["rows"]:
-        print(f"{row['series']}, {row['parameter']}: {row['seconds']:.3g} s, {row['note']}")
-    print(f"written to {OUT}")
-
-
 if __name__ == "__main__":
-    main()
+    program("comparison_table", run)

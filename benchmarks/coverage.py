@@ -8,17 +8,15 @@ error is the distance of the share of 95 % intervals that contain the truth from
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
-from curves import OUT, seconds, write
+from curves import in_two_processes, numbers, program, seconds, sized
 from simulated_studies import Coverage, Decisions, Design, coverage, decisions
 
 from analysis.bootstrap.confidence_intervals import KINDS, Kind, intervals
@@ -41,7 +39,7 @@ DESIGNS = {
     "15 observers, alike, one item far above": Design(FAR - FAR.mean(), 15),
 }
 HALVES = np.r_[np.ones(5), -np.ones(5)] / 2
-OBSERVERS = (5, 10, 15, 30)
+OBSERVERS = sized((5, 10, 15, 30), (5,))
 POPULATIONS: dict[str, dict[str, Any]] = {
     "alike": {},
     "each their own (0.7 nats)": {"observer_sd": 0.7},
@@ -54,7 +52,7 @@ PAIRS: dict[str, Any] = {"all pairs": 1.0, "20 to 100 % of the pairs": (0.2, 1.0
 COVARIANCES: tuple[CovarianceChoice, ...] = ("auto", "model", "scaled", "sandwich")
 
 
-def run(studies: int = 1000) -> dict[str, Any]:
+def run(studies: int = sized(1000, 4)) -> dict[str, Any]:
     """Simulate and return the title and the rows.
 
     There are a tenth as many studies where a bootstrap is drawn, and a thirtieth for the studentised one.
@@ -62,11 +60,15 @@ def run(studies: int = 1000) -> dict[str, Any]:
     times = _times()
     quick: list[Kind] = [kind for kind in KINDS if kind != "studentised"]
     rows: list[Row] = []
-    for name, design in DESIGNS.items():
-        rows += _covered(name, coverage(design, quick, NAMES, studies=max(2, studies // 10)), times)
-        slow = coverage(design, ["studentised"], ["difference"], studies=max(2, studies // 30))
+    for name, design in [*DESIGNS.items()][: sized(None, 1)]:
+        rows += _covered(
+            name, coverage(design, quick, NAMES, studies=max(2, studies // 10), replicates=sized(1000, 100)), times
+        )
+        slow = coverage(
+            design, ["studentised"], ["difference"], studies=max(2, studies // 30), replicates=sized(1000, 100)
+        )
         rows += _covered(name, slow, times)
-    return {"name": "coverage", "title": TITLE, "rows": [*rows, *_decided(studies)]}
+    return {"title": TITLE, "rows": [*rows, *_decided(studies)]}
 
 
 def _decided(studies: int) -> Iterator[Row]:
@@ -74,7 +76,7 @@ def _decided(studies: int) -> Iterator[Row]:
     cells: list[tuple[str, str, Design, CovarianceChoice, int]] = []
     few = max(2, studies // 4)
     for people in OBSERVERS:
-        for population, fields in POPULATIONS.items():
+        for population, fields in [*POPULATIONS.items()][: sized(None, 1)]:
             for pairs, share in PAIRS.items():
                 equal = Design(np.zeros(10), people, share=share, **fields)
                 name = f"10 equal items, {people} observers, {population}, {pairs}"
@@ -85,9 +87,8 @@ def _decided(studies: int) -> Iterator[Row]:
             cells += [(kind, name, apart, kind, few) for kind in COVARIANCES]
         name = f"10 items half as far apart as in Table 4.4, {people} observers, alike"
         cells += [(kind, name, Design(THETA / 2, people), kind, studies) for kind in COVARIANCES]
-    with ProcessPoolExecutor(min(2, os.cpu_count() or 1)) as pool:
-        for (kind, name, _, _, many), found in zip(cells, pool.map(_decide, cells), strict=True):
-            yield _decision(kind, name, found, many)
+    for (kind, name, _, _, many), found in zip(cells, in_two_processes(_decide, cells), strict=True):
+        yield _decision(kind, name, found, many)
 
 
 def _decide(cell: tuple[str, str, Design, CovarianceChoice, int]) -> Decisions:
@@ -136,12 +137,5 @@ def _covered(name: str, each: list[Coverage], times: dict[str, float]) -> Iterat
         }
 
 
-def main() -> None:
-    """Simulate and write the three files."""
-    result = run(*(int(argument) for argument in sys.argv[1:2]))
-    write(result["name"], TITLE, result["rows"], OUT)
-    print(f"written to {OUT}")
-
-
 if __name__ == "__main__":
-    main()
+    program("coverage", lambda: run(*numbers()))

@@ -19,7 +19,7 @@ from unittest.mock import patch
 
 import numpy as np
 from colour_pass import in_turn
-from curves import Row, seconds, write
+from curves import Row, program, seconds, sized
 from moderngl import Framebuffer, Texture
 from numpy.typing import NDArray
 
@@ -47,7 +47,7 @@ TITLE = "Crosstalk and an uneven panel, a pair of 1344 × 1000 pixels"
 PLAIN: Way = "plain colour pass", "nothing compensated"
 IN_PASS, ON_PROCESSOR = "in the pass", "float64 on the processor"
 IN_TWO_FLOATS = "in the pass, two floats"
-SIZE_PX = 1344, 1000
+SIZE_PX = sized((1344, 1000), (96, 64))
 GAMMA, HARD_GAMMA = 2.4, 2.9
 PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
 LEAKS = Crosstalk(np.diag([0.05, 0.04, 0.06]), np.diag([0.03, 0.05, 0.02]))
@@ -190,7 +190,7 @@ def negative_leaks() -> list[Row]:
     """Return what is seen of a display with leaks below 0 where they are cancelled, and where they count as none."""
     models = display(GAMMA)
     rng = np.random.default_rng(3)
-    asked = {eye: models.eye(eye).xyz(rng.uniform(0.3, 0.9, (100_000, 3))) for eye in EYES}
+    asked = {eye: models.eye(eye).xyz(rng.uniform(0.3, 0.9, (sized(100_000, 1000), 3))) for eye in EYES}
     white = models.left.white_XYZ_cd_m2
     rows: list[Row] = []
     for series, leaks in (("leak below 0, cancelled", NEGATIVE), ("leak below 0, taken for none", CLIPPED)):
@@ -247,5 +247,4 @@ def run() -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    measured = run()
-    write("crosstalk", str(measured["title"]), measured["rows"])  # type: ignore[arg-type]  # rows, as `write` wants them
+    program("crosstalk", run)

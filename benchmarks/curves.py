@@ -1,30 +1,78 @@
 """Write one benchmark as JSON, as a Markdown table and as a plot of run time against error.
 
-A benchmark is a script beside this file. Its ``run()`` returns ``{"title", "rows", ...}``; as a program it calls
-`write`. Run it as ``python benchmarks/<name>.py``: Python then finds this module beside it.
+A benchmark is a script beside this file. Its ``run()`` returns ``{"title", "rows", "promises"}``, and as a program it
+calls `program`. Run it as ``python benchmarks/<name>.py``: Python then finds this module beside it. With ``--quick`` it
+is small, for a test that it runs: `sized` gives the smaller sizes, and everything is timed once.
 """
 
 from __future__ import annotations
 
 import json
 import math
+import os
 import platform
-from collections.abc import Callable, Mapping, Sequence
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from statistics import median
 from time import perf_counter
+from typing import Any, TypeVar
+
+from promises import Promise
 
 Row = Mapping[str, object]
+Size, Given, Found = TypeVar("Size"), TypeVar("Given"), TypeVar("Found")
 
 OUT = Path(__file__).parent / "out"
 SMALLEST_SHOWN = 1e-17
 
 
+def is_quick() -> bool:
+    """Return whether the program was asked to be quick."""
+    return "--quick" in sys.argv[1:]
+
+
+def sized(full: Size, quick: Size) -> Size:
+    """Return ``full``, or ``quick`` in a quick run, whose times say nothing."""
+    return quick if is_quick() else full
+
+
+def numbers() -> list[int]:
+    """Return the whole numbers of the command line, such as how many studies to simulate."""
+    return [int(word) for word in sys.argv[1:] if word.isdecimal()]
+
+
+def out() -> Path:
+    """Return the folder that is written to: that of ``--out=FOLDER``, or ``benchmarks/out``, ``out/quick`` if quick."""
+    named = [word.removeprefix("--out=") for word in sys.argv[1:] if word.startswith("--out=")]
+    return Path(named[0]) if named else sized(OUT, OUT / "quick")
+
+
+def program(name: str, run: Callable[[], Mapping[str, Any]]) -> None:
+    """Run, write the files, and print the promises and where the files are.
+
+    What ``run`` returns has a ``title``, ``rows`` as `write` wants them, and may have ``promises``, a `Promise` each,
+    and ``lines`` of text to print.
+    """
+    started = perf_counter()
+    result = run()
+    promises = result.get("promises", ())
+    write(name, str(result["title"]), result["rows"], promises=promises, taken_s=perf_counter() - started)
+    for line in result.get("lines", ()):
+        print(line)
+    for promise in promises:
+        print(promise.words(quick=is_quick()))
+    print(f"written to {out()}")
+
+
 def seconds(work: Callable[[], object], *, repeats: int = 7, at_least_s: float = 0.02) -> float:
     """Return the median time of ``work()`` in seconds, each repeat long enough for the clock.
 
-    The first call, which may compile or cache, is not counted.
+    The first call, which may compile or cache, is not counted. A quick run calls it once.
     """
+    if is_quick():
+        return _once(work)
     work()
     start = perf_counter()
     work()
@@ -42,8 +90,10 @@ def seconds(work: Callable[[], object], *, repeats: int = 7, at_least_s: float =
 def times_faster(ours: Callable[[], object], theirs: Callable[[], object], *, rounds: int = 9) -> float:
     """Return how many times as long ``theirs()`` takes as ``ours()``: the median over rounds that time both in turn.
 
-    Other work on the machine then slows both alike.
+    Other work on the machine then slows both alike. A quick run calls each once.
     """
+    if is_quick():
+        return _once(theirs) / _once(ours)
     ours()
     theirs()
     ratios = []
@@ -56,18 +106,61 @@ def times_faster(ours: Callable[[], object], theirs: Callable[[], object], *, ro
     return median(ratios)
 
 
-def write(name: str, title: str, rows: Sequence[Row], out: Path = OUT) -> None:
-    """Write ``out/<name>.json``, ``.md`` and ``.svg``.
+def in_two_processes(work: Callable[[Given], Found], cells: Sequence[Given]) -> Iterator[Found]:
+    """Yield ``work`` of each cell, in order, done by two processes; a quick run starts none."""
+    if is_quick():
+        yield from map(work, cells)
+        return
+    with ProcessPoolExecutor(min(2, os.cpu_count() or 1)) as pool:
+        yield from pool.map(work, cells)
+
+
+def _once(work: Callable[[], object]) -> float:
+    start = perf_counter()
+    work()
+    return max(perf_counter() - start, 1e-9)
+
+
+def write(
+    name: str, title: str, rows: Sequence[Row], *, promises: Sequence[Promise] = (), taken_s: float | None = None
+) -> None:
+    """Write ``<name>.json``, ``.md`` and, unless quick, ``.svg`` into `out`.
 
     Each row has ``series`` and ``parameter`` (text), ``seconds`` and ``error`` (numbers, or None where there is
     none to give), and optionally ``note``. Further keys go into the JSON and not into the table; NaN becomes null.
     """
-    out.mkdir(parents=True, exist_ok=True)
-    machine = f"{platform.machine()}, {platform.system()}, Python {platform.python_version()}"
-    document = {"name": name, "title": title, "machine": machine, "rows": [_plain(row) for row in rows]}
-    (out / f"{name}.json").write_text(json.dumps(document, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    (out / f"{name}.md").write_text(table(title, machine, rows), encoding="utf-8")
-    _plot(title, rows, out / f"{name}.svg")
+    lines = table(title, machine(), rows) + "".join(f"\n- {one.words(quick=is_quick())}" for one in promises) + "\n"
+    document = json_document(name, title, rows, promises=promises, taken_s=taken_s)
+    save(name, document, lines)
+    if not is_quick():
+        _plot(title, rows, out() / f"{name}.svg")
+
+
+def machine() -> str:
+    """Return what the times were taken on."""
+    return f"{platform.machine()}, {platform.system()}, Python {platform.python_version()}"
+
+
+def json_document(
+    name: str, title: str, rows: Sequence[Row], *, promises: Sequence[Promise] = (), taken_s: float | None = None
+) -> dict[str, object]:
+    """Return what the JSON file of a benchmark says."""
+    return {
+        "name": name,
+        "title": title,
+        "machine": machine(),
+        "quick": is_quick(),
+        "taken_s": taken_s,
+        "promises": [promise.to_json(quick=is_quick()) for promise in promises],
+        "rows": [_plain(row) for row in rows],
+    }
+
+
+def save(name: str, document: Mapping[str, object], markdown: str) -> None:
+    """Write ``<name>.json`` and ``.md``."""
+    out().mkdir(parents=True, exist_ok=True)
+    (out() / f"{name}.json").write_text(json.dumps(document, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    (out() / f"{name}.md").write_text(markdown, encoding="utf-8")
 
 
 def _plain(row: Row) -> Row:

@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from curves import seconds, write
+from curves import program, seconds, sized
 from numpy.typing import NDArray
 
 from stimuli.develop.camera_image import CameraImage
@@ -30,10 +30,10 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from tests.stimuli.develop.dng import write_dng
 from tests.stimuli.spectral.pictures import bumps, save_exr
 
-SIDE_PX = 512
+SIDE_PX = sized(512, 64)
 BLACK, WHITE = 600, 15520
 BALANCE = np.array([0.45, 0.9, 0.6])  # a sensor that sees least red, as most do in tungsten light
-SPACINGS_NM = (1, 2, 5, 10, 20)
+SPACINGS_NM = sized((1, 2, 5, 10, 20), (5, 10))
 # A camera's matrix in cd/m² for balanced channels of full scale; its colours mix, and some XYZ come out below 0.
 MATRIX = np.array([[220.0, 37.0, 3.0], [84.0, 146.0, -46.0], [12.0, -35.0, 220.0]]) / BALANCE
 SHOWN = 4
@@ -136,7 +136,7 @@ def _averaged(light: NDArray[np.float64], times: int) -> NDArray[np.float64]:
     return np.asarray(light.reshape(height, times, width, times, -1).mean(axis=(1, 3)))
 
 
-def band_rows(side_px: int = 2048) -> list[dict[str, object]]:
+def band_rows(side_px: int = sized(2048, 128)) -> list[dict[str, object]]:
     """Return rows of the same photosites interpolated at once and by bands; the error is that between the two: none."""
     values = np.random.default_rng(0).random((side_px, side_px)).astype(np.float32)
     mosaic = Mosaic(values, values > 0.99, np.array([[0, 1], [1, 2]]))
@@ -161,7 +161,7 @@ def spectral_rows(folder: Path) -> list[dict[str, object]]:
 
     rows: list[dict[str, object]] = []
     fine = np.arange(360.0, 831.0)
-    shape = (100, 100)
+    shape = sized((100, 100), (8, 8))
     spectra = bumps(fine, shape)
     spectra *= 1 + 0.3 * np.sin(fine / 7.0)  # a lamp's lines and a filter's edges, some 44 nm from one to the next
     picture = read_spectral(save_exr(folder / "fine.exr", spectra, fine))
@@ -191,12 +191,11 @@ def run() -> dict[str, object]:
         folder = Path(name)
         rows = develop_rows(folder, "sparkles", sparkles(SIDE_PX))
         rows += develop_rows(folder, "zone plate", zone_plate(SIDE_PX))
-        for sigma_px in (0.6, 1.0, 1.5):
+        for sigma_px in sized((0.6, 1.0, 1.5), (1.0,)):
             rows += light_rows(folder, f"sparkles of {sigma_px:g} px, shown", sparkles(SIDE_PX, sigma_px))
         rows += light_rows(folder, "zone plate, shown", zone_plate(SIDE_PX))
         return {"title": "Development and spectra", "rows": rows + band_rows() + spectral_rows(folder)}
 
 
 if __name__ == "__main__":
-    result = run()
-    write("develop", str(result["title"]), result["rows"])  # type: ignore[arg-type]  # rows, as `write` wants them
+    program("develop", run)

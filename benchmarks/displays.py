@@ -8,8 +8,8 @@ Markdown. A file that is refused stands below with its message. Without FOLDER t
 
 from __future__ import annotations
 
-import argparse
 import os
+import sys
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
@@ -19,7 +19,7 @@ from time import process_time
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
-from curves import write
+from curves import program, sized
 from numpy.typing import NDArray
 
 from devices.characterise import fit_display
@@ -70,7 +70,7 @@ def sources(folder: Path | None) -> dict[str, Callable[[], Measurements]]:
         return {str(file.relative_to(folder)): partial(read_measurements, file) for file in files}
     more = np.random.default_rng(0).integers(0, 256, (180, 3)) / 255
     codes = np.concatenate([table_c1_codes(), more, np.ones((2, 3))])
-    return {name: partial(_simulated, light, codes) for name, light in SIMULATED.items()}
+    return {name: partial(_simulated, light, codes) for name, light in [*SIMULATED.items()][: sized(None, 1)]}
 
 
 def _simulated(light: Callable[[Floats], Floats], codes: Floats) -> Measurements:
@@ -110,7 +110,8 @@ def run(folder: Path | None = None) -> dict[str, object]:
                 }
             )
     where = "simulated displays" if folder is None else f"the files in {folder.name}"
-    return {"title": f"Display models on {where}: held-out ΔE00", "rows": rows, "cells": cells, "refused": refused}
+    lines = [printed(cells), *(f"refused: {line}" for line in refused)]
+    return {"title": f"Display models on {where}: held-out ΔE00", "rows": rows, "lines": lines}
 
 
 def printed(cells: list[tuple[str, ...]]) -> str:
@@ -126,14 +127,8 @@ def printed(cells: list[tuple[str, ...]]) -> str:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", nargs="?", type=Path, help="folder of measurements; without it, simulated displays")
-    given = parser.parse_args().folder
+    named = [word for word in sys.argv[1:] if not word.startswith("--")]
+    given = Path(named[0]) if named else None
     if given is not None and not given.is_dir():
-        parser.error(f"there is no folder {given}")
-    result = run(given)
-    print(printed(result["cells"]))  # type: ignore[arg-type]  # as `run` makes them
-    for line in result["refused"]:  # type: ignore[attr-defined]  # a list of text
-        print(f"refused: {line}")
-    # The result is JSON, whose rows have no type of their own.
-    write("displays" if given is None else f"displays_{given.name}", str(result["title"]), result["rows"])  # type: ignore[arg-type]
+        sys.exit(f"there is no folder {given}")
+    program("displays" if given is None else f"displays_{given.name}", lambda: run(given))

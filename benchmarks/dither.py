@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from curves import Row, seconds, times_faster, write
+from curves import Row, program, seconds, sized, times_faster
 from moderngl import Context, Texture
 from numpy.typing import NDArray
 
@@ -31,7 +31,7 @@ Dither = Callable[[Floats, Floats], NDArray[np.int64]]
 
 ASUS = Path(__file__).parents[1] / "configs/displays/asus_vg248qe.yaml"
 FULL = 243.0  # beyond it green has all its light
-SIZE_PX = 512
+SIZE_PX = sized(512, 64)
 
 
 def ways(model: DisplayModel) -> dict[tuple[str, str], Dither]:
@@ -54,7 +54,7 @@ def errors(model: DisplayModel, dither: Dither, levels: int = 255) -> tuple[floa
 
     The greys asked for are the same, whatever the levels.
     """
-    codes = np.concatenate([np.arange(1.5, 16, 0.125), np.geomspace(16, FULL, 150)])
+    codes = np.concatenate([np.arange(1.5, 16, sized(0.125, 3.5)), np.geomspace(16, FULL, sized(150, 4))])
     asked = model.xyz(np.repeat(codes[:, None], 3, axis=1) / 255)
     period = dither_thresholds(64, 64)
     shown = np.array([model.xyz(dither(np.broadcast_to(xyz, period.shape), period) / levels) for xyz in asked])
@@ -133,5 +133,4 @@ def run() -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    result = run()
-    write("dither", str(result["title"]), result["rows"])
+    program("dither", run)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
-from curves import seconds, write
+from curves import program, seconds, sized
 from numpy.typing import NDArray
 
 from devices.characterise import table_c1_codes, thesis_display
@@ -18,7 +18,7 @@ from devices.diagnostics import estimate_drift
 from devices.measurements import Measurements
 
 Floats = NDArray[np.float64]
-RUNS = 50
+RUNS = sized(50, 1)
 COURSES: Mapping[str, Callable[[Floats], Floats]] = {
     "no drift": np.ones_like,
     "a line of 13 %": lambda t: 1 + 0.13 * t,
@@ -92,5 +92,4 @@ def run() -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    result = run()
-    write("drift", str(result["title"]), result["rows"])
+    program("drift", run)

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
-from curves import OUT, seconds, write
+from curves import numbers, program, seconds, sized
 
 from analysis.comparisons.comparisons import Comparisons, from_arrays, split_groups, without_groups
 from analysis.scaling.fitting import fit_model
@@ -29,18 +29,18 @@ Row = dict[str, object]
 
 TITLE = "Scores within groups: time against error"
 LEVEL = 0.05
-OBSERVERS = (5, 10, 15, 30)
-SPREADS = ((0.0, 0.0), (0.7, 0.0), (0.7, 0.7), (0.0, 1.5))
+OBSERVERS = sized((5, 10, 15, 30), (5,))
+SPREADS = sized(((0.0, 0.0), (0.7, 0.0), (0.7, 0.7), (0.0, 1.5)), ((0.7, 0.0),))
 PLANTED = 0.5
 GROUPS, ITEMS = 4, 5
 
 
-def run(studies: int = 300) -> dict[str, Any]:
+def run(studies: int = sized(300, 3)) -> dict[str, Any]:
     """Measure and return the title and the rows."""
     rows = [*_times()]
     for spread, observers in product(SPREADS, OBSERVERS):
         rows += _shares(observers, spread, studies)
-    return {"name": "groups", "title": TITLE, "rows": rows}
+    return {"title": TITLE, "rows": rows}
 
 
 def study(
@@ -92,11 +92,11 @@ def agreement(comparisons: Comparisons) -> GroupAgreement | None:
 
 
 def _times() -> Iterator[Row]:
-    comparisons = study(np.random.default_rng(1), 30, groups=20, items=10)
+    comparisons = study(np.random.default_rng(1), 30, groups=sized(20, 4), items=10)
     parts = dict(split_groups(comparisons))
     grouped, alone = score_groups(comparisons), {name: score(part) for name, part in parts.items()}
     error = max(float(np.abs(scores.fit.theta - alone[name].fit.theta).max()) for name, scores in grouped.groups)
-    case = "20 groups of 10 items, 30 observers"
+    case = f"{len(parts)} groups of 10 items, 30 observers"
     note = "with the pooled scale and the test of agreement"
     yield _row(case, "score_groups", seconds(lambda: score_groups(comparisons)), error, note)
     yield _row(case, "score of each group's table", seconds(lambda: [score(part) for part in parts.values()]), 0.0)
@@ -121,14 +121,5 @@ def _row(series: str, parameter: str, time: float, error: float, note: str = "")
     return {"series": series, "parameter": parameter, "seconds": time, "error": error, "note": note}
 
 
-def main() -> None:
-    """Measure and write the three files."""
-    result = run(*map(int, sys.argv[1:2]))
-    write(result["name"], TITLE, result["rows"], OUT)
-    for row in result["rows"]:
-        print(f"{row['series']}, {row['parameter']}: {row['seconds']:.3g} s, {row['error']:.2g} {row['note']}")
-    print(f"written to {OUT}")
-
-
 if __name__ == "__main__":
-    main()
+    program("groups", lambda: run(*numbers()))

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).parent))
-from curves import OUT, seconds, write
+from curves import numbers, program, seconds, sized
 
 from analysis.comparisons.comparisons import Comparisons, from_arrays
 from analysis.errors import ResultsError
@@ -41,8 +41,8 @@ Row = dict[str, object]
 
 TITLE = "Observers as a distribution: time against error"
 ITEMS = 10
-OBSERVERS, SPREADS = (5, 10, 30), (0.0, 0.7, 1.5)
-REFERENCE_DRAWS = 100_000
+OBSERVERS, SPREADS = sized((5, 10, 30), (5,)), sized((0.0, 0.7, 1.5), (0.7,))
+REFERENCE_DRAWS = sized(100_000, 1000)
 
 
 def simulated(
@@ -96,10 +96,10 @@ def _comparisons(
     )
 
 
-def run(studies: int = 200) -> dict[str, Any]:
+def run(studies: int = sized(200, 2)) -> dict[str, Any]:
     """Measure and return the title and the rows."""
     rows = [*_likelihoods(), *_spreads(studies), _large()]
-    return {"name": "hierarchical", "title": TITLE, "rows": rows}
+    return {"title": TITLE, "rows": rows}
 
 
 def laplace(won: Floats, theta: Floats, tau: float) -> float:
@@ -256,7 +256,8 @@ def large_table(groups: int = 20, observers: int = 1000, items: int = 200, answe
 
 
 def _large() -> Row:
-    comparisons = large_table()
+    size = sized((20, 1000, 200, 200), (2, 20, 10, 20))
+    comparisons = large_table(*size)
     start, used = time.perf_counter(), time.process_time()
     fit = fit_observers(comparisons)
     wall, used = time.perf_counter() - start, time.process_time() - used
@@ -264,7 +265,8 @@ def _large() -> Row:
     spread = fit.spread
     note = f"{used:.0f} s of processor on {cores()} cores; at most {peak:.0f} MB in all; "
     note += f"sd {spread.estimate:.4f} (95 % {spread.low:.4f} to {spread.high:.4f}), 0.7 in truth"
-    case = "1000 observers, 20 groups of 200 items, 4 million answers"
+    answers = size[0] * size[1] * size[3] / 1e6
+    case = f"{size[1]} observers, {size[0]} groups of {size[2]} items, {answers:g} million answers"
     return _row(f"{case}: fit", "whole fit", wall, abs(spread.estimate - 0.7) / 0.7, note)
 
 
@@ -272,17 +274,8 @@ def _row(series: str, parameter: str, time_s: float | None, error: float | None,
     return {"series": series, "parameter": parameter, "seconds": time_s, "error": error, "note": note}
 
 
-def main() -> None:
-    """Measure and write the three files."""
+if __name__ == "__main__":
     if sys.argv[1:] == ["large"]:
         print(*_large().values(), sep="; ")
-        return
-    result = run(*(int(argument) for argument in sys.argv[1:2]))
-    write(result["name"], TITLE, result["rows"], OUT)
-    for row in result["rows"]:
-        print(row["series"], row["parameter"], row["seconds"], row["error"], row["note"], sep="; ")
-    print(f"written to {OUT}")
-
-
-if __name__ == "__main__":
-    main()
+    else:
+        program("hierarchical", lambda: run(*numbers()))

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
-from curves import Row, write
+from curves import Row, program, sized
 
 from analysis.records import FILE_NAME, Header, Trial
 from runner.session import simulate
@@ -136,9 +136,11 @@ def run() -> dict[str, object]:
         with tempfile.TemporaryDirectory() as place:
             folder = Path(place)
             if name.startswith("resume"):
-                words = write_stopped_session(folder / "pictures", 200, 50)
+                words = write_stopped_session(folder / "pictures", sized(200, 8), sized(50, 5))
             else:
-                write_sessions(folder / "results", *((500, 10, 2) if "500" in name else (1, 200, 1)))
+                write_sessions(
+                    folder / "results", *(sized((500, 10, 2), (4, 4, 1)) if "500" in name else (1, sized(200, 8), 1))
+                )
                 words = ["report", "results"]
             taken, peak_mb = measured(words, folder)
         kept = taken <= most_s and (peak_mb is None or peak_mb <= most_mb)
@@ -149,7 +151,4 @@ def run() -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    result = run()
-    write("large_results", str(result["title"]), result["rows"])
-    for row in result["rows"]:
-        print(row["series"], row["note"])
+    program("large_results", run)

@@ -11,14 +11,14 @@ from functools import partial
 from importlib.util import find_spec
 
 import numpy as np
-from curves import seconds, write
+from curves import program, seconds, sized
 from numpy.typing import NDArray
 
 from devices.colour import linear_srgb_matrix, xyz_to_lab
 from stimuli.measures import ViewingConditions, kernels_1996, measure_named, pu21_encoded
 from stimuli.measures.scielab_1996 import OPPONENT_FROM_XYZ
 
-SIZE_PX = (768, 1024)
+SIZE_PX = sized((768, 1024), (96, 128))
 PIXELS_PER_DEGREE = 45.0
 WHITE = np.array([95.0, 100.0, 108.9])
 Map = NDArray[np.floating]
@@ -122,5 +122,4 @@ def run() -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    result = run()
-    write("measures", str(result["title"]), result["rows"])
+    program("measures", run)

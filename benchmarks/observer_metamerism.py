@@ -8,14 +8,14 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from curves import seconds, write
+from curves import program, seconds, sized
 
 from devices.colour_matching import ColorimetricObserver, colorimetric_observer, individual_observers
 from devices.diagnostics import ScreenSpectra, observer_metamerism
 from devices.measurements import xyz_from_spectra
 
 FINE = np.arange(390.0, 781.0)
-PERSONS, THEIRS, REFERENCE = (10, 100, 1000), 10, 4000
+PERSONS, THEIRS, REFERENCE = sized(((10, 100, 1000), 10, 4000), ((10,), 2, 50))
 SPACINGS = (1, 5, 10, 20)
 
 
@@ -111,5 +111,4 @@ def run() -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    result = run()
-    write("observer_metamerism", str(result["title"]), result["rows"])
+    program("observer_metamerism", run)

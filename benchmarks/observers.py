@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).parent))
-from curves import OUT, seconds, write
+from curves import program, seconds, sized
 
 from analysis.bootstrap.fits import fit_each
 from analysis.observers import concordance
@@ -59,7 +59,7 @@ def _triads(n: int) -> Iterator[Row]:
         return from_moments(at, 0.5, triads / 4, 3 * triads / 16, third).p
 
     yield _row(f"{case}: χ²", "", seconds(by_moments), abs(by_moments() / chance - 1))
-    for draws in (1_000, 10_000, 100_000):
+    for draws in sized((1_000, 10_000, 100_000), (1_000,)):
         random = np.random.default_rng(n)
         tossed = np.array([_tossed(n, at, draws, random) for _ in range(10)])
         time = seconds(lambda draws=draws, random=random: _tossed(n, at, draws, random), repeats=3)
@@ -98,7 +98,7 @@ def _agreement() -> Iterator[Row]:
 
 
 def _strangers() -> Iterator[Row]:
-    for n, shuffles in ((10, 10_000), (70, 204), (200, 25)):
+    for n, shuffles in sized(((10, 10_000), (70, 204), (200, 25)), ((10, 100), (70, 3))):
         random = np.random.default_rng(n)
         above = np.triu(random.choice(np.array([-1, 1], dtype=np.int8), (n, n)), 1)
         verdict: NDArray[np.int8] = above - above.T
@@ -117,7 +117,7 @@ def _strangers() -> Iterator[Row]:
 
 
 def _left_out() -> Iterator[Row]:
-    for n in (10, 50):
+    for n in sized((10, 50), (10,)):
         random = np.random.default_rng(n)
         theta = random.normal(0, 0.7, n)
         p = 1 / (1 + np.exp(theta[None, :] - theta[:, None]))
@@ -136,12 +136,5 @@ def _row(series: str, parameter: str, time: float, error: float, note: str = "")
     return {"series": series, "parameter": parameter, "seconds": time, "error": error, "note": note}
 
 
-def main() -> None:
-    """Measure and write the three files."""
-    result = run()
-    write(result["name"], TITLE, result["rows"], OUT)
-    print(f"written to {OUT}")
-
-
 if __name__ == "__main__":
-    main()
+    program("observers", run)

@@ -9,7 +9,6 @@ of other formats: the price of the smaller cache, paid in a thread while another
 
 from __future__ import annotations
 
-import argparse
 import io
 import os
 import tempfile
@@ -24,7 +23,7 @@ from typing import Any
 import colour
 import numpy as np
 import OpenImageIO as oiio
-from curves import Row, write
+from curves import Row, program, sized
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -32,7 +31,7 @@ from stimuli.build import build_set
 from stimuli.pictures.coded import CodedPicture, decoded, read_coded
 from stimuli.pictures.colour_spaces import named_encoding
 
-SIZE = (1700, 1200)
+SIZE = sized((1700, 1200), (170, 120))
 WHITE = 100.0
 
 
@@ -87,7 +86,7 @@ def both_clocks(work: Callable[[], object]) -> tuple[float, float]:
     return perf_counter() - began, process_time() - used
 
 
-def run(pairs: int) -> dict[str, Any]:
+def run(pairs: int = sized(100, 2)) -> dict[str, Any]:
     """Decode, build, and decode once more: what else the machine does changes meanwhile."""
     rows: list[Row] = []
     with tempfile.TemporaryDirectory() as name:
@@ -200,7 +199,4 @@ def conversions() -> list[Row]:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="10 pairs in place of 100.")
-    result = run(10 if parser.parse_args().quick else 100)
-    write("ordinary_pictures", result["title"], result["rows"])
+    program("ordinary_pictures", run)

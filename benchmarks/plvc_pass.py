@@ -16,7 +16,7 @@ from time import perf_counter
 
 import moderngl
 import numpy as np
-from curves import write
+from curves import program, sized
 from numpy.typing import NDArray
 
 from devices.characterise.example_displays import liquid_crystal_XYZ, noisy, table_c1_codes
@@ -34,8 +34,8 @@ from runner.presenter.colour_pass import channel_interaction
 from runner.presenter.shaders import Part, Uniform, compile_program, set_uniform, shader_file
 from runner.presenter.surfaces.surface import Buffer, Surface, open_surface
 
-SIZE_PX = (960, 540)
-SIZES = (17, 33, 65)
+SIZE_PX = sized((960, 540), (96, 54))
+SIZES = sized((17, 33, 65), (17,))
 # Trilinear by hand: hardware filtering has 8 fraction bits. Axes are fourth roots of light, as in the one table.
 LOOKUP = """
 uniform sampler3D cube;
@@ -94,7 +94,7 @@ def ways() -> list[Way]:
     found = [Way("table of codes", size, None, by_knots=False) for size in SIZES]
     found += [Way("Newton from a table", size, steps) for size in SIZES for steps in (1, 2)]
     found += [Way("Newton, curves by the one table", 0, 4, by_knots=False)]
-    found += [Way("Newton, curves by knots", 0, steps) for steps in range(1, 6)]
+    found += [Way("Newton, curves by knots", 0, steps) for steps in sized((1, 2, 3, 4, 5), (5,))]
     others = (Arithmetic.TWO_FLOATS, Arithmetic.GUARDED)
     found += [Way(f"Newton, curves by knots, {kind.value}", 0, 5, arithmetic=kind) for kind in others]
     return found + [Way("Newton, curves by knots", 0, MOST_STEPS, residual=knots) for knots in RESIDUALS]
@@ -191,7 +191,7 @@ class Pass:
         self._area.render(moderngl.TRIANGLE_STRIP, vertices=4)
 
 
-def measured(surface: Surface, rounds: int = 5) -> list[dict[str, object]]:
+def measured(surface: Surface, rounds: int = sized(5, 1)) -> list[dict[str, object]]:
     """Return each way's time and error."""
     context = surface.context
     model = fitted()
@@ -254,5 +254,4 @@ def run() -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    result = run()
-    write("plvc_pass", str(result["title"]), result["rows"])  # type: ignore[arg-type]  # rows, as `write` wants them
+    program("plvc_pass", run)

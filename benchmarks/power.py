@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).parent))
-from curves import OUT, seconds, times_faster, write
+from curves import program, seconds, sized, times_faster
 from simulated_studies import Design
 
 from analysis.classes.classes import classify
@@ -38,8 +38,8 @@ TITLE = "Power by simulation: time against error"
 # Medina 2016, Table 4.4.
 PRINTED = np.array([0.0718, 0.0432, 0.0762, 0.2036, 0.0740, 0.2574, 0.0543, 0.0296, 0.0751, 0.1149])
 OBSERVERS, SIZES = 30, tuple(range(10, 61, 5))
-REFERENCE, REFERENCE_SEED = 40_000, 1
-OBSERVER_SD, FEWER = 0.7, 10_000
+REFERENCE, REFERENCE_SEED = sized(40_000, 100), 1
+OBSERVER_SD, FEWER = 0.7, sized(10_000, 50)
 
 
 def plan(theta: Floats, **fields: Any) -> Plan:
@@ -93,25 +93,26 @@ def by_report(design: Plan, observers: int, replicates: int) -> Floats:
 
 def run() -> dict[str, Any]:
     """Measure and return the rows and the ratio."""
+    many = sized(200, 10)
     design = plan(np.log(PRINTED), covariance="model")
     truth = simulate_power(design, [OBSERVERS], replicates=REFERENCE, seed=REFERENCE_SEED, workers=1).separates[0]
     ratio = times_faster(
-        lambda: simulate_power(design, [OBSERVERS], replicates=200, workers=1),
-        lambda: one_by_one(design, OBSERVERS, 200),
+        lambda: simulate_power(design, [OBSERVERS], replicates=many, workers=1),
+        lambda: one_by_one(design, OBSERVERS, many),
         rounds=5,
     )
     rows = [*_curves(design, truth), *_as_the_report(), *_jobs(design)]
-    return {"name": "power", "title": TITLE, "rows": rows, "ratio": ratio}
+    return {"title": TITLE, "rows": rows, "ratio": ratio}
 
 
 def _curves(design: Plan, truth: Floats) -> Iterator[Row]:
-    for replicates in (100, 300, 1000, 3000, 10_000):
+    for replicates in sized((100, 300, 1000, 3000, 10_000), (100,)):
         estimate = simulate_power(design, [OBSERVERS], replicates=replicates, workers=1)
         reported = float(np.sqrt((estimate.separates_error**2).mean()))
         time = seconds(lambda r=replicates: simulate_power(design, [OBSERVERS], replicates=r, workers=1), repeats=3)
         note = f"reported standard error: {reported:.2g}"
         yield _row("in blocks", f"{replicates} studies", time, _error(estimate.separates[0], truth), note)
-    for replicates in (30, 100, 300):
+    for replicates in sized((30, 100, 300), (10,)):
         began = perf_counter()
         slow_estimate = one_by_one(design, OBSERVERS, replicates)
         time = perf_counter() - began
@@ -121,7 +122,7 @@ def _curves(design: Plan, truth: Floats) -> Iterator[Row]:
 def _as_the_report() -> Iterator[Row]:
     design = plan(np.log(PRINTED), observer_sd=OBSERVER_SD, scores_of="average")
     truth = simulate_power(design, [OBSERVERS], replicates=FEWER, seed=REFERENCE_SEED, workers=1).separates[0]
-    for replicates in (100, 300, 1000):
+    for replicates in sized((100, 300, 1000), (50,)):
         estimate = simulate_power(design, [OBSERVERS], replicates=replicates, workers=1)
         reported = float(np.sqrt((estimate.separates_error**2).mean()))
         time = seconds(lambda r=replicates: simulate_power(design, [OBSERVERS], replicates=r, workers=1), repeats=3)
@@ -129,7 +130,7 @@ def _as_the_report() -> Iterator[Row]:
         yield _row(
             "as the report, in blocks", f"{replicates} studies", time, _error(estimate.separates[0], truth), note
         )
-    for replicates in (30, 100):
+    for replicates in sized((30, 100), (3,)):
         began = perf_counter()
         slow_estimate = by_report(design, OBSERVERS, replicates)
         time = perf_counter() - began
@@ -153,8 +154,9 @@ def _jobs(design: Plan) -> Iterator[Row]:
         ),
         "60 stimuli, 30 observers, 1000 studies": (plan(spread_theta(60, 3), covariance="model"), (30,), 1000),
     }
-    for job, (wanted, sizes, replicates) in jobs.items():
-        for workers in (1, 2):
+    for job, (wanted, sizes, replicates) in [*jobs.items()][:: sized(1, 10)]:
+        replicates = sized(replicates, 20)
+        for workers in sized((1, 2), (1,)):
             began = perf_counter()
             simulate_power(wanted, sizes, replicates=replicates, workers=workers)
             where = "this process" if workers == 1 else "two processes, their start included"
@@ -169,13 +171,5 @@ def _row(series: str, parameter: str, time: float, error: float | None, note: st
     return {"series": series, "parameter": parameter, "seconds": time, "error": error, "note": note}
 
 
-def main() -> None:
-    """Measure, write the three files, and print the ratio."""
-    result = run()
-    write(result["name"], result["title"], result["rows"], OUT)
-    print(f"a block of studies is simulated {result['ratio']:.0f} times as fast as one by one")
-    print(f"written to {OUT}")
-
-
 if __name__ == "__main__":
-    main()
+    program("power", run)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from curves import seconds, write
+from curves import program, seconds, sized
 from numpy.typing import NDArray
 
 from devices.characterise import thesis_display
@@ -19,7 +19,7 @@ from tests.devices.profiles.little_cms import through
 from tests.devices.profiles.random_displays import plvc_display
 
 Floats = NDArray[np.float64]
-COLOURS = 4000
+COLOURS = sized(4000, 100)
 FORMS: tuple[tuple[str, int | None], ...] = (
     ("matrix", None),
     ("table", 5),
@@ -42,7 +42,7 @@ def _rows(name: str, model: DisplayModel) -> list[dict[str, object]]:
     codes = np.random.default_rng(2).random((COLOURS, 3)) ** 1.5
     wanted = model.xyz(codes)
     rows: list[dict[str, object]] = []
-    for kind, points in FORMS:
+    for kind, points in FORMS[: sized(None, 3)]:
         if kind == "matrix" and not model.additive:
             continue
         # `kind` is one of the names above, which a loop makes plain text.
@@ -64,7 +64,7 @@ def _rows(name: str, model: DisplayModel) -> list[dict[str, object]]:
                 f"{len(made.data) / 1000:.0f} kB",
             }
         )
-    for points in (9, 17, 33):
+    for points in sized((9, 17, 33), (9,)):
         plain = partial(_plain, model, points)
         error = _error(model, lab_to_xyz(between(plain(), codes), model.shown_white_XYZ_cd_m2), wanted)
         rows.append(
@@ -83,7 +83,7 @@ def _rows(name: str, model: DisplayModel) -> list[dict[str, object]]:
         ("light", 1024),
         ("light", 4096),
     )
-    for given, points in forms:
+    for given, points in forms[:: sized(1, 3)]:
         if given == "light" and not model.additive:
             continue
         cube = cube_of_model(model, "benchmark", given, points=points)
@@ -111,7 +111,7 @@ def run() -> dict[str, object]:
     additive, acting = thesis_display(), plvc_display(0.15)
     rows = [*_rows("additive", additive), *_rows("PLVC", acting)]
     data = profile_of_model(additive, "benchmark").data
-    codes = np.random.default_rng(3).random((100_000, 3))
+    codes = np.random.default_rng(3).random((sized(100_000, 1000), 3))
     for series, work in (
         ("a matrix profile read as a display model", lambda: _model(data)),
         ("100,000 codes to XYZ by the model", lambda: additive.xyz(codes)),
@@ -126,5 +126,4 @@ def _model(data: bytes) -> object:
 
 
 if __name__ == "__main__":
-    result = run()
-    write("profiles", str(result["title"]), result["rows"])
+    program("profiles", run)

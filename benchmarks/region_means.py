@@ -11,7 +11,7 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-from curves import seconds, times_faster, write
+from curves import program, seconds, sized, times_faster
 from numpy.typing import NDArray
 
 from devices.chart.layout import patch_quadrangles
@@ -20,10 +20,11 @@ from stimuli.comparison.regions import Region
 from stimuli.comparison.table import region_table
 
 Floats = NDArray[np.float64]
-SHAPE = (1600, 2400, 3)
-CORNERS = np.array([[410.3, 310.7], [1700.2, 350.4], [1660.8, 1180.1], [380.6, 1120.9]])
+SMALLER = sized(1, 8)
+SHAPE = (1600 // SMALLER, 2400 // SMALLER, 3)
+CORNERS = np.array([[410.3, 310.7], [1700.2, 350.4], [1660.8, 1180.1], [380.6, 1120.9]]) / SMALLER
 WHITE = np.array([96.42, 100.0, 82.49])
-REGIONS = 1000
+REGIONS = sized(1000, 20)
 
 
 def picture() -> NDArray[np.float32]:
@@ -115,5 +116,4 @@ def _tables() -> list[dict[str, object]]:
 
 
 if __name__ == "__main__":
-    result = run()
-    write("region_means", str(result["title"]), result["rows"])
+    program("region_means", run)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
-from curves import seconds, write
+from curves import program, seconds, sized
 
 from analysis.records import read_results
 from analysis.report import write_report
 from runner.session import simulate
 
 EXPERIMENT, OBSERVERS = "experiments/dynamic_range.yaml", "configs/observers/table_4_4.yaml"
-NUMBERS = 5, 30
+NUMBERS = sized((5, 30), (3,))
 
 
 def run() -> dict[str, object]:
@@ -36,8 +36,4 @@ def run() -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    result = run()
-    write("report", str(result["title"]), result["rows"])
-    for row in result["rows"]:
-        if "note" in row:
-            print(row["note"])
+    program("report", run)

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-from curves import Row, seconds, write
+from curves import Row, program, seconds, sized
 from numpy.typing import NDArray
 
 from stimuli.pictures.resampling import Filter, axis_weights, resample
@@ -22,7 +22,8 @@ Way = Callable[[Picture], NDArray[np.floating]]
 
 PITCH_MM = 0.2768
 # Of a plate of 150 × 100 mm what fills whole display pixels.
-WIDE, HIGH = (2190, 542 * PITCH_MM), (1460, 361 * PITCH_MM)
+SMALLER = sized(1, 4)
+WIDE, HIGH = (2190 // SMALLER, 542 // SMALLER * PITCH_MM), (1460 // SMALLER, 361 // SMALLER * PITCH_MM)
 HIGHEST = 1.9  # cycles per display pixel
 
 
@@ -93,5 +94,4 @@ def run() -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    result = run()
-    write("resampling", str(result["title"]), result["rows"])
+    program("resampling", run)

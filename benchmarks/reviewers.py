@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).parent))
-from curves import OUT, seconds, write
+from curves import numbers, program, seconds, sized
 from simulated_studies import Design, as_comparisons
 
 from analysis.classes import Adjust, classify
@@ -44,23 +44,23 @@ THETA = np.log(PRINTED) - np.log(PRINTED).mean()
 KINDS: tuple[CovarianceKind, ...] = get_args(CovarianceKind)
 MODELS: tuple[Model, ...] = ("bradley-terry", "thurstone")
 ADJUSTMENTS: tuple[Adjust, ...] = ("none", "holm", "bh")
-OBSERVERS = (5, 10, 15, 30)
-SPREADS = (0.0, 0.7)
+OBSERVERS = sized((5, 10, 15, 30), (10,))
+SPREADS = sized((0.0, 0.7), (0.7,))
 REPLICATES = 399
 APART = np.array([0.4, 0.4, 0.4, -0.4, -0.4, -0.4])
 LINE = np.linspace(-1.25, 1.25, 6)
 PLANTED = 1.5
 
 
-def run(studies: int = 300) -> dict[str, Any]:
+def run(studies: int = sized(300, 2)) -> dict[str, Any]:
     """Measure and simulate, and return the title and the rows."""
-    comparisons = as_comparisons(next(Design(THETA, 30, 0.7).studies(1, 1)))
+    comparisons = as_comparisons(next(Design(THETA, sized(30, 4), 0.7).studies(1, 1)))
     scores = score(comparisons)
     rows = [*_chances(scores), *_residuals(scores), *_triples(scores), *_models(comparisons), *_multiverse(scores)]
     for observers in OBSERVERS:
         for spread in SPREADS:
             rows += levels(observers, spread, studies)
-    return {"name": "reviewers", "title": TITLE, "rows": rows}
+    return {"title": TITLE, "rows": rows}
 
 
 def _without(comparisons: Comparisons, person: int) -> Comparisons:
@@ -264,12 +264,5 @@ def _checks(observers: int, spread: float, studies: int) -> dict[str, tuple[floa
     return shares | {f"planted circle: {names[name]}": (times / max(seen, 1), seen) for name, times in true.items()}
 
 
-def main() -> None:
-    """Measure and write the three files."""
-    result = run(*(int(argument) for argument in sys.argv[1:2]))
-    write(result["name"], TITLE, result["rows"], OUT)
-    print(f"written to {OUT}")
-
-
 if __name__ == "__main__":
-    main()
+    program("reviewers", lambda: run(*numbers()))

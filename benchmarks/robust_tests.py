@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc, expit, xlogy
 
 sys.path.insert(0, str(Path(__file__).parent))
-from curves import OUT, seconds, write
+from curves import numbers, program, seconds, sized
 
 from analysis.scaling.robust_tests import from_products, webb_weights
 
@@ -29,7 +29,8 @@ Floats = NDArray[np.float64]
 Row = dict[str, object]
 
 TITLE = "Tests where observers differ: time against distance of false findings from 5 %"
-OBSERVERS = (5, 10, 15, 30)
+OBSERVERS = sized((5, 10, 15, 30), (5,))
+STUDIES = sized(200, 4)
 WORLDS = ("alike", "sd 0.7", "sd 1.5", "two camps")
 
 
@@ -162,14 +163,14 @@ def _likelihood(chance: Floats, won: Floats, total: float) -> Floats:
     return np.asarray((xlogy(won, chance) + xlogy(total - won, 1 - chance)).sum(axis=1))
 
 
-def run(studies: int = 200, only: str = "") -> dict[str, Any]:
+def run(studies: int = STUDIES, only: str = "") -> dict[str, Any]:
     """Simulate and return the title and the rows."""
     rows: list[Row] = []
     for name, test in tests().items():
         if only in name:
             for observers in OBSERVERS:
                 rows += _rows(name, test, observers, studies)
-    return {"name": "robust_tests", "title": TITLE, "rows": rows}
+    return {"title": TITLE, "rows": rows}
 
 
 def _rows(name: str, test: Test, observers: int, studies: int) -> Iterator[Row]:
@@ -193,15 +194,6 @@ def _rows(name: str, test: Test, observers: int, studies: int) -> Iterator[Row]:
             }
 
 
-def main() -> None:
-    """Simulate and write the three files."""
-    studies, only = int(sys.argv[1]) if len(sys.argv) > 1 else 200, sys.argv[2] if len(sys.argv) > 2 else ""
-    result = run(studies, only)
-    write(result["name"], TITLE, result["rows"], OUT)
-    for row in result["rows"]:
-        print(row["parameter"], row["series"], row["note"], sep=": ")
-    print(f"written to {OUT}")
-
-
 if __name__ == "__main__":
-    main()
+    words = [word for word in sys.argv[1:] if not (word.isdecimal() or word.startswith("--"))]
+    program("robust_tests", lambda: run(*(numbers() or [STUDIES]), *words))

@@ -8,12 +8,12 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from curves import seconds, write
+from curves import program, seconds, sized
 from numpy.typing import NDArray
 
 from stimuli.measures import difference_map, scielab
 
-SIZE_PX = (342, 512)
+SIZE_PX = sized((342, 512), (96, 128))
 PIXELS_PER_DEGREE = 178.0  # a camera's 146 pixels per centimetre, seen from 70 cm
 WHITE = np.array([96.42, 100.0, 82.49])
 
@@ -72,5 +72,4 @@ def run() -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    result = run()
-    write("seen_difference", str(result["title"]), result["rows"])
+    program("seen_difference", run)

@@ -10,13 +10,13 @@ from pathlib import Path
 from statistics import median
 from time import perf_counter, process_time
 
-from curves import Row, write
+from curves import Row, program, sized
 
 from analysis.records import FILE_NAME, Header, Trial, check_log, read_session
 from documents.files.chain import EMPTY, sealed
 from runner.session.folders import Recorder
 
-TRIALS = 20_000
+TRIALS = sized(20_000, 200)
 MOST_CHECKSUM_US, MOST_READING_S = 20.0, 4.0
 UTC = "2026-01-02T03:00:00.000+00:00"
 COST = {f"percent_{what}": 0.5 for what in ("red", "green", "blue", "any", "above_full")} | {"delta_e_00_mean": 0.1}
@@ -45,7 +45,7 @@ def _unchained(line: dict[str, object]) -> bytes:
 
 
 def _line_rows() -> list[Row]:
-    lines = [_trial(number).to_json() for number in range(2000)]
+    lines = [_trial(number).to_json() for number in range(sized(2000, 100))]
     plain = _of_processor(lambda: [_unchained(line) for line in lines], 21) / len(lines)
     chained = _of_processor(lambda: [sealed(line, 1, EMPTY) for line in lines], 21) / len(lines)
     added = 1e6 * (chained - plain)
@@ -88,9 +88,11 @@ def _reading_rows(folder: Path) -> list[Row]:
     ]
 
 
-if __name__ == "__main__":
+def run() -> dict[str, object]:
+    """Time a line, and a log read again."""
     with tempfile.TemporaryDirectory() as place:
-        rows = _line_rows() + _reading_rows(Path(place))
-    write("session_log", "The log of a session", rows)
-    for row in rows:
-        print(row["series"], row["parameter"], f"{row['seconds']:.3g} s", row.get("note", ""))
+        return {"title": "The log of a session", "rows": _line_rows() + _reading_rows(Path(place))}
+
+
+if __name__ == "__main__":
+    program("session_log", run)

@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from curves import Row, seconds, times_faster, write
+from curves import program, seconds, sized, times_faster
 from numpy.typing import NDArray
+from promises import Promise, worst
 
 from stimuli.recipes.recipe import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
@@ -23,9 +24,9 @@ from stimuli.sparkle.scene import Camera, Lamp, Plate
 from stimuli.sparkle.studio import SparkleMap, sparkle_map
 
 RECIPE = Path(__file__).parents[1] / "configs/stimuli/manitoba_gray.yaml"
-FLAKES_PER_MM2 = (10, 100)
-THRESHOLDS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
-WIDTH_PX = 1024
+FLAKES_PER_MM2 = sized((10, 100), (1,))
+THRESHOLDS = sized((1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8), (1e-3, 1e-6))
+WIDTH_PX = sized(1024, 128)
 
 
 def run() -> dict[str, Any]:
@@ -34,21 +35,32 @@ def run() -> dict[str, Any]:
     assert isinstance(recipe, SparklePlateRecipe)
     plate, lamp = recipe.plate.plate(), recipe.lamp.lamp()
     camera = replace(recipe.camera.camera(), resolution_px_per_mm=WIDTH_PX / plate.width_mm)
-    rows: list[Row] = []
+    rows: list[dict[str, Any]] = []
     for density in FLAKES_PER_MM2:
         dense = replace(plate, flakes_per_mm2=float(density))
         rows += _series(dense, lamp, camera, scatter_flakes(dense, recipe.seed))
-    rows += _spot(replace(plate, width_mm=300.0, height_mm=200.0), lamp, recipe.camera.camera(), recipe.seed)
-    return {"title": "Sparkle plate, two eyes", "rows": rows}
+    wide = replace(camera, resolution_px_per_mm=recipe.camera.camera().resolution_px_per_mm / sized(1, 4))
+    rows += _spot(replace(plate, width_mm=300.0, height_mm=200.0), lamp, wide, recipe.seed)
+    return {"title": "Sparkle plate, two eyes", "rows": rows, "promises": _promises(rows)}
 
 
-def _spot(plate: Plate, lamp: Lamp, camera: Camera, seed: int) -> list[Row]:
+def _promises(rows: list[dict[str, Any]]) -> list[Promise]:
+    usual = [row for row in rows if "ratio" in row]
+    error, tiles = worst(usual), worst(rows, "tiles", series="spot, culled")
+    return [
+        Promise("worst pixel of the culled plate, share of the largest luminance", error, 1e-3, "error"),
+        Promise("beside brute force, 1.5 million flakes", float(usual[-1]["ratio"]), 10.0, "ratio", "at least", "×"),
+        Promise("tiles visited of 216 for a spot of 10°", tiles, None, "count"),
+    ]
+
+
+def _spot(plate: Plate, lamp: Lamp, camera: Camera, seed: int) -> list[dict[str, Any]]:
     """A spot of 10° at 120 mm on a plate of 300 × 200 mm: tiles beyond its beam are dark, and left alone."""
     spot = replace(lamp, distance_mm=120.0, beam_angle_deg=10.0)
-    plate = replace(plate, flakes_per_mm2=20.0)
+    plate = replace(plate, flakes_per_mm2=sized(20.0, 1.0))
     flakes = scatter_flakes(plate, seed)
     brute = sparkle_map(plate, spot, camera, "left", flakes, cull=False)
-    rows: list[Row] = []
+    rows: list[dict[str, Any]] = []
     for series, found, draw in (
         ("spot, brute force", brute, partial(sparkle_map, plate, spot, camera, "left", flakes, cull=False)),
         (
@@ -61,12 +73,17 @@ def _spot(plate: Plate, lamp: Lamp, camera: Camera, seed: int) -> list[Row]:
             f"{found.tiles_visited} of {found.tiles} tiles visited, {found.shaded:,} of {found.flakes:,} flakes shaded"
         )
         error = _worst(found, brute.luminance_cd_m2) / float(brute.luminance_cd_m2.max())
-        row: Row = {"series": series, "parameter": "one eye", "seconds": seconds(draw, repeats=2), "error": error}
-        rows.append({**row, "note": note})
+        row: dict[str, Any] = {
+            "series": series,
+            "parameter": "one eye",
+            "seconds": seconds(draw, repeats=2),
+            "error": error,
+        }
+        rows.append({**row, "note": note, "tiles": found.tiles_visited})
     return rows
 
 
-def _series(plate: Plate, lamp: Lamp, camera: Camera, flakes: Flakes) -> list[Row]:
+def _series(plate: Plate, lamp: Lamp, camera: Camera, flakes: Flakes) -> list[dict[str, Any]]:
     def both(*, cull: bool = True, least_share: float = USUAL) -> list[SparkleMap]:
         return [
             sparkle_map(plate, lamp, camera, eye, flakes, cull=cull, least_share=least_share)
@@ -77,7 +94,9 @@ def _series(plate: Plate, lamp: Lamp, camera: Camera, flakes: Flakes) -> list[Ro
     peak = max(float(view.max()) for view in brute)
     slow = seconds(partial(both, cull=False), repeats=3)
     number = f"{len(flakes):,} flakes"
-    rows: list[Row] = [{"series": f"brute force, {number}", "parameter": "all", "seconds": slow, "error": 0.0}]
+    rows: list[dict[str, Any]] = [
+        {"series": f"brute force, {number}", "parameter": "all", "seconds": slow, "error": 0.0}
+    ]
     for threshold in THRESHOLDS:
         found = both(least_share=threshold)
         fast = seconds(partial(both, least_share=threshold), repeats=3)
@@ -85,16 +104,10 @@ def _series(plate: Plate, lamp: Lamp, camera: Camera, flakes: Flakes) -> list[Ro
         if threshold == USUAL:
             ratio = times_faster(partial(both, least_share=threshold), partial(both, cull=False), rounds=3)
             note = f"{ratio:.1f} × as fast, timed in turn; {note}"
-        worst = max(_worst(view, of_all) for view, of_all in zip(found, brute, strict=True))
-        rows.append(
-            {
-                "series": f"culled, {number}",
-                "parameter": f"{threshold:g}" + (" (usual)" if threshold == USUAL else ""),
-                "seconds": fast,
-                "error": worst / peak,
-                "note": note,
-            }
-        )
+        off = max(_worst(view, of_all) for view, of_all in zip(found, brute, strict=True))
+        row: dict[str, Any] = {"series": f"culled, {number}", "parameter": f"{threshold:g}", "seconds": fast}
+        row |= {"error": off / peak, "note": note}
+        rows.append(row | ({"parameter": f"{threshold:g} (usual)", "ratio": ratio} if threshold == USUAL else {}))
     return rows
 
 
@@ -103,5 +116,4 @@ def _worst(view: SparkleMap, brute: NDArray[np.float32]) -> float:
 
 
 if __name__ == "__main__":
-    result = run()
-    write("sparkle_culling", result["title"], result["rows"])
+    program("sparkle_culling", run)

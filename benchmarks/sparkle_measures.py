@@ -9,7 +9,7 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from curves import Row, seconds, write
+from curves import Row, program, seconds, sized
 from numpy.typing import NDArray
 
 from stimuli.sparkle.measures.find import Threshold
@@ -17,14 +17,15 @@ from stimuli.sparkle.measures.measure import measure_sparkles
 
 Floats = NDArray[np.float64]
 Picture = NDArray[np.float32]
-SHAPE = (1460, 2190)
+SHAPE = sized((1460, 2190), (292, 438))
+SPARKLES = sized(1500, 60)
 SD_PX, BASE, PEAK = 1.0, 10.0, 60.0
 
 
 def planted(noise: float) -> tuple[Picture, Floats]:
     """Return the picture, its light falling off to the right, and the sparkles' places (n, 2)."""
     random = np.random.default_rng(2)
-    places = random.uniform(10, np.array(SHAPE) - 10, (1500, 2))
+    places = random.uniform(10, np.array(SHAPE) - 10, (SPARKLES, 2))
     picture = np.full(SHAPE, BASE)
     offsets = np.arange(-6, 7)
     for row, column in places:
@@ -66,7 +67,7 @@ def run() -> dict[str, object]:
     from scipy.spatial import cKDTree
 
     rows: list[Row] = []
-    for noise in (0.0, 0.1, 0.5):
+    for noise in sized((0.0, 0.1, 0.5), (0.1,)):
         picture, places = planted(noise)
         for name, way in (("ours", ours), ("scikit-image, SciPy", plain)):
             found = way(picture)
@@ -83,5 +84,4 @@ def run() -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    result = run()
-    write("sparkle_measures", str(result["title"]), result["rows"])
+    program("sparkle_measures", run)

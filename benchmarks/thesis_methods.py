@@ -13,7 +13,7 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from curves import Row, seconds, times_faster, write
+from curves import Row, program, seconds, sized, times_faster
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.optimize import curve_fit
@@ -25,11 +25,11 @@ from stimuli.luminance import contrast_over_exposure
 from stimuli.pictures import StereoImage
 
 Floats = NDArray[np.float64]
-NOISES = 20
-SIZES_PX = (192, 384, 1024)
+NOISES = sized(20, 2)
+SIZES_PX = sized((192, 384, 1024), (96,))
 # A median about each pixel takes minutes on more.
 MOST_FILTERED_PX = 192
-FULL_CD_S_M2, CONTRAST, WINDOW_PX = 10.0, 6.0, 65
+FULL_CD_S_M2, CONTRAST, WINDOW_PX = 10.0, 6.0, sized(65, 15)
 
 
 def _ramps(seed: int) -> list[tuple[Floats, Floats]]:
@@ -115,5 +115,4 @@ def run() -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    result = run()
-    write("thesis_methods", result["title"], result["rows"])
+    program("thesis_methods", run)

@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from curves import Row, seconds, write
+from curves import Row, program, seconds, sized
 from numpy.typing import NDArray
 
 from devices.display.display_file import read_display
@@ -37,7 +37,7 @@ def run() -> dict[str, object]:
     """Find the factor of made-up pictures of a display's and a camera's size."""
     model = read_display(ASUS).models("quad-buffered").left
     rows: list[Row] = []
-    for name, shape in (("542 × 361", (361, 542)), ("2190 × 1460", (1460, 2190))):
+    for name, shape in sized((("542 × 361", (361, 542)), ("2190 × 1460", (1460, 2190))), (("108 × 72", (72, 108)),)):
         random = np.random.default_rng(0)
         xyz = (random.lognormal(0, 1, (*shape, 1)) * random.uniform(0.8, 1.2, (*shape, 3))).astype(np.float32)
         pixels = shape[0] * shape[1]
@@ -57,5 +57,4 @@ def run() -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    result = run()
-    write("tone_factor", str(result["title"]), result["rows"])
+    program("tone_factor", run)

@@ -17,19 +17,19 @@ from statistics import median
 from time import perf_counter
 
 import numpy as np
-from curves import write
+from curves import program, sized
 
 ROOT = Path(__file__).parents[1]
 PSYCHOPY = Path(os.environ.get("PSYCHOPY_PYTHON", ROOT / ".venv-psychopy/bin/python"))
-PAIRS, FRAMES = 6, 60
-SIZE_PX = (1920, 1080)
+PAIRS, FRAMES = sized((6, 60), (2, 4))
+SIZE_PX = sized((1920, 1080), (320, 180))
 
 
 def run() -> dict[str, object]:
     """Time both programs on one virtual screen."""
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
-        ours = _measure([sys.executable, __file__, "--ours", str(folder)])
+        ours = _measure([sys.executable, __file__, "--ours", str(folder), *sized([], ["--quick"])])
         if not PSYCHOPY.exists():
             note = "PsychoPy is not installed: make bench-psychopy"
             return {"title": "Trial switch and steady frame", "rows": _rows("cyclopean", ours), "note": note}
@@ -81,7 +81,9 @@ def ours(folder: Path) -> None:
     rng = np.random.default_rng(0)
     pictures: dict[str, StereoImage] = {}
     for number in range(PAIRS):
-        codes = {eye: rng.integers(0, 240, (1080, 960, 3), dtype=np.uint8) for eye in ("left", "right")}
+        codes = {
+            eye: rng.integers(0, 240, (SIZE_PX[1], SIZE_PX[0] // 2, 3), dtype=np.uint8) for eye in ("left", "right")
+        }
         for eye, values in codes.items():
             Image.fromarray(values).save(folder / f"{eye}-{number}.png", compress_level=1)
         left, right = (models.left.xyz(codes[eye] / 255).astype(np.float32) for eye in ("left", "right"))
@@ -112,6 +114,4 @@ if __name__ == "__main__":
     if sys.argv[1:2] == ["--ours"]:
         ours(Path(sys.argv[2]))
     else:
-        result = run()
-        write("trial_switch", str(result["title"]), result["rows"])
-        print(result["note"])
+        program("trial_switch", run)

@@ -6,7 +6,7 @@ Errors are the mean ΔE00 between 24 colours asked and a simulated reading of wh
 from __future__ import annotations
 
 import numpy as np
-from curves import seconds, write
+from curves import program, seconds, sized
 
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
@@ -26,7 +26,7 @@ from runner.measuring.verification import patches_of
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.surfaces.surface import open_surface
 
-SIZE = (960, 540)
+SIZE = sized((960, 540), (96, 54))
 CURVE = ToneCurve(gamma=2.2)
 MODEL = DisplayModel(
     np.array([0.02, 0.02, 0.03]),
@@ -77,5 +77,4 @@ def run() -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    result = run()
-    write("verification", str(result["title"]), result["rows"])
+    program("verification", run)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from curves import seconds, write
+from curves import program, seconds, sized
 from numpy.typing import NDArray
 
 from devices.colour import white_point
@@ -28,7 +28,9 @@ def run() -> dict[str, object]:
     from colour.contrast.barten1999 import retinal_illuminance_Barten1999, sigma_Barten1999
 
     grey = white_point("d65", 50.0)
-    light = np.random.default_rng(1).uniform(0.5, 1.5, (768, 1024, 3)).astype(np.float32) * grey.astype(np.float32)
+    light = np.random.default_rng(1).uniform(0.5, 1.5, (*sized((768, 1024), (96, 128)), 3)).astype(
+        np.float32
+    ) * grey.astype(np.float32)
     image, spec = StereoImage.flat(light), AdaptSpec(from_white="a", to_white="d65")
     whites = white_point("a", 1.0), white_point("d65", 1.0)
     frequencies = np.geomspace(0.1, 60.0, 1000)
@@ -73,5 +75,4 @@ def run() -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    result = run()
-    write("vision", str(result["title"]), result["rows"])
+    program("vision", run)
