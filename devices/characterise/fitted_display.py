@@ -17,6 +17,7 @@ from devices.diagnostics.drift import Drift
 from devices.diagnostics.room_light import RoomLight
 from devices.display.gamma_table import GammaTable
 from devices.display.gamma_table_spec import gamma_table_lines
+from devices.display.held_out import HeldOut
 from devices.display.monitor_settings import MonitorSettings
 from devices.display.panel import PanelSpec
 from devices.errors import DeviceError
@@ -133,10 +134,7 @@ class DisplayFit:
             chosen = fit.characterisation.chosen
             errors = chosen.held_out
             readings = f"{len(fit.characterisation.patches)} readings of {origin_of(self.file, self.instrument)}"
-            source = (
-                f"{chosen.name} fitted to {readings}; "
-                f"held-out ΔE00 mean {errors.mean:.2f}, 95th percentile {errors.p95:.2f}, largest {errors.max:.2f}"
-            )
+            source = f"{chosen.name} fitted to {readings}; {HeldOut(errors.mean, errors.p95, errors.max).words}"
             drift = () if fit.drift is None else (f"corrected for drift: {fit.drift.words}",)
             source = "; ".join((source, *drift, *self.assumptions))
             table = [] if self.gamma_table is None else gamma_table_lines(self.gamma_table)

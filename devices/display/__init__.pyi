@@ -1,5 +1,6 @@
 from .code_table import ENTRIES as ENTRIES
 from .code_table import curve_table as curve_table
+from .code_table import entries_for as entries_for
 from .colour_table import Kind as Kind
 from .colour_table import convert_colours as convert_colours
 from .contrast_sensitivity import CHROMATIC_CYCLES_PER_DEGREE as CHROMATIC_CYCLES_PER_DEGREE

@@ -72,7 +72,37 @@ def code_tables(model: DisplayModel, entries: int = ENTRIES) -> CodeTables:
 def table_codes(model: DisplayModel, xyz_cd_m2: NDArray[np.float64], tables: CodeTables) -> NDArray[np.float64]:
     """Return codes (..., 3) by way of the tables: the NumPy twin of ``colour_pass.frag``, in float64."""
     linear = np.clip(model.normalised.linear(xyz_cd_m2), 0.0, 1.0)
-    t = np.sqrt(np.sqrt(np.maximum((linear - tables.lift) * tables.scale, 0.0)))
-    last = tables.codes.shape[1] - 1
-    channels = [np.interp(t[..., i] * last, np.arange(last + 1), tables.codes[i].astype(np.float64)) for i in range(3)]
-    return np.asarray(np.clip(np.stack(channels, axis=-1), 0.0, 1.0))
+    light = (linear - tables.lift) * tables.scale
+    return np.stack([looked_up_codes(light[..., i], tables.codes[i]) for i in range(3)], axis=-1)
+
+
+def looked_up_codes(light: NDArray[np.float64], codes: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Return codes in 0..1 of one channel, any shape, for its light above the lift (share of full) by its table."""
+    last = len(codes) - 1
+    place = np.sqrt(np.sqrt(np.maximum(light, 0.0))) * last
+    return np.asarray(np.clip(np.interp(place, np.arange(last + 1), codes.astype(np.float64)), 0.0, 1.0))
+
+
+def entries_for(levels: int, *, dithered: bool) -> int:
+    """Return how many entries the colour pass's tables have: more where finer codes are rounded.
+
+    Where codes are dithered, the light of the codes decides, and not the table.
+
+    Parameters
+    ----------
+    levels
+        The highest code: 255 for 8 bits.
+    dithered
+        Whether codes are dithered.
+
+    Returns
+    -------
+    int
+        Entries for each channel.
+
+    Examples
+    --------
+    >>> entries_for(255, dithered=False), entries_for(1023, dithered=False), entries_for(1023, dithered=True)
+    (1024, 2048, 1024)
+    """
+    return 2 * ENTRIES if levels > 255 and not dithered else ENTRIES

@@ -16,6 +16,7 @@ from devices.compensation.crosstalk import Crosstalk, check_leakage
 from devices.compensation.gain_map import GainMap
 from devices.display.display_spec import BothEyesSpec, DisplaySpec, PerEyeSpec, SameAsSpec
 from devices.display.gamma_table import GammaTable
+from devices.display.held_out import HeldOut
 from devices.display.model import EYES as EYES
 from devices.display.model import Eye as Eye
 from devices.display.model import EyeModels as EyeModels
@@ -43,6 +44,7 @@ class Display:
     """A display file, read: its panel and its characterised modes; ``lacking`` holds modes that want an eye still.
 
     ``observers`` is the colorimetric observer of each mode's XYZ, such as ``CIE 1931 2``.
+    ``held_out`` is how far each eye's characterisation is from readings that it was not fitted to, where it is stated.
     ``gamma_tables`` are those that were loaded while a mode was measured, as far as the file states them.
     ``monitor_settings`` is what the monitor's menu said then, where the file states it.
     ``nominal`` is the standard that the display is taken for in every mode that was not measured, ``nominal_models``
@@ -57,6 +59,7 @@ class Display:
     gain_maps: dict[str, GainMap] = field(default_factory=dict)
     lacking: dict[str, tuple[Eye, ...]] = field(default_factory=dict)
     observers: dict[str, str] = field(default_factory=dict)
+    held_out: dict[str, dict[Eye, HeldOut]] = field(default_factory=dict)
     gamma_tables: dict[str, dict[Eye, GammaTable]] = field(default_factory=dict)
     monitor_settings: dict[str, MonitorSettings] = field(default_factory=dict)
     nominal: Nominal | None = None
@@ -204,6 +207,7 @@ def _add_mode(name: str, spec: DisplaySpec, source: YamlSource, display: Display
         models = models.in_room(*(own[eye] or spec.ambient_XYZ_cd_m2 for eye in EYES))
     display.modes[name], display.sources[name] = models, mode.source
     display.observers[name] = str(mode.observer)
+    display.held_out[name] = mode.held_out
     display.gamma_tables[name] = {
         eye: _located(spec_of.table, source, ("modes", measured, *(["gamma_table"] if both else [eye, "gamma_table"])))
         for eye, spec_of in mode.gamma_table_specs().items()

@@ -8,6 +8,7 @@ from pydantic import BaseModel, Discriminator, Field, NonNegativeFloat, Positive
 
 from devices.colour_matching import DEFAULT_OBSERVER, mixed_observers
 from devices.display.gamma_table_spec import GammaTableSpec
+from devices.display.held_out import HeldOut
 from devices.display.model import EYES, Eye, EyeModels
 from devices.display.model_spec import AmbientSpec, CrosstalkSpec, GainMapSpec, ModelSpec
 from devices.display.monitor_settings import MonitorSettings
@@ -43,6 +44,12 @@ class BothEyesSpec(ModelSpec, _ExtrasSpec):
         model = self.model()
         return EyeModels(model, model)
 
+    @property
+    def held_out(self) -> dict[Eye, HeldOut]:
+        """What is stated of how far the characterisation is from readings that it was not fitted to."""
+        stated = HeldOut.stated_in(self.source)
+        return {} if stated is None else dict.fromkeys(EYES, stated)
+
     def ambient_specs(self) -> dict[Eye, AmbientSpec | None]:
         """Return the mode's own word on the room's light, for each eye."""
         return dict.fromkeys(EYES, self.ambient_XYZ_cd_m2)
@@ -64,6 +71,16 @@ class PerEyeSpec(_ExtrasSpec):
     def source(self) -> str:
         """Where the numbers come from."""
         return next((spec.source for spec in (self.left, self.right) if spec), "")
+
+    @property
+    def held_out(self) -> dict[Eye, HeldOut]:
+        """What is stated of how far each eye's characterisation is from readings that it was not fitted to."""
+        stated = {eye: HeldOut.stated_in(spec.source) if spec else None for eye, spec in self._eyes.items()}
+        return {eye: errors for eye, errors in stated.items() if errors is not None}
+
+    @property
+    def _eyes(self) -> dict[Eye, ModelSpec | None]:
+        return {"left": self.left, "right": self.right}
 
     @property
     def observer(self) -> str:

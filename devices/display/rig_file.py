@@ -17,6 +17,7 @@ from devices.compensation.crosstalk_cancel import refuse_lift
 from devices.compensation.gain_map import GainMap
 from devices.display.display_file import EYES, Display, Eye, EyeModels, read_display
 from devices.display.gamma_table import GammaTable
+from devices.display.held_out import HeldOut
 from devices.display.model_spec import AmbientSpec
 from devices.display.monitor_settings import MonitorSettings
 from devices.display.nominal import Nominal, NominalSpec
@@ -151,6 +152,11 @@ class Rig:
     def gain_map(self) -> GainMap | None:
         """How evenly the panel was measured to shine in this mode, or None."""
         return self.display.gain_map(self.characterised_as)
+
+    @property
+    def held_out(self) -> dict[Eye, HeldOut]:
+        """How far each eye's characterisation is from readings that it was not fitted to, where its source says so."""
+        return self.display.held_out.get(self.characterised_as, {})
 
     @property
     def measured_gamma_tables(self) -> dict[Eye, GammaTable]:

@@ -1,3 +1,4 @@
+from .error_budget import rig_budget as rig_budget
 from .files import check_file as check_file
 from .report import CheckOptions as CheckOptions
 from .report import CheckReport as CheckReport

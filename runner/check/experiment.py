@@ -21,6 +21,7 @@ from runner.blocks.block import Block
 from runner.blocks.message import CONTINUE_KEYS
 from runner.blocks.screening.block import ScreeningSpec
 from runner.check.display_facts import check_display_facts
+from runner.check.error_budget import rig_budget
 from runner.check.machine import check_results, check_screen
 from runner.check.pictures import check_pictures
 from runner.check.report import CheckOptions, CheckReport
@@ -73,6 +74,8 @@ def check_experiment(report: CheckReport, options: CheckOptions) -> None:
             check_pictures(report, design, source, options)
         except InputError as error:
             report.errors.extend(error.findings)
+    if options.budget and "error_budget" not in report.facts:
+        report.facts["error_budget"] = rig_budget(design.rig).to_json()
     check_screen(report, design.rig, options)
     check_results(report, design.spec.name, options.results)
 

@@ -25,6 +25,7 @@ from documents.files import open_regular
 from documents.text import did_you_mean, nearest
 from documents.yaml import KIND_BY_KEY, read_yaml
 from runner.check.display_facts import SETTINGS_REMEDY, check_display_facts, check_nominal
+from runner.check.error_budget import rig_budget
 from runner.check.experiment import (
     check_experiment,
     missing_pictures,
@@ -98,6 +99,8 @@ def check_rig(report: CheckReport, options: CheckOptions) -> None:
     white_cd_m2 = max(float(rig.models.eye(eye).shown_white_XYZ_cd_m2[1]) for eye in EYES)
     report.facts.update(facts | {"finest_detail": list(FinestDetail.of(density, white_cd_m2).sentences())})
     check_display_facts(report, rig)
+    if options.budget:
+        report.facts["error_budget"] = rig_budget(rig).to_json()
     check_screen(report, rig, options)
 
 
@@ -170,6 +173,7 @@ _CHECKS: Mapping[str, Callable[[CheckReport, CheckOptions], None]] = MappingProx
         "recipe": check_recipe_or_observers,
     }
 )
+BUDGETS = ("experiment", "rig")
 _UNKNOWN = (
     "an experiment has 'blocks:', a display 'modes:', a rig 'mode:', a photodiode's record 'onset_error_ms:', a camera "
     "'matrix_XYZ_cd_m2:', areas to compare 'regions:', a recipe or observers 'kind:'"
@@ -221,6 +225,11 @@ def _other_file(path: Path) -> Finding | None:
     return Finding(f"this is {what}", str(path), remedy=remedy.format(name=path)) if what else None
 
 
+def _a(kind: str) -> str:
+    """Return ``kind`` with its article."""
+    return "a file of regions" if kind == "regions" else f"a {kind}"
+
+
 def check_file(path: Path, options: CheckOptions | None = None) -> CheckReport:
     """Read a file of any kind with everything it names, and report what it says and what is wrong.
 
@@ -263,7 +272,11 @@ def check_file(path: Path, options: CheckOptions | None = None) -> CheckReport:
             remedy = f"did you mean '{nearest(keys[0], KIND_BY_KEY)}:' for '{keys[0]}:'?" if keys else _UNKNOWN
             report.errors.append(Finding("this is not a kind of file that cyclopean reads", str(path), remedy=remedy))
         else:
-            _CHECKS[kind](report, options or CheckOptions())
+            options = options or CheckOptions()
+            if options.budget and kind not in BUDGETS:
+                what, remedy = f"{_a(kind)} has no error budget", "name a rig or an experiment with --budget"
+                report.errors.append(Finding(what, str(path), remedy=remedy))
+            _CHECKS[kind](report, options)
     except InputError as error:
         report.errors.extend(error.findings)
     return report

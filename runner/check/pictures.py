@@ -10,6 +10,7 @@ from typing import Any
 from devices.compensation import NOTICED_DELTA_E_00
 from documents.text import counted
 from documents.yaml import YamlSource
+from runner.check.error_budget import picture_budget
 from runner.check.report import CheckOptions, CheckReport
 from runner.protocol.experiment import Experiment
 from runner.session.clipping_costs import ClippingCosts
@@ -26,7 +27,8 @@ def check_pictures(report: CheckReport, design: Experiment, source: YamlSource, 
     if unequal := _unequal_views(design, stimuli):
         report.errors.append(source.finding(("rig",), *unequal))
         return
-    costs = ClippingCosts.of(design, stimuli, partial(stimuli.load, part=design.visible_part))
+    load = partial(stimuli.load, part=design.visible_part)
+    costs = ClippingCosts.of(design, stimuli, load)
     clipping = {}
     for done, name in enumerate(stimuli.names, start=1):
         clipping[name] = costs.description(name)["clipping"]
@@ -37,6 +39,10 @@ def check_pictures(report: CheckReport, design: Experiment, source: YamlSource, 
     report.facts["clipping_cost_mean_delta_e_00"] = _per_eye(clipping, "delta_e_00_mean")
     if design.mode.mixture(design.rig.models) is not None:
         report.facts["filters_cost_mean_delta_e_00"] = _per_eye(clipping, "projection_delta_e_00_mean")
+    if options.budget:
+        pictures = (load(name) for name in stimuli.names)
+        budget = picture_budget(design.rig, costs.compensation, pictures, design.places_px)
+        report.facts["error_budget"] = budget.to_json()
     ghosts = {name: costs["crosstalk"] for name, costs in clipping.items() if "crosstalk" in costs}
     if ghosts:
         short = _per_eye(ghosts, "percent_above_full")

@@ -23,6 +23,7 @@ class CheckOptions:
     A gamma table that is not the measured one is an error, unless ``accept_gamma_table``: then a warning.
     ``mode`` is shown instead of the rig's, and ``allow_uncharacterised`` lets it use another mode's measurements.
     ``monitors`` are those for the window, by name or number, in place of the rig's.
+    ``budget`` asks for what each step from a picture's file to the eye costs, of an experiment or a rig.
     A stimulus of which more than ``clip_limit_percent`` of an eye's pixels are clipped gets a warning.
     """
 
@@ -35,6 +36,7 @@ class CheckOptions:
     allow_uncharacterised: bool = False
     progress: Callable[[str, int, int], None] = lambda what, done, of: None
     monitors: tuple[str, ...] = ()
+    budget: bool = False
 
 
 @dataclass(frozen=True, slots=True)

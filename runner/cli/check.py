@@ -41,6 +41,7 @@ _APART = (
     "ghost_cost_max_delta_e_00",
     "clipping_costs_computed",
     "clipping_costs_cached",
+    "error_budget",
     "trials",
     "minutes",
     "screen",
@@ -80,6 +81,11 @@ _APART = (
     is_flag=True,
     help="Use another mode's characterisation if this mode has none.",
 )
+@click.option(
+    "--budget",
+    is_flag=True,
+    help="Report what each step from a picture's file to the eye costs in ΔE00, of a rig or an experiment.",
+)
 @monitor_option
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
@@ -91,6 +97,7 @@ def command(
     accept_gamma_table: bool,
     mode: str | None,
     allow_uncharacterised: bool,
+    budget: bool,
     monitors: tuple[str, ...],
     as_json: bool,
 ) -> None:
@@ -119,6 +126,7 @@ def command(
                 allow_uncharacterised,
                 step,
                 monitors,
+                budget,
             )
             all_checked.append(check_file(file, options))
         if not as_json:
@@ -162,6 +170,9 @@ def _lines(facts: Mapping[str, Any]) -> Iterator[str]:
     if "ghost_percent" in facts:
         yield ""
         yield from _ghosts(facts["ghost_percent"], facts["ghost_cost_max_delta_e_00"])
+    if "error_budget" in facts:
+        yield ""
+        yield from _budget(facts["error_budget"])
     if "screen" in facts:
         yield ""
         yield from _screen(facts["screen"])
@@ -244,6 +255,17 @@ def _ghosts(percents: Mapping[str, Sequence[float]], costs: Mapping[str, Sequenc
     yield f"{'ghosts of crosstalk':<{name_width}}{'% left':>8}{'right':>8}   {'largest ΔE00':>12}{'right':>8}"
     for name, (left, right) in percents.items():
         yield f"{name:<{name_width}}{left:>8.2f}{right:>8.2f}   {costs[name][0]:>12.1f}{costs[name][1]:>8.1f}"
+
+
+def _budget(budget: Mapping[str, Any]) -> Iterator[str]:
+    yield from _labelled("error budget", f"ΔE00 of {budget['colours']}")
+    yield f"{'step':<{_LABEL}}{'mean left':>9}{'p95':>8}{'max':>8}{'mean right':>12}{'p95':>8}{'max':>8}"
+    for row in budget["steps"]:
+        costs = [row[eye][name] if row[eye] else None for eye in ("left", "right") for name in ("mean", "p95", "max")]
+        cells = ["-" if cost is None else f"{cost:.5f}" if cost < 0.1 else f"{cost:.3f}" for cost in costs]
+        widths = (9, 8, 8, 12, 8, 8)
+        numbers = "".join(cell.rjust(width) for cell, width in zip(cells, widths, strict=True))
+        yield f"{row['step'].replace('_', ' '):<{_LABEL}}{numbers}  {row['words']}"
 
 
 def _screen(screen: Mapping[str, Any] | str) -> Iterator[str]:

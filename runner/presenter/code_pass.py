@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.compensation import Size
-from devices.display import ENTRIES, Curve, Eye, TableCurve, curve_table, knot_tables
+from devices.display import Curve, Eye, TableCurve, curve_table, entries_for, knot_tables
 from documents import Finding
 from runner.presenter.arithmetic import Real3
 from runner.presenter.arithmetic_choice import arithmetic_of
@@ -68,8 +68,7 @@ class CodePass:
             files.insert(0, "by_knots.glsl" if any(by_knots) else "by_table.glsl")
         if not all(by_knots):
             files.insert(0, "table_fourth_root.glsl")
-            # Where dithered, the light of the codes decides, and not the table.
-            entries = 2 * ENTRIES if bits == 10 and dithering is None else ENTRIES
+            entries = entries_for(highest_code(bits), dithered=dithering is not None)
             tables["code_table"] = _code_table(context, curves, entries)
         if any(by_knots):
             files.insert(0, "knots.glsl")

@@ -1,0 +1,103 @@
+"""The error budget: what each step costs each eye, what all cost together, and what is not known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.budget.path import Step
+from devices.display.model import EYES, Eye
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """Mean, 95th percentile and largest ΔE00 of one step for one eye.
+
+    Examples
+    --------
+    >>> Cost.of(np.array([0.0, 0.1, 0.2])).max
+    0.2
+    """
+
+    mean: float
+    p95: float
+    max: float
+
+    @classmethod
+    def of(cls, differences: Floats) -> Cost:
+        """Return the cost of ΔE00 (n,), n at least 1."""
+        return cls(float(differences.mean()), float(np.percentile(differences, 95)), float(differences.max()))
+
+    def to_json(self) -> dict[str, float]:
+        """Return four digits of each."""
+        return {name: float(f"{value:.4g}") for name, value in zip(("mean", "p95", "max"), self._all, strict=True)}
+
+    @property
+    def _all(self) -> tuple[float, float, float]:
+        return self.mean, self.p95, self.max
+
+
+@dataclass(frozen=True, slots=True)
+class BudgetRow:
+    """One step in ``words``; ``eyes`` is None where what it costs is not known, and the words say why.
+
+    Examples
+    --------
+    >>> BudgetRow(Step.CROSSTALK, "not measured", None).to_json()
+    {'step': 'crosstalk_left', 'words': 'not measured', 'left': None, 'right': None}
+    """
+
+    step: Step
+    words: str
+    eyes: Mapping[Eye, Cost] | None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as JSON."""
+        costs: dict[str, Any] = {eye: None if self.eyes is None else self.eyes[eye].to_json() for eye in EYES}
+        return {"step": str(self.step), "words": self.words, **costs}
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorBudget:
+    """The steps in the order of the way, all together last; ``colours`` says what they were computed of.
+
+    Examples
+    --------
+    >>> budget = ErrorBudget("two greys", (BudgetRow(Step.CROSSTALK, "not measured", None),))
+    >>> budget.row(Step.CROSSTALK).words
+    'not measured'
+    """
+
+    colours: str
+    rows: tuple[BudgetRow, ...]
+
+    @classmethod
+    def of(
+        cls,
+        colours: str,
+        differences: Mapping[Step, Mapping[Eye, Floats]],
+        words: Mapping[Step, str],
+        stated: Mapping[Step, Mapping[Eye, Cost]],
+    ) -> ErrorBudget:
+        """Return the rows of every step that there are ``words`` for: computed, ``stated`` elsewhere, or not known."""
+        rows = []
+        for step in Step:
+            if step in words:
+                computed = differences.get(step)
+                found = stated.get(step) if computed is None else {eye: Cost.of(computed[eye]) for eye in EYES}
+                rows.append(BudgetRow(step, words[step], found))
+        return cls(colours, tuple(rows))
+
+    def row(self, step: Step) -> BudgetRow:
+        """Return the row of ``step``; KeyError if there is none."""
+        return {row.step: row for row in self.rows}[step]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as JSON."""
+        return {"colours": self.colours, "steps": [row.to_json() for row in self.rows]}
