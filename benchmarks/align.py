@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 from curves import Row, program, seconds, sized
 from numpy.typing import NDArray
+from promises import Promise, worst
 from scipy.special import ndtr
 from skimage.registration import phase_cross_correlation
 
@@ -28,16 +29,21 @@ from stimuli.sparkle.studio import Studio
 Floats32 = NDArray[np.float32]
 RECIPE = Path(__file__).parents[1] / "configs/stimuli/manitoba_gray.yaml"
 SIDE_PX, PITCH_MM = sized(512, 256), 0.277
-SHIFTS_PX = (-0.5, -0.25, 0.25, 0.75)
+SHIFTS_PX = sized((-0.5, -0.25, 0.25, 0.75), (0.25,))
 METHODS = ("register", "scikit-image, phase", "scikit-image, plain")
 
 
 def run() -> dict[str, object]:
     """Time both on made-up sparkles and on the shipped plate, and interpolators on a half-pixel shift."""
-    return {
-        "title": "A known shift found again (error in px)",
-        "rows": [*_found("sparkles"), *sized(_found, lambda kind: [])("plate"), *_cut(), *_rolled(), *_compared()],
-    }
+    shifts = [row for kind in sized(("sparkles", "plate"), ("sparkles",)) for row in _found(kind)]
+    rolls, compared = _rolled(), _compared()
+    promises = [
+        Promise("a known shift, worst error", worst(shifts, series="register"), 0.02, "error", unit="px"),
+        Promise("a roll, in the corners", worst(rolls, series="straighten"), 0.02, "error", unit="px"),
+        Promise("a shift and turn as compare finds it", worst(compared, series="compare"), 0.02, "error", unit="px"),
+    ]
+    rows = [*shifts, *_cut(), *rolls, *compared]
+    return {"title": "A known shift found again (error in px)", "rows": rows, "promises": promises}
 
 
 def _found(kind: str) -> list[Row]:
@@ -113,7 +119,7 @@ def _rolled() -> list[Row]:
         return float(np.degrees(np.arctan2(found[1, 0], found[0, 0])))
 
     rows: list[Row] = []
-    rights = {roll_deg: _turned(roll_deg) for roll_deg in (0.05, 0.2, -0.5)}
+    rights = {roll_deg: _turned(roll_deg) for roll_deg in sized((0.05, 0.2, -0.5), (0.2,))}
     for series, find in (("straighten", ours), ("OpenCV, ECC", ecc)):
         errors = [abs(find(right) - roll_deg) for roll_deg, right in rights.items()]
         rows.append(
@@ -185,7 +191,7 @@ def _turned(roll_deg: float) -> Floats32:
 def _cut() -> list[Row]:
     """Cut a picture a quarter of a pixel aside, as a pair half a pixel apart is; the error is a share of the peak."""
     rows: list[Row] = []
-    for sd_px in (0.8, 1.2):
+    for sd_px in sized((0.8, 1.2), (0.8,)):
         source = np.repeat(_spots(0.0, sd_px)[:, :, None], 3, axis=2).astype(np.float32)
         want = _spots(-0.25, sd_px)[8:-8, 8:-8]
         for interpolation in ("linear", "cubic", "sinc"):

@@ -11,7 +11,7 @@ import importlib
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -22,6 +22,7 @@ from scipy.sparse import csr_array
 
 sys.path.insert(0, str(Path(__file__).parent))
 from curves import program, seconds, sized, times_faster
+from promises import Promise, worst
 
 from analysis.scaling.fitting import fit, fit_batch, fit_sparse
 from analysis.scaling.separation import are_connected
@@ -56,7 +57,31 @@ def run() -> dict[str, Any]:
         _scores_command(),
         *_bootstraps(),
     ]
-    return {"title": TITLE, "rows": rows, "ratios": _ratios()}
+    return {"title": TITLE, "rows": rows, "promises": [*_promises(_ratios()), _exact(rows)]}
+
+
+# What is timed, beside which peer, and how many times as fast it is at least.
+PROMISED: dict[tuple[str, str], float] = {
+    (f"{BOOTSTRAPS} observer bootstraps, n = 10", "evalica"): 10.0,
+    (f"{BOOTSTRAPS} observer bootstraps, n = 10", "choix ilsr"): 20.0,
+    ("one fit with covariance, n = 10", "evalica"): 1.0,
+    ("one fit with covariance, n = 10", "choix ilsr"): 1.0,
+    ("one fit with covariance, n = 100", "evalica"): 1.0,
+    ("one fit with covariance, n = 100", "choix ilsr"): 1.0,
+    (f"one sparse fit, n = {ITEMS}", "evalica"): 3.0,
+}
+
+
+def _promises(ratios: Mapping[tuple[str, str], float]) -> Iterator[Promise]:
+    for (what, peer), least in PROMISED.items():
+        ratio = ratios.get((what, peer))
+        why = "" if ratio is not None else f"{peer.split()[0]} is not installed"
+        yield Promise(f"{what}, beside {peer}", ratio, least, "ratio", "at least", "×", missing=why)
+
+
+def _exact(rows: list[Row]) -> Promise:
+    error = worst(rows, series="Newton", parameter="converged")
+    return Promise("largest error in θ where Newton converged", error, 1e-10, "error")
 
 
 def _small_tables() -> dict[int, Floats]:
@@ -237,28 +262,29 @@ def _row(series: str, parameter: str, time: float | None, error: float | None, n
     return {"series": series, "parameter": parameter, "seconds": time, "error": error, "note": note}
 
 
-def _ratios() -> dict[str, float]:
+def _ratios() -> dict[tuple[str, str], float]:
     """Return how many times faster than the peers we are, where the design sets a target.
 
     The peers run at 1e-6 (evalica's default) and 1e-8 (choix's default), which leaves them less exact.
     """
-    solvers, ratios = _solvers(), {}
+    solvers = _solvers()
+    ratios: dict[tuple[str, str], float] = {}
     for n, wins in _small_tables().items():
         for name, tolerance in (("evalica", 1e-6), ("choix ilsr", 1e-8)):
             if name in solvers:
                 work = solvers[name](wins, tolerance)
                 ratio = times_faster(lambda wins=wins: fit(wins), work, rounds=301)
-                ratios[f"one_fit_with_covariance_n_{n}_over_{name.replace(' ', '_')}"] = ratio
+                ratios[f"one fit with covariance, n = {n}", name] = ratio
     sparse, replicates = _sparse_counts(), _bootstrap_counts()
     counts = csr_array(sparse)
     if "evalica" in solvers:
         sparse_work = solvers["evalica"](sparse, 1e-6)
-        ratios["sparse_over_evalica"] = times_faster(lambda: fit_sparse(counts), sparse_work)
+        ratios[f"one sparse fit, n = {ITEMS}", "evalica"] = times_faster(lambda: fit_sparse(counts), sparse_work)
     sound = replicates[are_connected(replicates)]
     for name, tolerance in (("evalica", 1e-6), ("choix ilsr", 1e-8)):
         if name in solvers:
             prepared = [solvers[name](replicate, tolerance) for replicate in sound]
-            ratios[f"bootstraps_over_{name.replace(' ', '_')}"] = times_faster(
+            ratios[f"{BOOTSTRAPS} observer bootstraps, n = 10", name] = times_faster(
                 lambda: fit_batch(replicates), lambda work=prepared: [one() for one in work], rounds=5
             )
     return ratios

@@ -17,9 +17,10 @@ from time import perf_counter
 from typing import Any, TypeVar
 
 import numpy as np
-from curves import Row, program, sized
+from curves import program, sized
 from ordinary_pictures import save_pairs
 from PIL import Image
+from promises import Promise
 
 from devices.display import PanelSpec
 from runner.check import check_file
@@ -54,9 +55,9 @@ def written_again(files: tuple[Path, ...], folder: Path) -> tuple[float, int]:
     return seconds, worst
 
 
-def run(pairs: int = sized(20, 4)) -> dict[str, Any]:
+def run(pairs: int = sized(20, 2)) -> dict[str, Any]:
     """Check twice; preview whole, as a sheet, and its first trials."""
-    rows: list[Row] = []
+    rows: list[dict[str, Any]] = []
     before = os.environ.get("CYCLOPEAN_CACHE")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -99,7 +100,12 @@ def run(pairs: int = sized(20, 4)) -> dict[str, Any]:
             os.environ.pop("CYCLOPEAN_CACHE", None)
             if before is not None:
                 os.environ["CYCLOPEAN_CACHE"] = before
-    return {"title": "A study checked and previewed", "rows": rows}
+    wrong = max(float(row["error"]) for row in rows if row["error"] is not None)
+    promises = [
+        Promise("difference of a preview's codes, and of a second check", wrong, 0, "count", "exactly"),
+        Promise("clipping costs computed at the second check", second.facts[COUNTED[0]], 0, "count", "exactly"),
+    ]
+    return {"title": "A study checked and previewed", "rows": rows, "promises": promises}
 
 
 if __name__ == "__main__":

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 from curves import Row, program, seconds, sized, times_faster
 from numpy.typing import NDArray
+from promises import Promise, worst
 
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
@@ -153,7 +154,12 @@ def run() -> dict[str, object]:
             for way, work in ways.items():
                 row = {"series": way, "parameter": f"{name} clipped", "seconds": seconds(work, repeats=3)}
                 rows.append({**row, "error": error if way == "in blocks" else 0.0, "note": notes.get(way, "")})
-    return {"title": TITLE, "rows": rows + counts() + rooms()}
+    counted = counts()
+    promises = [
+        Promise("mean ΔE00 in blocks, off that of all pixels", worst(rows, series="in blocks"), 1e-12, "error"),
+        Promise("share of pixels counted wrongly", worst(counted, series=BY_CODES), 0.0, "error"),
+    ]
+    return {"title": TITLE, "rows": rows + counted + rooms(), "promises": promises}
 
 
 if __name__ == "__main__":

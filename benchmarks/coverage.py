@@ -17,6 +17,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 from curves import in_two_processes, numbers, program, seconds, sized
+from promises import Promise
 from simulated_studies import Coverage, Decisions, Design, coverage, decisions
 
 from analysis.bootstrap.confidence_intervals import KINDS, Kind, intervals
@@ -52,7 +53,7 @@ PAIRS: dict[str, Any] = {"all pairs": 1.0, "20 to 100 % of the pairs": (0.2, 1.0
 COVARIANCES: tuple[CovarianceChoice, ...] = ("auto", "model", "scaled", "sandwich")
 
 
-def run(studies: int = sized(1000, 4)) -> dict[str, Any]:
+def run(studies: int = sized(300, 4)) -> dict[str, Any]:
     """Simulate and return the title and the rows.
 
     There are a tenth as many studies where a bootstrap is drawn, and a thirtieth for the studentised one.
@@ -68,7 +69,27 @@ def run(studies: int = sized(1000, 4)) -> dict[str, Any]:
             design, ["studentised"], ["difference"], studies=max(2, studies // 30), replicates=sized(1000, 100)
         )
         rows += _covered(name, slow, times)
-    return {"title": TITLE, "rows": [*rows, *_decided(studies)]}
+    decided = [*_decided(studies)]
+    return {"title": TITLE, "rows": [*rows, *decided], "promises": _promises(decided)}
+
+
+def _promises(decided: list[Row]) -> list[Promise]:
+    """Return what is promised of the default, over all its populations and designs; see `_beyond`."""
+    default: list[Any] = [row for row in decided if row["series"] == "classes, holm, auto"]
+    false = max(_beyond(row["false_difference"], row["studies"]) for row in default)
+    least = min(1 - _beyond(1 - row["covered"], row["studies"]) for row in default)
+    most = max(_beyond(row["covered"], row["studies"]) for row in default)
+    beyond = "two standard errors off the worst of all designs"
+    return [
+        Promise(f"share of studies with a false difference, {beyond}", false, 0.055, "share"),
+        Promise(f"share of 95 % intervals that contain the truth, {beyond}", least, 0.93, "share", "at least"),
+        Promise(f"the largest such share, {beyond}", most, 0.97, "share"),
+    ]
+
+
+def _beyond(share: float, studies: int) -> float:
+    """Return what a share of simulated studies is beyond doubt: itself, less two standard errors of so many studies."""
+    return float(max(0.0, share - 2 * np.sqrt(share * (1 - share) / studies)))
 
 
 def _decided(studies: int) -> Iterator[Row]:
@@ -107,6 +128,7 @@ def _decision(kind: str, name: str, found: Decisions, studies: int) -> Row:
         "note": f"{studies} studies: {100 * found.false_difference:.1f} ± {100 * found.standard_error:.1f} % report a "
         f"false difference{true_ones}; 95 % intervals contain "
         f"{100 * found.differences:.1f} % of differences, {100 * found.log10_scores:.1f} % of log scores",
+        "studies": studies,
         "false_difference": found.false_difference,
         "separated": found.separated,
         "covered": found.differences,

@@ -18,6 +18,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 from curves import numbers, program, seconds, sized
+from promises import Promise, worst
 
 from analysis.comparisons.comparisons import Comparisons, from_arrays, split_groups, without_groups
 from analysis.scaling.fitting import fit_model
@@ -35,12 +36,13 @@ PLANTED = 0.5
 GROUPS, ITEMS = 4, 5
 
 
-def run(studies: int = sized(300, 3)) -> dict[str, Any]:
+def run(studies: int = sized(150, 3)) -> dict[str, Any]:
     """Measure and return the title and the rows."""
     rows = [*_times()]
+    promises = [Promise("error in θ of the scale of each group", worst(rows), 1e-10, "error")]
     for spread, observers in product(SPREADS, OBSERVERS):
         rows += _shares(observers, spread, studies)
-    return {"title": TITLE, "rows": rows}
+    return {"title": TITLE, "rows": rows, "promises": promises}
 
 
 def study(

@@ -96,7 +96,7 @@ def _comparisons(
     )
 
 
-def run(studies: int = sized(200, 2)) -> dict[str, Any]:
+def run(studies: int = sized(40, 2)) -> dict[str, Any]:
     """Measure and return the title and the rows."""
     rows = [*_likelihoods(), *_spreads(studies), _large()]
     return {"title": TITLE, "rows": rows}

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -56,9 +56,15 @@ def release(version: str, machine: str, full: Named, quick: Named) -> Release:
     return Release(version, datetime.now(UTC).date().isoformat(), machine, figures, exact)
 
 
-def append(line: Release, file: Path = FILE) -> None:
-    """Add a line; of the same version as the last one, in its place."""
+def append(line: Release, file: Path = FILE, *, whole: bool = True) -> None:
+    """Add a line, in the place of one of the same version.
+
+    Unless it is ``whole``, the figures of other scripts stay as that line has them, if it is of the same machine.
+    """
     kept = [one for one in releases(file) if one.version != line.version]
+    for old in releases(file):
+        if not whole and (old.version, old.machine) == (line.version, line.machine):
+            line = replace(line, figures=_joined(old.figures, line.figures), quick=_joined(old.quick, line.quick))
     text = [json.dumps(asdict(one), ensure_ascii=False) for one in (*kept, line)]
     file.write_text("\n".join(text) + "\n", encoding="utf-8")
 
@@ -83,6 +89,12 @@ def fallen(promises: Named, last: Release, *, machine: str = "", quick: bool = F
             yield name, f"{now.figure:g}, not {was:g} as in {last.version}"
         if now.kind == "ratio" and not quick and machine == last.machine and _worse(now, was):
             yield name, f"{now.figure:.3g}, more than a quarter worse than {was:.3g} in {last.version}"
+
+
+def _joined(old: Mapping[str, float], new: Mapping[str, float]) -> dict[str, float]:
+    """Return the old figures of the scripts that have no new ones, and the new ones."""
+    again = {name.split(": ")[0] for name in new}
+    return {name: figure for name, figure in old.items() if name.split(": ")[0] not in again} | dict(new)
 
 
 def _worse(now: Promise, was: float) -> bool:

@@ -20,6 +20,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 from curves import Row, program, sized
+from promises import Promise
 
 from analysis.records import FILE_NAME, Header, Trial
 from runner.session import simulate
@@ -132,7 +133,8 @@ def measured(words: list[str], folder: Path) -> tuple[float, float | None]:
 def run() -> dict[str, object]:
     """Make each of the large results, and report on it or resume it."""
     rows: list[Row] = []
-    for name, (most_s, most_mb) in PROMISED.items():
+    promises: list[Promise] = []
+    for name, (most_s, most_mb) in [*PROMISED.items()][: sized(None, 1)]:
         with tempfile.TemporaryDirectory() as place:
             folder = Path(place)
             if name.startswith("resume"):
@@ -143,11 +145,12 @@ def run() -> dict[str, object]:
                 )
                 words = ["report", "results"]
             taken, peak_mb = measured(words, folder)
-        kept = taken <= most_s and (peak_mb is None or peak_mb <= most_mb)
-        peak = "" if peak_mb is None else f", {peak_mb:.0f} MB (promised {most_mb:g})"
-        note = f"{taken:.1f} s of a processor (promised {most_s:g}){peak}: {'kept' if kept else 'NOT KEPT'}"
+        note = f"{taken:.1f} s of a processor" + ("" if peak_mb is None else f", {peak_mb:.0f} MB")
         rows.append({"series": name, "parameter": "whole process", "seconds": taken, "error": None, "note": note})
-    return {"title": "Large results", "rows": rows}
+        why = "" if peak_mb is not None else "this system does not say"
+        promises.append(Promise(f"{name}, processor", taken, most_s, "seconds", unit="s"))
+        promises.append(Promise(f"{name}, memory", peak_mb, most_mb, "share", unit="MB", missing=why))
+    return {"title": "Large results", "rows": rows, "promises": promises}
 
 
 if __name__ == "__main__":

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).parent))
 from curves import program, seconds, sized
+from promises import Promise, worst
 
 from analysis.bootstrap.fits import fit_each
 from analysis.observers import concordance
@@ -36,11 +37,12 @@ LEVEL = 0.05
 
 def run() -> dict[str, Any]:
     """Measure and return the title and the rows."""
-    return {
-        "name": "observers",
-        "title": TITLE,
-        "rows": [*_triads(6), *_triads(10), *_agreement(), *_strangers(), *_left_out()],
-    }
+    rows = [*_triads(6), *_triads(10), *_agreement(), *_strangers(), *_left_out()]
+    promises = [
+        Promise("fits without each observer, batched, error in θ", worst(rows, series="batched"), 1e-10, "error"),
+        Promise("verdicts renamed wrongly", worst(rows, series="by rows"), 0, "count", "exactly"),
+    ]
+    return {"title": TITLE, "rows": rows, "promises": promises}
 
 
 def _triads(n: int) -> Iterator[Row]:

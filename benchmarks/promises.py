@@ -99,7 +99,7 @@ class Promise:
     def promised(self) -> str:
         """Return the limit with its direction and unit."""
         if self.limit is None:
-            return "as in the last release"
+            return "–" if self.kind in ("seconds", "share") else "as in the last release"
         return f"{self.direction} {_number(self.limit, self.unit)}"
 
 

@@ -30,7 +30,7 @@ Row = dict[str, object]
 
 TITLE = "Tests where observers differ: time against distance of false findings from 5 %"
 OBSERVERS = sized((5, 10, 15, 30), (5,))
-STUDIES = sized(200, 4)
+STUDIES = sized(100, 4)
 WORLDS = ("alike", "sd 0.7", "sd 1.5", "two camps")
 
 

@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 from curves import program, seconds, sized
 from numpy.typing import NDArray
+from promises import Promise, worst
 
 from stimuli.measures import difference_map, scielab
 
@@ -68,7 +69,9 @@ def run() -> dict[str, object]:
             )
     finally:
         scielab.NARROWEST_CELLS = usual
-    return {"title": f"What the eye resolves of {SIZE_PX[1]} × {SIZE_PX[0]} pixels", "rows": rows}
+    shipped = worst(rows, parameter="as shipped")
+    promises = [Promise("largest ΔE00 from every Gaussian at full size", shipped, 0.001, "error")]
+    return {"promises": promises, "title": f"What the eye resolves of {SIZE_PX[1]} × {SIZE_PX[0]} pixels", "rows": rows}
 
 
 if __name__ == "__main__":

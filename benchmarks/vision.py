@@ -10,6 +10,7 @@ from collections.abc import Callable
 import numpy as np
 from curves import program, seconds, sized
 from numpy.typing import NDArray
+from promises import Promise, worst
 
 from devices.colour import white_point
 from devices.colour_matching import dkl_from_xyz, lms_from_xyz, xyz_of_dkl
@@ -71,7 +72,8 @@ def run() -> dict[str, object]:
         error = float(np.max(np.abs(found - expected)) / np.max(np.abs(expected)))
         rows.append({"series": "ours", "parameter": what, "seconds": seconds(ours, repeats=5), "error": error})
         rows.append({"series": peer, "parameter": what, "seconds": seconds(theirs, repeats=5), "error": error})
-    return {"title": "Cone contrasts, adaptation and contrast sensitivity", "rows": rows}
+    promises = [Promise("largest relative difference from the peers", worst(rows), 1e-6, "error")]
+    return {"promises": promises, "title": "Cone contrasts, adaptation and contrast sensitivity", "rows": rows}
 
 
 if __name__ == "__main__":

@@ -102,6 +102,18 @@ def test_a_line_is_added_for_each_version(tmp_path: Path) -> None:
     assert history.releases(tmp_path / "none") == []
 
 
+def test_single_scripts_are_added_to_the_line_of_their_version(tmp_path: Path) -> None:
+    file = tmp_path / "history.jsonl"
+    history.append(history.Release("1", "2026-01-01", "here", {"one: a": 1, "one: b": 2, "two: c": 3}), file)
+    history.append(history.Release("1", "2026-01-02", "here", {"one: a": 4}, {"one: a": 5}), file, whole=False)
+    (found,) = history.releases(file)
+    assert (found.date, found.figures, found.quick) == ("2026-01-02", {"two: c": 3, "one: a": 4}, {"one: a": 5})
+    history.append(history.Release("1", "2026-01-03", "elsewhere", {"one: a": 6}), file, whole=False)
+    assert history.releases(file)[0].figures == {"one: a": 6}
+    history.append(history.Release("1", "2026-01-04", "elsewhere", {"two: c": 7}), file)
+    assert history.releases(file)[0].figures == {"two: c": 7}
+
+
 def test_a_name_that_is_no_benchmark_is_refused(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
