@@ -64,7 +64,7 @@ def run() -> dict[str, object]:
     shining[11] *= 1.4
     spoilt = Correspondences(shining, XYZ, names, shining >= 1)
     rows: list[dict[str, object]] = []
-    losses: tuple[Loss, ...] = ("xyz", "delta-e")
+    losses: tuple[Loss, ...] = sized(("xyz", "delta-e"), ("xyz",))
     for label, seen in (("24 patches", colours), ("one of them specular", spoilt)):
         for loss in losses:
             found = fit_camera(seen, "linear", loss)

@@ -92,7 +92,7 @@ def page(all_ran: Sequence[Ran], fallen: Sequence[tuple[str, str]], where: str, 
     lines += ["", f"{sum(ran.taken_s for ran in all_ran) / 60:.1f} minutes in all, the longest: "]
     lines[-1] += ", ".join(f"{ran.script} {ran.taken_s:.0f} s" for ran in times[:8]) + "."
     wrong = broken(all_ran, fallen, quick=quick)
-    lines += ["", *(f"- **{words}**" for words in wrong or ["All promises that were measured are kept."])]
+    lines += ["", *(f"- **{words}**" for words in wrong or ["Every promise that was judged is kept."])]
     return "\n".join(lines) + "\n"
 
 

@@ -60,7 +60,7 @@ def test_the_page_names_what_is_not_kept_and_what_failed() -> None:
     assert "| one | uploads | 15 | exactly 15 | kept |" in text
     assert "no such file" in text
     assert "- **one: ratio: 1, more than a quarter worse**" in text
-    assert "All promises that were measured are kept" in page([Ran("one", 1.0)], [], "here", quick=False)
+    assert "Every promise that was judged is kept" in page([Ran("one", 1.0)], [], "here", quick=False)
 
 
 @pytest.mark.parametrize(
