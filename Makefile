@@ -91,6 +91,7 @@ bench-psychopy: test-tools
 
 stress: gl
 	$(BIN)/python -m pytest -m stress tests/stress
+	$(BIN)/python -m tests.stress.stability.page
 	$(ONE_THREAD) $(BIN)/python -m pytest -m "hypothesis and not stress and not quad and not vdp" --hypothesis-profile searching -n $(WORKERS)
 
 dither-mask: env

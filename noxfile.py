@@ -61,6 +61,7 @@ def stress(session: nox.Session) -> None:
     """Slow sweeps to the edges."""
     _install(session)
     session.run("python", "-m", "pytest", "-m", "stress", "tests/stress", *session.posargs)
+    session.run("python", "-m", "tests.stress.stability.page")
 
 
 @nox.session

@@ -46,7 +46,7 @@ def pu21_decoded(values: ArrayLike) -> NDArray[np.float64]:
     Parameters
     ----------
     values
-        Perceptually uniform values, 0 to 595.4, of any shape.
+        Perceptually uniform values, of any shape; below 0 and above 595.4 they are taken as these.
 
     Returns
     -------
@@ -59,6 +59,8 @@ def pu21_decoded(values: ArrayLike) -> NDArray[np.float64]:
     42.0
     """
     p1, p2, p3, p4, p5, p6, p7 = _P
-    share = (np.asarray(values, dtype=np.float64) / p7 + p6) ** (1.0 / p5)
+    # Beyond the ends the formula has a pole, and comes back from it in the dark.
+    encoded = np.clip(np.asarray(values, dtype=np.float64), 0.0, pu21_encoded(HIGHEST_CD_M2))
+    share = (encoded / p7 + p6) ** (1.0 / p5)
     light = np.maximum((share - p1) / (p2 - p3 * share), 0.0) ** (1.0 / p4)
     return np.asarray(np.clip(light, LOWEST_CD_M2, HIGHEST_CD_M2))

@@ -40,6 +40,10 @@ def test_the_published_ends_and_the_anchor() -> None:
     np.testing.assert_array_equal(pu21_encoded([0.0, 1e6]), [low, high])
 
 
+def test_values_beyond_the_ends_are_decoded_as_the_ends() -> None:
+    np.testing.assert_allclose(pu21_decoded([-5.0, 0.0, 600.0, 1e4, np.inf]), [0.005, 0.005, 1e4, 1e4, 1e4], rtol=1e-9)
+
+
 @given(st.floats(0.005, 10_000.0), st.floats(1.0001, 1.5))
 def test_decoding_undoes_encoding_and_more_light_is_more(luminance: float, factor: float) -> None:
     value = float(pu21_encoded(luminance))
