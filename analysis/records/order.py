@@ -8,6 +8,7 @@ from typing import Any
 from analysis.records.fields import RecordError, read_fields
 from analysis.records.other_records import (
     Clipping,
+    ClippingRecord,
     EndRecord,
     HeaderRecord,
     MarkRecord,
@@ -35,7 +36,8 @@ class Order:
         self.complete = False
         factors = {stimulus.name: stimulus.factors for stimulus in self.header.stimuli}
         self._session = Session(factors, own_keys=bool(self.header.interface.keys))
-        self._costs: dict[str, Any] = {stimulus["name"]: stimulus.get("clipping") for stimulus in line["stimuli"]}
+        # What the gamut clip costs each stimulus, as it was stated first; None where it was not.
+        self.costs: dict[str, Any] = {stimulus["name"]: stimulus.get("clipping") for stimulus in line["stimuli"]}
         self._asked: dict[Place, tuple[Any, ...]] = {}
         self._attempts: dict[Place, int] = {}
         self._last: Place = (-1, -1)
@@ -85,6 +87,16 @@ class Order:
         self._run_began_s = self._latest_s = _seconds(resumption.utc)
         self._changed = self._changed or bool(resumption.accepted_changes)
         return resumption
+
+    def clipping(self, line: dict[str, Any]) -> ClippingRecord:
+        """Take what the gamut clip costs stimuli of which it was not said before."""
+        record = read_fields(ClippingRecord, line)
+        self._time(record.utc)
+        for name, costs in line["stimuli"].items():
+            if name not in self.costs:
+                raise RecordError(f"it states the clipping of '{name}', which is no stimulus of the session")
+            self._cost(name, costs)
+        return record
 
     def end(self, line: dict[str, Any]) -> EndRecord:
         """Take the end."""
@@ -141,23 +153,30 @@ class Order:
             raise RecordError(f"the session had not come to trial {trial} of block {block}")
 
     def _stimuli(self, trial: TrialRecord, line: dict[str, Any]) -> None:
-        """Check that the header lists what is shown, and that clipping costs what the header says.
+        """Check that the header lists what is shown, and that clipping costs what was said of it first.
 
-        Costs that do are the header's own object from then on: a trial's are most of what it says.
+        Costs that do are one object from then on: a trial's are most of what it says.
         """
         for name in trial.stimuli:
-            if name not in self._costs:
+            if name not in self.costs:
                 raise RecordError(f"it shows '{name}', which is no stimulus of the session")
         clipping = line.get("clipping") or {}
         for name, costs in clipping.items():
             if name not in trial.stimuli:
                 raise RecordError(f"its clipping is that of '{name}', which it does not show")
-            if costs == self._costs[name]:
-                clipping[name] = self._costs[name]
-            elif self._changed or self._costs[name] is None:
-                read_fields(Clipping, costs)
-            else:
-                raise RecordError(f"the clipping of '{name}' is another than in the session's header")
+            clipping[name] = self._cost(name, costs)
+
+    def _cost(self, name: str, costs: Any) -> Any:
+        """Check what clipping costs a stimulus of the header, and return it."""
+        stated = self.costs[name]
+        if costs == stated:
+            return stated
+        if not (self._changed or stated is None):
+            raise RecordError(f"the clipping of '{name}' is another than in the session's header")
+        read_fields(Clipping, costs)
+        if stated is None:
+            self.costs[name] = costs
+        return costs
 
 
 def _asked(trial: TrialRecord) -> tuple[Any, ...]:

@@ -296,6 +296,14 @@ class WindowRecord(Fields):
     monitor: str = ""
 
 
+class ClippingRecord(Fields):
+    """What the gamut clip costs stimuli that no trial showed, where the header does not say it."""
+
+    record: Literal["clipping"]
+    stimuli: dict[Name, Clipping]
+    utc: Utc
+
+
 class EndRecord(Fields):
     """The session is complete."""
 

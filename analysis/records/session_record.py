@@ -5,7 +5,13 @@ order of the answers and, once the session is complete, an end line (``"record":
 (frames drawn, missed, pictures uploaded). Between them may be notes (``"record": "note"``), marks of trials to repeat
 (``"record": "mark"``), what became of the window (``"record": "window"``), and a line for each time the session was
 resumed (``"record": "resume"``). A repeated trial is recorded again with a higher ``attempt``, and the last attempt
-counts. The reader defines the format; the runner writes it. Each line's last two keys are its number and its checksum
+counts.
+
+What the gamut clip costs a stimulus stands in the header if it was known when the session began, else in the trials
+that show it or, if none does, in a line after the last trial of the last block (``"record": "clipping"``). Whoever
+reads a log finds it in the header's ``stimuli`` all the same.
+
+The reader defines the format; the runner writes it. Each line's last two keys are its number and its checksum
 (`documents.files.chain`), and the end line also states how many ``lines`` are before it; older logs have none of the
 three.
 """
@@ -13,7 +19,7 @@ three.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -180,6 +186,18 @@ class WindowEvent:
         """Return the event as a line's object."""
         facts = {key: value for key, value in asdict(self).items() if value or key in ("what", "block", "trial", "utc")}
         return {"record": "window", **facts}
+
+
+@dataclass(frozen=True, slots=True)
+class StimulusCosts:
+    """What the gamut clip costs stimuli, by name, of which neither the header nor a trial before says it."""
+
+    stimuli: Json
+    utc: str
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the costs as a line's object."""
+        return {"record": "clipping", **asdict(self)}
 
 
 _OF_EVERY_TRIAL = frozenset(("record", "block", "trial", "kind", "events", "response_time_s", "utc", "attempt"))
@@ -351,7 +369,7 @@ def read_session(file: Path) -> SessionLog:
     marks = tuple(record for record in records if isinstance(record, Mark))
     resumptions = tuple(record for record in records if isinstance(record, Resumption))
     parts = answers, reader.complete, state, notes, marks, resumptions
-    return SessionLog(file, reader.header, *parts, records=records, windows=tuple(reader.windows))
+    return SessionLog(file, reader.with_costs(reader.header), *parts, records=records, windows=tuple(reader.windows))
 
 
 class RecordReader:
@@ -367,6 +385,17 @@ class RecordReader:
     def complete(self) -> bool:
         """Whether the end was recorded."""
         return self._order is not None and self._order.complete
+
+    def with_costs(self, header: Header) -> Header:
+        """Return ``header`` with what the lines after it said of the stimuli's costs, where it does not say it."""
+        costs = self._order.costs if self._order else {}
+        if not any(costs.get(stimulus["name"]) and not stimulus.get("clipping") for stimulus in header.stimuli):
+            return header
+        stimuli = (
+            {**stimulus, "clipping": costs[stimulus["name"]]} if costs[stimulus["name"]] else stimulus
+            for stimulus in header.stimuli
+        )
+        return replace(header, stimuli=tuple(stimuli))
 
     def take(self, number: int, line: Any) -> None:
         """Take line ``number``; raise RecordError if it is not what can follow the lines before."""
@@ -404,10 +433,12 @@ class RecordReader:
             self.windows.append(
                 WindowEvent(event.what, event.block, event.trial, event.utc, tuple(event.size_px), event.monitor)
             )
+        elif kind == "clipping":
+            order.clipping(line)
         elif kind == "end":
             order.end(line)
         else:
-            known = "session, trial, note, mark, resume, window, end"
+            known = "session, trial, note, mark, resume, window, clipping, end"
             raise RecordError(f"there is no record '{kind}' in this version, which has {known}", NEWER)
 
 

@@ -59,6 +59,11 @@ class Pictures:
         self._held: LruCache[PictureKey, PictureCodes] = LruCache(budget_bytes, lambda: work.add(evictions=1))
         self._making: tuple[PictureKey, Making] | None = None
 
+    @property
+    def is_decoding(self) -> bool:
+        """Whether a picture is being decoded, or waits for that."""
+        return self._decoder.is_busy
+
     def codes(self, key: PictureKey, keep: Collection[PictureKey] = ()) -> PictureCodes:
         """Return the codes of ``key``, made if they are not held; those in ``keep`` are not released for it.
 
@@ -159,6 +164,11 @@ class Decoder:
                     self._thread = ThreadPoolExecutor(1, thread_name_prefix="decode")
                 self._pending[key] = self._thread.submit(self._decode, key)
                 self._pending[key].add_done_callback(self._report)
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a picture is being decoded, or waits for that."""
+        return any(not future.done() for future in self._pending.values())
 
     def ready(self) -> PictureKey | None:
         """Return the key of a picture that can be taken without waiting, None if there is none."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 
 from devices.compensation import Compensation, Correction, Size
@@ -127,6 +128,9 @@ class Presenter:
         self._swaps = SwapLog()
         self._scene: Scene | None = None
         self._upcoming: tuple[PictureKey, ...] = ()
+        self._later: deque[PictureKey] = deque()
+        self._filling: tuple[PictureKey, ...] = ()
+        self._may_fill: Callable[[], bool] = lambda: True
         self._plans: tuple[Plan, ...] = ()
         self._plans_for: tuple[Scene, Size, tuple[int, int], int] | None = None
         self._lit = False
@@ -149,6 +153,11 @@ class Presenter:
     def swaps(self) -> SwapLog:
         """When frames were shown."""
         return self._swaps
+
+    @property
+    def codes_depend_on_place(self) -> bool:
+        """Whether a picture has other codes at each place."""
+        return self._by_place
 
     def show(self, scene: Scene) -> float:
         """Show ``scene`` and return its onset, in seconds of ``time.monotonic``; an equal scene is not redrawn.
@@ -187,20 +196,31 @@ class Presenter:
             self._pointer.shown = True
             self._pointed()
 
-    def prefetch(self, scene: Scene) -> None:
+    def prefetch(self, scene: Scene, at_once: bool = False) -> None:
         """Make the pictures and words of ``scene`` ready, keeping those of the current scene.
 
-        Before the first scene nobody waits, and all is done at once. Later, pictures are decoded in a thread of their
-        own and uploaded and transformed, a band of rows at a time, between the events of a window; whatever is missing
-        when the scene is shown is done then. A picture that cannot be decoded is refused when it is shown.
+        Before the first scene nobody waits, and all is done ``at_once``, as where that is asked for. Later, pictures
+        are decoded in a thread of their own and uploaded and transformed, a band of rows at a time, between the events
+        of a window; whatever is missing when the scene is shown is done then. A picture that cannot be decoded is
+        refused when it is shown.
         """
-        if self._scene is None:
+        if at_once or self._scene is None:
             self._ready(scene)
         else:
             self._upcoming = self._keys(scene)
-            self._pictures.start(self._upcoming)
+            self._pictures.start((*self._upcoming, *self._filling))
             self._rasterise(scene)
         self._raise_gl_error()
+
+    def prefetch_later(self, scenes: Iterable[Scene], when: Callable[[], bool] = lambda: True) -> None:
+        """Make the pictures of ``scenes`` ready too, while a window waits for keys, until the budget is full.
+
+        One is begun after another, each once what `prefetch` named is ready and ``when`` returns True. Where that
+        becomes so later, the surface must be woken.
+        """
+        self._later = deque(key for scene in scenes for key in self._keys(scene))
+        self._may_fill = when
+        self.surface.wake()
 
     def capture(self) -> dict[str, Codes]:
         """Draw the current scene and return the codes (height, width, 3) of each buffer, top row first.
@@ -279,7 +299,18 @@ class Presenter:
         current = self._keys(self._scene) if self._scene else ()
         if self._pictures.step(keep=(*current, *self._upcoming)):
             self.surface.wake()
+        else:
+            self._fill()
         self._raise_gl_error()
+
+    def _fill(self) -> None:
+        """Begin with the next picture that is wanted later, if there is time and room for it."""
+        if not self._later or self._work.total("evictions") or not self._may_fill() or self._pictures.is_decoding:
+            return
+        self._filling = (self._later.popleft(),)
+        self._pictures.start((*self._upcoming, *self._filling))
+        if not self._pictures.is_decoding:  # it was there already
+            self.surface.wake()
 
     def _picture_of(self, area: EyeArea) -> str:
         """Return the name of the captured picture that holds ``area``."""

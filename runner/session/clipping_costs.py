@@ -75,19 +75,36 @@ class ClippingCosts:
         lift_share = max((costs._lift(name) for name in stimuli.names), default=0.0)
         return replace(costs, compensation=compensation.lifted(lift_share))
 
-    def description(self, name: str) -> dict[str, Any]:
-        """Return the name, the factors and the costs of the stimulus ``name``, as a session's header has them."""
+    def description(self, name: str, image: StereoImage | None = None) -> dict[str, Any]:
+        """Return the name, the factors and the costs of the stimulus ``name``, as a session's header has them.
+
+        Where they must be computed and the picture was read already, it is ``image``.
+        """
+
+        def compute() -> dict[str, Any]:
+            shown = self.load(name) if image is None else image
+            return {"flat": shown.is_flat, "clipping": clipping_record(shown, self.compensation, self.places_px)}
+
+        return {**self._named(name), **self._cost("clip", name, self._more, compute)}
+
+    def outline(self, name: str) -> dict[str, Any]:
+        """Return the `description` of the stimulus ``name`` if the cache has its costs, else all of it but these.
+
+        No picture is read for it.
+        """
+        cost = self._found(self._rests_on("clip", name, self._more))
+        return {**self._named(name), **(cost or {"flat": bool(self.stimuli.entry(name)["flat"])})}
+
+    def _named(self, name: str) -> dict[str, Any]:
+        return {"name": name, "factors": dict(self.stimuli.factors(name))}
+
+    @property
+    def _more(self) -> dict[str, Any]:
         correction = self.compensation.correction
-        more = {
+        return {
             "lift_share": correction.lift_share,
             "places_px": self.places_px if correction.depends_on_place else (),
         }
-
-        def compute() -> dict[str, Any]:
-            image = self.load(name)
-            return {"flat": image.is_flat, "clipping": clipping_record(image, self.compensation, self.places_px)}
-
-        return {"name": name, "factors": dict(self.stimuli.factors(name)), **self._cost("clip", name, more, compute)}
 
     def _lift(self, name: str) -> float:
         def compute() -> dict[str, Any]:
@@ -99,15 +116,23 @@ class ClippingCosts:
     def _cost(
         self, what: str, name: str, more: Mapping[str, Any], compute: Callable[[], dict[str, Any]]
     ) -> dict[str, Any]:
-        picture = str(self.stimuli.entry(name)["sha256"])
-        depends_on = {"version": COST_VERSION, "what": what, "picture": picture, **self.depends_on, **more}
-        cost = self.cache.find(depends_on)
+        depends_on = self._rests_on(what, name, more)
+        cost = self._found(depends_on)
         if cost is not None:
-            self.work.clipping_costs_cached += 1
             return cost
         cost = compute()
         self.work.clipping_costs_computed += 1
         self.cache.keep(depends_on, cost)
+        return cost
+
+    def _rests_on(self, what: str, name: str, more: Mapping[str, Any]) -> dict[str, Any]:
+        """Return all that a cost of the stimulus ``name`` depends on."""
+        picture = str(self.stimuli.entry(name)["sha256"])
+        return {"version": COST_VERSION, "what": what, "picture": picture, **self.depends_on, **more}
+
+    def _found(self, depends_on: Mapping[str, Any]) -> dict[str, Any] | None:
+        cost = self.cache.find(depends_on)
+        self.work.clipping_costs_cached += cost is not None
         return cost
 
 

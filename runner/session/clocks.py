@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
+from typing import Protocol
 
 from documents.platform import elapsed_s
 from runner.ports import Holding
@@ -80,16 +81,30 @@ class Pace:
             sleep(left_s)
 
 
-class PacedPresenter:
-    """Shows scenes on ``presenter``, timed ones at ``pace``."""
+class Background(Protocol):
+    """Work beside the session that may wait."""
 
-    def __init__(self, presenter: Presenter, pace: Pace) -> None:
+    def pause(self) -> None:
+        """Stop once what is under way is done, and return then."""
+
+    def resume(self) -> None:
+        """Go on."""
+
+
+class PacedPresenter:
+    """Shows scenes on ``presenter``, timed ones at ``pace``, with no work in the ``background`` meanwhile."""
+
+    def __init__(self, presenter: Presenter, pace: Pace, background: Background | None = None) -> None:
         self._presenter = presenter
         self._pace = pace
+        self._background = background
 
     def show(self, scene: Scene) -> float:
         """Show ``scene`` and return its onset."""
-        return self._presenter.show(scene)
+        onset_s = self._presenter.show(scene)
+        if self._background is not None:
+            self._background.resume()
+        return onset_s
 
     def prefetch(self, scene: Scene) -> None:
         """Make ready what ``scene`` will need."""
@@ -97,8 +112,10 @@ class PacedPresenter:
 
     def hold(self, scene: Scene, seconds: float) -> Holding:
         """Show ``scene`` for the whole frames nearest to ``seconds``: drawn once, slept through, keys dropped."""
+        if self._background is not None:
+            self._background.pause()
         frames = self._pace.frames(seconds)
-        onset_s = self.show(scene)
+        onset_s = self._presenter.show(scene)
         self._pace.wait(onset_s, frames, each_frame=self._presenter.surface.on_frame)
         self._presenter.surface.poll_keys()
         return Holding(onset_s, frames, self._pace.period_s)

@@ -24,6 +24,7 @@ from analysis.records import (
     Note,
     Resumption,
     SessionLog,
+    StimulusCosts,
     Trial,
     WindowEvent,
     latest_utc,
@@ -306,6 +307,10 @@ class Recorder:
     def window(self, event: WindowEvent) -> None:
         """Record what became of the window."""
         self._append(event.to_json())
+
+    def costs(self, costs: StimulusCosts) -> None:
+        """Record what the gamut clip costs the stimuli of which nothing before says it."""
+        self._append(costs.to_json())
 
     def answers(self) -> tuple[Trial, ...]:
         """Return every attempt that the log holds."""

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
 from runner.blocks.block import Block
@@ -41,14 +39,23 @@ def build_stimuli(experiment: Experiment, progress: Progress = no_progress) -> S
 
 
 class PictureSource:
-    """The stimuli of an experiment, cut to the aperture, and the pictures that its blocks make themselves."""
+    """The stimuli of an experiment, cut to the aperture, and the pictures that its blocks make themselves.
+
+    ``read`` counts the stimuli's pictures that were read from their files; ``on_read`` is called with the name of each
+    stimulus that `load` returns, and its picture.
+    """
 
     def __init__(self, experiment: Experiment, stimuli: StimulusSet, blocks: Sequence[Block] = ()) -> None:
-        load = functools.partial(stimuli.load, part=experiment.visible_part)
-        self.stimulus: Callable[[str], StereoImage] = functools.lru_cache(maxsize=_KEPT)(load)
+        self._stimuli, self._part = stimuli, experiment.visible_part
+        self.stimulus: Callable[[str], StereoImage] = functools.lru_cache(maxsize=_KEPT)(self._read)
+        self.read = 0
+        self.on_read: Callable[[str, StereoImage], object] = lambda name, image: None
         self._made: dict[str, Callable[[], StereoImage]] = {}
-        self._coming: dict[str, Future[StereoImage]] = {}
         self.add(blocks)
+
+    def _read(self, name: str) -> StereoImage:
+        self.read += 1
+        return self._stimuli.load(name, part=self._part)
 
     def add(self, blocks: Sequence[Block]) -> None:
         """Add the pictures that ``blocks`` make."""
@@ -57,20 +64,8 @@ class PictureSource:
 
     def load(self, name: str) -> StereoImage:
         """Return the picture ``name``."""
-        coming = self._coming.pop(name, None)
-        if coming is not None:
-            return coming.result()
-        return self._made[name]() if name in self._made else self.stimulus(name)
-
-    @contextmanager
-    def reading_ahead(self) -> Iterator[Callable[[str], None]]:
-        """Give a function that starts to read a stimulus, which `load` then waits for: for one picture ahead."""
-        with ThreadPoolExecutor(1, thread_name_prefix="read ahead") as thread:
-
-            def start(name: str) -> None:
-                self._coming[name] = thread.submit(self.stimulus, name)
-
-            try:
-                yield start
-            finally:
-                self._coming.clear()
+        if name in self._made:
+            return self._made[name]()
+        image = self.stimulus(name)
+        self.on_read(name, image)
+        return image

@@ -66,7 +66,8 @@ class Session:
 
     ``clip_costs`` gives, per stimulus, what the trial's record states of the gamut clip; ``stamps`` stand in every
     trial's record; ``logged`` are the first attempts that an interrupted session already holds, ``pending`` the places
-    of trials that are to be asked once more; ``on_trial`` is called with each trial, also if replayed;
+    of trials that are to be asked once more; ``on_trial`` is called with each trial, also if replayed; ``closing`` is
+    called once the blocks have asked what they had to, before what remains is asked once more;
     ``closing_facts`` gives at the end what the record states of the whole. ``least_s`` has each block's least response
     time. ``check_light`` is called as each block begins (with True) and before an answer is recorded; what it raises
     ends the session without that answer.
@@ -85,6 +86,7 @@ class Session:
     least_s: Sequence[float] = ()
     on_window: Callable[[WindowEvent], None] = lambda event: None
     check_light: Callable[[bool], None] = lambda begins: None
+    closing: Callable[[], None] = lambda: None
     closing_facts: Callable[[], Mapping[str, Any]] = dict
     utc: Callable[[], str] = field(default_factory=SteadyClock)
     remedy: str = "the experiment or the log was changed since: restore it, or start a new session"
@@ -130,6 +132,7 @@ class Session:
         if self._state.past:
             what = f"the log has {len(self._state.past)} more trials than the experiment"
             raise SessionError(Finding(what, remedy=self.remedy))
+        self.closing()
         while self._marked and not ended:  # marked when their block was over
             self._repeat(self._marked[0])
         self.sink.end({**self.closing_facts(), **ended})
@@ -319,7 +322,7 @@ class Session:
     def _record(self, block: int, number: int, draft: Draft) -> None:
         state = self._state
         data = {**draft.data, **self.stamps}
-        if draft.stimuli and self.clip_costs:
+        if draft.stimuli and self.clip_costs and not state.past:  # else the log has them
             data["clipping"] = {name: self.clip_costs[name] for name in draft.stimuli if name in self.clip_costs}
         if state.timed:
             data["timed"] = state.timed

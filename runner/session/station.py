@@ -11,14 +11,16 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from analysis.records import Header, SessionLog, Trial, WindowEvent, duration, latest_utc
+from analysis.records import Header, SessionLog, StimulusCosts, Trial, WindowEvent, duration, latest_utc
 from devices.display import EYES
 from documents import Finding
 from documents.files import RESTORE, Mirror
+from runner.blocks.block import Block, Draft
 from runner.errors import SessionError, SessionStoppedError
 from runner.observers.observer_file import ImageBasedObserverSpec, ObserverSpec
 from runner.observers.presses import Replay, asked_after_their_block, check_replayable
 from runner.observers.simulated import BradleyTerryObserver, mean_delta_e_00
+from runner.observers.walk import walk
 from runner.ports import Observer
 from runner.presenter.errors import GraphicsError
 from runner.presenter.gamma_check import REMEDY, GammaWatch, compare_tables, table_of_record, tables_json
@@ -29,6 +31,7 @@ from runner.protocol.experiment import Experiment, check_observer
 from runner.session.clipping_costs import ClippingCosts, CostWork
 from runner.session.clocks import Pace, PacedPresenter, SteadyClock
 from runner.session.configuration import Configuration, configuration_of
+from runner.session.costs_in_turn import CostsInTurn
 from runner.session.folders import Recorder, new_label, observer_folder
 from runner.session.header import changes, check_unchanged, hashes, make_header
 from runner.session.mirroring import refuse_mirror_within, start_mirror
@@ -55,7 +58,7 @@ class Station:
     surface: Surface
     presenter: Presenter
     pictures: PictureSource
-    descriptions: tuple[dict[str, Any], ...]
+    costs: CostsInTurn
     remarks: tuple[str, ...]
     timing: dict[str, Any]
     cost_work: CostWork
@@ -94,7 +97,7 @@ class Station:
             refuse_mirror_within(results, rig.results_mirror, rig.file)
         configuration = configuration_of(experiment, stimuli, further_files)
         pictures = PictureSource(experiment, stimuli)
-        costs = ClippingCosts.of(experiment, stimuli, pictures.load)
+        costs = ClippingCosts.of(experiment, stimuli, pictures.stimulus)
         correction = costs.compensation.correction
         surface = open_surface(
             backend,
@@ -121,16 +124,8 @@ class Station:
                 correction=correction,
                 ground=experiment.ground,
             )
-            descriptions = []
-            with pictures.reading_ahead() as read_ahead:
-                for name, following in zip(stimuli.names, (*stimuli.names[1:], None), strict=True):
-                    # Decoded once: described, unless its description is cached, then made ready to be shown.
-                    descriptions.append(costs.description(name))
-                    if following is not None and not presenter.counters.evictions:
-                        read_ahead(following)
-                    for place in experiment.places_px if correction.depends_on_place else ((0, 0),):
-                        if not presenter.counters.evictions:  # more than fits is made ready when its trial comes near
-                            presenter.prefetch(Scene((Picture(name, place),)))
+            in_turn = CostsInTurn(costs)
+            pictures.on_read = in_turn.was_read
         except BaseException:
             surface.close()
             raise
@@ -141,7 +136,6 @@ class Station:
         elif not rig.is_characterised:
             remarks += (_UNCHARACTERISED.format(mode=rig.mode, other=rig.characterised_as),)
         remarks += rig.settings_doubts
-        described = tuple(descriptions)
         return cls(
             experiment,
             stimuli,
@@ -149,7 +143,7 @@ class Station:
             surface,
             presenter,
             pictures,
-            described,
+            in_turn,
             remarks,
             timing,
             costs.work,
@@ -164,6 +158,7 @@ class Station:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self.costs.end()
         self.presenter.close()
         self.surface.close()
         self.end_mirror()
@@ -248,16 +243,20 @@ class Station:
             the stimuli or the display changed, as long as the trials answered so far are still those asked.
         """
         check_observer(observer)
+        blocks = self.experiment.blocks(observer)
+        self.pictures.add(blocks)
+        if not (simulated or resume) and (first := _first_with_pictures(blocks)):
+            self.presenter.prefetch(first, at_once=True)
         log: SessionLog | None = None
         if resume:
             recorder, log, clock = self._resume(resume, accept_changes=accept_changes)
+            header = log.header
         else:
             clock = SteadyClock()
-            recorder = self._begin(observer, simulated, remarks, clock)
+            recorder, header = self._begin(observer, simulated, remarks, clock)
         self.session_folder = recorder.folder
-        blocks = self.experiment.blocks(observer)
-        self.pictures.add(blocks)
-        costs = {description["name"]: description["clipping"] for description in self.descriptions}
+        if not simulated:
+            self._read_meanwhile()
 
         def window_changed(event: WindowEvent) -> None:
             recorder.window(event)
@@ -266,10 +265,10 @@ class Station:
         with recorder:
             session = Session(
                 blocks,
-                PacedPresenter(self.presenter, self._pace(instantly=simulated)),
+                PacedPresenter(self.presenter, self._pace(instantly=simulated), self.costs),
                 answers,
                 recorder,
-                clip_costs=costs,
+                clip_costs=self.costs,
                 stamps=self._stamps,
                 on_window=window_changed,
                 least_s=[spec.least_s for spec in self.experiment.spec.blocks],
@@ -278,6 +277,7 @@ class Station:
                 on_trial=on_trial,
                 check_light=lambda begins: self._check_gamma_table(session, begins=begins),
                 style=self.experiment.style,
+                closing=lambda: self._record_costs(recorder, header, clock),
                 closing_facts=lambda: {"work": self._work()},
                 utc=clock,
                 **({"remedy": self._why_not_as_logged(log)} if log else {}),
@@ -293,10 +293,25 @@ class Station:
                 session.note(f"the session stopped: {error}", "program")
                 raise
             finally:
+                self.costs.end()
                 self.surface.on_window = None
         if self.experiment.end_page and not simulated and not session.screened_out:
             session.show_end_page(self.experiment.end_page)  # all is on disk, and the log is closed
         return recorder.folder
+
+    def _read_meanwhile(self) -> None:
+        """Make the pictures ready while the observer looks at what is shown, and compute what the cache has not."""
+        self.costs.begin(self.surface.wake)
+        places = self.experiment.places_px if self.presenter.codes_depend_on_place else ((0, 0),)
+        scenes = (Scene(tuple(Picture(name, place) for place in places)) for name in self.stimuli.names)
+        self.presenter.prefetch_later(scenes, lambda: not self.costs.is_busy)
+
+    def _record_costs(self, recorder: Recorder, header: Header, clock: SteadyClock) -> None:
+        """Record the costs of those stimuli of the log's ``header`` of which neither it nor a trial says them."""
+        stated = {name for answer in recorder.answers() for name in answer.data.get("clipping") or ()}
+        lacking = [str(one["name"]) for one in header.stimuli if "clipping" not in one and one["name"] not in stated]
+        if lacking:
+            recorder.costs(StimulusCosts(self.costs.of(lacking), clock()))
 
     def _begin_mirror(self, recorder: Recorder, session: Session) -> None:
         self.end_mirror()
@@ -332,13 +347,15 @@ class Station:
         measured_ms = self.timing.get("swap_intervals", {}).get("median_ms", 0.0)
         return Pace(1.0 / refresh_hz, swaps_wait=measured_ms > 500.0 / refresh_hz, instantly=instantly)
 
-    def _begin(self, observer: str, simulated: bool, remarks: tuple[str, ...], clock: SteadyClock) -> Recorder:
+    def _begin(
+        self, observer: str, simulated: bool, remarks: tuple[str, ...], clock: SteadyClock
+    ) -> tuple[Recorder, Header]:
         parent = observer_folder(self.results, self.experiment.spec.name, observer)
         started_utc = clock()
         label = new_label(parent, datetime.fromisoformat(started_utc))
         header = self._header(observer, label, simulated, remarks, started_utc)
         self.configuration.keep(parent.parent)
-        return Recorder.create(parent / f"ses-{header.session}", header)
+        return Recorder.create(parent / f"ses-{header.session}", header), header
 
     def _resume(self, stopped: SessionLog, *, accept_changes: bool) -> tuple[Recorder, SessionLog, SteadyClock]:
         now = hashes(self.experiment, self.stimuli)
@@ -394,13 +411,19 @@ class Station:
             self.stimuli,
             observer,
             session,
-            self.descriptions,
+            self.costs.stimuli,
             facts,
             simulated=simulated,
             remarks=self.remarks + remarks,
             started_utc=started_utc,
         )
         return replace(header, hashes={**header.hashes, "configuration": self.configuration.digest})
+
+
+def _first_with_pictures(blocks: Sequence[Block]) -> Scene | None:
+    """Return the first scene with a picture that a session shows."""
+    steps = (step for block in blocks for step in walk(block))
+    return next((step.scene for step in steps if not isinstance(step, Draft) and step.scene.stimuli), None)
 
 
 def _on_clock(log: SessionLog, clock: SteadyClock) -> Iterator[str]:

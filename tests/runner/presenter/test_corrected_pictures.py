@@ -158,6 +158,8 @@ def test_a_session_compensates_in_its_pass_and_for_each_place(study: Study) -> N
     places = design.places_px
     assert len(places) == 2
     with Station.open(design, stimuli, study.results, "egl") as station:
+        for name in stimuli.names:
+            station.presenter.prefetch(Scene(tuple(Picture(name, place) for place in places)))
         work = station.presenter.counters
         # Two stereo pictures and two flat ones, at two places each; leaks differ by eye, so that each is two passes.
         assert work.colour_passes == 4 * 2 * 2

@@ -1,8 +1,7 @@
-"""A session reads one picture ahead while it opens: each once, in a thread of its own, and faults where it is asked."""
+"""Each picture of a session is read once while it is kept, counted, and handed to whoever computes its costs."""
 
 from __future__ import annotations
 
-import threading
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -17,46 +16,37 @@ from stimuli.pictures import StereoImage
 class Stimuli:
     """Pictures of one grey each; ``bad`` cannot be read."""
 
-    def __init__(self) -> None:
-        self.read: list[tuple[str, str]] = []
-
     def load(self, name: str, part: object) -> StereoImage:
-        self.read.append((name, threading.current_thread().name))
         if name == "bad":
             raise StimulusError("bad")
         return StereoImage.flat(np.full((2, 3, 3), len(name), np.float32))
 
 
-def source(stimuli: Stimuli) -> PictureSource:
-    return PictureSource(cast(Any, SimpleNamespace(visible_part=None)), cast(Any, stimuli))
+def source() -> PictureSource:
+    return PictureSource(cast(Any, SimpleNamespace(visible_part=None)), cast(Any, Stimuli()))
 
 
-def test_each_picture_is_read_once_and_the_following_in_another_thread() -> None:
-    stimuli = Stimuli()
-    pictures = source(stimuli)
-    with pictures.reading_ahead() as read_ahead:
-        first = pictures.load("a")
-        read_ahead("bb")
-        assert pictures.load("a") is first
-        second = pictures.load("bb")
-        assert pictures.load("bb") is second
+def test_each_picture_is_read_once_and_handed_on_whenever_it_is_loaded() -> None:
+    pictures = source()
+    handed: list[tuple[str, StereoImage]] = []
+    pictures.on_read = lambda name, image: handed.append((name, image))
+    first, second = pictures.load("a"), pictures.load("bb")
+    assert pictures.load("a") is first
+    assert pictures.stimulus("bb") is second
     assert second.left[0, 0, 0] == 2
-    assert [name for name, _ in stimuli.read] == ["a", "bb"]
-    assert stimuli.read[0][1] == threading.current_thread().name
-    assert stimuli.read[1][1].startswith("read ahead")
+    assert pictures.read == 2
+    assert handed == [("a", first), ("bb", second), ("a", first)]
+
+
+def test_a_picture_that_a_block_makes_is_no_stimulus() -> None:
+    pictures = source()
+    made = StereoImage.flat(np.zeros((2, 3, 3), np.float32))
+    pictures.add([cast(Any, SimpleNamespace(pictures={"disc": lambda: made}))])
+    pictures.on_read = lambda name, image: pytest.fail(f"{name} was handed on")
+    assert pictures.load("disc") is made
+    assert pictures.read == 0
 
 
 def test_a_picture_that_cannot_be_read_is_refused_where_it_is_asked_for() -> None:
-    pictures = source(Stimuli())
-    with pictures.reading_ahead() as read_ahead:
-        read_ahead("bad")
-        with pytest.raises(StimulusError, match="bad"):
-            pictures.load("bad")
-
-
-def test_what_was_read_ahead_in_vain_is_forgotten() -> None:
-    stimuli = Stimuli()
-    pictures = source(stimuli)
-    with pictures.reading_ahead() as read_ahead:
-        read_ahead("bad")
-    assert pictures.load("a").left[0, 0, 0] == 1
+    with pytest.raises(StimulusError, match="bad"):
+        source().load("bad")
