@@ -7,22 +7,74 @@ machine changes less. The error is that of a build's digest against the first on
 
 from __future__ import annotations
 
+import json
 import os
+import subprocess
+import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from time import perf_counter, process_time, sleep
 from typing import Any
 
+import numpy as np
 import yaml
 from curves import is_quick, program, sized
 from promises import Promise
 
 from stimuli.build.recipe_to_set import build_set
 from stimuli.build.stimulus_set import StimulusSet
+from stimuli.pictures import StereoImage, write_exr
 
 RECIPE = Path(__file__).parents[1] / "configs/stimuli/exposure_series.yaml"
 PITCH_MM = sized(0.2768, 4.0)
+LARGE_PX = sized((7360, 4912), (400, 300))
+LARGE_RECIPE = """schema_version: 1
+kind: pictures
+luminance: {scale: 0.9}
+stimuli: [{name: large, file: large.exr}]
+"""
+# Builds a recipe, in bands of rows where pictures have so many pixels, and prints what that took.
+BUILDING = """
+import json, os, resource, sys, time
+from pathlib import Path
+import OpenImageIO, stimuli.build.builder, stimuli.recipes.banded_picture as banded
+from stimuli.build import build_set
+os.environ["CYCLOPEAN_CACHE"], banded.LEAST_PX = sys.argv[2], int(sys.argv[3])
+wall, cpu = time.perf_counter(), time.process_time()
+made = build_set(Path(sys.argv[1]), 0.2768)
+taken = time.perf_counter() - wall, time.process_time() - cpu
+print(json.dumps([*taken, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, made.digest]))
+"""
+
+
+def large(folder: Path) -> list[dict[str, Any]]:
+    """Build a scaled pair of 36 megapixels at once and in bands, each in a process of its own."""
+    rng = np.random.default_rng(0)
+    light = rng.uniform(1, 60, (LARGE_PX[1], LARGE_PX[0], 3)).astype(np.float32)
+    write_exr(folder / "large.exr", StereoImage(light, light[::-1]))
+    del light
+    (folder / "large.yaml").write_text(LARGE_RECIPE)
+    rows: list[dict[str, Any]] = []
+    plain = ""
+    for way, least_px in (("at once", 1 << 40), ("in bands of rows", 1)):
+        words = str(folder / "large.yaml"), str(folder / way), str(least_px)
+        child = subprocess.run(
+            [sys.executable, "-c", BUILDING, *words], check=True, stdout=subprocess.PIPE, text=True, encoding="utf-8"
+        )
+        wall, cpu, peak_mb, digest = json.loads(child.stdout)
+        plain = plain or digest
+        rows.append(
+            {
+                "series": f"a large pair, {way}",
+                "parameter": f"2 × {LARGE_PX[0] * LARGE_PX[1] / 1e6:.1f} megapixels",
+                "seconds": wall,
+                "processor seconds": cpu,
+                "peak MB": peak_mb,
+                "error": 0.0 if digest == plain else 1.0,
+            }
+        )
+    return rows
 
 
 def run() -> dict[str, Any]:
@@ -73,6 +125,15 @@ def run() -> dict[str, Any]:
         Promise("builds that differ from the first", sum(row["error"] for row in rows), 0, "count", "exactly"),
         Promise("the thesis's 90 pictures, processor", first_s, 180.0, "seconds", unit="s"),
         Promise("pictures made again when one series changed", rows[-1]["made"], None, "count"),
+    ]
+    with tempfile.TemporaryDirectory() as folder:
+        rows += large(Path(folder))
+    plain, banded = rows[-2:]
+    promises += [
+        Promise(
+            "files made from bands of rows that differ from those of the whole", banded["error"], 0, "count", "exactly"
+        ),
+        Promise("memory of bands of rows, as against the whole", banded["peak MB"] / plain["peak MB"], 0.5, "ratio"),
     ]
     return {"title": "Stimuli built from a recipe", "rows": rows, "promises": promises}
 

@@ -152,6 +152,8 @@ def _option(text: str) -> tuple[str, object]:
 def _in_words(shown: ShownPicture) -> str:
     width, height = shown.picture_px
     lines = [f"{shown.file}: {width} × {height} px, {'flat' if shown.flat else 'stereo'}, shown {shown.mode}"]
+    if shown.read_px != shown.picture_px:
+        lines[0] += "; of it {} × {} px are seen, to which the numbers apply".format(*shown.read_px)
     for eye, share in shown.clipping.items():
         channels = ", ".join(f"{name} {share[f'percent_{name}']:.2f}" for name in ("red", "green", "blue"))
         lines.append(

@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
 from devices.compensation import Correction, eye_clip_costs
 from devices.display import EYES, Eye, read_display
+from runner.blocks.layout import visible_part
 from runner.ports import WindowClosed
 from runner.presenter.counters import Counters
 from runner.presenter.depth import Bits
 from runner.presenter.gamma_check import compare_tables, tables_json
+from runner.presenter.modes.mode import EyeArea
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.screenshot import check_screenshot_path, write_screenshot
 from runner.presenter.surfaces.surface import SurfaceFacts, open_surface
-from stimuli.pictures import ColourSpace, Packing, read_picture
+from stimuli.pictures import ColourSpace, Packing, Part, Region, read_picture
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +86,7 @@ class ShowOptions:
 class ShownPicture:
     """A picture as it was shown.
 
+    ``picture_px`` is its size, ``read_px`` that of the part in its middle that was read: what can be seen.
     ``clipping`` holds for each eye what the gamut clip costs: shares of pixels in percent, costs in ΔE00. ``crosstalk``
     holds for each eye what could not be cancelled of the other's picture, as a trial's record does; it is empty where
     none was measured. ``flat`` is whether both eyes saw the same picture, ``work`` the presenter's so far, ``closed``
@@ -102,6 +105,7 @@ class ShownPicture:
     work: Counters
     closed: bool = False
     gamma_table: Mapping[str, Any] = field(default_factory=dict)
+    read_px: tuple[int, int] = (0, 0)
 
     def to_json(self) -> dict[str, Any]:
         """Return the picture's facts as plain JSON: all but ``work`` and ``closed``."""
@@ -162,6 +166,13 @@ def show_picture(
     stereo_mode = find_mode(mode, ModeOptions.parse(dict(options.mode_options or {})))
     panel = display.panel
     areas = stereo_mode.areas(panel.resolution_px)
+    seen = _seen_part(areas)
+    whole_px: list[tuple[int, int]] = []
+
+    def part(size_px: tuple[int, int]) -> Region:
+        whole_px.append(size_px)
+        return seen(size_px) if seen else Region(0, 0, *size_px)
+
     alike = stereo_mode.mixture(models) is None and any(len(area.eyes) > 1 for area in areas)
     image = read_picture(
         file,
@@ -174,6 +185,7 @@ def show_picture(
         white_luminance_cd_m2=options.white_luminance_cd_m2,
         negative="clip" if options.clip_negative else "refuse",
         observer=display.observer(mode),
+        part=part if seen else None,
     )
     correction = Correction(display.crosstalk(mode), display.gain_map(mode))
     compensation = stereo_mode.compensation(models, panel.resolution_px, correction)
@@ -207,7 +219,7 @@ def show_picture(
         shown = ShownPicture(
             str(file),
             mode,
-            (image.width_px, image.height_px),
+            whole_px[0] if whole_px else (image.width_px, image.height_px),
             image.is_flat,
             eye_clip_costs(models, compensation.mixture, *views),
             compensation.uncancelled((image.left, image.right)),
@@ -215,10 +227,19 @@ def show_picture(
             tuple(str(path) for path in files),
             presenter.counters,
             gamma_table=tables_json(loaded),
+            read_px=(image.width_px, image.height_px),
         )
         options.on_shown(shown)
         closed = options.screenshot is None and not _escape_pressed(presenter)
         return replace(shown, work=presenter.counters, closed=closed)
+
+
+def _seen_part(areas: Sequence[EyeArea]) -> Part | None:
+    """Return which part of a picture in the middle of each eye's area can be seen; None where it may be all."""
+    first = areas[0]
+    alike = all(area.view_px == first.view_px and area.squeeze == first.squeeze for area in areas)
+    moved = any(area.offset_px != (0, 0) or any(area.mirror) for area in areas)
+    return visible_part(first.view_px, first) if alike and not moved else None
 
 
 def _escape_pressed(presenter: Presenter) -> bool:

@@ -22,6 +22,8 @@ from stimuli.errors import StimulusError
 from stimuli.luminance.statistics import picture_statistics
 from stimuli.pictures.coded import CodedPicture
 from stimuli.pictures.exr_write import write_exr
+from stimuli.pictures.stereo_image import StereoImage
+from stimuli.recipes.banded_picture import BandedPicture
 from stimuli.recipes.build_context import BuildContext, MadePicture, Progress
 from stimuli.recipes.recipe_kind import RecipeKind
 from stimuli.sparkle.measures.find import Threshold
@@ -220,25 +222,43 @@ class Builder:
 def _write(made: MadePicture, key: str, unfinished: UnfinishedSet, threshold: Threshold | None, observer: str) -> Entry:
     suffix = made.image.suffix if isinstance(made.image, CodedPicture) else ".exr"
     picture = unfinished.picture(key, suffix)
+    if isinstance(made.image, BandedPicture):
+        if made.image.save(picture, observer):
+            return _recorded(made, made.image.luminance(), sha256_of_file(picture), key, suffix, unfinished, threshold)
+        assert made.plainly is not None
+        return _write(made.plainly(), key, unfinished, threshold, observer)
     if isinstance(made.image, CodedPicture):
         digest = made.image.save(picture)
     else:
         write_exr(picture, made.image, observer, exact=made.exact)
         digest = sha256_of_file(picture)
+    return _recorded(made, made.image, digest, key, suffix, unfinished, threshold)
+
+
+def _recorded(
+    made: MadePicture,
+    image: StereoImage | CodedPicture,
+    digest: str,
+    key: str,
+    suffix: str,
+    unfinished: UnfinishedSet,
+    threshold: Threshold | None,
+) -> Entry:
+    """Record a picture that was written, with the statistics of its luminance, which ``image`` has."""
     entry = {
         "key": key,
         "suffix": suffix,
         "sha256": digest,
         "flat": made.image.is_flat,
         "size_px": [made.image.width_px, made.image.height_px],
-        "statistics": _statistics(made, threshold),
+        "statistics": _statistics(made, image, threshold),
         "steps": [dict(step) for step in made.steps],
     }
     unfinished.record(key, entry)
     return entry
 
 
-def _statistics(made: MadePicture, threshold: Threshold | None) -> dict[str, Any]:
+def _statistics(made: MadePicture, image: StereoImage | CodedPicture, threshold: Threshold | None) -> dict[str, Any]:
     """Return the columns of Table 4.3 that the picture and its steps hold."""
     exposures = [step.get("exposure_s", step.get("time_s")) for step in made.steps if step["step"] in _EXPOSED]
     scales = [float(step["luminance_scale"]) for step in made.steps if "luminance_scale" in step]
@@ -247,11 +267,11 @@ def _statistics(made: MadePicture, threshold: Threshold | None) -> dict[str, Any
     if threshold is not None:
         try:
             return picture_statistics(
-                made.image, exposure_s=exposure_s, luminance_scale=scale, threshold=threshold
+                image, exposure_s=exposure_s, luminance_scale=scale, threshold=threshold
             ).to_json()
         except StimulusError as error:
             raise StimulusError([_of_stimulus(finding, made.name) for finding in error.findings]) from error
-    return picture_statistics(made.image, exposure_s=exposure_s, luminance_scale=scale).to_json()
+    return picture_statistics(image, exposure_s=exposure_s, luminance_scale=scale).to_json()
 
 
 def _of_stimulus(finding: Finding, name: str) -> Finding:

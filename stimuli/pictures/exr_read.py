@@ -18,7 +18,7 @@ from documents.text import counted
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_header import REC709, SAME, XYZ
 from stimuli.pictures.exr_views import View, read_views
-from stimuli.pictures.region import Region
+from stimuli.pictures.region import Part, Region
 from stimuli.pictures.rows import bands
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 
@@ -47,7 +47,7 @@ def read_exr(
     flat_eye: Eye | None = None,
     white_luminance_cd_m2: float | None = None,
     negative: Negative = "refuse",
-    region: Region | None = None,
+    region: Region | Part | None = None,
     observer: str | None = DEFAULT_OBSERVER,
 ) -> StereoImage:
     """Return the picture in the OpenEXR file at ``path``, in absolute XYZ (cd/m²).
@@ -69,7 +69,8 @@ def read_exr(
     negative
         What to do with XYZ below 0: ``refuse`` the file, or ``clip`` to 0.
     region
-        The part of the picture to read, in pixels; the rest is neither read nor checked.
+        The part of the picture to read, in pixels, or what chooses it by the picture's size; the rest is neither read
+        nor checked.
     observer
         The colorimetric observer whose XYZ are wanted, such as ``CIE 2015 10``: a file of another is refused. None
         takes any.
@@ -125,7 +126,7 @@ def read_exr_counted(
     flat_eye: Eye | None = None,
     white_luminance_cd_m2: float | None = None,
     negative: Negative = "refuse",
-    region: Region | None = None,
+    region: Region | Part | None = None,
 ) -> ExrPicture:
     """Return what `read_exr` returns, with the views used and the pixels clipped."""
     path = Path(path)
@@ -134,7 +135,7 @@ def read_exr_counted(
 
     def choose(of: tuple[str, ...]) -> tuple[str, ...]:
         nonlocal names, stored
-        stored, names = of, _chosen(of, path, flat, flat_eye)
+        stored, names = of, chosen_views(of, path, flat, flat_eye)
         return names
 
     views = read_views(path, region, choose)
@@ -161,17 +162,17 @@ def read_exr_counted(
     images = [xyz for xyz, _ in converted]
     clipped = sum(pixels for _, pixels in converted)
     image = StereoImage(images[0], images[-1])
-    return ExrPicture(image, names, clipped, _middle(stored) is not None, observer, exact)
+    return ExrPicture(image, names, clipped, middle_view(stored) is not None, observer, exact)
 
 
-def _middle(names: Collection[str]) -> str | None:
+def middle_view(names: Collection[str]) -> str | None:
     """Return the view that is neither eye's."""
     return next((name for name in ("center", "") if name in names), None)
 
 
-def _chosen(names: tuple[str, ...], path: Path, flat: bool, flat_eye: Eye | None) -> tuple[str, ...]:
+def chosen_views(names: tuple[str, ...], path: Path, flat: bool, flat_eye: Eye | None) -> tuple[str, ...]:
     """Return the view names to show: left and right, or one for a flat picture."""
-    middle = _middle(names)
+    middle = middle_view(names)
     eyes = [eye for eye in ("left", "right") if eye in names]
     if not flat and len(eyes) == 2:
         return "left", "right"
@@ -213,7 +214,7 @@ def view_to_xyz(
         If the colour space is neither declared nor given, or given otherwise than declared; if a value is NaN,
         infinite, or beyond single precision; if XYZ is negative and not to be clipped.
     """
-    matrix = _matrix(view, file, colour_space)
+    matrix = matrix_of(view, file, colour_space)
     given = (white_luminance_cd_m2, view.white_luminance_cd_m2)
     luminance = next((value for value in given if value is not None), 1.0)
     if not (np.isfinite(luminance) and luminance > 0):
@@ -242,7 +243,8 @@ def view_to_xyz(
     return np.maximum(xyz, np.float32(0)), pixels
 
 
-def _matrix(view: View, file: str, colour_space: ColourSpace | None) -> NDArray[np.float64]:
+def matrix_of(view: View, file: str, colour_space: ColourSpace | None) -> NDArray[np.float64]:
+    """Return what makes XYZ of the view's values, of luminance 1 for the value 1; StimulusError as `view_to_xyz`."""
     given = {"xyz": XYZ, "rec709": REC709}.get(colour_space or "")
     if given is None and colour_space not in (None, "declared"):
         what = f"OpenEXR holds linear light, and '{colour_space}' is of codes"

@@ -25,7 +25,7 @@ from stimuli.pictures.exr_header import (
 )
 from stimuli.pictures.luminance_chroma import is_reconstructed, rgb_of
 from stimuli.pictures.picture_input import opened, reason, text_of
-from stimuli.pictures.region import Region
+from stimuli.pictures.region import Part, Region
 
 if TYPE_CHECKING:
     import OpenImageIO
@@ -73,8 +73,8 @@ class View:
     exact: bool = False
 
 
-def read_views(path: Path, region: Region | None = None, wanted: Chosen | None = None) -> Mapping[str, View]:
-    """Return the file's views by name, in file order, whole or the ``region`` of them.
+def read_views(path: Path, region: Region | Part | None = None, wanted: Chosen | None = None) -> Mapping[str, View]:
+    """Return the file's views by name, in file order, whole or the ``region`` of them, which may depend on their size.
 
     ``wanted`` takes the names of all views and returns those to read; without it, all are. Of a region, only the rows
     are read from the file, or the rows of tiles that it touches: a fault elsewhere in the file is not seen.
@@ -96,7 +96,7 @@ def read_views(path: Path, region: Region | None = None, wanted: Chosen | None =
                 f"the picture is {picture.format_name()}, not OpenEXR",
                 f"give it the suffix of its own kind, such as .{picture.format_name()}",
             )
-        parts = list(_parts(picture, path))
+        parts = list(parts_of(picture, path))
         names = [name for part in parts for name in part.groups]
         if twice := next((name for name in names if names.count(name) > 1), None):
             raise StimulusError.at(path, f"the view '{twice}' stands twice", "keep one")
@@ -109,7 +109,7 @@ def read_views(path: Path, region: Region | None = None, wanted: Chosen | None =
 
 
 @dataclass(frozen=True, slots=True)
-class _Part:
+class FilePart:
     """A part of the file: its header, and the indices of the three channels of each view."""
 
     number: int
@@ -117,26 +117,34 @@ class _Part:
     groups: Mapping[str, tuple[int, int, int]]
 
 
-def _parts(picture: OpenImageIO.ImageInput, path: Path) -> Iterator[_Part]:
+def parts_of(picture: OpenImageIO.ImageInput, path: Path) -> Iterator[FilePart]:
+    """Yield the parts of an open OpenEXR file, checked; StimulusError as `read_views`."""
     part = 0
     while picture.seek_subimage(part, 0):
         spec = picture.spec()
         _refuse_size(path, spec)
         refuse_other_than_a_view(spec, path)
-        yield _Part(part, spec, _groups(spec, path))
+        yield FilePart(part, spec, _groups(spec, path))
         part += 1
     if problem := text_of(picture.geterror):
         raise StimulusError.at(path, f"the picture is damaged: {reason(problem)}", "copy or write it again")
 
 
+def header_view(name: str, part: FilePart, path: Path) -> View:
+    """Return what a part's header declares of a view: a `View` of one black pixel."""
+    return _view(name, part.groups[name], np.zeros((1, 1, 3), np.float32), part.spec, path)
+
+
 def _views(
-    picture: OpenImageIO.ImageInput, part: _Part, chosen: Collection[str], region: Region | None, path: Path
+    picture: OpenImageIO.ImageInput, part: FilePart, chosen: Collection[str], region: Region | Part | None, path: Path
 ) -> Iterator[View]:
     """Yield the views of one part that were chosen."""
     spec = part.spec
     groups = {name: indices for name, indices in part.groups.items() if name in chosen}
     if not groups:
         return
+    if callable(region):
+        region = region((spec.full_width, spec.full_height))
     wanted = region or Region(0, 0, spec.full_width, spec.full_height)
     if not wanted.is_within(spec.full_width, spec.full_height):
         size = f"{spec.full_width} × {spec.full_height} px"

@@ -16,6 +16,7 @@ from documents.text import counted
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_header import EXACT_ATTRIBUTE, OBSERVER_ATTRIBUTE
 from stimuli.pictures.picture_input import reason, text_of
+from stimuli.pictures.rows import bands
 from stimuli.pictures.stereo_image import StereoImage
 
 if TYPE_CHECKING:
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
 
 
 HALF_MAX = 65504.0
+# Rows of whole blocks of every compression, about 2 megapixels of each eye at a time.
+_BLOCK_ROWS = 256
+_BAND_PX = 1 << 21
 _XYZ_CHROMATICITIES = (1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0 / 3.0, 1.0 / 3.0)
 
 
@@ -61,15 +65,25 @@ def write_exr(path: Path, image: StereoImage, observer: str = DEFAULT_OBSERVER, 
     path = Path(path)
     views = {"center": image.left} if image.is_flat else {"left": image.left, "right": image.right}
     for view, xyz in views.items():
-        bad = int((~((xyz >= 0) & (xyz <= HALF_MAX))).any(axis=-1).sum())
+        bad = sum(int((~((xyz[band] >= 0) & (xyz[band] <= HALF_MAX))).any(axis=-1).sum()) for band in bands(xyz.shape))
         if bad:
             raise StimulusError.at(
                 path,
                 f"in the view '{view}' {counted(bad, 'pixel is', 'pixels are')} not within 0 to {HALF_MAX:.0f} cd/m²",
                 "scale the picture down, or correct it",
             )
-    spec = _xyz_spec(image.width_px, image.height_px, tuple(views), observer, exact)
-    write_pixels(path, spec, np.concatenate([np.asarray(xyz, dtype=np.float32) for xyz in views.values()], axis=-1))
+    spec = xyz_spec(image.width_px, image.height_px, tuple(views), observer, exact)
+    together = (
+        (band, np.concatenate([np.asarray(xyz[band], dtype=np.float32) for xyz in views.values()], axis=-1))
+        for band in bands_of_blocks(image.height_px, image.width_px)
+    )
+    write_pixel_rows(path, spec, together)
+
+
+def bands_of_blocks(height: int, width: int) -> Iterator[slice]:
+    """Yield rows of about two megapixels at a time, in whole blocks of the file."""
+    rows = max(1, _BAND_PX // (_BLOCK_ROWS * width)) * _BLOCK_ROWS
+    return (slice(top, min(top + rows, height)) for top in range(0, height, rows))
 
 
 def write_exr_rows(
@@ -101,10 +115,11 @@ def write_exr_rows(
                 "scale the picture down, or correct it",
             )
 
-    write_pixel_rows(Path(path), _xyz_spec(*size_px, ("center",), observer, False), checked())
+    write_pixel_rows(Path(path), xyz_spec(*size_px, ("center",), observer, False), checked())
 
 
-def _xyz_spec(width: int, height: int, views: tuple[str, ...], observer: str, exact: bool) -> OpenImageIO.ImageSpec:
+def xyz_spec(width: int, height: int, views: tuple[str, ...], observer: str, exact: bool) -> OpenImageIO.ImageSpec:
+    """Return the header of a file that `write_exr` writes, of ``views`` in their order."""
     import OpenImageIO as oiio
 
     first, *others = views

@@ -24,6 +24,7 @@ from stimuli.pictures.packing import PACKINGS, Packing, eye_size_px, stretched
 from stimuli.pictures.picture_header import PictureHeader, read_header
 from stimuli.pictures.picture_input import is_square, refuse_pixels_not_square
 from stimuli.pictures.picture_pixels import Pixels
+from stimuli.pictures.region import Part
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 
 _LINEAR = ("xyz", "rec709")
@@ -137,11 +138,13 @@ def read_ordinary(
     *,
     flat: bool = False,
     flat_eye: Eye | None = None,
+    part: Part | None = None,
 ) -> OrdinaryPicture:
     """Read a picture from one file, or from the left and the right eye's.
 
     ``packing`` is how both eyes lie in one file; None takes what the file, or a word in its name, states. With ``flat``
-    a pair gives the picture of ``flat_eye``.
+    a pair gives the picture of ``flat_eye``. ``part`` chooses by an eye's size what light is made of; its codes are not
+    kept as the files that they came from.
 
     Raises
     ------
@@ -153,17 +156,22 @@ def read_ordinary(
     try:
         before = stamps(plan.headers, eye)
         eyes = decoded_eyes(plan.headers, plan.packing, eye)
-        own = own_files(plan.headers, plan.packing, eye)
+        own = own_files(plan.headers, plan.packing, eye) if part is None else None
         if before != stamps(plan.headers, eye):
             raise StimulusError.at(header.path, "the picture changed while it was read", "try again once it is written")
     except OSError as error:
         raise StimulusError.at(header.path, f"the picture cannot be read: {error.strerror}", "try again") from error
     views = ("left", "right") if len(eyes) == 2 else ((str(eye),) if plan.is_pair else ("center",))
-    return _made(eyes, plan, decoding, views, own)
+    return _made(eyes, plan, decoding, views, own, part)
 
 
 def _made(
-    eyes: list[Pixels], plan: _Plan, decoding: Decoding, views: tuple[str, ...], own: OwnFiles | None
+    eyes: list[Pixels],
+    plan: _Plan,
+    decoding: Decoding,
+    views: tuple[str, ...],
+    own: OwnFiles | None,
+    part: Part | None,
 ) -> OrdinaryPicture:
     header, encoding, packing = plan.headers[0], plan.encoding, plan.packing
     white = decoding.white_luminance_cd_m2 or 1.0
@@ -178,6 +186,8 @@ def _made(
     whole = all(np.issubdtype(codes.dtype, np.unsignedinteger) for codes in eyes)
     light = encoding.tables(int(_full(eyes[0])) + 1) if whole and encoding.table is None else None
     half = packing is not None and "half" in packing
+    if part is not None and not half:
+        eyes = [codes[region_of(codes, part)] for codes in eyes]
     facts = (views, encoding.name, header.bits, white, packing)
     if light is not None and opaque and not half and not (matrix < 0).any():
         return OrdinaryPicture(CodedPicture.of(eyes, light, matrix, own), *facts, 0)
@@ -190,7 +200,19 @@ def _made(
     image = StereoImage(images[0], images[-1])
     if half and packing is not None:
         image = stretched(image, packing)
+        if part is not None:
+            shown = [
+                eye[region_of(eye, part)] for eye in ([image.left] if image.is_flat else [image.left, image.right])
+            ]
+            image = StereoImage(shown[0], shown[-1])
     return OrdinaryPicture(image, *facts, below)
+
+
+def region_of(pixels: NDArray[Any], part: Part) -> tuple[slice, slice]:
+    """Return the rows and columns of the ``part`` of a picture's pixels (height, width, ...)."""
+    height, width = pixels.shape[:2]
+    region = part((width, height))
+    return slice(region.top, region.bottom), slice(region.left, region.right)
 
 
 def light_of(

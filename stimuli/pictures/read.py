@@ -10,6 +10,7 @@ from stimuli.pictures.exr_read import ColourSpace, Negative, read_exr, refuse_ot
 from stimuli.pictures.ordinary import Decoding, read_ordinary
 from stimuli.pictures.packing import Packing
 from stimuli.pictures.picture_header import is_ordinary
+from stimuli.pictures.region import Part
 from stimuli.pictures.stereo_image import Eye, StereoImage
 
 
@@ -25,6 +26,7 @@ def read_picture(
     alpha_background_cd_m2: float | None = None,
     negative: Negative = "refuse",
     observer: str | None = DEFAULT_OBSERVER,
+    part: Part | None = None,
 ) -> StereoImage:
     """Return the picture in a file, or in two, in absolute XYZ (cd/m²).
 
@@ -52,6 +54,9 @@ def read_picture(
         What to do with XYZ below 0: ``refuse`` the file, or ``clip`` to 0.
     observer
         The colorimetric observer whose XYZ are wanted; those of ordinary pictures are for CIE 1931 2°. None takes any.
+    part
+        Chooses the part of the picture to read by its size, (width, height) in pixels; light is made of that alone, and
+        the rest is not checked.
 
     Returns
     -------
@@ -82,7 +87,7 @@ def read_picture(
         )
     if ordinary[0]:
         decoding = Decoding(colour_space, white_luminance_cd_m2, alpha_background_cd_m2, negative)
-        image = read_ordinary(files, decoding, packing, flat=flat, flat_eye=flat_eye).image
+        image = read_ordinary(files, decoding, packing, flat=flat, flat_eye=flat_eye, part=part).image
         refuse_other_observer(files[0], DEFAULT_OBSERVER, observer)
         return image
     if packing is not None:
@@ -100,6 +105,7 @@ def read_picture(
             white_luminance_cd_m2=white_luminance_cd_m2,
             negative=negative,
             observer=observer,
+            region=part,
         )
         for file in files
     ]

@@ -14,6 +14,7 @@ from documents.files import sha256_of_json
 if TYPE_CHECKING:
     from stimuli.pictures.coded import CodedPicture
     from stimuli.pictures.stereo_image import StereoImage
+    from stimuli.recipes.banded_picture import BandedPicture
     from stimuli.recipes.values import SparklesSpec
 
 Factors = Mapping[str, str | float]
@@ -81,11 +82,13 @@ class BuildContext:
 class MadePicture:
     """A stimulus before it is written: its picture, its factors, and the steps that led to it, for the manifest.
 
-    It is the codes of its file if no step changed them; of one that is ``exact``, single precision is kept.
+    It is the codes of its file if no step changed them; of one that is ``exact``, single precision is kept. Where it is
+    yet to be made, some rows at a time, and turns out to be unusual, ``plainly`` makes it at once.
     """
 
     name: str
-    image: StereoImage | CodedPicture
+    image: StereoImage | CodedPicture | BandedPicture
     factors: Factors
     steps: tuple[Step, ...]
     exact: bool = False
+    plainly: Callable[[], MadePicture] | None = None

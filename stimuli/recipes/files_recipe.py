@@ -6,6 +6,7 @@ from abc import abstractmethod
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import groupby, product
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -22,6 +23,7 @@ from stimuli.recipes.steps_spec import StepsSpec
 from stimuli.recipes.values import MAX_STIMULI, Name, SeriesSpec, SeriesSpecs
 
 if TYPE_CHECKING:
+    from stimuli.recipes.picture_steps import Prepared
     from stimuli.recipes.view_sources import Source
 
 
@@ -183,8 +185,7 @@ class FilesRecipe(RecipeKind, StepsSpec):
             If a file cannot be read or holds what must not reach an eye, or a step cannot be done: the finding names
             the file, or the stimulus.
         """
-        from stimuli.recipes.banding import banding
-        from stimuli.recipes.picture_steps import Prepared, finished_picture
+        from stimuli.recipes.picture_steps import Prepared
 
         wanted = [picture for picture in self.pictures() if picture.name in names]
         pitch_mm, setup = context.pixel_pitch_mm, context.setup
@@ -195,22 +196,32 @@ class FilesRecipe(RecipeKind, StepsSpec):
             prepared = Prepared(self.source(index, context.folder), steps, spec.flat_eye, pitch_mm, setup)
             for picture in pictures:
                 report(f"making {picture.name}", done, len(wanted))
-                try:
-                    kept = None if picture.series else prepared.unchanged(picture.view)
-                    if kept is None:
-                        image, before = prepared.picture(picture.view)
-                        image, after = finished_picture(
-                            image, steps, picture.series, pitch_mm, setup, str(self.observer)
-                        )
-                        made = MadePicture(picture.name, image, {}, (*before, *after, *banding(before, after)))
-                    else:
-                        made = MadePicture(picture.name, kept.held, {}, kept.steps, kept.exact)
-                except InputError as error:
-                    raise StimulusError([_of_stimulus(finding, spec.name) for finding in error.findings]) from error
+                plainly = partial(self._made, picture, prepared, steps, context)
+                if in_bands := prepared.banded(picture.view, picture.series):
+                    made = MadePicture(picture.name, in_bands[0], {}, in_bands[1], plainly=plainly)
+                else:
+                    made = plainly()
                 factors = {"view": "flat" if made.image.is_flat else "stereo"} | dict(picture.factors)
                 yield replace(made, factors=factors)
                 done += 1
         report("done", done, done)
+
+    def _made(self, picture: FilePicture, prepared: Prepared, steps: StepsSpec, context: BuildContext) -> MadePicture:
+        """Make a picture at once."""
+        from stimuli.recipes.banding import banding
+        from stimuli.recipes.picture_steps import finished_picture
+
+        try:
+            kept = None if picture.series else prepared.unchanged(picture.view)
+            if kept is not None:
+                return MadePicture(picture.name, kept.held, {}, kept.steps, kept.exact)
+            image, before = prepared.picture(picture.view)
+            pitch_mm, setup = context.pixel_pitch_mm, context.setup
+            image, after = finished_picture(image, steps, picture.series, pitch_mm, setup, str(self.observer))
+            return MadePicture(picture.name, image, {}, (*before, *after, *banding(before, after)))
+        except InputError as error:
+            name = self.specs()[picture.stimulus].name
+            raise StimulusError([_of_stimulus(finding, name) for finding in error.findings]) from error
 
 
 def _of_stimulus(finding: Finding, stimulus: str) -> Finding:

@@ -10,7 +10,8 @@ averaged with its neighbours.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -38,7 +39,10 @@ from stimuli.pictures.stereo_image import Eye, StereoImage, View, XYZImage
 from stimuli.recipes.build_context import DisplaySetup, Step
 from stimuli.recipes.steps_spec import AdaptSpec, CropSpec, LuminanceSpec, ResampleSpec, StepsSpec
 from stimuli.recipes.values import SeriesSpec
-from stimuli.recipes.view_sources import Source, StoredPicture
+from stimuli.recipes.view_sources import MultiViewFile, Source, StoredPicture
+
+if TYPE_CHECKING:
+    from stimuli.recipes.banded_picture import BandedPicture
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -93,6 +97,18 @@ class Prepared:
     def unchanged(self, view: View | None) -> StoredPicture | None:
         """Return the picture in ``view`` as it is stored, or None if a step is to change it."""
         return None if self._steps.steps_json() != StepsSpec().steps_json() else self._read(view)
+
+    def banded(self, view: View | None, series: SeriesSpec | None) -> tuple[BandedPicture, tuple[Step, ...]] | None:
+        """Return the picture in ``view`` to be made some rows at a time, and what leads to it; None if it is not.
+
+        It can be where it comes from one OpenEXR file and is multiplied at most.
+        """
+        factors = _multiplied(self._steps, series)
+        if factors is None or not isinstance(self._source, MultiViewFile) or not (found := self._source.banded(view)):
+            return None
+        picture, read = found
+        done = [{"step": "scale", "luminance_scale": factor} for factor in factors]
+        return replace(picture, factors=factors), (read, *done)
 
     def _read(self, view: View | None) -> StoredPicture:
         return {"stereo": self._source.stereo, "flat": self._source.flat, None: self._source.stored}[view]()
@@ -174,6 +190,17 @@ class Prepared:
             shown_px = self._steps.crop.width_px if self._steps.crop else width_px
             pitch_mm = resample.size_mm(shown_px, 1)[0] / shown_px
         return Viewing(pitch_mm, self._setup.distance_mm, self._setup.interpupillary_distance_mm)
+
+
+def _multiplied(steps: StepsSpec, series: SeriesSpec | None) -> tuple[float, ...] | None:
+    """Return the factors that a picture is multiplied by in turn; None if more is done to it."""
+    luminance = steps.luminance
+    others = steps.model_copy(update={"luminance": None})
+    grey = [spec.greyscale_white_xy for spec in (luminance, series) if spec is not None]
+    if others.steps_json() != StepsSpec().steps_json() or any(grey) or (luminance and luminance.scale is None):
+        return None
+    scale = () if luminance is None or luminance.scale is None else (float(luminance.scale),)
+    return scale if series is None else (*scale, float(series.luminance_scale))
 
 
 def _part(view: XYZImage, part: Region) -> XYZImage:

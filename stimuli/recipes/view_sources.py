@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from devices.camera import CameraModel, Exposure
 from devices.colour_matching import DEFAULT_OBSERVER
@@ -18,8 +18,12 @@ from stimuli.pictures.ordinary import Decoding, read_ordinary
 from stimuli.pictures.packing import Packing
 from stimuli.pictures.picture_header import is_ordinary
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
+from stimuli.pictures.stereo_image import View as Shown
 from stimuli.recipes.build_context import Step
 from stimuli.recipes.photographs import DevelopSpec, SpectralSpec
+
+if TYPE_CHECKING:
+    from stimuli.recipes.banded_picture import BandedPicture
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -81,6 +85,25 @@ class MultiViewFile:
         """Read the centre view, or the eye that stands for it."""
         return self._read(flat=True)
 
+    def banded(self, view: Shown | None) -> tuple[BandedPicture, Step] | None:
+        """Return the picture to be read and written some rows at a time, and the step; None if it is to be read whole.
+
+        ``view`` is stereo, flat, or as it is stored.
+        """
+        from stimuli.recipes.banded_picture import BandedPicture
+
+        picture = BandedPicture.of(
+            self.path,
+            self.colour_space,
+            flat=view == "flat",
+            flat_eye=self.flat_eye,
+            white_luminance_cd_m2=self.white_luminance_cd_m2,
+            observer=self.observer,
+        )
+        if picture is None or (view == "stereo" and picture.is_flat):
+            return None
+        return picture, self._step(tuple(view.name for view in picture.views), 0)
+
     def _read(self, *, flat: bool) -> StoredPicture:
         reading = read_exr_counted(
             self.path,
@@ -91,6 +114,10 @@ class MultiViewFile:
             negative=self.negative,
         )
         refuse_other_observer(self.path, reading.observer, self.observer)
+        step = self._step(reading.views, reading.clipped_pixels)
+        return StoredPicture(reading.image, (step,), reading.centre, exact=reading.exact)
+
+    def _step(self, views: tuple[str, ...], clipped_pixels: int) -> Step:
         step = {
             "step": "read",
             "file": self.name,
@@ -98,10 +125,10 @@ class MultiViewFile:
             "colour_space": self.colour_space,
             "white_luminance_cd_m2": self.white_luminance_cd_m2,
             "negative": self.negative,
-            "views": list(reading.views),
-            "clipped_pixels": reading.clipped_pixels,
-        } | ({} if reading.observer == DEFAULT_OBSERVER else {"observer": reading.observer})
-        return StoredPicture(reading.image, (step,), reading.centre, exact=reading.exact)
+            "views": list(views),
+            "clipped_pixels": clipped_pixels,
+        }
+        return step if self.observer == DEFAULT_OBSERVER else {**step, "observer": self.observer}
 
 
 @dataclass(frozen=True, slots=True)

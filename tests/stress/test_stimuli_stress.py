@@ -239,3 +239,42 @@ def test_colour_differences_over_every_magnitude() -> None:
     np.testing.assert_allclose(forward, backward, rtol=1e-9, atol=1e-12)
     lab = xyz_to_lab(10.0 ** random_.uniform(-30, 30, (10_000, 3)), [95.0, 100.0, 108.0])
     assert np.isfinite(lab).all()
+
+
+# Builds a pair of 36 megapixels, scaled, and shows the middle of it, and prints the peak of memory in MB after each.
+LARGE = """
+import os, resource, sys
+from pathlib import Path
+from stimuli.build import build_set
+from runner.presenter.show import ShowOptions, show_picture
+
+def peak_mb():
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
+
+folder, display = Path(sys.argv[1]), sys.argv[2]
+os.environ["CYCLOPEAN_CACHE"] = str(folder / "cache")
+options = ShowOptions(screenshot=folder / "out.png", backend="egl")
+shown = show_picture(folder / "large.exr", display, "side-by-side", options)
+print(*shown.picture_px, *shown.read_px, peak_mb())
+built = build_set(folder / "large.yaml", 0.2768)
+print(built.manifest["stimuli"][0]["statistics"]["eyes"]["right"]["max_luminance_cd_m2"], peak_mb())
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="memory is counted in kilobytes there")
+def test_a_pair_of_36_megapixels_is_shown_and_built_in_bands(tmp_path: Path) -> None:
+    light = np.full((4912, 7360, 3), 8.0, np.float32)
+    right = light.copy()
+    right[4000, 5000] = 64.0
+    write_exr(tmp_path / "large.exr", StereoImage(light, right))
+    del light, right
+    recipe = "schema_version: 1\nkind: pictures\nluminance: {scale: 0.5}\nstimuli: [{name: large, file: large.exr}]\n"
+    (tmp_path / "large.yaml").write_text(recipe)
+    words = [sys.executable, "-c", LARGE, str(tmp_path), str(ROOT / "configs/displays/asus_vg248qe.yaml")]
+    shown, built = subprocess.run(words, cwd=ROOT, check=True, capture_output=True, text=True).stdout.splitlines()
+    *sizes, shown_mb = map(int, shown.split())
+    assert sizes == [7360, 4912, 960, 1080]
+    most_cd_m2, built_mb = map(float, built.split())
+    assert most_cd_m2 == 32.0
+    assert shown_mb < 600  # either picture is 434 MB for each eye
+    assert built_mb < 1000

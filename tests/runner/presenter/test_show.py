@@ -6,7 +6,7 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 
@@ -15,9 +15,11 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
+import runner.presenter.show
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from devices.display.display_file import read_display
+from runner.presenter.show import ShownPicture, ShowOptions, show_picture
 from stimuli.pictures.exr_read import read_exr
 from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage
@@ -275,3 +277,46 @@ def test_a_leaking_display_s_crosstalk_is_cancelled(show: Run, tmp_path: Path) -
     assert ghosts["left"]["delta_e_00_mean"] == pytest.approx(truth.mean(), abs=0.05)
     assert ghosts["left"]["delta_e_00_max"] == pytest.approx(truth.max(), abs=0.1)
     assert ghosts["right"]["percent_negative"] == 0.0
+
+
+@pytest.mark.parametrize("size", [(1111, 1303), (1920, 1080), (2001, 300)])
+@pytest.mark.parametrize("kind", ["exr", "png"])
+def test_of_a_large_picture_what_is_seen_is_read_and_looks_as_the_whole_does(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    random_stereo: Callable[..., StereoImage],
+    size: tuple[int, int],
+    kind: str,
+) -> None:
+    width, height = size
+    file = tmp_path / f"large.{kind}"
+    if kind == "exr":
+        write_exr(file, random_stereo(height, width))
+        white: Mapping[str, object] = {}
+    else:
+        values = np.random.default_rng(2).integers(0, 256, (height, width, 3), dtype=np.uint8)
+        Image.fromarray(values).save(file, compress_level=1)
+        white = {"colour_space": "srgb", "white_luminance_cd_m2": 60.0}
+    seen, shown = in_process(file, tmp_path / "seen.png", white)
+    monkeypatch.setattr(runner.presenter.show, "_seen_part", lambda areas: None)
+    whole, twin = in_process(file, tmp_path / "whole.png", white)
+    assert seen.picture_px == whole.picture_px == whole.read_px == size
+    assert seen.read_px == tuple(map(min, (960, 1080), size))
+    assert np.array_equal(shown, twin)
+    assert seen.clipping.keys() == whole.clipping.keys()
+    assert seen.work.bytes_uploaded < whole.work.bytes_uploaded
+
+
+def in_process(file: Path, out: Path, more: Mapping[str, object]) -> tuple[ShownPicture, NDArray[np.uint8]]:
+    options = ShowOptions(screenshot=out, backend="egl", **more)  # type: ignore[arg-type]
+    done = show_picture(file, ASUS, "side-by-side", options)
+    return done, np.concatenate([codes(Path(written)) for written in done.screenshots])
+
+
+def test_a_moved_or_squeezed_view_reads_the_whole_picture(
+    tmp_path: Path, random_stereo: Callable[..., StereoImage]
+) -> None:
+    file = tmp_path / "large.exr"
+    write_exr(file, random_stereo(20, 1200))
+    moved = {"mode_options": {"left_offset_px": [30, 0]}}
+    assert in_process(file, tmp_path / "out.png", moved)[0].read_px == (1200, 20)
