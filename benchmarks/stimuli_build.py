@@ -36,7 +36,7 @@ stimuli: [{name: large, file: large.exr}]
 """
 # Builds a recipe, in bands of rows where pictures have so many pixels, and prints what that took.
 BUILDING = """
-import json, os, resource, sys, time
+import json, os, re, sys, time
 from pathlib import Path
 import OpenImageIO, stimuli.build.builder, stimuli.recipes.banded_picture as banded
 from stimuli.build import build_set
@@ -44,7 +44,10 @@ os.environ["CYCLOPEAN_CACHE"], banded.LEAST_PX = sys.argv[2], int(sys.argv[3])
 wall, cpu = time.perf_counter(), time.process_time()
 made = build_set(Path(sys.argv[1]), 0.2768)
 taken = time.perf_counter() - wall, time.process_time() - cpu
-print(json.dumps([*taken, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, made.digest]))
+# Not `resource`'s peak: that begins with the one of the process that started this one. It is known on Linux alone.
+status = Path("/proc/self/status")
+peak = re.search(r"VmHWM:\\s+([0-9]+) kB", status.read_text()) if status.exists() else None
+print(json.dumps([*taken, int(peak[1]) / 1024 if peak else float("nan"), made.digest]))
 """
 
 

@@ -20,6 +20,7 @@ from devices.colour.spaces import xyz_to_lab
 from documents import InputError
 from stimuli.build.recipe_to_set import build_set
 from stimuli.errors import StimulusError
+from stimuli.pictures import StereoImage
 from stimuli.recipes.build_context import BuildContext, MadePicture
 from stimuli.recipes.recipe import Recipe, read_recipe
 from stimuli.recipes.sparkle_series import SparkleSeriesRecipe, plate_seed
@@ -31,6 +32,12 @@ FIVE = CONFIGS / "stimuli" / "exposure_series.yaml"
 PRELIMINARY = CONFIGS / "stimuli" / "preliminary.yaml"
 WHITE_XY = (0.3117, 0.3151)
 PITCH_MM = 0.2768
+
+
+def seen(made: MadePicture) -> StereoImage:
+    """Return the picture in XYZ, as which a plate is made."""
+    assert isinstance(made.image, StereoImage)
+    return made.image
 
 
 def make(recipe: SparkleSeriesRecipe) -> Iterator[MadePicture]:
@@ -138,7 +145,7 @@ def test_factors_that_cannot_be(tmp_path: Path, factors: str, message: str) -> N
 
 
 def views(one: MadePicture) -> list[Any]:
-    return [one.image.left] if one.image.is_flat else [one.image.left, one.image.right]
+    return [seen(one).left] if one.image.is_flat else [seen(one).left, seen(one).right]
 
 
 def test_every_base_picture_has_the_target_luminance(recipe: SparkleSeriesRecipe, made: dict[str, MadePicture]) -> None:
@@ -199,7 +206,7 @@ def test_the_longer_the_exposure_the_fuller_the_sensor_and_the_lower_the_contras
                 full = [step(one, "expose")["saturated_percent"][eye][channel] for one in series]
                 assert all(shorter <= longer for shorter, longer in pairwise(full)), (paint, eye, channel)
                 assert full[0] < full[-1], (paint, eye, channel)
-        contrast = [float(one.image.left[..., 1].max() / np.median(one.image.left[..., 1])) for one in series]
+        contrast = [float(seen(one).left[..., 1].max() / np.median(seen(one).left[..., 1])) for one in series]
         # Where no pixel is full, two exposures differ by the rounding of a float32.
         assert all(longer <= shorter * (1 + 1e-6) for shorter, longer in pairwise(contrast)), paint
         assert contrast[-1] < 0.8 * contrast[0], paint
@@ -209,7 +216,7 @@ def test_the_paints_have_the_thesis_s_tints_and_one_is_matte(made: dict[str, Mad
     x, y = WHITE_XY
     white = np.array([x / y, 1.0, (1 - x - y) / y]) * 26.5
     lab = {
-        paint: xyz_to_lab(made[f"{paint}-base-2"].image.left.mean(axis=(0, 1), dtype=np.float64), white)
+        paint: xyz_to_lab(seen(made[f"{paint}-base-2"]).left.mean(axis=(0, 1), dtype=np.float64), white)
         for paint in ("GM1", "GM2", "HI", "BC", "BR")
     }
     for green in ("GM1", "GM2", "HI"):
@@ -222,7 +229,7 @@ def test_the_paints_have_the_thesis_s_tints_and_one_is_matte(made: dict[str, Mad
     outstanding = {
         paint: float(np.percentile(luminance, 99.5) / np.median(luminance))
         for paint in lab
-        for luminance in [made[f"{paint}-base-1.3"].image.left[..., 1]]
+        for luminance in [seen(made[f"{paint}-base-1.3"]).left[..., 1]]
     }
     assert outstanding["GM2"] < 2 < 3 < min(value for paint, value in outstanding.items() if paint != "GM2")
 
@@ -275,10 +282,10 @@ def test_equal_seeds_and_names_make_equal_plates_whatever_the_others(
     alone = five(tmp_path, plates=[data["plates"][3]], views=["flat", "stereo"])
     again = {one.name: one for one in make(series_recipe(alone))}
     for name in ("BC-base-1.3", "BC-grey-4"):
-        np.testing.assert_array_equal(again[f"{name}-stereo"].image.right, made[name].image.right)
+        np.testing.assert_array_equal(seen(again[f"{name}-stereo"]).right, seen(made[name]).right)
     other = series_recipe(five(tmp_path, plates=[data["plates"][3]], seed=2017))
     (first, *_) = make(other)
-    assert not np.array_equal(first.image.right, made["BC-base-1.3"].image.right)
+    assert not np.array_equal(seen(first).right, seen(made["BC-base-1.3"]).right)
     names = [plate.name for plate in recipe.plates]
     assert len({plate_seed(recipe.seed, name) for name in names}) == len(names)
 
