@@ -122,3 +122,20 @@ def test_a_name_that_is_no_benchmark_is_refused(
         run_all()
     assert ended.value.code == 2
     assert "no such benchmark: colour_pas" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("figure", "status"), [(1.0, 0), (3.0, 1)])
+def test_the_exit_status_says_whether_all_is_kept(
+    figure: float, status: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ran = Ran("startup", 1.0, (Promise("error", figure, 2.0, "error"),))
+    monkeypatch.setattr("benchmarks.run_all.run", lambda script, quick: ran)
+    monkeypatch.setattr("benchmarks.run_all.OUT", tmp_path)
+    monkeypatch.setattr("benchmarks.run_all.where", lambda: "here")
+    monkeypatch.setattr("benchmarks.run_all.history.releases", list)
+    monkeypatch.setattr("sys.argv", ["run_all.py", "startup"])
+    assert run_all() == status
+    page_written = (tmp_path / "promises.md").read_text(encoding="utf-8")
+    assert page_written in capsys.readouterr().out
+    said = json.loads((tmp_path / "promises.json").read_text(encoding="utf-8"))
+    assert (said["wrong"] == []) == (status == 0)
