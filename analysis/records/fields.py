@@ -74,7 +74,7 @@ XYZ = Annotated[tuple[Number, Number, Number], Strict(False)]
 class Fields(BaseModel):
     """Fields of a record, of exactly their types; further ones are allowed, since a newer version may add some."""
 
-    model_config = ConfigDict(strict=True, extra="allow", allow_inf_nan=False)
+    model_config = ConfigDict(strict=True, extra="allow", allow_inf_nan=False, defer_build=True)
 
     nested: ClassVar[tuple[str, ...]] = ()
     """The names of those that are, or have in them, fields of their own."""

@@ -52,7 +52,7 @@ _WANTED = MappingProxyType({**_CALLED, "recipe": "a recipe"})
 class Strict(BaseModel):
     """Base of every model of a YAML file: frozen; unknown keys, NaN and infinity are refused."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
 
 
 def load_document(path: Path, model: type[Model], kind: Kind | None = None) -> tuple[Model, YamlSource]:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Literal
-
-import moderngl
+from typing import TYPE_CHECKING, Literal
 
 from devices.compensation import Size
 from documents import Finding
 from runner.presenter.errors import PresentationError
+
+if TYPE_CHECKING:
+    import moderngl
 
 Bits = Literal[8, 10]
 # What a colour pass writes: codes of 8 bits, codes of 10, or 32-bit floats as computed.
@@ -30,7 +31,7 @@ def code_texture(context: moderngl.Context, size_px: Size, bits: Bits) -> modern
     """Return a new texture that holds codes of ``bits`` exactly, 4 bytes a pixel: RGBA8, or RGB10_A2."""
     internal_format = _GL_RGB10_A2 if bits == 10 else None
     texture = context.texture(size_px, 4, dtype="f1", internal_format=internal_format)
-    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    texture.filter = (context.NEAREST, context.NEAREST)
     return texture
 
 

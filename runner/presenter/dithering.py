@@ -8,9 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import get_args
+from typing import TYPE_CHECKING, get_args
 
-import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,6 +18,9 @@ from devices.display import Curve, Eye
 from documents import Finding
 from runner.presenter.depth import Bits, highest_code
 from runner.presenter.errors import PresentationError
+
+if TYPE_CHECKING:
+    import moderngl
 
 # 12 bits. A wider table need not fit into a texture of every driver.
 MOST_LEVELS = 4095
@@ -89,7 +91,7 @@ class Dithering:
             "dither_mask": context.texture(mask.shape, 1, mask.tobytes(), alignment=1, dtype="u2"),
         }
         for texture in made.values():
-            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            texture.filter = (context.NEAREST, context.NEAREST)
         return made
 
 

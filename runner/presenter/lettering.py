@@ -6,13 +6,15 @@ from collections.abc import Callable
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw, ImageFont
 
 from runner.presenter.scene import Text
+
+if TYPE_CHECKING:
+    from PIL import ImageFont
 
 LINE_SPACING = 1.25
 CAPITAL = 0.729  # height of a capital letter of DejaVu Sans, in the size of the type
@@ -80,6 +82,8 @@ def coverage(words: str, height_px: int, width_px: int) -> NDArray[np.uint8] | N
 
     ``height_px`` is the size of the type, ``width_px`` the longest line.
     """
+    from PIL import Image, ImageDraw
+
     lines = _set(words, height_px, width_px)
     if lines is None:
         return None
@@ -115,6 +119,8 @@ def _set(words: str, height_px: int, width_px: int) -> _Lines | None:
 @lru_cache(maxsize=16)
 def type_face(height_px: int) -> ImageFont.FreeTypeFont:
     """DejaVu Sans as matplotlib carries it: it has Greek, Cyrillic, accents and arrows; Pillow's own has not even é."""
+    from PIL import ImageFont
+
     spec = find_spec("matplotlib")  # located, not imported
     folders = spec.submodule_search_locations if spec else None
     if not folders:

@@ -6,12 +6,14 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from documents.platform import elapsed_s
 from runner.ports import Holding
-from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Scene
+
+if TYPE_CHECKING:
+    from runner.presenter.presenter import Presenter
 
 
 class SteadyClock:

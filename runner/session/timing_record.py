@@ -7,14 +7,16 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from devices.display import Verification
 from runner.presenter.counters import IntervalSummary
-from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Scene
 from runner.presenter.surfaces.screens import compositor
 from runner.presenter.surfaces.surface import SurfaceFacts
+
+if TYPE_CHECKING:
+    from runner.presenter.presenter import Presenter
 
 NOT_VERIFIED = "not verified with a photodiode"
 # The first swaps fill the driver's queue and come faster than the screen shows them.

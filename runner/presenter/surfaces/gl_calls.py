@@ -8,15 +8,17 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from devices.compensation import Rectangle, Size
 from runner.presenter.depth import Bits
 from runner.presenter.errors import GraphicsError
+
+if TYPE_CHECKING:
+    import moderngl
 
 Codes = NDArray[np.uint8] | NDArray[np.uint16]
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, Protocol, Self
-
-import moderngl
+from typing import TYPE_CHECKING, Any, Protocol, Self
 
 from devices.compensation import Size
 from devices.display import Eye
@@ -19,6 +17,9 @@ from runner.presenter.errors import PresentationError
 from runner.presenter.pointer import Pointer
 from runner.presenter.surfaces.gamma_tables import LoadedTable
 from runner.presenter.surfaces.gl_calls import Codes, GlCalls
+
+if TYPE_CHECKING:
+    import moderngl
 
 
 class Buffer(Enum):
