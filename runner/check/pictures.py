@@ -33,6 +33,7 @@ def check_pictures(report: CheckReport, design: Experiment, source: YamlSource, 
     for done, name in enumerate(stimuli.names, start=1):
         clipping[name] = costs.description(name)["clipping"]
         options.progress("Looking at stimuli", done, len(stimuli.names))
+    report.facts["pictures_rendered"] = stimuli.rendered
     report.facts.update(asdict(costs.work))
     report.facts["clipped_percent"] = _per_eye(clipping, "percent_any")
     report.facts["clip_limit_percent"] = options.clip_limit_percent

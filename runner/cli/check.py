@@ -39,6 +39,7 @@ _APART = (
     "clip_limit_percent",
     "ghost_percent",
     "ghost_cost_max_delta_e_00",
+    "pictures_rendered",
     "clipping_costs_computed",
     "clipping_costs_cached",
     "error_budget",

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
@@ -86,7 +86,8 @@ class SessionResult:
     """How a session ended: ``answered`` of ``trials`` scored trials are on disk; ``folder`` is None if it stopped.
 
     ``failed_tests`` are the vision tests that the observer failed; ``screened_out`` is whether the session ended there.
-    ``doubt`` says why its answers may be none, empty if nothing is striking.
+    ``doubt`` says why its answers may be none, empty if nothing is striking. ``work`` counts what was done for it, as
+    the session's log has it, and the pictures that were rendered before.
     """
 
     ending: Ending
@@ -96,20 +97,22 @@ class SessionResult:
     failed_tests: tuple[Outcome, ...] = ()
     screened_out: bool = False
     doubt: str = ""
+    work: Mapping[str, int] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
         """Return all of it as plain JSON."""
         folder = str(self.folder) if self.folder else None
         counts = {"ending": self.ending, "answered": self.answered, "trials": self.trials, "folder": folder}
         failed = [{"test": outcome.test, "words": outcome.words} for outcome in self.failed_tests]
-        return {**counts, "failed_tests": failed, "screened_out": self.screened_out, "doubt": self.doubt}
+        told = {"failed_tests": failed, "screened_out": self.screened_out, "doubt": self.doubt}
+        return {**counts, **told, "work": dict(self.work)}
 
 
 def session_command(experiment: str | Path, observer: str, options: SessionOptions, **changed: bool) -> str:
     """Return what to type to run a session with ``options`` and those ``changed``, such as ``resume=True``."""
     words = ["run", str(experiment), "--observer", observer]
     standard = SessionOptions()
-    for name in sorted((field.name for field in fields(options)), key=("new", "resume").__contains__):
+    for name in sorted((each.name for each in fields(options)), key=("new", "resume").__contains__):
         value = changed.get(name, getattr(options, name))
         if value != getattr(standard, name) and isinstance(value, bool | str | Path):
             words += [f"--{name.replace('_', '-')}", *([] if value is True else [str(value)])]

@@ -207,14 +207,15 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
         return SessionResult(ending, 0, sum(block.trials for block in design.example_blocks), folder)
     if station.session_folder is None:
         return SessionResult(ending, status.answered, status.trials, folder)
+    work = {"pictures_rendered": stimuli.rendered, **station.work}
     if not any(block.kind == "screening" for block in design.spec.blocks):
-        return SessionResult(ending, status.answered, status.trials, folder)
+        return SessionResult(ending, status.answered, status.trials, folder, work=work)
     stopped = running = None  # a long log would be in memory twice
     log = read_session(station.session_folder / FILE_NAME)
     failed = failed_tests([log]).get(observer, ())
     haste = Haste.of(log.trials)
     doubt = haste.words if haste.striking and not log.header.simulated else ""
-    return SessionResult(ending, status.answered, status.trials, folder, failed, screened_out(log), doubt)
+    return SessionResult(ending, status.answered, status.trials, folder, failed, screened_out(log), doubt, work)
 
 
 @dataclass(frozen=True, slots=True)

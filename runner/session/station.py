@@ -278,7 +278,7 @@ class Station:
                 check_light=lambda begins: self._check_gamma_table(session, begins=begins),
                 style=self.experiment.style,
                 closing=lambda: self._record_costs(recorder, header, clock),
-                closing_facts=lambda: {"work": self._work()},
+                closing_facts=lambda: {"work": self.work},
                 utc=clock,
                 **({"remedy": self._why_not_as_logged(log)} if log else {}),
             )
@@ -338,7 +338,9 @@ class Station:
         larger = {"wrong_screen": True} if self.surface.facts.larger_than_screen else {}
         return {**self.experiment.rig.stamps, **larger}
 
-    def _work(self) -> dict[str, int]:
+    @property
+    def work(self) -> dict[str, int]:
+        """What was done since the station was opened, by name, as the log's last line has it."""
         work = asdict(self.presenter.counters) | asdict(self.cost_work)
         return work | {"gamma_table_reads": self.watch.reads}
 

@@ -42,7 +42,9 @@ def test_a_session_is_run_and_its_end_reported(study: Study) -> None:
     assert done.folder is not None
     assert read_session(done.folder / FILE_NAME).complete
     counts = {"ending": "completed", "answered": 6, "trials": 6, "folder": str(done.folder)}
-    assert done.to_json() == {**counts, "failed_tests": [], "screened_out": False, "doubt": ""}
+    told = done.to_json()
+    assert told.pop("work")["decodes"] == 4
+    assert told == {**counts, "failed_tests": [], "screened_out": False, "doubt": ""}
     assert places[-1] == "trial 6 of 6"
     replayed = run_session(str(study.experiment), "01", SessionOptions(results=study.results, replay=done.folder))
     assert replayed.folder is not None
