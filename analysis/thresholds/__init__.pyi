@@ -1,0 +1,9 @@
+from .adaptive import Choices as Choices
+from .adaptive import QuestPlus as QuestPlus
+from .adaptive import Staircase as Staircase
+from .adaptive import simulate as simulate
+from .fit import ThresholdFit as ThresholdFit
+from .fit import fit_threshold as fit_threshold
+from .fit import mean_threshold as mean_threshold
+from .functions import FUNCTIONS as FUNCTIONS
+from .functions import Psychometric as Psychometric

@@ -1,0 +1,118 @@
+"""Thresholds: the time of a choice and the error against trials, the plain entropy and `questplus` beside ours.
+
+    python benchmarks/thresholds.py
+
+A row's error is the root mean square of the threshold's in decimal logarithms, over 40 simulated observers; the rows
+of one choice have the largest difference from the plain information instead. `questplus` is timed where installed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from curves import seconds, write
+from numpy.typing import NDArray
+
+from analysis.thresholds import FUNCTIONS, Choices, QuestPlus, Staircase, fit_threshold, simulate
+
+Floats = NDArray[np.float64]
+X = np.linspace(-2, 0, 41)
+SLOPES, LAPSES = (2.0, 3.0, 4.0, 5.0), (0.0, 0.01, 0.02, 0.03, 0.04)
+SLOPE, LAPSE, OBSERVERS = 3.5, 0.02, 40
+TRIALS = (25, 50, 100, 200)
+SHAPE = FUNCTIONS["weibull"]
+
+
+def answering(right: NDArray[np.float64], rng: np.random.Generator) -> Callable[[int], bool]:
+    """Return who answers right with the probability of each level, shape (levels,)."""
+    return lambda level: bool(rng.random() < right[level])
+
+
+def quest_plus() -> QuestPlus:
+    """Return the method over 41 thresholds, four slopes and five lapse rates."""
+    return QuestPlus(X, thresholds=X, slopes=SLOPES, lapses=LAPSES)
+
+
+def plain_information(quest: QuestPlus, right: Floats) -> Floats:
+    """Return the fall of the expected entropy from the posteriors after each answer; ``right``, shape (m, levels)."""
+    before = quest.posterior
+    total = np.full(right.shape[1], -float(before @ np.log(np.maximum(before, 1e-300))))
+    for likelihood in (right, 1 - right):
+        joint = before[:, None] * likelihood
+        chance = joint.sum(axis=0)
+        after = np.maximum(joint / chance, 1e-300)
+        total += chance * (after * np.log(after)).sum(axis=0)
+    return total
+
+
+def thresholds_found(make: Callable[[], Choices], trials: int, observers: int = OBSERVERS) -> tuple[Floats, float]:
+    """Return the errors of the fitted thresholds (decimal logarithms), and the share of intervals with the true one."""
+    errors, covered = [], 0
+    for seed in range(observers):
+        rng = np.random.default_rng(seed)
+        true = rng.uniform(-1.4, -0.6)
+        right = SHAPE.probability(X, true, SLOPE, 0.5, LAPSE)
+        told = simulate(make(), trials, answering(right, rng))
+        fit = fit_threshold([float(10 ** X[level]) for level, _ in told], [answer for _, answer in told])
+        if fit.threshold is not None and fit.threshold_interval is not None:
+            errors.append(float(np.log10(fit.threshold)) - true)
+            low, high = np.log10(fit.threshold_interval)
+            covered += bool(low <= true <= high)
+    return np.array(errors), covered / max(len(errors), 1)
+
+
+def run() -> dict[str, object]:
+    """Time one choice three ways, and follow the error over trials by two methods."""
+    quest = quest_plus()
+    for level in (20, 25, 15, 18, 22):
+        quest.learn(level, right=level > 17)
+    right = np.clip(SHAPE.probability(X, *(quest.grid[:, [n]] for n in range(4))), 1e-12, 1 - 1e-12)
+    error = float(np.abs(quest.information() - plain_information(quest, right)).max())
+    rows: list[dict[str, object]] = [
+        {"series": "one choice, ours", "parameter": "820 × 41", "seconds": seconds(quest.next_level), "error": error},
+        {
+            "series": "one choice, plain entropy",
+            "parameter": "820 × 41",
+            "seconds": seconds(lambda: plain_information(quest, right)),
+            "error": 1e-16,
+        },
+    ]
+    peer = _peer()
+    if peer is not None:
+        rows.append({"series": "one choice, questplus", "parameter": "820 × 41", "seconds": peer, "error": 1e-16})
+    methods: dict[str, Callable[[], Choices]] = {"QUEST+": quest_plus, "staircase": lambda: Staircase(41, 35)}
+    for name, make in methods.items():
+        for trials in TRIALS:
+            errors, _ = thresholds_found(make, trials)
+            rms = float(np.sqrt(np.mean(errors**2)))
+            time_s = seconds(
+                lambda make=make, trials=trials: simulate(make(), trials, lambda level: level > 20), repeats=3
+            )
+            note = f"bias {errors.mean():+.3f}, {len(errors)} of {OBSERVERS} with a threshold"
+            rows.append(
+                {"series": name, "parameter": f"{trials} trials", "seconds": time_s, "error": rms, "note": note}
+            )
+    return {"title": "Thresholds: time of choosing and error against trials", "rows": rows}
+
+
+def _peer() -> float | None:
+    try:
+        from questplus.qp import QuestPlus as Peer  # type: ignore[import-not-found,unused-ignore]
+    except ImportError:
+        return None
+    peer = Peer(
+        stim_domain={"intensity": X * 20},
+        param_domain={"threshold": X * 20, "slope": SLOPES, "lower_asymptote": [0.5], "lapse_rate": LAPSES},
+        outcome_domain={"response": ["Correct", "Incorrect"]},
+        func="weibull",
+        stim_scale="dB",
+        stim_selection_method="min_entropy",
+        param_estimation_method="mode",
+    )
+    return seconds(lambda: peer.next_stim, repeats=3)
+
+
+if __name__ == "__main__":
+    result = run()
+    write("thresholds", str(result["title"]), result["rows"])

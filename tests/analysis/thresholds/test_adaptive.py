@@ -1,0 +1,59 @@
+"""Staircases come to rest at their share, and QUEST+ at the threshold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from analysis.thresholds import FUNCTIONS, QuestPlus, Staircase, simulate
+
+LEVELS = np.linspace(-2, 0, 41)
+
+
+def answering(right: NDArray[np.float64], rng: np.random.Generator) -> Callable[[int], bool]:
+    """Return who answers right with the probability of each level, shape (levels,)."""
+    return lambda level: bool(rng.random() < right[level])
+
+
+@pytest.mark.parametrize(("up", "down"), [(1, 1), (3, 1), (5, 2), (1, 3)])
+def test_a_staircase_rests_at_its_share(up: int, down: int) -> None:
+    """The exact shares of time at each level: the chain's moves are those of the object."""
+    right = np.linspace(0.001, 0.999, 61)
+    moves = np.zeros((61, 61))
+    for level, p in enumerate(right):
+        for was_right, chance in ((True, p), (False, 1 - p)):
+            staircase = Staircase(61, level, up, down)
+            staircase.learn(level, right=was_right)
+            moves[level, staircase.next_level()] += chance
+    time = np.linalg.matrix_power(moves, 100_000)[30] + np.linalg.matrix_power(moves, 100_001)[30]
+    assert time @ right / time.sum() == pytest.approx(Staircase(61, 30, up, down).target, abs=2e-3)
+
+
+def test_a_staircase_turns_and_stays_at_the_ends() -> None:
+    staircase = Staircase(5, 1, up=3, down=1)
+    for right in (True, True, True, False, True, False, False):
+        staircase.learn(staircase.next_level(), right=right)
+    assert staircase.path == [1, 0, 0, 0, 3, 2, 4, 4]
+    assert staircase.reversals == [0, 3, 2]
+
+
+@pytest.mark.parametrize("wrong", [{"start": 5}, {"start": -1}, {"start": 0, "up": 0}, {"start": 0, "down": 0}])
+def test_a_staircase_that_cannot_start_is_refused(wrong: dict[str, int]) -> None:
+    with pytest.raises(ValueError, match="cannot start"):
+        Staircase(5, **wrong)
+
+
+def test_quest_plus_ends_at_the_threshold() -> None:
+    rng = np.random.default_rng(11)
+    errors = []
+    for true in np.tile([-1.4, -1.1, -0.8], 12):
+        shape = FUNCTIONS["weibull"]
+        quest = QuestPlus(LEVELS, thresholds=LEVELS, slopes=[1.5, 2.5, 3.5, 5, 7], lapses=[0, 0.02, 0.04])
+        right = shape.probability(LEVELS, true, 3.5, 0.5, 0.02)
+        simulate(quest, 100, answering(right, rng))
+        errors.append(quest.mean[0] - true)
+    assert abs(np.mean(errors)) < 0.02
+    assert np.std(errors) < 0.08
