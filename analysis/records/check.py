@@ -128,6 +128,11 @@ class _Seen:
             self.records.take(number, line)
             self.records.records.clear()  # however long the log is
 
+    def fits(self, number: int) -> None:
+        """Take note that the checksum of the next line, ``number``, fits."""
+        if self.records is not None:
+            self.records.fits(number)
+
     def damaged(self, error: DamagedLineError) -> None:
         """Keep what is wrong; after a line that was changed, the records that follow it need not fit it."""
         if error.changed:
@@ -177,7 +182,7 @@ def check_log(file: Path, mirror: Path | None = None) -> LogCheck:
     seen = _Seen(file, None if measured else RecordReader())
     try:
         with open_regular(file, "log", limit_bytes=MOST_LOG_BYTES, error=ResultsError) as stream:
-            state = read_lines(stream, seen.take, seen.damaged)
+            state = read_lines(stream, seen.take, seen.damaged, seen.fits)
     except OSError as error:
         raise ResultsError(Finding(f"the results cannot be read: {error.strerror}", str(file))) from error
     except DamagedLineError as error:

@@ -6,6 +6,7 @@ import json
 import math
 import re
 from collections.abc import Mapping
+from datetime import datetime
 from typing import Annotated, Any, ClassVar, TypeVar, get_args
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, ValidationError
@@ -52,6 +53,7 @@ def plain(value: Any, depth: int = 0) -> Any:
 def _utc(text: str) -> str:
     if _UTC.fullmatch(text) is None:
         raise ValueError("should be a time in UTC such as 2026-01-31T12:00:00.250+00:00")
+    datetime.fromisoformat(text)
     return text
 
 
@@ -63,6 +65,10 @@ Seconds = Annotated[float, Field(ge=0, le=_LONGEST)]
 Positive = Annotated[float, Field(gt=0, le=1e12)]
 NotNegative = Annotated[float, Field(ge=0, le=1e12)]
 Number = Annotated[float, Field(ge=-1e12, le=1e12)]
+# Levels of factors, such as a date and time in digits; what has room for 24 typed digits; what a session counted.
+Level = Annotated[float, Field(ge=-1e18, le=1e18)]
+Typed = Annotated[float, Field(ge=-1e24, le=1e24)]
+Work = Annotated[float, Field(ge=0, le=1e18)]
 Percent = Annotated[float, Field(ge=0, le=100)]
 Utc = Annotated[str, AfterValidator(_utc)]
 Json = Annotated[dict[str, Any], AfterValidator(plain)]

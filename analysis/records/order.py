@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from datetime import datetime
 from typing import Any
 
 from analysis.records.fields import RecordError, read_fields
@@ -20,16 +19,14 @@ from analysis.records.other_records import (
 from analysis.records.trial_kinds import PRACTICE, read_trial
 from analysis.records.trial_record import Session, TrialRecord
 
-# Notes and events of the window come from other threads, and presses are stamped before they are read.
-_SLACK_S = 1.0
-# The machine's clock may be set right after a header was written.
-_FIRST_SLACK_S = 60.0
-
 Place = tuple[int, int]
 
 
 class Order:
-    """What the records so far have said. Each method takes the next line, or raises RecordError."""
+    """What the records so far have said. Each method takes the next line, or raises RecordError.
+
+    ``added`` are stimuli that the header does not list: those of a recipe that was changed, where that was accepted.
+    """
 
     def __init__(self, line: dict[str, Any]) -> None:
         self.header: HeaderRecord = read_header(line)
@@ -41,35 +38,32 @@ class Order:
         self._asked: dict[Place, tuple[Any, ...]] = {}
         self._attempts: dict[Place, int] = {}
         self._last: Place = (-1, -1)
-        self._changed = self._screened_out = False
-        self._run_began_s = self._latest_s = _seconds(self.header.started_utc)
-        self._slack_s = _FIRST_SLACK_S
+        self._resumed = self._changed = self._screened_out = False
+        self.added: list[str] = []
 
-    def trial(self, line: dict[str, Any]) -> TrialRecord:
-        """Take an answer."""
+    def trial(self, line: dict[str, Any], *, as_recorded: bool = False) -> TrialRecord:
+        """Take an answer; where the line is ``as_recorded``, by its checksum, its presses are not compared with it."""
         trial = read_trial(line)
+        practised = trial.kind == PRACTICE
         self._place(trial)
-        self._time(trial.utc)
-        self._waited(trial)
         self._stimuli(trial, line)
-        for what in trial.contradictions(self._session, practised=trial.kind == PRACTICE):
+        for what in trial.contradictions(self._session, practised=practised):
             raise RecordError(what)
-        for what in trial.timed_by_events():
-            raise RecordError(what)
+        if not as_recorded:
+            for what in trial.pressed_otherwise(self._session, practised=practised):
+                raise RecordError(what)
         self._screened_out = "screened_out" in line
         return trial
 
     def note(self, line: dict[str, Any]) -> NoteRecord:
         """Take a note."""
         note = read_fields(NoteRecord, line)
-        self._time(note.utc)
         self._reached(note.block, note.trial)
         return note
 
     def mark(self, line: dict[str, Any]) -> MarkRecord:
         """Take a mark."""
         mark = read_fields(MarkRecord, line)
-        self._time(mark.utc)
         if (mark.block, mark.trial) not in self._asked:
             raise RecordError(f"it marks trial {mark.trial} of block {mark.block}, which was not answered before")
         return mark
@@ -77,24 +71,23 @@ class Order:
     def window(self, line: dict[str, Any]) -> WindowRecord:
         """Take an event of the window."""
         event = read_fields(WindowRecord, line)
-        self._time(event.utc)
         self._reached(event.block, event.trial)
         return event
 
     def resumption(self, line: dict[str, Any]) -> ResumptionRecord:
-        """Take a resumption: the clock may stand anywhere then."""
+        """Take a resumption: on another machine, clipping may cost other last digits; what was changed may be all."""
         resumption = read_fields(ResumptionRecord, line)
-        self._run_began_s = self._latest_s = _seconds(resumption.utc)
-        self._changed = self._changed or bool(resumption.accepted_changes)
+        self._resumed = True
+        if resumption.accepted_changes:
+            self._changed = True
+            self._session.forget()
         return resumption
 
     def clipping(self, line: dict[str, Any]) -> ClippingRecord:
         """Take what the gamut clip costs stimuli of which it was not said before."""
         record = read_fields(ClippingRecord, line)
-        self._time(record.utc)
         for name, costs in line["stimuli"].items():
-            if name not in self.costs:
-                raise RecordError(f"it states the clipping of '{name}', which is no stimulus of the session")
+            self._known(name, "states the clipping of")
             self._cost(name, costs)
         return record
 
@@ -122,29 +115,9 @@ class Order:
                 raise RecordError(f"attempt {trial.attempt} is at a trial that was not answered before")
             if trial.attempt != self._attempts[place] + 1:
                 raise RecordError(f"attempt {trial.attempt} follows attempt {self._attempts[place]}")
-            if _asked(trial) != asked:
+            if _asked(trial) != asked and not self._changed:
                 raise RecordError("it asks something else than the attempt before")
         self._attempts[place] = trial.attempt
-
-    def _time(self, utc: str) -> None:
-        """Check that time goes on; it may jump where the session was resumed."""
-        now_s = _seconds(utc)
-        if now_s < self._latest_s - self._slack_s:
-            raise RecordError(f"its time {utc} is before that of the record before it")
-        if self._slack_s == _FIRST_SLACK_S:
-            self._run_began_s = min(now_s, self._run_began_s)
-        self._latest_s, self._slack_s = now_s, _SLACK_S
-
-    def _waited(self, trial: TrialRecord) -> None:
-        """Check that nobody waited longer than the session runs; those who do not wait are simulated.
-
-        Where a scene looked like the one before, older logs time it from the onset of that one.
-        """
-        since_s = self._latest_s - self._run_began_s
-        if not self.header.simulated and trial.response_time_s > since_s + _SLACK_S:
-            ran = f"the session began or was resumed {since_s:.1f} s before"
-            what = f"the response time is {trial.response_time_s:g} s, and {ran}"
-            raise RecordError(what)
 
     def _reached(self, block: int, trial: int) -> None:
         last_block, last_trial = self._last
@@ -158,20 +131,27 @@ class Order:
         Costs that do are one object from then on: a trial's are most of what it says.
         """
         for name in trial.stimuli:
-            if name not in self.costs:
-                raise RecordError(f"it shows '{name}', which is no stimulus of the session")
+            self._known(name, "shows")
         clipping = line.get("clipping") or {}
         for name, costs in clipping.items():
             if name not in trial.stimuli:
                 raise RecordError(f"its clipping is that of '{name}', which it does not show")
             clipping[name] = self._cost(name, costs)
 
+    def _known(self, name: str, what: str) -> None:
+        """Check that the header lists a stimulus, or that the stimuli were changed and this was accepted."""
+        if name not in self.costs:
+            if not self._changed:
+                raise RecordError(f"it {what} '{name}', which is no stimulus of the session")
+            self.costs[name] = None
+            self.added.append(name)
+
     def _cost(self, name: str, costs: Any) -> Any:
-        """Check what clipping costs a stimulus of the header, and return it."""
+        """Check what clipping costs a stimulus, and return it; other last digits are another machine's."""
         stated = self.costs[name]
         if costs == stated:
             return stated
-        if not (self._changed or stated is None):
+        if not (self._resumed or stated is None):
             raise RecordError(f"the clipping of '{name}' is another than in the session's header")
         read_fields(Clipping, costs)
         if stated is None:
@@ -182,10 +162,3 @@ class Order:
 def _asked(trial: TrialRecord) -> tuple[Any, ...]:
     values = (getattr(trial, name) for name in trial.asked)
     return trial.kind, *(tuple(value) if isinstance(value, list) else value for value in values)
-
-
-def _seconds(utc: str) -> float:
-    try:
-        return datetime.fromisoformat(utc).timestamp()
-    except ValueError:
-        raise RecordError(f"'{utc}' is no time") from None

@@ -14,6 +14,7 @@ from analysis.records.fields import (
     Count,
     Fields,
     Json,
+    Level,
     Name,
     NotNegative,
     Number,
@@ -22,7 +23,7 @@ from analysis.records.fields import (
     RecordError,
     Text,
     Utc,
-    Whole,
+    Work,
     read_fields,
 )
 
@@ -61,7 +62,7 @@ class Stimulus(Fields):
     """A stimulus of the session."""
 
     name: Name
-    factors: dict[Name, Text | Number | bool] = Field(default_factory=dict)
+    factors: dict[Name, Text | Level | bool] = Field(default_factory=dict)
     flat: bool = False
     clipping: Clipping | None = None
 
@@ -208,7 +209,7 @@ class HeaderRecord(Fields):
     observer: Name
     session: Name
     started_utc: Utc
-    seed: Whole
+    seed: int
     question: Text
     simulated: bool
     stimuli: list[Stimulus]
@@ -308,5 +309,5 @@ class EndRecord(Fields):
     """The session is complete."""
 
     record: Literal["end"]
-    work: dict[Name, Number] = Field(default_factory=dict)
+    work: dict[Name, Work] = Field(default_factory=dict)
     screened_out: bool = False

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
-from analysis.records.fields import Count, Fields, Json, Name, Number, Text
+from analysis.records.fields import Count, Fields, Json, Name, Number, Text, Typed
 from analysis.records.trial_record import ROUNDING_S, Session, TrialRecord
 
 Side = Literal["up", "down", "left", "right"]
@@ -18,8 +18,9 @@ _SIDES = {f"{where}{side}": side for where in ("", "pad_") for side in ("up", "d
 class PageRecord(TrialRecord):
     """A page of words was read."""
 
-    def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
+    def pressed_otherwise(self, session: Session, *, practised: bool) -> Iterator[str]:
         """Compare the time with the press that ended it."""
+        yield from super().pressed_otherwise(session, practised=practised)
         yield from self.timed_by_press(last=True)
 
 
@@ -30,24 +31,35 @@ class QuestionRecord(TrialRecord):
 
     name: Name
     question: Text
-    answer: Text | Number | None
+    answer: Text | Typed | None
     answered_by: Literal["choice", "number", "text"]
     unit: Text | None = None
 
     def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
-        """Compare the answer with how it was given: what is typed is there in the presses."""
+        """Compare the answer with how it was given."""
+        if self.answer is not None and isinstance(self.answer, str) == (self.answered_by == "number"):
+            yield f"the answer {self.answer!r} is no {self.answered_by}"
+
+    def pressed_otherwise(self, session: Session, *, practised: bool) -> Iterator[str]:
+        """Compare the time with the presses, among which is what was typed."""
         total = sum([seconds for _, seconds in self.events])
         if abs(self.response_time_s - total) > ROUNDING_S * (1 + len(self.events)):
             yield f"the response time is {self.response_time_s:g} s, and its presses took {total:g} s"
-        if self.answer is None:
+        if self.answer is None or self.answered_by == "choice":
             return
-        if isinstance(self.answer, str) == (self.answered_by == "number"):
-            yield f"the answer {self.answer!r} is no {self.answered_by}"
-        elif self.answered_by != "choice":
-            characters = iter([key.removeprefix("text ") for key, _ in self.events if key.startswith("text ")])
-            wanted = self.answer.strip() if isinstance(self.answer, str) else _digits(self.answer)
-            if not all(character in characters for character in wanted):
-                yield f"the answer {self.answer!r} was not typed"
+        typed = "".join([key.removeprefix("text ") for key, _ in self.events if key.startswith("text ")])
+        if isinstance(self.answer, str):
+            wanted, known = self.answer.strip(), _HALF not in typed
+        else:
+            wanted, known = _digits(self.answer), sum(map(str.isdigit, typed)) <= _EXACT
+        characters = iter(typed)
+        if known and not all(character in characters for character in wanted):
+            yield f"the answer {self.answer!r} was not typed"
+
+
+# What is read in place of half a character: two halves in a row are one character of the answer.
+_HALF = "\N{REPLACEMENT CHARACTER}"
+_EXACT = 15  # digits of a number that a float keeps all of
 
 
 def _digits(number: float) -> str:
@@ -71,16 +83,20 @@ class PresentationRecord(TrialRecord):
     correct: bool
 
     def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
-        """Compare the answer with what is right and with its key."""
+        """Compare the answer with what is right."""
         if self.correct != (self.answer == self.correct_answer):
             yield f"the answer is '{self.answer}', right is '{self.correct_answer}', and 'correct' is {self.correct}"
+        yield from _unit(session, self.test, self.unit)
+        given = session.seen.setdefault(("screening", self.block, self.test, self.series), [])
+        given.append(self.correct)
+
+    def pressed_otherwise(self, session: Session, *, practised: bool) -> Iterator[str]:
+        """Compare the answer with its key."""
+        yield from super().pressed_otherwise(session, practised=practised)
         yield from self.timed_by_press(last=not practised)
         key = self.answer_key(last=not practised)
         if key is not None:
             yield from session.key_means("side", key, self.answer, _SIDES)
-        yield from _unit(session, self.test, self.unit)
-        given = session.seen.setdefault(("screening", self.block, self.test, self.series), [])
-        given.append(self.correct)
 
 
 def _unit(session: Session, test: str, unit: str) -> Iterator[str]:
@@ -152,9 +168,13 @@ class ScreenedOutRecord(TrialRecord):
 
     def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
         """Compare with the outcome before."""
-        yield from self.timed_by_press(last=True)
         if ("failed", self.test) not in session.seen:
             yield f"the test '{self.test}' was not failed"
+
+    def pressed_otherwise(self, session: Session, *, practised: bool) -> Iterator[str]:
+        """Compare the time with the press that ended it."""
+        yield from super().pressed_otherwise(session, practised=practised)
+        yield from self.timed_by_press(last=True)
 
 
 def screening_record(line: dict[str, Any]) -> type[TrialRecord]:

@@ -62,14 +62,18 @@ class PairRecord(TrialRecord):
         return self.first, self.second
 
     def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
-        """Compare the choice with the answer, the answer with its key, the group with the stimuli's factors."""
+        """Compare the choice with the answer, and the group with the stimuli's factors."""
         yield from self._choice()
+        yield from self._group(session.factors)
+
+    def pressed_otherwise(self, session: Session, *, practised: bool) -> Iterator[str]:
+        """Compare the answer with its key."""
+        yield from super().pressed_otherwise(session, practised=practised)
         last = self.ratings is None and not practised
         yield from self.timed_by_press(last=last)
         key = self.answer_key(last=last)
         if key is not None and self.first_position is not None:
             yield from session.key_means(self.first_position, key, self.answer, KEYS[self.first_position])
-        yield from self._group(session.factors)
 
     def may_be_alike(self) -> bool:
         """Return whether it may show a stimulus beside itself."""
@@ -109,7 +113,7 @@ class AllPairsRecord(PairRecord):
         return self.catch == "identical"
 
     def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
-        """Compare what is right in a catch trial, and ratings with their times and with what was chosen."""
+        """Compare what is right in a catch trial, and ratings with what was chosen."""
         yield from super().contradictions(session, practised=practised)
         if (self.correct is not None) != (self.catch == "obvious"):
             yield "'correct' belongs to catch trials with an obvious answer, and to no other"
@@ -122,15 +126,19 @@ class AllPairsRecord(PairRecord):
         if ratings.keys() != times_s.keys():
             yield "'ratings' and 'rating_times_s' are not of the same scales"
             return
-        taken = [seconds for _, seconds in self.events]
         for name, value in ratings.items():
             both = isinstance(value, EachRating)
             if (value is None) != (times_s[name] is None) or both != isinstance(times_s[name], EachTime):
                 yield f"the rating '{name}' and its time are not of the same stimuli"
             elif not both and (value is None) == (self.answer in ("first", "second")):
                 yield f"the rating '{name}' is {'missing' if value is None else 'there'}, by the answer it is not"
-            time_s = times_s[name]
-            if isinstance(time_s, float) and time_s > sum(taken) + 1e-5:
+
+    def pressed_otherwise(self, session: Session, *, practised: bool) -> Iterator[str]:
+        """Compare the times of ratings with the presses."""
+        yield from super().pressed_otherwise(session, practised=practised)
+        taken_s = sum([seconds for _, seconds in self.events])
+        for name, time_s in (self.rating_times_s or {}).items():
+            if isinstance(time_s, float) and time_s > taken_s + 1e-5:
                 yield f"the rating '{name}' took {time_s:g} s, longer than all its events"
 
 
@@ -162,6 +170,10 @@ class PreferenceRecord(PairRecord):
         yield from super().contradictions(session, practised=practised)
         if (self.chosen_view == self.first_view) != (self.answer == "first"):
             yield f"the first is {self.first_view}, the answer {self.answer} and the chosen one {self.chosen_view}"
+
+    def pressed_otherwise(self, session: Session, *, practised: bool) -> Iterator[str]:
+        """Compare the times on the intervals with the presses."""
+        yield from super().pressed_otherwise(session, practised=practised)
         times = [seconds for _, seconds in self.events]
         if any(not is_near(seconds, times) for seconds in self.interval_s or ()):
             yield "the observer stayed on an interval for a time that no press ended"

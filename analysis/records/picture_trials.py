@@ -26,13 +26,18 @@ class RatedRecord(TrialRecord):
     rating_times_s: dict[Name, Seconds]
 
     def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
-        """Compare the ratings with their times, and the times with the presses."""
+        """Compare the ratings with their times."""
         if self.ratings.keys() != self.rating_times_s.keys():
             yield "'ratings' and 'rating_times_s' are not of the same scales"
+
+    def pressed_otherwise(self, session: Session, *, practised: bool) -> Iterator[str]:
+        """Compare the times with the presses, and a rating with the digit that gave it."""
+        yield from super().pressed_otherwise(session, practised=practised)
         total = sum([seconds for _, seconds in self.events])
         if sum(self.rating_times_s.values()) > total + ROUNDING_S * (1 + len(self.events) + len(self.ratings)):
             yield f"the ratings took longer than all events ({total:g} s)"
-        if len(self.ratings) == 1 and not practised:
+        # Where keys have other meanings, a digit may move the marker or accept where it stands.
+        if len(self.ratings) == 1 and not practised and not session.own_keys:
             ((name, value),) = self.ratings.items()
             keys = [key for key, _ in self.events[-2:]]
             if keys and keys[-1] in _ACCEPT:
@@ -79,7 +84,7 @@ class BestOfSeriesRecord(RatedRecord):
         return tuple(self.members)
 
     def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
-        """Compare the choice with the path, the path with the presses, the times with those on the path."""
+        """Compare the choice with the path, and the times with those on the path."""
         yield from super().contradictions(session, practised=practised)
         count = len(self.members)
         places = [index for index, _ in self.path]
@@ -93,8 +98,11 @@ class BestOfSeriesRecord(RatedRecord):
             yield "'dwell_s' is not how long each picture of the path was shown"
         elif abs(self.response_time_s - sum([s for _, s in self.path])) > ROUNDING_S * (1 + len(self.path)):
             yield f"the response time is {self.response_time_s:g} s, which is not that of its path"
-        else:
-            yield from self._pressed(session, places)
+
+    def pressed_otherwise(self, session: Session, *, practised: bool) -> Iterator[str]:
+        """Compare the path with the presses."""
+        yield from super().pressed_otherwise(session, practised=practised)
+        yield from self._pressed(session)
 
     def _dwelt(self) -> bool:
         sums = [0.0] * len(self.members)
@@ -103,32 +111,34 @@ class BestOfSeriesRecord(RatedRecord):
         near = ROUNDING_S * (1 + len(self.path))
         return all(abs(total - stated) <= near for total, stated in zip(sums, self.dwell_s, strict=True))
 
-    def _pressed(self, session: Session, places: Sequence[int]) -> Iterator[str]:
+    def _pressed(self, session: Session) -> Iterator[str]:
         """Yield what is wrong if no run of presses has the times of the path and leads along it.
 
         Presses of a page before, or of a rating after, may have the same times.
         """
         times = [seconds for _, seconds in self.path]
         wrong: list[str] = []
-        known = dict(session.answers_of)
         for begin in range(len(self.events) - len(times) + 1):
             events = self.events[begin : begin + len(times)]
             if all(is_near(seconds, (time_s,)) for (_, seconds), time_s in zip(events, times, strict=True)):
-                session.answers_of = dict(known)
-                faults = list(self._led(session, places, [key for key, _ in events]))
+                faults = list(self._led([key for key, _ in events], own_keys=session.own_keys))
                 if not faults:
                     return
                 wrong = wrong or faults
-        session.answers_of = known
         yield from wrong or ["the times of its path are not those of its presses"]
 
-    def _led(self, session: Session, places: Sequence[int], keys: Sequence[str]) -> Iterator[str]:
+    def _led(self, keys: Sequence[str], *, own_keys: bool) -> Iterator[str]:
+        """Yield what is wrong if ``keys`` were pressed along the path; older logs have presses that moved nothing."""
         count = len(self.members)
+        places = [index for index, _ in self.path]
         for place, key, after in zip(places, keys, [*places[1:], None], strict=True):
             moves = {"next": (place + 1) % count, "previous": (place - 1) % count}
             possible = ["choose"] if after is None else [way for way, index in moves.items() if index == after]
-            if not possible:
+            if not possible and after != place:
                 yield f"picture {after} does not follow picture {place}"
                 return
-            if len(possible) == 1:  # of two pictures in a ring, each follows the other both ways
-                yield from session.key_means("series", key, possible[0], _LEAF)
+            # One key may mean next and choose, where they are never possible at once.
+            known = key.removeprefix("click ") if key.startswith("click ") else None if own_keys else _LEAF.get(key)
+            # Of two pictures in a ring, each follows the other both ways.
+            if known is not None and len(possible) == 1 and known != possible[0]:
+                yield f"the answer is '{possible[0]}', but the key '{key}' means '{known}'"

@@ -356,7 +356,7 @@ def read_session(file: Path) -> SessionLog:
     reader = RecordReader()
     try:
         with open_regular(file, "log", limit_bytes=MOST_LOG_BYTES, error=ResultsError) as stream:
-            state = read_lines(stream, reader.take)
+            state = read_lines(stream, reader.take, on_checksum=reader.fits)
     except OSError as error:
         raise ResultsError(Finding(f"the results cannot be read: {error.strerror}", str(file))) from error
     except DamagedLineError as error:
@@ -380,6 +380,7 @@ class RecordReader:
         self.records: list[Trial | Note | Mark | Resumption] = []
         self.windows: list[WindowEvent] = []
         self._order: Order | None = None
+        self._fits = 0
 
     @property
     def complete(self) -> bool:
@@ -397,14 +398,18 @@ class RecordReader:
         )
         return replace(header, stimuli=tuple(stimuli))
 
+    def fits(self, number: int) -> None:
+        """Take note that the checksum of line ``number``, which is taken next, fits: it is as it was recorded."""
+        self._fits = number
+
     def take(self, number: int, line: Any) -> None:
         """Take line ``number``; raise RecordError if it is not what can follow the lines before."""
         try:
-            self._take(line)
+            self._take(line, as_recorded=number == self._fits)
         except HalfCharacterError:
-            self._take(of_whole_characters(line))
+            self._take(of_whole_characters(line), as_recorded=number == self._fits)
 
-    def _take(self, line: Any) -> None:
+    def _take(self, line: Any, *, as_recorded: bool) -> None:
         kind = line.get("record") if isinstance(line, dict) else None
         order = self._order
         if order is None:
@@ -417,7 +422,11 @@ class RecordReader:
         elif order.complete:
             raise RecordError("it follows the end of the session")
         elif kind == "trial":
-            self.records.append(_trial(order.trial(line), line))
+            self.records.append(_trial(order.trial(line, as_recorded=as_recorded), line))
+            if order.added and self.header is not None:
+                further = ({"name": name, "factors": {}} for name in order.added)
+                self.header = replace(self.header, stimuli=(*self.header.stimuli, *further))
+                order.added.clear()
         elif kind == "note":
             note = order.note(line)
             self.records.append(Note(note.text, note.by, note.block, note.trial, note.utc))

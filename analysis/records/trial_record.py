@@ -40,6 +40,11 @@ class Session:
     answers_of: dict[tuple[str, str], str] = field(default_factory=dict)
     seen: dict[Any, Any] = field(default_factory=dict)
 
+    def forget(self) -> None:
+        """Forget what a change of the experiment may change: factors, and what keys mean."""
+        self.factors, self.own_keys = {}, True
+        self.answers_of.clear()
+
     def key_means(self, situation: str, key: str, answer: str, usual: Mapping[str, str]) -> Iterator[str]:
         """Yield what is wrong if ``key`` gave ``answer``; ``usual`` is what keys mean if they have no other meaning."""
         if key.startswith("click "):
@@ -53,7 +58,11 @@ class Session:
 
 
 class TrialRecord(Fields):
-    """The fields of every trial. A kind adds its own, and says in `contradictions` what must agree in them."""
+    """The fields of every trial. A kind adds its own, and says what must agree in them.
+
+    What the program writes twice must agree in every log: `contradictions`. What can only be concluded from presses and
+    times is compared by `pressed_otherwise`, and only where no checksum says that a line is as it was recorded.
+    """
 
     asked: ClassVar[tuple[str, ...]] = ()
     """The fields that say what was asked: the same in every attempt at a trial."""
@@ -86,8 +95,8 @@ class TrialRecord(Fields):
         """
         yield from ()
 
-    def timed_by_events(self) -> Iterator[str]:
-        """Yield what is wrong with a response time that cannot be longer than all that was waited for."""
+    def pressed_otherwise(self, session: Session, *, practised: bool) -> Iterator[str]:
+        """Yield what in this record cannot come of its presses: a response time longer than all that was waited for."""
         total = sum([seconds for _, seconds in self.events])
         if self.response_time_s > total + ROUNDING_S * (1 + len(self.events)):
             yield f"the response time is {self.response_time_s:g} s, longer than its events took ({total:g} s)"

@@ -40,6 +40,7 @@ def read_lines(
     lines: Iterable[bytes],
     take: Callable[[int, Any], None],
     on_damage: Callable[[DamagedLineError], None] | None = None,
+    on_checksum: Callable[[int], None] | None = None,
 ) -> LogState:
     r"""Call ``take(number, line)`` for each JSON line, without what its checksum adds to it.
 
@@ -51,6 +52,8 @@ def read_lines(
         Called with the number of a line, from 1, and its value.
     on_damage
         Called with each damaged line, which is then left out; if None, the first is raised.
+    on_checksum
+        Called with the number of each line whose checksum fits, before it is taken.
 
     Returns
     -------
@@ -92,6 +95,8 @@ def read_lines(
             if link.fault:
                 raise DamagedLineError(number, link.fault, changed=True)
             value = _value(raw, link, number)
+            if on_checksum is not None and link.chain is not None:
+                on_checksum(number)
             try:
                 take(number, value)
             except _REFUSED as error:

@@ -115,12 +115,12 @@ def rate(
     """Ask for a number on ``scale``; return it and the time it took in s. To be used with ``yield from``.
 
     With a ``layout`` the question stands above its picture and the scale below it, without one both stand in the
-    middle. ``items`` are drawn too, first. The time is the sum of the times from each screen's onset to the press that
-    ended it. ``stimulus`` and ``reference`` say what the number is about; ``upcoming`` is the scene to make ready.
+    middle. ``items`` are drawn too, first. The time is the sum of the times of all presses, each from the onset of its
+    screen or, where the press before moved nothing, from that press. ``stimulus`` and ``reference`` say what the number
+    is about; ``upcoming`` is the scene to make ready.
     """
     current: int | None = None
-    earlier_s = here_s = 0.0
-    before: tuple[Item, ...] | None = None
+    took_s = 0.0
     while True:
         drawn = scale_items(scale, style, current, layout)
         keys = {**scale.number_keys, **_jumps(scale, current), **_STEPS, **(_ACCEPT if current is not None else {})}
@@ -132,10 +132,7 @@ def rate(
             scale_targets(scale, style, current, layout),
         )
         response = answer((yield ask))
-        if drawn != before:  # a press that moves nothing leaves the same screen, and times still count from its onset
-            earlier_s, before = earlier_s + here_s, drawn
-        here_s = response.time_s
-        took_s = earlier_s + here_s
+        took_s += response.time_s
         if response.meaning == "accept" and current is not None:
             return current, took_s
         current = scale.moved(current, response.meaning)

@@ -11,6 +11,7 @@ left after it. The answers that followed the first time stay what they were.
 from __future__ import annotations
 
 import math
+import threading
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -99,6 +100,8 @@ class Session:
     _latest: Place | None = field(init=False, default=None)
     _place: Place = field(init=False, default=(0, 0))
     _away: set[str] = field(init=False, default_factory=set)
+    # Records are stamped and written one after the other, so that their times rise however slow the disk is.
+    _writing: threading.RLock = field(init=False, default_factory=threading.RLock)
 
     def __post_init__(self) -> None:
         self._state = _RunState(deque(self.logged))
@@ -146,7 +149,8 @@ class Session:
 
     def note(self, words: str, by: str) -> None:
         """Record a note, with its place in the session; from any thread."""
-        self.sink.note(Note(words, by, *self._place, self.utc()))
+        with self._writing:
+            self.sink.note(Note(words, by, *self._place, self.utc()))
 
     def window(self, what: str, facts: Mapping[str, Any]) -> None:
         """Record what became of the window, and with the trial that it was away."""
@@ -154,7 +158,8 @@ class Session:
         if what in _OPPOSITES:
             self._away.add(what)
             self._state.window_lost = True
-        self.on_window(WindowEvent(what, *self._place, self.utc(), **facts))
+        with self._writing:
+            self.on_window(WindowEvent(what, *self._place, self.utc(), **facts))
 
     def mark(self, by: str) -> Place | None:
         """Mark the last answered trial to be asked once more after its block, or at the end if that is over.
@@ -164,7 +169,8 @@ class Session:
         place = self._latest
         if place is None or place in self._marked:
             return None
-        self.sink.mark(Mark(*place, by, self.utc()))
+        with self._writing:
+            self.sink.mark(Mark(*place, by, self.utc()))
         self._marked.append(place)
         return place
 
@@ -344,9 +350,10 @@ class Session:
             if state.attempt:
                 return
         else:
-            trial = replace(trial, attempt=state.attempt)
             self.check_light(False)
-            self.sink.append(trial)
+            with self._writing:
+                trial = replace(trial, attempt=state.attempt, utc=self.utc())
+                self.sink.append(trial)
         if draft.repeatable:
             self._latest = trial.place
         self.on_trial(trial)
@@ -365,6 +372,7 @@ _OPPOSITES = {"lost_focus": "got_focus", "minimised": "restored"}
 _CIRCUMSTANCES = frozenset(
     ("clipping", "timed", "interruptions", "ignored", "ignored_more", "window_lost")
     + ("nominal", "uncharacterised", "wrong_screen")
+    + ("rating_times_s",)  # older versions counted otherwise what was pressed without effect
 )
 
 

@@ -34,7 +34,10 @@ def _factor(key: str) -> str:
 
 
 FactorName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,59}$"), AfterValidator(_factor)]
-FactorValue = Annotated[str, StringConstraints(min_length=1, max_length=200)] | Annotated[float, Field(strict=True)]
+FactorValue = (
+    Annotated[str, StringConstraints(min_length=1, max_length=200)]
+    | Annotated[float, Field(strict=True, ge=-1e18, le=1e18)]
+)
 
 
 class FileStimulusSpec(StepsSpec):

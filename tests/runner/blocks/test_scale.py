@@ -25,14 +25,11 @@ def answered(scale: Scale, *keys: str, style: Style = FULL_HD_HALF) -> tuple[int
     """Press keys, half a second each; return the number, the time and what was asked."""
     steps = rate(scale, style, stimulus="a", reference="r")
     asks = [next(steps)]
-    time_s = 0.0
     for index, key in enumerate(keys):
         meaning = asks[-1].meaning(key)
-        # A screen that a press left as it was is not shown again: times count from the same onset.
-        time_s = time_s + 0.5 if len(asks) > 1 and asks[-1].scene == asks[-2].scene else 0.5
         assert meaning is not None, f"{key} means nothing at {index}"
         try:
-            asks.append(steps.send(Response(key, meaning, time_s)))
+            asks.append(steps.send(Response(key, meaning, 0.5)))
         except StopIteration as end:
             assert index == len(keys) - 1
             value, took_s = end.value

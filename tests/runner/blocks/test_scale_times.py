@@ -2,20 +2,71 @@
 
 from __future__ import annotations
 
-from runner.blocks.block import Response
-from runner.blocks.scale import Scale, rate
-from runner.blocks.style import FULL_HD_HALF
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from analysis.records import Mark, Note, Trial
+from runner.blocks.layout import SingleLayout
+from runner.blocks.rating import Rating
+from runner.blocks.scale import Scale
+from runner.observers.presses import Person
+from runner.ports import Holding, KeyPress
+from runner.presenter.scene import Scene
+from runner.session.session import Session
+
+LAYOUT = SingleLayout((0, 0), (100, 80), (0, -140), 400, 60)
 
 
-def test_time_on_a_screen_that_a_press_left_as_it_was_counts_once() -> None:
-    """At the end of the scale an arrow moves nothing: times go on counting from the onset of the same screen."""
-    asking = rate(Scale("similarity", "How similar?"), FULL_HD_HALF)
-    next(asking)
-    presses = [("0", "10", 1.0), ("right", "higher", 2.0), ("right", "higher", 3.0), ("enter", "accept", 4.5)]
-    try:
-        for key, meaning, time_s in presses:
-            asking.send(Response(key, meaning, time_s))
-    except StopIteration as done:
-        value, took_s = done.value
-    assert value == 10
-    assert took_s == 1.0 + 4.5
+@dataclass
+class Sitting:
+    """A screen that does not draw again what it shows, a person at it, and what is recorded."""
+
+    presses: list[tuple[str, float]]
+    now_s: float = 100.0
+    onset_s: float = 0.0
+    shown: Scene | None = None
+    trials: list[Trial] = field(default_factory=list)
+
+    def show(self, scene: Scene) -> float:
+        if scene != self.shown:
+            self.shown, self.onset_s = scene, self.now_s
+        return self.onset_s
+
+    def prefetch(self, scene: Scene) -> None:
+        pass
+
+    def hold(self, scene: Scene, seconds: float) -> Holding:
+        raise AssertionError
+
+    def press(self) -> KeyPress:
+        key, wait_s = self.presses.pop(0)
+        self.now_s += wait_s
+        return KeyPress(key, self.now_s)
+
+    def append(self, trial: Trial) -> None:
+        self.trials.append(trial)
+
+    def note(self, note: Note) -> None:
+        raise AssertionError
+
+    def mark(self, mark: Mark) -> None:
+        raise AssertionError
+
+    def answers(self) -> Sequence[Trial]:
+        return self.trials
+
+    def end(self, facts: Mapping[str, Any]) -> None:
+        pass
+
+
+def test_a_rating_takes_from_the_first_screen_to_the_press_that_accepts_it() -> None:
+    """At the end of the scale an arrow moves nothing, nor does a number that stands already."""
+    presses = [("0", 1.0), ("right", 2.0), ("right", 0.5), ("0", 0.25), ("enter", 1.5)]
+    sitting = Sitting(list(presses))
+    block = Rating(("a",), (Scale("quality", "How good?"),), LAYOUT, "seed")
+    Session([block], sitting, Person(sitting.press, clock=lambda: sitting.now_s), sitting).run()
+    (trial,) = sitting.trials
+    assert trial.data["ratings"] == {"quality": 10}
+    assert trial.data["rating_times_s"] == {"quality": sum(wait_s for _, wait_s in presses)}
+    assert trial.response_time_s == 5.25
