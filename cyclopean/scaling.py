@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import pandas as pd
 
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from analysis.classes import Adjust
     from analysis.comparisons import Comparisons
     from analysis.factors import FactorEffects
+    from analysis.jod import JodScales
     from analysis.observers import ObserverTable
     from analysis.scaling import CovarianceChoice, GroupedScores, Model, ModelMethod, Scores
     from runner.reports import PowerStudy
@@ -26,12 +27,13 @@ def scores(
     answers: Answers,
     *,
     model: Model = "bradley-terry",
-    method: ModelMethod = "ml",
+    method: ModelMethod | Literal["pwcmp"] = "ml",
     alpha: float = 0.05,
-    adjust: Adjust = "holm",
+    adjust: Adjust | None = None,
     order_effect: bool = False,
     covariance: CovarianceChoice = "auto",
-) -> Result[Scores | GroupedScores]:
+    jod_zero: str | None = None,
+) -> Result[Scores | GroupedScores | JodScales]:
     """Fit scores and perceptual classes to paired comparisons.
 
     Parameters
@@ -44,16 +46,19 @@ def scores(
         ``bradley-terry``, ``thurstone`` (Case V), or ``davidson`` or ``rao-kupper``, which have ties.
     method
         ``ml``, maximum likelihood; ``firth``, Firth's penalty, or ``map``, a Gaussian prior, which stay finite for
-        items that always win.
+        items that always win; or ``pwcmp``, JOD as pwcmp has them: Thurstone's Case V with its prior on distances.
     alpha
         Significance level of a difference between two items.
     adjust
-        Correction for multiple comparisons: ``holm``, ``bh``, ``maxz`` or ``none``.
+        Correction for multiple comparisons: ``holm``, ``bh``, ``maxz`` or ``none``; None for ``holm``, or ``none`` with
+        ``pwcmp``, which has no correction.
     order_effect
         Whether to fit the advantage of the item shown first.
     covariance
         Standard errors from the ``model``, or clustered by observer: ``scaled``, ``sandwich`` or ``shrinkage``;
         ``auto`` is ``shrinkage`` where two observers or more are named.
+    jod_zero
+        With ``pwcmp``, the item at 0 JOD; None for the first of the answers.
 
     Returns
     -------
@@ -61,7 +66,9 @@ def scores(
         A row for each item, best first: wins, comparisons, log score ``theta`` in nats with its standard error ``se``,
         ``score`` (they sum to 1), ``log10_score``, ``class``, and ``jnd``: ``theta`` in just noticeable differences.
         Where there are groups, a row for each item of each ``group``, and where items recur of all groups together,
-        with no name of a group; ``value.agreement`` says whether the groups agree.
+        with no name of a group; ``value.agreement`` says whether the groups agree. With ``pwcmp``: wins, comparisons,
+        ``jod`` with the ends ``jod_low`` and ``jod_high`` of its interval, and ``class``; ``value.observers`` says how
+        much each observer's answers differ from the others'.
 
     Raises
     ------
@@ -79,8 +86,16 @@ def scores(
     """
     from analysis.scaling import ScoreOptions, score, score_groups
 
-    options = ScoreOptions(method=method, alpha=alpha, adjust=adjust, order_effect=order_effect, covariance=covariance)
     table, common = _with_common_names(answers)
+    if method == "pwcmp":
+        if order_effect or covariance != "auto" or model not in ("bradley-terry", "thurstone"):
+            raise InputError(Finding("pwcmp has no choice of model, order effect or covariance", remedy="leave it out"))
+        return _jod(table, alpha, adjust or "none", jod_zero)
+    if jod_zero is not None:
+        raise InputError(Finding("only the method 'pwcmp' has an item at 0 JOD", remedy="leave 'jod_zero' out"))
+    options = ScoreOptions(
+        method=method, alpha=alpha, adjust=adjust or "holm", order_effect=order_effect, covariance=covariance
+    )
     how = f"by {model}, method {method}, best first"
     if table.groups:
         grouped = score_groups(table, model, common=common, **options)
@@ -94,6 +109,17 @@ def scores(
     else:
         title = f"Scores of {len(rows)} items {how}"
     return Result(result, rows, title)
+
+
+def _jod(
+    table: Comparisons, alpha: float, adjust: Adjust, zero: str | None
+) -> Result[Scores | GroupedScores | JodScales]:
+    from analysis.jod import scale_jod
+
+    scales = scale_jod(table, alpha=alpha, adjust=adjust, zero=zero)
+    rows = [({"group": name} if name else {}) | item.to_json() for name, scale in scales.scales for item in scale.items]
+    within = f" within {len(scales.scales)} groups" if table.groups else ""
+    return Result(scales, rows, f"JOD{within} as pwcmp has them, best first")
 
 
 def effects(

@@ -1,3 +1,4 @@
+from .distance_prior import DistancePrior as DistancePrior
 from .fitting import DEFAULT_PRIOR_SD as DEFAULT_PRIOR_SD
 from .fitting import fit as fit
 from .fitting import fit_model as fit_model

@@ -151,12 +151,12 @@ class Probit(_WithoutTies):
 
     def slopes(self, counts: Counts, d: Floats, k: Floats | float = 0.0) -> Slopes:
         """Return the derivatives."""
-        ahead, behind = _hazard(d), _hazard(-d)
+        ahead, behind = hazard(d), hazard(-d)
         information = counts.won * ahead * (ahead + d) + counts.lost * behind * (behind - d)
         return Slopes(counts.won * ahead - counts.lost * behind, information)
 
 
-def _hazard(d: Floats) -> Floats:
+def hazard(d: Floats) -> Floats:
     """Return φ(d) / Φ(d), to its relative precision however far out."""
     from scipy.special import log_ndtr
 

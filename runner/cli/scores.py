@@ -22,6 +22,7 @@ RANDOM_EXCLUDES = (
     "pairs",
     "margin",
 )
+JOD_EXCLUDES = ("observers", "observer_scores", *(name for name in RANDOM_EXCLUDES if name != "method"))
 
 
 @click.command(name="scores")
@@ -49,10 +50,19 @@ RANDOM_EXCLUDES = (
 )
 @click.option(
     "--method",
-    type=click.Choice(["ml", "firth", "map"]),
+    type=click.Choice(["ml", "firth", "map", "pwcmp"]),
     default="ml",
     show_default=True,
-    help="Maximum likelihood; or, for items that always win, Firth's penalty or a Gaussian prior.",
+    help="Maximum likelihood; or, for items that always win, Firth's penalty or a Gaussian prior; or JOD as pwcmp has "
+    "them.",
+)
+@click.option("--jod-zero", metavar="ITEM", help="Item at 0 JOD with --method pwcmp. Default: the table's first item.")
+@click.option(
+    "--distance-prior",
+    type=click.Choice(["gaussian", "bounded", "none"]),
+    default="gaussian",
+    show_default=True,
+    help="pwcmp's prior on distances: that of its present version, that of 2017, or none.",
 )
 @click.option("--prior-sd", type=float, help="Standard deviation of the prior on each log score. Default with map: 2.")
 @click.option("--order-effect", is_flag=True, help="Fit the advantage of being shown first; needs the column 'first'.")
@@ -100,6 +110,8 @@ def command(
     adjust: str,
     model: str,
     method: str,
+    jod_zero: str | None,
+    distance_prior: str,
     prior_sd: float | None,
     order_effect: bool,
     covariance: str,
@@ -144,13 +156,23 @@ def command(
         raise click.UsageError("--prior-sd goes with --method map.")
     if margin is not None:
         parse_margin(margin, cast(Model, model))
+    if method == "pwcmp":
+        _refuse(JOD_EXCLUDES, "--method pwcmp")
+        if _is_given("model") and model != "thurstone":
+            raise click.UsageError("--method pwcmp is for --model thurstone.")
+    elif jod_zero is not None or _is_given("distance_prior"):
+        raise click.UsageError("--jod-zero and --distance-prior go with --method pwcmp.")
     if observers == "random":
-        _refuse_with_random_observers(RANDOM_EXCLUDES)
+        _refuse(RANDOM_EXCLUDES, "--observers random")
     elif observer_scores is not None:
         raise click.UsageError("--observer-scores goes with --observers random.")
     comparisons = read_stream(sys.stdin.buffer, "standard input") if table == "-" else read_table(table)
     if observers == "random":
         _random_observers(comparisons, cast(Model, model), alpha, cast(Adjust, adjust), observer_scores, as_json)
+        return
+    if method == "pwcmp":
+        correction = adjust if _is_given("adjust") else "none"
+        _jod(comparisons, jod_zero, distance_prior, alpha, correction, as_json)
         return
     options = ScoreOptions(
         alpha=alpha,
@@ -191,12 +213,34 @@ def command(
         sys.exit(1)
 
 
-def _refuse_with_random_observers(names: tuple[str, ...]) -> None:
-    context = click.get_current_context()
+def _is_given(name: str) -> bool:
+    return click.get_current_context().get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE
+
+
+def _refuse(names: tuple[str, ...], beside: str) -> None:
     for name in names:
-        if context.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE:
-            option = f"--{name.replace('_', '-')}"
-            raise click.UsageError(f"{option} does not go with --observers random.")
+        if _is_given(name):
+            raise click.UsageError(f"--{name.replace('_', '-')} does not go with {beside}.")
+
+
+def _jod(comparisons: Comparisons, zero: str | None, prior: str, alpha: float, adjust: str, as_json: bool) -> None:
+    import json
+    import sys
+    from typing import cast
+
+    from analysis.classes import Adjust
+    from analysis.jod import print_jod, scale_jod, unsettled_lines
+    from analysis.scaling import DistancePrior
+
+    how = cast(DistancePrior, prior)
+    scales = scale_jod(comparisons, zero=zero, prior=how, alpha=alpha, adjust=cast(Adjust, adjust))
+    if as_json:
+        click.echo(json.dumps(scales.to_json(), indent=2, allow_nan=False))
+    else:
+        print_jod(scales)
+    if lines := unsettled_lines(scales):
+        click.echo("\n".join([f"cyclopean: {lines[0]}", *lines[1:]]), err=True)
+        sys.exit(1)
 
 
 def _random_observers(

@@ -1,0 +1,8 @@
+from .outliers import ObserverLikelihood as ObserverLikelihood
+from .scale import JodItem as JodItem
+from .scale import JodOptions as JodOptions
+from .scale import JodScale as JodScale
+from .scale import JodScales as JodScales
+from .scale import scale_jod as scale_jod
+from .terminal import print_jod as print_jod
+from .terminal import unsettled_lines as unsettled_lines

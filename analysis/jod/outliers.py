@@ -1,0 +1,88 @@
+"""Observers who answer otherwise than the rest, by pwcmp's rule [PerezOrtiz2017].
+
+The log likelihood of an observer's answers is computed on the scale of all other observers. How far it lies below the
+first quartile of all observers, in interquartile ranges, is the observer's distance: pwcmp advises to look at those
+near or above 1.5 and to reject none by this alone. Quartiles are MATLAB's (`numpy.quantile` by ``hazen``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.comparisons.comparisons import Comparisons
+from analysis.jod.fits import fit_jod
+from analysis.scaling.distance_prior import JOD_PER_SD, DistancePrior
+from documents.text import json_fields
+
+Floats = NDArray[np.float64]
+WORTH_A_LOOK = 1.5
+LEAST_LOG = float(np.log(1e-200))  # pwcmp's least probability of a pair's answers
+FEWEST = 4  # observers that have quartiles
+
+
+@dataclass(frozen=True, slots=True)
+class ObserverLikelihood:
+    """How likely one observer's answers are on the scale of the others.
+
+    Attributes
+    ----------
+    name
+        The observer.
+    log_likelihood
+        Σ log binomial probability of the answers to each pair, natural logarithm, summed over groups.
+    distance
+        In interquartile ranges below the first quartile of all observers; 0 for those above it.
+    """
+
+    name: str
+    log_likelihood: float
+    distance: float
+
+    @property
+    def worth_a_look(self) -> bool:
+        """Whether the distance is 1.5 or more."""
+        return self.distance >= WORTH_A_LOOK
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return json_fields(self) | {"worth_a_look": self.worth_a_look}
+
+
+def observer_likelihoods(parts: Sequence[Comparisons], prior: DistancePrior) -> tuple[ObserverLikelihood, ...]:
+    """Return each observer's likelihood and distance, in the order of their names; empty for fewer than four.
+
+    ``parts`` are the answers of each group. A group whose scale without the observer does not exist counts nothing.
+    """
+    total: dict[str, float] = {}
+    for part in parts:
+        by_observer, people = part.wins_by_observer(), part.observers
+        rest = fit_jod(by_observer.sum(axis=0) - by_observer, prior) if len(people) > 1 else None
+        for place, name in enumerate(people):
+            jod = None if rest is None else rest.jod[place]
+            own = 0.0 if jod is None or np.isnan(jod).any() else _log_likelihood(by_observer[place], jod)
+            total[name] = total.get(name, 0.0) + own
+    names = sorted(total)
+    if len(names) < FEWEST:
+        return ()
+    values = np.array([total[name] for name in names])
+    quarter, upper = np.quantile(values, [0.25, 0.75], method="hazen").tolist()
+    spread = upper - quarter
+    below = np.maximum(quarter - values, 0.0)
+    distances = np.divide(below, spread, out=np.zeros_like(below), where=spread > 0)
+    rows = zip(names, values.tolist(), distances.tolist(), strict=True)
+    return tuple(ObserverLikelihood(*row) for row in rows)
+
+
+def _log_likelihood(wins: Floats, jod: Floats) -> float:
+    from scipy.special import gammaln, log_ndtr
+
+    first, second = np.triu_indices(len(jod), 1)
+    won, lost = wins[first, second], wins[second, first]
+    d = (jod[first] - jod[second]) / JOD_PER_SD
+    logs = gammaln(won + lost + 1) - gammaln(won + 1) - gammaln(lost + 1) + won * log_ndtr(d) + lost * log_ndtr(-d)
+    return float(np.maximum(logs, LEAST_LOG)[won + lost > 0].sum())

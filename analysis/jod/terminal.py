@@ -1,0 +1,114 @@
+"""Scales in JOD as tables for the terminal."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from analysis.jod.outliers import ObserverLikelihood
+from analysis.jod.scale import JodScale, JodScales
+from documents.text import clean_console, counted
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def print_jod(scales: JodScales, console: Console | None = None) -> None:
+    """Print each group's items in JOD, best first, with intervals and classes, then how the scale was made.
+
+    Parameters
+    ----------
+    scales
+        What `scale_jod` returns.
+    console
+        Where to print; standard output if None.
+
+    Examples
+    --------
+    >>> from rich.console import Console
+    >>> from analysis.comparisons import Answer, from_answers
+    >>> answers = [Answer("b", "a", 75), Answer("a", "b", 25)]
+    >>> print_jod(scale_jod(from_answers(answers), prior="none"), Console(width=80))  # doctest: +ELLIPSIS
+     item  wins   of    JOD  95 %  class
+     b       75  100  1.000     –  –
+     a       25  100  0.000     –  –
+    ...
+    """
+    from rich.table import Table
+    from rich.text import Text
+
+    console = console or clean_console()
+    for name, scale in scales.scales:
+        if name:
+            console.print(Text(name, style="bold"))
+        table = Table(box=None, header_style="bold", padding=(0, 1))
+        table.add_column("item")
+        for head in ("wins", "of", "JOD", f"{100 * scale.level:g} %"):
+            table.add_column(head, justify="right", no_wrap=True)
+        table.add_column("class")
+        for item in scale.items:
+            ends = "–" if item.low is None or item.high is None else f"{item.low:.3f} to {item.high:.3f}"
+            jod = "–" if item.jod is None else f"{item.jod:.3f}"
+            numbers = [f"{item.wins:g}", f"{item.comparisons:g}", jod, ends]
+            table.add_row(Text(item.name, overflow="fold"), *map(Text, numbers), Text(item.label or "–"))
+        console.print(table)
+        for line in _lines(scale):
+            console.print(Text(line, style="dim"))
+    for line in _observer_lines(scales.observers):
+        console.print(Text(line, style="dim"))
+
+
+def unsettled_lines(scales: JodScales) -> list[str]:
+    """Say which scales have not converged, and what to do.
+
+    Parameters
+    ----------
+    scales
+        What `scale_jod` returns.
+
+    Returns
+    -------
+    list[str]
+        Lines of plain text; empty if all scales have converged.
+    """
+    lines = []
+    for name, scale in scales.scales:
+        if scale.converged:
+            continue
+        where = f"the group '{name}': " if name else ""
+        if scale.prior == "bounded":
+            lines.append(f"{where}the fit ended after {scale.iterations} steps, at a kink of the prior 'bounded'")
+        else:
+            lines.append(f"{where}no finite JOD fit these comparisons, even with pwcmp's prior: an item always wins")
+            lines.append(
+                "  Collect more comparisons, or ask for scores that stay finite: --model thurstone --method map."
+            )
+    return lines
+
+
+def _lines(scale: JodScale) -> list[str]:
+    lines = [f"pwcmp: Thurstone's Case V, prior on distances: {scale.prior}; '{scale.zero}' is at 0 JOD"]
+    if np.isnan(scale.jod).any():
+        pass
+    elif scale.covariance is None:
+        lines.append("no intervals: fewer than two observers are named, or too few draws of them link all items")
+    else:
+        lines.append(f"intervals and classes from {scale.replicates} draws of observers")
+    if scale.without_fit:
+        draws = counted(scale.without_fit, "draw has", "draws have")
+        lines.append(f"{draws} no scale of all items and no place in the intervals, which are too short by that")
+    if scale.ties_left_out:
+        lines.append(f"{counted(scale.ties_left_out, 'answer prefers', 'answers prefer')} neither item: left out")
+    return lines
+
+
+def _observer_lines(observers: tuple[ObserverLikelihood, ...]) -> list[str]:
+    if not observers:
+        return []
+    named = [f"{one.name} ({one.distance:.2f})" for one in observers if one.worth_a_look]
+    rule = "interquartile ranges below the first quartile of likelihoods"
+    if not named:
+        farthest = max(one.distance for one in observers)
+        return [f"no observer lies 1.5 or more {rule}; the farthest {farthest:.2f}"]
+    return [f"look at the answers of {', '.join(named)}: {rule}"]

@@ -1,0 +1,170 @@
+"""JOD as pwcmp has them: run time against error beside its objective by SciPy, and coverage beside our own default.
+
+    python benchmarks/jod.py [STUDIES]
+
+pwcmp itself needs MATLAB. Its peer here is its objective, vectorised, minimised by SciPy's BFGS from 0 as pwcmp does.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+from scipy.special import log_ndtr, ndtr
+
+from analysis.comparisons import Answer, from_answers
+from analysis.jod import scale_jod
+from analysis.jod.fits import fit_jod
+from analysis.scaling import fit_model
+
+sys.path.insert(0, str(Path(__file__).parent))
+from curves import OUT, write
+
+Floats = NDArray[np.float64]
+Row = dict[str, object]
+
+TITLE = "JOD: run time, and coverage of 95 % intervals"
+SIZES, DRAWS, PLAIN_DRAWS = (5, 7, 15), 200, 5
+TRUE_JOD = np.array([0.0, 0.4, 0.9, 1.5, 2.4, 3.6])
+OBSERVERS = (5, 10, 15, 30)
+
+
+def run(studies: int) -> dict[str, Any]:
+    """Measure and return the title and the rows."""
+    rows = [row for n in SIZES for row in _speed(n)]
+    rows += [row for observers in OBSERVERS for row in _coverage(observers, studies)]
+    return {"name": "jod", "title": TITLE, "rows": rows}
+
+
+def _speed(n: int) -> list[Row]:
+    random = np.random.default_rng(n)
+    jod = random.normal(0, 1, n)
+    draws = np.stack([_answers(jod, 15, random).sum(axis=0) for _ in range(DRAWS)])
+    start = time.process_time()
+    ours = fit_jod(draws, "gaussian")
+    seconds = (time.process_time() - start) / DRAWS
+    start = time.process_time()
+    plain = np.stack([_plain(wins) for wins in draws[:PLAIN_DRAWS]])
+    slow = (time.process_time() - start) / PLAIN_DRAWS
+    error = float(np.abs(ours.jod[:PLAIN_DRAWS] - plain).max())
+    note = f"{slow / seconds:.0f} times faster; {ours.iterations.mean():.0f} steps"
+    name = f"{n} items, one draw"
+    return [
+        {"series": "maximise", "parameter": name, "seconds": seconds, "error": error, "note": note},
+        {"series": "SciPy's BFGS", "parameter": name, "seconds": slow, "error": error, "note": ""},
+    ]
+
+
+def _coverage(observers: int, studies: int) -> list[Row]:
+    """Return how often intervals of differences contain the truth, for observers who are alike and who differ."""
+    rows: list[Row] = []
+    pairs = np.triu_indices(len(TRUE_JOD), 1)
+    truth = TRUE_JOD[pairs[0]] - TRUE_JOD[pairs[1]]
+    for sd in (0.0, 0.7):
+        random = np.random.default_rng(observers)
+        held, length = np.zeros((2, 2)), np.ptp(TRUE_JOD)
+        lengths, seconds = np.zeros(2), np.zeros(2)
+        for _ in range(studies):
+            table = _table(_answers(TRUE_JOD, observers, random, sd))
+            start = time.process_time()
+            ((_, scale),) = scale_jod(table, replicates=200).scales
+            between = time.process_time()
+            own = fit_model(table, "thurstone", method="ml")
+            end = time.process_time()
+            seconds += [between - start, end - between]
+            assert scale.covariance is not None
+            low, high = scale.jod[pairs[0]] - scale.jod[pairs[1]], _spread(scale.covariance)[pairs]
+            held[0] += [np.mean(np.abs(low - truth) <= 1.96 * high), 1]
+            lengths[0] += np.ptp(scale.jod)
+            if own.separation is None and own.pair_freedom is not None:
+                theta, error = own.theta * 1.4826, np.sqrt(np.maximum(_variance(own.covariance), 0))[pairs] * 1.4826
+                reach = _quantile(own.pair_freedom) * error
+                held[1] += [np.mean(np.abs(theta[pairs[0]] - theta[pairs[1]] - truth) <= reach), 1]
+                lengths[1] += np.ptp(theta)
+        for place, series in enumerate(("pwcmp's prior and bootstrap", "maximum likelihood, shrinkage")):
+            covered, times = held[place]
+            share = covered / times if times else float("nan")
+            note = f"coverage {share:.3f}, range {lengths[place] / max(times, 1) / length:.3f} of the truth"
+            note += f", {int(studies - times)} of {studies} studies without a finite fit"
+            name = f"{observers} observers, sd {sd:g}"
+            error = abs(share - 0.95)
+            rows.append(
+                {
+                    "series": series,
+                    "parameter": name,
+                    "seconds": seconds[place] / studies,
+                    "error": error,
+                    "note": note,
+                }
+            )
+    return rows
+
+
+def _answers(jod: Floats, observers: int, random: np.random.Generator, sd: float = 0.0) -> Floats:
+    """Return each observer's counts of one answer to each pair, shape (observers, n, n)."""
+    n = len(jod)
+    own = jod + random.normal(0, sd, (observers, n)) if sd else np.broadcast_to(jod, (observers, n))
+    first, second = np.triu_indices(n, 1)
+    won = random.random((observers, len(first))) < ndtr((own[:, first] - own[:, second]) / 1.4826)
+    wins = np.zeros((observers, n, n))
+    wins[:, first, second], wins[:, second, first] = won, ~won
+    return wins
+
+
+def _table(wins: Floats) -> Any:
+    return from_answers(
+        [Answer(str(i), str(j), 1, f"o{who}") for who, i, j in np.argwhere(wins > 0)],
+        items=[str(item) for item in range(wins.shape[1])],
+    )
+
+
+def _variance(covariance: Floats) -> Floats:
+    diagonal = np.diag(covariance)
+    return np.asarray(diagonal[:, None] + diagonal[None] - 2 * covariance)
+
+
+def _spread(covariance: Floats) -> Floats:
+    return np.asarray(np.sqrt(np.maximum(_variance(covariance), 0)))
+
+
+def _quantile(freedom: Floats) -> Floats:
+    from scipy.special import stdtrit
+
+    return np.asarray(stdtrit(freedom, 0.975))
+
+
+def _plain(wins: Floats) -> Floats:
+    """Return the minimum of pwcmp's objective, both orders of each pair, by SciPy."""
+    rows, columns = np.nonzero(wins + wins.T)
+    won, lost = wins[rows, columns], wins[columns, rows]
+    total = won + lost
+    shifted = np.where(won == 0, 1.0, np.where(lost == 0, won - 1, won))
+
+    def objective(q: Floats) -> float:
+        d = (q[rows] - q[columns]) / 1.4826
+        p = ndtr(d)[:, None]
+        likelihood = p**shifted * (1 - p) ** (total - shifted)
+        prior = ((likelihood + 1e-8) / (likelihood.sum(axis=0) + 1e-8)).sum(axis=1)
+        logs = won * log_ndtr(d) + lost * log_ndtr(-d) + np.log(prior + 0.1)
+        return float(0.01 * np.mean(q) ** 2 - logs.sum())
+
+    found = minimize(objective, np.zeros(len(wins)), method="BFGS", options={"gtol": 1e-6}).x
+    return np.asarray(found - found.mean())
+
+
+def main() -> None:
+    """Measure and write the three files."""
+    result = run(int(sys.argv[1]) if len(sys.argv) > 1 else 40)
+    write(result["name"], TITLE, result["rows"], OUT)
+    for row in result["rows"]:
+        print(f"{row['series']}, {row['parameter']}: {row['seconds']:.3g} s, error {row['error']:.2g}, {row['note']}")
+    print(f"written to {OUT}")
+
+
+if __name__ == "__main__":
+    main()
