@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 from collections.abc import Callable
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +29,7 @@ def answers() -> Comparisons:
     """Six observers, three answers to each pair of four items; the last answers against the others."""
     random, told = np.random.default_rng(8), []
     for observer in range(6):
-        for first, second in ["ab", "ac", "ad", "bc", "bd", "cd"] * 3:
+        for first, second in list(combinations("abcd", 2)) * 3:
             apart = (TRUE_JOD[first] - TRUE_JOD[second]) * (-1 if observer == 5 else 1)
             won = random.random() < norm.cdf(apart / 1.4826)
             told.append(Answer(*((first, second) if won else (second, first)), observer=f"o{observer}"))
@@ -90,10 +91,13 @@ def test_where_there_is_no_maximum_there_is_no_number(cyclopean: Call) -> None:
 
 
 def test_groups_have_scales_of_their_own() -> None:
-    told = [Answer(*pair, times, f"o{who}", group=group) for who in range(4) for group, pair, times in (
-        ("church", "ab", 1), ("church", "ba", 3), ("beach", "ab", 3), ("beach", "ba", 1), ("beach", "ca", 2),
-        ("beach", "ac", 1),
-    )]  # fmt: skip
+    counts = {"church": {"ab": 1, "ba": 3}, "beach": {"ab": 3, "ba": 1, "ca": 2, "ac": 1}}
+    told = [
+        Answer(pair[0], pair[1], times, f"o{who}", group=group)
+        for who in range(4)
+        for group, own in counts.items()
+        for pair, times in own.items()
+    ]
     scales = scale_jod(from_answers(told), replicates=20)
     assert [(name, [item.name for item in scale.items]) for name, scale in scales.scales] == [
         ("church", ["b", "a"]),
