@@ -31,6 +31,14 @@ from analysis.comparisons.comparisons import Answer, from_answers
 rows = csv.DictReader(open(sys.argv[1], encoding="utf-8", newline=""))
 from_answers([Answer(r["winner"], r["loser"], float(r["count"]), r["observer"], r["first"]) for r in rows])
 """
+PANDAS = """
+import pandas
+from analysis.comparisons.comparisons import Answer, from_answers
+rows = pandas.read_csv(sys.argv[1], dtype=str)
+a = rows["choice"] == "a"
+winner, loser = rows["item_a"].where(a, rows["item_b"]), rows["item_b"].where(a, rows["item_a"])
+from_answers([Answer(*answer) for answer in zip(winner, loser, [1.0] * len(rows), rows["observer"])])
+"""
 TIMED = """
 import resource, sys, time
 import numpy, analysis.comparisons.table
@@ -51,6 +59,12 @@ def run() -> dict[str, Any]:
             if count < MOST_ROWS:
                 rows.append(_row("a list of every answer", count, PLAIN, table))
             table.unlink()
+        for count in ROWS:
+            table = Path(folder) / f"{count} choices.csv"
+            _write_choices(table, count)
+            rows.append(_row("choices, counted while reading", count, OURS, table))
+            rows.append(_row("choices, by pandas", count, PANDAS, table))
+            table.unlink()
     return {"title": TITLE, "rows": rows}
 
 
@@ -65,6 +79,19 @@ def _write_table(file: Path, count: int) -> None:
             person = random.integers(OBSERVERS, size=size)
             lines = zip(first.tolist(), second.tolist(), person.tolist(), strict=True)
             stream.write("".join(f"picture {a},picture {b},1,{c},picture {a}\n" for a, b, c in lines))
+
+
+def _write_choices(file: Path, count: int) -> None:
+    random = np.random.default_rng(2)
+    first = random.integers(ITEMS, size=count)
+    second = (first + random.integers(1, ITEMS, size=count)) % ITEMS
+    person = random.integers(OBSERVERS, size=count)
+    lines = zip(
+        first.tolist(), second.tolist(), person.tolist(), random.choice(["a", "b"], count).tolist(), strict=True
+    )
+    with file.open("w", encoding="utf-8") as stream:
+        stream.write("observer,item_a,item_b,choice\n")
+        stream.write("".join(f"{c},picture {a},picture {b},{d}\n" for a, b, c, d in lines))
 
 
 def _row(series: str, count: int, work: str, table: Path) -> Row:

@@ -23,22 +23,25 @@ from analysis.jod.fits import fit_jod
 from analysis.scaling import fit_model
 
 sys.path.insert(0, str(Path(__file__).parent))
-from curves import OUT, write
+from curves import numbers, program, sized
+from promises import Promise, worst
 
 Floats = NDArray[np.float64]
 Row = dict[str, object]
 
 TITLE = "JOD: run time, and coverage of 95 % intervals"
-SIZES, DRAWS, PLAIN_DRAWS = (5, 7, 15), 200, 5
+SIZES, DRAWS, PLAIN_DRAWS = sized((5, 7, 15), (4,)), sized(200, 5), sized(5, 2)
 TRUE_JOD = np.array([0.0, 0.4, 0.9, 1.5, 2.4, 3.6])
-OBSERVERS = (5, 10, 15, 30)
+OBSERVERS = sized((5, 10, 15, 30), (5,))
 
 
-def run(studies: int) -> dict[str, Any]:
+def run(studies: int = sized(100, 2)) -> dict[str, Any]:
     """Measure and return the title and the rows."""
     rows = [row for n in SIZES for row in _speed(n)]
     rows += [row for observers in OBSERVERS for row in _coverage(observers, studies)]
-    return {"name": "jod", "title": TITLE, "rows": rows}
+    off = worst(rows, series="maximise")
+    promises = [Promise("JOD against pwcmp's objective by SciPy", off, 1e-6, "error", unit="JOD")]
+    return {"title": TITLE, "rows": rows, "promises": promises}
 
 
 def _speed(n: int) -> list[Row]:
@@ -64,10 +67,12 @@ def _coverage(observers: int, studies: int) -> list[Row]:
     """Return how often intervals of differences contain the truth, for observers who are alike and who differ."""
     rows: list[Row] = []
     pairs = np.triu_indices(len(TRUE_JOD), 1)
-    truth = TRUE_JOD[pairs[0]] - TRUE_JOD[pairs[1]]
     for sd in (0.0, 0.7):
         random = np.random.default_rng(observers)
-        held, length = np.zeros((2, 2)), np.ptp(TRUE_JOD)
+        # What all observers together answer follows the same law, on a shorter scale where they differ.
+        mean_jod = TRUE_JOD / np.sqrt(1 + 2 * (sd / 1.4826) ** 2)
+        truth = mean_jod[pairs[0]] - mean_jod[pairs[1]]
+        held, length = np.zeros((2, 2)), np.ptp(mean_jod)
         lengths, seconds = np.zeros(2), np.zeros(2)
         for _ in range(studies):
             table = _table(_answers(TRUE_JOD, observers, random, sd))
@@ -78,8 +83,9 @@ def _coverage(observers: int, studies: int) -> list[Row]:
             end = time.process_time()
             seconds += [between - start, end - between]
             assert scale.covariance is not None
-            low, high = scale.jod[pairs[0]] - scale.jod[pairs[1]], _spread(scale.covariance)[pairs]
-            held[0] += [np.mean(np.abs(low - truth) <= 1.96 * high), 1]
+            apart = scale.jod[pairs[0]] - scale.jod[pairs[1]]
+            reach = 1.96 * np.sqrt(np.maximum(_variance(scale.covariance), 0))[pairs]
+            held[0] += [np.mean(np.abs(apart - truth) <= reach), 1]
             lengths[0] += np.ptp(scale.jod)
             if own.separation is None and own.pair_freedom is not None:
                 theta, error = own.theta * 1.4826, np.sqrt(np.maximum(_variance(own.covariance), 0))[pairs] * 1.4826
@@ -128,10 +134,6 @@ def _variance(covariance: Floats) -> Floats:
     return np.asarray(diagonal[:, None] + diagonal[None] - 2 * covariance)
 
 
-def _spread(covariance: Floats) -> Floats:
-    return np.asarray(np.sqrt(np.maximum(_variance(covariance), 0)))
-
-
 def _quantile(freedom: Floats) -> Floats:
     from scipy.special import stdtrit
 
@@ -157,14 +159,5 @@ def _plain(wins: Floats) -> Floats:
     return np.asarray(found - found.mean())
 
 
-def main() -> None:
-    """Measure and write the three files."""
-    result = run(int(sys.argv[1]) if len(sys.argv) > 1 else 40)
-    write(result["name"], TITLE, result["rows"], OUT)
-    for row in result["rows"]:
-        print(f"{row['series']}, {row['parameter']}: {row['seconds']:.3g} s, error {row['error']:.2g}, {row['note']}")
-    print(f"written to {OUT}")
-
-
 if __name__ == "__main__":
-    main()
+    program("jod", lambda: run(*numbers()))

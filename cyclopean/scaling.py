@@ -33,6 +33,8 @@ def scores(
     order_effect: bool = False,
     covariance: CovarianceChoice = "auto",
     jod_zero: str | None = None,
+    layout: str | None = None,
+    choice_codes: Sequence[str] = (),
 ) -> Result[Scores | GroupedScores | JodScales]:
     """Fit scores and perceptual classes to paired comparisons.
 
@@ -41,7 +43,8 @@ def scores(
     answers
         A folder of results, a CSV table, the DataFrame of `read_results`, or a DataFrame with the columns ``winner``
         and ``loser`` and, if there are any, ``count``, ``observer``, ``first`` and ``outcome``; for pairs within
-        scenes also ``group``, ``scene`` or ``content``.
+        scenes also ``group``, ``scene`` or ``content``. Or a table or a DataFrame of another layout: pwcmp's, choices
+        among items, a square matrix of counts (also a MAT-file).
     model
         ``bradley-terry``, ``thurstone`` (Case V), or ``davidson`` or ``rao-kupper``, which have ties.
     method
@@ -59,6 +62,8 @@ def scores(
         ``auto`` is ``shrinkage`` where two observers or more are named.
     jod_zero
         With ``pwcmp``, the item at 0 JOD; None for the first of the answers.
+    layout, choice_codes
+        The layout of a table, and what its choices stand for, as `analysis.comparisons.read_any` has them.
 
     Returns
     -------
@@ -86,7 +91,7 @@ def scores(
     """
     from analysis.scaling import ScoreOptions, score, score_groups
 
-    table, common = _with_common_names(answers)
+    table, common = _with_common_names(answers, layout, choice_codes)
     if method == "pwcmp":
         if order_effect or covariance != "auto" or model not in ("bradley-terry", "thurstone"):
             raise InputError(Finding("pwcmp has no choice of model, order effect or covariance", remedy="leave it out"))
@@ -267,7 +272,7 @@ def power(
     return Result(study, sizes, study.needed.sentence)
 
 
-def comparisons(answers: Answers) -> Comparisons:
+def comparisons(answers: Answers, layout: str | None = None, choice_codes: Sequence[str] = ()) -> Comparisons:
     """Return the paired comparisons in ``answers``, whichever form they have.
 
     Raises
@@ -275,12 +280,14 @@ def comparisons(answers: Answers) -> Comparisons:
     InputError
         If they cannot be read or hold no comparison.
     """
-    from analysis.comparisons import KINDS, TIES, from_sessions, parse_table, read_table
+    from analysis.comparisons import KINDS, TIES, from_sessions, read_any
     from analysis.records import read_results as read_logs
 
     if not isinstance(answers, pd.DataFrame):
         path = Path(answers)
-        return read_table(path) if _is_table(path) else from_sessions(read_logs(path))
+        if not _is_table(path):
+            return from_sessions(read_logs(path))
+        return read_any(path, layout=layout, choice_codes=choice_codes).comparisons
     table = answers
     if "kind" in answers and "winner" not in answers:
         experiments = sorted(answers["experiment"].astype(str).unique())
@@ -304,13 +311,18 @@ def comparisons(answers: Answers) -> Comparisons:
                 **grouped,
             }
         )
-    return parse_table(table.to_csv(index=False).splitlines(keepends=True), "the DataFrame, as CSV")
+    # The names of a matrix's rows stand in its index.
+    named = set(table.index.astype(str)) == set(table.columns.astype(str))
+    lines = table.to_csv(index=named).splitlines(keepends=True)
+    return read_any(lines, "the DataFrame, as CSV", layout=layout, choice_codes=choice_codes).comparisons
 
 
-def _with_common_names(answers: Answers) -> tuple[Comparisons, dict[str, str] | None]:
+def _with_common_names(
+    answers: Answers, layout: str | None, choice_codes: Sequence[str]
+) -> tuple[Comparisons, dict[str, str] | None]:
     """Return the comparisons, and what stimuli of different groups have in common, which results of sessions know."""
     if isinstance(answers, pd.DataFrame) or _is_table(Path(answers)):
-        return comparisons(answers), None
+        return comparisons(answers, layout, choice_codes), None
     from analysis.comparisons import grouped_comparisons
     from analysis.records import read_results as read_logs
     from analysis.report import common_names

@@ -9,14 +9,16 @@ from __future__ import annotations
 
 import csv
 import io
-import math
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO, cast
 
-from analysis.comparisons.columns import OUTCOMES, REQUIRED, Columns, column_of, read_header
+from analysis.comparisons.columns import column_of
 from analysis.comparisons.comparisons import Comparisons
+from analysis.comparisons.layouts import PLAIN, Reading, find_layout
+from analysis.comparisons.mat_table import read_mat_table
 from analysis.comparisons.tally import Tally
 from analysis.errors import ResultsError
 from documents import Finding
@@ -24,13 +26,42 @@ from documents.files import open_regular, unreadable
 
 BLOCK_ROWS = 1 << 15
 MOST_FINDINGS = 20
+MOST_LETTERS = 4_000_000  # of a line
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TableRead:
+    """A table as it was read.
+
+    Attributes
+    ----------
+    comparisons
+        Who was preferred over whom, by which observer.
+    layout
+        Name of the kind of table that it was taken for.
+    notes
+        What to bear in mind of how it was read, such as columns that were not, in sentences.
+    """
+
+    comparisons: Comparisons
+    layout: str
+    notes: tuple[str, ...]
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """How the table was read, as lines of plain text; none for the plain layout."""
+        return () if self.layout == PLAIN else (f"the table's layout: {self.layout}", *self.notes)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the same under the key ``table``; nothing for the plain layout."""
+        return {} if self.layout == PLAIN else {"table": {"layout": self.layout, "notes": list(self.notes)}}
 
 
 class _Lines:
     """Passes lines on to the CSV reader and keeps those of the block at hand, so that a finding can name the place."""
 
-    def __init__(self, lines: Iterable[str]) -> None:
-        self._lines = iter(lines)
+    def __init__(self, lines: Iterable[str], file: str) -> None:
+        self._lines, self._file, self._met = iter(lines), file, 0
         self.kept: list[str] = []
 
     def __iter__(self) -> Iterator[str]:
@@ -38,8 +69,58 @@ class _Lines:
 
     def __next__(self) -> str:
         line = next(self._lines)
+        if len(line) > MOST_LETTERS:
+            what = f"a line has more than {MOST_LETTERS / 1e6:g} million letters"
+            raise ResultsError(Finding(what, self._file, self._met + 1, 1, "check that it is a table with line ends"))
+        self._met += 1
         self.kept.append(line)
         return line
+
+
+def read_any(
+    source: str | Path | BinaryIO | Iterable[str],
+    file: str = "",
+    *,
+    layout: str | None = None,
+    choice_codes: Sequence[str] = (),
+) -> TableRead:
+    """Read a table of comparisons of any layout that is known, and say which it was.
+
+    Parameters
+    ----------
+    source
+        Path of a CSV table or of a MAT-file with a matrix of counts; a binary stream of CSV; or its lines.
+    file
+        Name of a stream or of lines in findings.
+    layout
+        ``winner-loser``, ``pwcmp``, ``items``, ``options`` or ``matrix``, as `analysis.comparisons.layouts` has them;
+        None to recognise it by its header.
+    choice_codes
+        For layouts with a column of choices: what stands there for the first option, the second and so on, and then for
+        neither. Without, a choice is an item's name, or the end of a column's, such as ``a``.
+
+    Returns
+    -------
+    TableRead
+        The comparisons, and how they were read.
+
+    Raises
+    ------
+    ResultsError
+        As `parse_table`, or if the table is not of the layout that was asked for.
+
+    Examples
+    --------
+    >>> lines = ["observer,condition_A,condition_B,is_A_selected", "01,a,b,1", "01,b,a,1", "02,a,b,1"]
+    >>> table = read_any(lines, "table.csv")
+    >>> table.layout, table.comparisons.wins.tolist()
+    ('pwcmp', [[0.0, 2.0], [1.0, 0.0]])
+    """
+    if isinstance(source, str | Path):
+        return _read_path(Path(source), layout, choice_codes)
+    if isinstance(source, io.BufferedIOBase):
+        return _read_stream(cast(BinaryIO, source), file, layout, choice_codes)
+    return _read_lines(cast(Iterable[str], source), file, layout, choice_codes)
 
 
 def read_table(path: str | Path) -> Comparisons:
@@ -70,15 +151,7 @@ def read_table(path: str | Path) -> Comparisons:
     ...     read_table(file).wins.tolist()
     [[0.0, 3.0], [1.0, 0.0]]
     """
-    path = Path(path)
-    if path.is_dir():
-        remedy = f"for a folder of sessions: cyclopean report {path}"
-        raise ResultsError(Finding("the table cannot be read: it is a folder", str(path), remedy=remedy))
-    try:
-        with open_regular(path, "table", error=ResultsError) as stream:
-            return read_stream(stream, str(path))
-    except OSError as error:
-        raise ResultsError(unreadable(error, path, "table")) from error
+    return read_any(path).comparisons
 
 
 def read_stream(stream: BinaryIO, file: str) -> Comparisons:
@@ -106,13 +179,7 @@ def read_stream(stream: BinaryIO, file: str) -> Comparisons:
     >>> read_stream(io.BytesIO(b"winner,loser,count\\na,b,3\\nb,a,1\\n"), "standard input").wins.tolist()
     [[0.0, 3.0], [1.0, 0.0]]
     """
-    text = io.TextIOWrapper(stream, encoding="utf-8-sig", newline="")
-    try:
-        return parse_table(text, file)
-    except UnicodeDecodeError as error:
-        raise ResultsError(Finding("the table is not UTF-8 text", file, remedy="save it as UTF-8")) from error
-    finally:
-        text.detach()
+    return _read_stream(stream, file, None, ()).comparisons
 
 
 def parse_table(lines: Iterable[str], file: str) -> Comparisons:
@@ -148,21 +215,50 @@ def parse_table(lines: Iterable[str], file: str) -> Comparisons:
     >>> parse_table(["winner,loser,count", "a,b,3", "b,a,1"], "table.csv").wins.tolist()
     [[0.0, 3.0], [1.0, 0.0]]
     """
-    source = _Lines(lines)
+    return _read_lines(lines, file, None, ()).comparisons
+
+
+def _read_path(path: Path, layout: str | None, codes: Sequence[str]) -> TableRead:
+    if path.is_dir():
+        remedy = f"for a folder of sessions: cyclopean report {path}"
+        raise ResultsError(Finding("the table cannot be read: it is a folder", str(path), remedy=remedy))
+    try:
+        with open_regular(path, "table", error=ResultsError) as stream:
+            if path.suffix.lower() == ".mat":
+                return TableRead(*read_mat_table(stream, str(path)))
+            return _read_stream(stream, str(path), layout, codes)
+    except OSError as error:
+        raise ResultsError(unreadable(error, path, "table")) from error
+
+
+def _read_stream(stream: BinaryIO, file: str, layout: str | None, codes: Sequence[str]) -> TableRead:
+    text = io.TextIOWrapper(stream, encoding="utf-8-sig", newline="")
+    try:
+        lines = iter(lambda: text.readline(MOST_LETTERS + 1), "")
+        return _read_lines(lines, file, layout, codes)
+    except UnicodeDecodeError as error:
+        raise ResultsError(Finding("the table is not UTF-8 text", file, remedy="save it as UTF-8")) from error
+    finally:
+        text.detach()
+
+
+def _read_lines(lines: Iterable[str], file: str, asked: str | None, codes: Sequence[str]) -> TableRead:
+    source = _Lines(lines, file)
     reader = csv.reader(source, strict=True)
     findings: list[Finding] = []
-    tally: Tally | None = None
     try:
-        columns = read_header(next(reader, []), "".join(source.kept), file)
-        tally = Tally(columns)
+        header = next(reader, [])
+        layout = find_layout(header, file, asked)
+        reading = layout.open(header, "".join(source.kept), file, codes)
+        tally = Tally(reading.columns)
         while len(findings) < MOST_FINDINGS:
             begin, source.kept = reader.line_num, []
             rows: list[list[str]] = []
             try:
                 rows.extend(islice(reader, BLOCK_ROWS))
             finally:
-                if rows and not tally.add(rows):
-                    findings += _find_faults(source.kept, columns, file, begin, len(rows))
+                if rows and not _added(tally, reading, rows):
+                    findings += _find_faults(source.kept, reading, file, begin, len(rows))
             if not rows:
                 break
     except csv.Error as error:
@@ -170,14 +266,22 @@ def parse_table(lines: Iterable[str], file: str) -> Comparisons:
         findings.append(Finding(f"this is not valid CSV: {error}", file, place, 1, "check the quotes"))
     if findings:
         raise ResultsError(findings[:MOST_FINDINGS])
-    comparisons = tally.comparisons() if tally else None
+    if wrong := reading.end():
+        raise ResultsError(Finding(wrong[0], file, max(reader.line_num, 1), 1, wrong[1]))
+    comparisons = tally.comparisons()
     if comparisons is None:
         remedy = "add one line for each comparison, such as 'a,b'"
         raise ResultsError(Finding("the table has no comparison", file, max(reader.line_num, 1), 1, remedy))
-    return comparisons
+    return TableRead(comparisons, layout.name, reading.notes)
 
 
-def _find_faults(lines: Sequence[str], columns: Columns, file: str, begin: int, rows: int) -> list[Finding]:
+def _added(tally: Tally, reading: Reading, rows: Sequence[Sequence[str]]) -> bool:
+    """Count ``rows`` and say True, or say False if one of them has a fault."""
+    told = reading.translate(rows)
+    return told is not None and (not told or tally.add(told))
+
+
+def _find_faults(lines: Sequence[str], reading: Reading, file: str, begin: int, rows: int) -> list[Finding]:
     """Return a finding for each faulty line, up to twenty.
 
     Parameters
@@ -201,49 +305,10 @@ def _find_faults(lines: Sequence[str], columns: Columns, file: str, begin: int, 
         row = next(reader)
         if not any(field.strip() for field in row):
             continue
-        fault = _fault(row, columns)
+        fault = reading.fault(row)
         if fault:
             field, message, remedy = fault
             findings.append(Finding(message, file, begin + reader.line_num, column_of(field, last), remedy))
             if len(findings) == MOST_FINDINGS:
                 break
     return findings
-
-
-def _fault(row: Sequence[str], columns: Columns) -> tuple[int, str, str] | None:
-    """Return the field that is wrong, what is wrong with it, and the remedy; None if nothing is."""
-    if len(row) != len(columns):
-        field = min(len(row), len(columns)) if len(row) > len(columns) else max(len(row) - 1, 0)
-        return (
-            field,
-            f"the line has {len(row)} fields",
-            f"the header has {len(columns)}; quote a name with a comma",
-        )
-    value = {name: row[field].strip() for name, field in columns.items()}
-    for name in REQUIRED:
-        if not value[name]:
-            return columns[name], f"the {name} is empty", "name the item"
-    winner, loser = value["winner"], value["loser"]
-    if winner == loser:
-        return columns["loser"], f"'{winner}' is compared with itself", "compare two different items"
-    if "group" in value and not value["group"]:
-        return columns["group"], "the group is empty", "name the group, or leave the column out"
-    for name, what in (("count", "the count is"), ("ties", "the number of ties is")):
-        if name in value and not _is_count(value[name]):
-            return columns[name], f"{what} '{value[name]}'", "write a finite number, zero or above"
-    first = value.get("first")
-    if first and first not in (winner, loser):
-        return columns["first"], f"'{first}' was first but is not in the pair", f"write '{winner}' or '{loser}'"
-    outcome = value.get("outcome")
-    if outcome and outcome not in OUTCOMES:
-        return columns["outcome"], f"the outcome is '{outcome}'", f"write one of: {', '.join(OUTCOMES)}"
-    return None
-
-
-def _is_count(text: str) -> bool:
-    """Say whether ``text`` is a finite number, zero or above."""
-    try:
-        count = float(text)
-    except ValueError:
-        return False
-    return math.isfinite(count) and count >= 0 and "_" not in text

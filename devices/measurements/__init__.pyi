@@ -8,6 +8,8 @@ from .log import Shown as Shown
 from .log import is_measurement_log as is_measurement_log
 from .log import read_session as read_session
 from .log import step_facts as step_facts
+from .mat_file import MatFileError as MatFileError
+from .mat_file import read_mat as read_mat
 from .observer import CIE_1931_2 as CIE_1931_2
 from .observer import OBSERVERS as OBSERVERS
 from .observer import for_observer as for_observer

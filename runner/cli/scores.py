@@ -8,7 +8,7 @@ import click
 
 if TYPE_CHECKING:
     from analysis.classes import Adjust
-    from analysis.comparisons import Comparisons
+    from analysis.comparisons import TableRead
     from analysis.scaling import Model
 
 RANDOM_EXCLUDES = (
@@ -27,6 +27,16 @@ JOD_EXCLUDES = ("observers", "observer_scores", *(name for name in RANDOM_EXCLUD
 
 @click.command(name="scores")
 @click.argument("table", metavar="TABLE.csv")
+@click.option(
+    "--layout",
+    metavar="NAME",
+    help="Layout of the table: winner-loser, pwcmp, items, options or matrix. Default: by its columns.",
+)
+@click.option(
+    "--choice-codes",
+    metavar="A,B,TIE",
+    help="What the column of choices has for the first option, the second and so on, and then for neither.",
+)
 @click.option(
     "--alpha",
     type=float,
@@ -106,6 +116,8 @@ JOD_EXCLUDES = ("observers", "observer_scores", *(name for name in RANDOM_EXCLUD
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     table: str,
+    layout: str | None,
+    choice_codes: str | None,
     alpha: float,
     adjust: str,
     model: str,
@@ -127,15 +139,16 @@ def command(
     """Fit scores and perceptual classes to a table of paired comparisons.
 
     TABLE.csv has the columns winner,loser and optionally count, observer, first (the item shown first), outcome (win or
-    tie) or ties (how many were tied), and group, scene or content: each group then has scores of its own. A single dash
-    reads the table from standard input.
+    tie) or ties (how many were tied), and group, scene or content: each group then has scores of its own. Tables of
+    choices, square matrices of counts (also MAT-files) and pwcmp's tables are read too. A single dash reads the table
+    from standard input.
     """
     import json
     import sys
     from typing import Any, cast
 
     from analysis.classes import Adjust
-    from analysis.comparisons import read_stream, read_table
+    from analysis.comparisons import read_any
     from analysis.inference import parse_margin, print_answer, review
     from analysis.scaling import (
         DEFAULT_PRIOR_SD,
@@ -166,13 +179,19 @@ def command(
         _refuse(RANDOM_EXCLUDES, "--observers random")
     elif observer_scores is not None:
         raise click.UsageError("--observer-scores goes with --observers random.")
-    comparisons = read_stream(sys.stdin.buffer, "standard input") if table == "-" else read_table(table)
+    source = sys.stdin.buffer if table == "-" else table
+    codes = [code.strip() for code in choice_codes.split(",")] if choice_codes else []
+    read = read_any(source, "standard input", layout=layout, choice_codes=codes)
+    comparisons = read.comparisons
+    if not as_json:
+        for line in read.lines:
+            click.echo(line)
     if observers == "random":
-        _random_observers(comparisons, cast(Model, model), alpha, cast(Adjust, adjust), observer_scores, as_json)
+        _random_observers(read, cast(Model, model), alpha, cast(Adjust, adjust), observer_scores, as_json)
         return
     if method == "pwcmp":
         correction = adjust if _is_given("adjust") else "none"
-        _jod(comparisons, jod_zero, distance_prior, alpha, correction, as_json)
+        _jod(read, jod_zero, distance_prior, alpha, correction, as_json)
         return
     options = ScoreOptions(
         alpha=alpha,
@@ -207,7 +226,7 @@ def command(
             print_scores(scores)
         values |= further(scores)
     if as_json:
-        click.echo(json.dumps(values, indent=2, allow_nan=False))
+        click.echo(json.dumps(values | read.to_json(), indent=2, allow_nan=False))
     if problems:
         click.echo("\n".join([f"cyclopean: {problems[0]}", *problems[1:]]), err=True)
         sys.exit(1)
@@ -223,7 +242,7 @@ def _refuse(names: tuple[str, ...], beside: str) -> None:
             raise click.UsageError(f"--{name.replace('_', '-')} does not go with {beside}.")
 
 
-def _jod(comparisons: Comparisons, zero: str | None, prior: str, alpha: float, adjust: str, as_json: bool) -> None:
+def _jod(read: TableRead, zero: str | None, prior: str, alpha: float, adjust: str, as_json: bool) -> None:
     import json
     import sys
     from typing import cast
@@ -233,9 +252,9 @@ def _jod(comparisons: Comparisons, zero: str | None, prior: str, alpha: float, a
     from analysis.scaling import DistancePrior
 
     how = cast(DistancePrior, prior)
-    scales = scale_jod(comparisons, zero=zero, prior=how, alpha=alpha, adjust=cast(Adjust, adjust))
+    scales = scale_jod(read.comparisons, zero=zero, prior=how, alpha=alpha, adjust=cast(Adjust, adjust))
     if as_json:
-        click.echo(json.dumps(scales.to_json(), indent=2, allow_nan=False))
+        click.echo(json.dumps(scales.to_json() | read.to_json(), indent=2, allow_nan=False))
     else:
         print_jod(scales)
     if lines := unsettled_lines(scales):
@@ -244,7 +263,7 @@ def _jod(comparisons: Comparisons, zero: str | None, prior: str, alpha: float, a
 
 
 def _random_observers(
-    comparisons: Comparisons, model: Model, alpha: float, adjust: Adjust, file: str | None, as_json: bool
+    read: TableRead, model: Model, alpha: float, adjust: Adjust, file: str | None, as_json: bool
 ) -> None:
     import json
     from pathlib import Path
@@ -252,10 +271,10 @@ def _random_observers(
     from analysis.hierarchical import fit_observers, observer_table, print_fit
     from documents import write_whole
 
-    fit = fit_observers(comparisons, model, alpha=alpha, adjust=adjust)
+    fit = fit_observers(read.comparisons, model, alpha=alpha, adjust=adjust)
     if file is not None:
         write_whole(Path(file), observer_table(fit))
     if as_json:
-        click.echo(json.dumps(fit.to_json(), indent=2, allow_nan=False))
+        click.echo(json.dumps(fit.to_json() | read.to_json(), indent=2, allow_nan=False))
     else:
         print_fit(fit)

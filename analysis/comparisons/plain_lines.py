@@ -1,0 +1,70 @@
+"""Lines of the plain layout: what can be wrong with one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from analysis.comparisons.columns import OUTCOMES, REQUIRED, Columns, read_header
+
+Fault = tuple[int, str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class PlainReading:
+    """Reads lines with ``columns`` as they are."""
+
+    columns: Columns
+    notes: tuple[str, ...] = ()
+
+    @classmethod
+    def of_header(cls, header: Sequence[str], line: str, file: str) -> PlainReading:
+        """Return what reads the lines below ``header``, as `read_header` has it."""
+        return cls(read_header(header, line, file))
+
+    def translate(self, rows: Sequence[Sequence[str]]) -> Sequence[Sequence[str]]:
+        """Return ``rows``; their faults are found when they are counted."""
+        return rows
+
+    def end(self) -> None:
+        """Return None: nothing can be wrong with the table as a whole."""
+
+    def fault(self, row: Sequence[str]) -> Fault | None:
+        """Return the field that is wrong, what is wrong with it, and the remedy; None if nothing is."""
+        columns = self.columns
+        if len(row) != len(columns):
+            field = min(len(row), len(columns)) if len(row) > len(columns) else max(len(row) - 1, 0)
+            return (
+                field,
+                f"the line has {len(row)} fields",
+                f"the header has {len(columns)}; quote a name with a comma",
+            )
+        value = {name: row[field].strip() for name, field in columns.items()}
+        for name in REQUIRED:
+            if not value[name]:
+                return columns[name], f"the {name} is empty", "name the item"
+        winner, loser = value["winner"], value["loser"]
+        if winner == loser:
+            return columns["loser"], f"'{winner}' is compared with itself", "compare two different items"
+        if "group" in value and not value["group"]:
+            return columns["group"], "the group is empty", "name the group, or leave the column out"
+        for name, what in (("count", "the count is"), ("ties", "the number of ties is")):
+            if name in value and not is_count(value[name]):
+                return columns[name], f"{what} '{value[name]}'", "write a finite number, zero or above"
+        first = value.get("first")
+        if first and first not in (winner, loser):
+            return columns["first"], f"'{first}' was first but is not in the pair", f"write '{winner}' or '{loser}'"
+        outcome = value.get("outcome")
+        if outcome and outcome not in OUTCOMES:
+            return columns["outcome"], f"the outcome is '{outcome}'", f"write one of: {', '.join(OUTCOMES)}"
+        return None
+
+
+def is_count(text: str) -> bool:
+    """Say whether ``text`` is a finite number, zero or above."""
+    try:
+        count = float(text)
+    except ValueError:
+        return False
+    return math.isfinite(count) and count >= 0 and "_" not in text
