@@ -28,6 +28,7 @@ def print_jod(scales: JodScales, console: Console | None = None) -> None:
     --------
     >>> from rich.console import Console
     >>> from analysis.comparisons import Answer, from_answers
+    >>> from analysis.jod import scale_jod
     >>> answers = [Answer("b", "a", 75), Answer("a", "b", 25)]
     >>> print_jod(scale_jod(from_answers(answers), prior="none"), Console(width=80))  # doctest: +ELLIPSIS
      item  wins   of    JOD  95 %  class
