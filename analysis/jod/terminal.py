@@ -31,9 +31,9 @@ def print_jod(scales: JodScales, console: Console | None = None) -> None:
     >>> from analysis.jod import scale_jod
     >>> answers = [Answer("b", "a", 75), Answer("a", "b", 25)]
     >>> print_jod(scale_jod(from_answers(answers), prior="none"), Console(width=80))  # doctest: +ELLIPSIS
-     item  wins   of    JOD  95 %  class
-     b       75  100  1.000     –  –
-     a       25  100  0.000     –  –
+     item  wins   of     JOD  95 %  class
+     b       75  100   0.000     –  –
+     a       25  100  -1.000     –  –
     ...
     """
     from rich.table import Table
