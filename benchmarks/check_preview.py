@@ -29,7 +29,7 @@ from runner.studies import StudyOptions, new_study
 
 PANEL = PanelSpec(resolution_px=sized((1920, 1080), (480, 270)), pixel_pitch_mm=0.2768)
 FIRST = sized(10, 2)
-COUNTED = ("clipping_costs_computed", "clipping_costs_cached")
+COUNTED = ("clipping_costs_computed", "clipping_costs_cached", "pictures_rendered")
 Made = TypeVar("Made")
 
 
