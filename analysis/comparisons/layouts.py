@@ -79,7 +79,7 @@ class Layout(Protocol):
         """Say whether a header of these ``names``, in small letters, is of this kind."""
         ...
 
-    def open(self, header: Row, line: str, file: str, codes: Sequence[str]) -> Reading:
+    def reading(self, header: Row, line: str, file: str, codes: Sequence[str]) -> Reading:
         """Return what reads the lines below ``header``; ``codes`` say what stands for each option, then for a tie."""
         ...
 
@@ -92,7 +92,7 @@ class _Plain:
     def recognises(self, names: Sequence[str]) -> bool:
         return "winner" in names or "loser" in names
 
-    def open(self, header: Row, line: str, file: str, codes: Sequence[str]) -> Reading:
+    def reading(self, header: Row, line: str, file: str, codes: Sequence[str]) -> Reading:
         return PlainReading.of_header(header, line, file)
 
 
@@ -110,7 +110,7 @@ class _Choice:
         ways = SELECTED_NAMES if self.selected else CHOICE_NAMES
         return self.fewest <= len(_options(names)) <= self.most and any(name in names for name in ways)
 
-    def open(self, header: Row, line: str, file: str, codes: Sequence[str]) -> Reading:
+    def reading(self, header: Row, line: str, file: str, codes: Sequence[str]) -> Reading:
         names = [cell.strip().lower() for cell in header]
         _refuse_twice(names, line, file)
         options = _options(names)
@@ -251,7 +251,7 @@ class _Matrix:
     def recognises(self, names: Sequence[str]) -> bool:
         return len(names) > 2 and names[0] in CORNER_NAMES and not any(name in COLUMNS for name in names[1:])
 
-    def open(self, header: Row, line: str, file: str, codes: Sequence[str]) -> Reading:
+    def reading(self, header: Row, line: str, file: str, codes: Sequence[str]) -> Reading:
         names = [cell.strip() for cell in header]
         _refuse_twice(names, line, file)
         if "" in names[1:]:

@@ -249,7 +249,7 @@ def _read_lines(lines: Iterable[str], file: str, asked: str | None, codes: Seque
     try:
         header = next(reader, [])
         layout = find_layout(header, file, asked)
-        reading = layout.open(header, "".join(source.kept), file, codes)
+        reading = layout.reading(header, "".join(source.kept), file, codes)
         tally = Tally(reading.columns)
         while len(findings) < MOST_FINDINGS:
             begin, source.kept = reader.line_num, []
