@@ -44,7 +44,7 @@ def _promises(ours: dict[str, list[float]], theirs: dict[str, list[float]] | Non
     promises = []
     for name, key, own, least in (
         ("a switch beside PsychoPy's preloaded stimuli", "prefetched", "prefetched", 4.0),
-        ("a switch beside PsychoPy's ImageStim set anew", "set_image", "prefetched", 8.0),
+        ("a switch beside PsychoPy's ImageStim with a new picture set", "set_image", "prefetched", 8.0),
         ("a steady frame beside PsychoPy's", "steady", "steady", None),
     ):
         ratio = median(theirs[key]) / median(ours[own]) if theirs else None

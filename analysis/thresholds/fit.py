@@ -3,7 +3,7 @@
 As in [Schutt2016] all parameters are integrated over, which holds its coverage where a maximum of the likelihood sits
 at a limit. Priors: the threshold even on the axis over the levels and half of their range beyond; the logarithm of the
 slope normal, about a rise from 10 to 90 % over a quarter of the range, with a standard deviation of ln 3; lapse and
-(yes/no) guess rate Beta(1, 19) up to 0.2. The grid is made anew where the posterior lies until it is fine enough.
+(yes/no) guess rate Beta(1, 19) up to 0.2. The grid is refined where the posterior lies until it is fine enough.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _MOST_RATE = 0.2
 _RATE_WEIGHT = 18.0  # of Beta(1, 19)
 _LOG_SPREAD = float(np.log(3.0))
 _SHARE_OF_RANGE = 0.25  # over which the function of the prior's middle rises from 10 to 90 %
-_KEPT = 1e-7  # of the posterior: what is cut off before the grid is made anew
+_KEPT = 1e-7  # of the posterior: what is cut off before the grid is refined
 _REGRIDS = 4
 
 

@@ -307,9 +307,13 @@ class Station:
         self.presenter.prefetch_later(scenes, lambda: not self.costs.is_busy)
 
     def _record_costs(self, recorder: Recorder, header: Header, clock: SteadyClock) -> None:
-        """Record the costs of those stimuli of the log's ``header`` of which neither it nor a trial says them."""
-        stated = {name for answer in recorder.answers() for name in answer.data.get("clipping") or ()}
-        lacking = [str(one["name"]) for one in header.stimuli if "clipping" not in one and one["name"] not in stated]
+        """Record the costs of those stimuli of the log's ``header`` of which neither it nor a trial says them.
+
+        Of stimuli that were taken out of the recipe since there are none.
+        """
+        said = {name for answer in recorder.answers() for name in answer.data.get("clipping") or ()}
+        said |= {one["name"] for one in header.stimuli if "clipping" in one}
+        lacking = [name for name in (one["name"] for one in header.stimuli) if name in self.costs and name not in said]
         if lacking:
             recorder.costs(StimulusCosts(self.costs.of(lacking), clock()))
 

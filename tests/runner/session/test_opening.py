@@ -116,10 +116,11 @@ def _leave(study: Study, questions: int) -> Path:
     return to_resume(study.results, "small", "01").file
 
 
-def _resume(study: Study) -> tuple[Path, Station]:
+def _resume(study: Study, *, accept_changes: bool = False) -> tuple[Path, Station]:
     stopped = to_resume(study.results, "small", "01")
     with _open(study) as station:
-        station.run("01", _answering(study, station), simulated=True, resume=stopped)
+        answers = _answering(study, station)
+        station.run("01", answers, simulated=True, resume=stopped, accept_changes=accept_changes)
     return stopped.file, station
 
 
@@ -157,6 +158,21 @@ def test_costs_that_a_killed_session_did_not_come_to_follow_when_it_is_resumed(s
     _resume(study)
     assert _kinds(file)[-2:] == ["clipping", "end"]
     assert _costs(read_session(file)) == _plain(study)
+
+
+def test_of_a_picture_that_was_taken_out_since_no_costs_are_said(study: Study) -> None:
+    _of_two(study)
+    _leave(study, 1)
+    study.edit("recipe.yaml", "  - {name: four, file: four.exr}\n", "")
+    study.edit("observers.yaml", "  four: {score: 4}\n", "")
+    file, _ = _resume(study, accept_changes=True)
+    assert _kinds(file)[-2:] == ["clipping", "end"]
+    assert {name: costs is not None for name, costs in _costs(read_session(file)).items()} == {
+        "one": True,
+        "two": True,
+        "three": True,
+        "four": False,
+    }
 
 
 def _changed(line: dict[str, Any], stimulus: str) -> dict[str, Any]:

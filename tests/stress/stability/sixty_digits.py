@@ -1,4 +1,4 @@
-"""Arithmetic on `decimal` that is right to sixty digits, with what it lacks: angles, normal tails, linear systems.
+"""Arithmetic on `decimal` that is right to sixty digits, with angles, normal tails and linear systems.
 
 Everything is computed with `DIGITS` digits, and every series runs until it no longer changes the sum.
 """
