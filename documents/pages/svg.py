@@ -126,7 +126,7 @@ class Drawing:
 
         out = io.BytesIO()
         style: dict[str, Any] = {"pdf.fonttype": 42, "hatch.linewidth": self.hatch_pt}
-        with rc_context(style), _without_glyph_warnings():  # type: ignore[arg-type]  # as above
+        with rc_context(style), without_drawing_warnings():  # type: ignore[arg-type]  # as above
             self.figure.savefig(
                 out, format="pdf", metadata={"Title": self.label, "Creator": "cyclopean", "CreationDate": None}
             )
@@ -159,7 +159,7 @@ def drawn(figure: Figure, label: str) -> Drawing:
     from matplotlib import rcParams
 
     out = io.StringIO()
-    with _without_glyph_warnings():
+    with without_drawing_warnings():
         figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
     svg = out.getvalue()
     body = re.sub(r"<metadata>.*?</metadata>", "", svg[svg.index("<svg") :], flags=re.DOTALL)
@@ -195,10 +195,20 @@ def svg_of(figure: Figure, label: str) -> str:
 
 
 @contextmanager
-def _without_glyph_warnings() -> Iterator[None]:
+def without_drawing_warnings() -> Iterator[None]:
+    """Save a figure without matplotlib's warnings that say nothing about it.
+
+    A browser has its own fonts: a letter that matplotlib's lacks is no fault of the page. And whether it takes a second
+    to find a legend's place depends on what else the machine does.
+
+    Examples
+    --------
+    >>> with without_drawing_warnings():
+    ...     warnings.warn('Creating legend with loc="best" can be slow with large amounts of data.')
+    """
     with warnings.catch_warnings():
-        # A browser has its own fonts: a letter that matplotlib's lacks is no fault of the page.
-        warnings.filterwarnings("ignore", message="Glyph .* missing from")
+        for message in ("Glyph .* missing from", "Creating legend with loc"):
+            warnings.filterwarnings("ignore", message=message)
         yield
 
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import io
 import re
-import warnings
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from devices.diagnostics import Line, Panel
-from documents.pages import MARKERS, SERIES_COLOURS
+from documents.pages import MARKERS, SERIES_COLOURS, without_drawing_warnings
 from documents.text import visible
 
 if TYPE_CHECKING:
@@ -39,9 +38,7 @@ def panel_svg(panel: Panel, key: str, description: str) -> str:
     from matplotlib.figure import Figure
 
     style = {"svg.fonttype": "none", "svg.hashsalt": key, "text.parse_math": False, "font.size": 10.0}
-    with rc_context(style), warnings.catch_warnings():  # type: ignore[arg-type]  # known names to the stubs
-        # The browser has its own fonts: a letter that matplotlib's lacks is no fault of the page.
-        warnings.filterwarnings("ignore", message="Glyph .* missing from")
+    with rc_context(style), without_drawing_warnings():  # type: ignore[arg-type]  # known names to the stubs
         height_in = EQUAL_HEIGHT_IN if panel.equal else HEIGHT_IN
         figure = Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
         figure.patch.set_alpha(0)
