@@ -8,8 +8,10 @@ experiments of the checkout. What a page takes for granted (a table, sessions, p
 from __future__ import annotations
 
 import json
+import os
 import re
 import shutil
+import sys
 from collections.abc import Callable, Mapping
 from functools import cache
 from itertools import permutations
@@ -23,6 +25,10 @@ from sybil.parsers.markdown import CodeBlockParser, PythonCodeBlockParser, SkipP
 
 if TYPE_CHECKING:
     from runner.protocol import FileKind
+
+# Compiled files are kept, whatever the shell says: else each command that a test starts compiles the program again.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 ROOT = Path(__file__).parent
 Prepare = Callable[[Path], dict[str, Any]]
