@@ -22,6 +22,7 @@ from scipy import stats
 
 sys.path.insert(0, str(Path(__file__).parent))
 from curves import in_two_processes, numbers, program, seconds, sized
+from promises import Promise, times_as_fast, worst
 from simulated_studies import Design, as_comparisons
 
 from analysis.agreement import KINDS, ObservedGroup, Predicted, agree, correlation, correlation_interval
@@ -49,7 +50,12 @@ def run(studies: int = sized(8, 2)) -> dict[str, Any]:
     groups = [(people, studies) for people in OBSERVERS]
     for people, found in zip(OBSERVERS, in_two_processes(_decided, groups), strict=True):
         rows += _decision_rows(people, found, studies)
-    return {"title": TITLE, "rows": rows}
+    at_once = [times_as_fast(rows, f"1000 correlations at once, {k}", f"SciPy, one by one, {k}") for k in KINDS]
+    promises = [
+        Promise("1000 correlations at once against SciPy", worst(rows, series="correlations at once"), 1e-12, "error"),
+        Promise("1000 correlations beside SciPy's, one by one", min(at_once), 50.0, "ratio", "at least", "×"),
+    ]
+    return {"title": TITLE, "rows": rows, "promises": promises}
 
 
 def simulated(

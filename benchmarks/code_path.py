@@ -13,6 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 from curves import program, seconds, sized
+from promises import Promise, worst
 
 from devices.diagnostics.content import dynamic_contrast
 from devices.diagnostics.panel import pixel_independence
@@ -92,7 +93,18 @@ def run() -> dict[str, object]:
                 errors = [float(sum(a != b for a, b in zip(judge(t), truth, strict=True))) for t in tables]
                 name = f"successive codes, {bits} bits, {100 * noise:g} % of noise"
                 rows.append(_row(name, way, errors, judge, tables[0]))
-    return {"title": "What codes pass on their way to the light: run time against error", "rows": rows}
+    promises = [
+        Promise("steps of successive codes taken for another", worst(rows, parameter="over the slope"), 0, "count"),
+        Promise(
+            "a backlight's change, whatever the stray light",
+            worst(rows, parameter="slope over"),
+            0.3,
+            "error",
+            unit="%",
+        ),
+    ]
+    title = "What codes pass on their way to the light: run time against error"
+    return {"title": title, "rows": rows, "promises": promises}
 
 
 def _row(

@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 from curves import Row, program, seconds, sized
 from numpy.typing import NDArray
+from promises import Promise, worst
 from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.special import ndtr
 
@@ -43,7 +44,12 @@ def run() -> dict[str, object]:
             note = "corner off, px" if np.isfinite(error) else "not found"
             rows.append({"series": method, "parameter": name, "seconds": taken, "error": min(error, 1e3), "note": note})
     title = f"A rendering of {SIZE[0]} × {SIZE[1]} pixels brought onto its photograph, and its depth"
-    return {"title": title, "rows": rows + depth()}
+    rows += depth()
+    promises = [
+        Promise("farthest corner", worst(rows, series="squares", parameter="°"), 0.02, "error", unit="px"),
+        Promise("scale of depth, relative", worst(rows, series="squares", parameter="noise"), 5e-3, "error"),
+    ]
+    return {"title": title, "rows": rows, "promises": promises}
 
 
 def depth() -> list[Row]:

@@ -17,6 +17,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 from curves import program, sized
+from promises import Promise, times_as_fast
 
 Row = dict[str, object]
 
@@ -65,7 +66,14 @@ def run() -> dict[str, Any]:
             rows.append(_row("choices, counted while reading", count, OURS, table))
             rows.append(_row("choices, by pandas", count, PANDAS, table))
             table.unlink()
-    return {"title": TITLE, "rows": rows}
+    promises = []
+    for ours, theirs in (
+        ("counted while reading", "a list of every answer"),
+        ("choices, counted while reading", "choices, by pandas"),
+    ):
+        faster = times_as_fast(rows, ours, theirs)
+        promises.append(Promise(f"{ours}, beside {theirs}", faster, None, "ratio", "at least", "×"))
+    return {"title": TITLE, "rows": rows, "promises": promises}
 
 
 def _write_table(file: Path, count: int) -> None:

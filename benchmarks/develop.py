@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 from curves import program, seconds, sized
 from numpy.typing import NDArray
+from promises import Promise, times_as_fast, worst
 
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.demosaic import Mosaic, by_bands, interpolate
@@ -194,7 +195,34 @@ def run() -> dict[str, object]:
         for sigma_px in sized((0.6, 1.0, 1.5), (1.0,)):
             rows += light_rows(folder, f"sparkles of {sigma_px:g} px, shown", sparkles(SIDE_PX, sigma_px))
         rows += light_rows(folder, "zone plate, shown", zone_plate(SIDE_PX))
-        return {"title": "Development and spectra", "rows": rows + band_rows() + spectral_rows(folder)}
+        rows += [*band_rows(), *spectral_rows(folder)]
+    whole = [row for row in rows if row["series"] == "sparkles"]
+    promises = [
+        Promise("by bands against at once", worst(rows, series="malvar", parameter="bands"), 0.0, "error"),
+        Promise(
+            "XYZ of spectra every 5 nm, a share of Y",
+            worst(rows, series="spectra to XYZ", parameter="every 5 nm"),
+            1e-3,
+            "error",
+        ),
+        Promise(
+            "spectra to XYZ beside colour-science, every 5 nm",
+            times_as_fast(
+                [row for row in rows if row["parameter"] == "every 5 nm"], "spectra to XYZ", "colour-science"
+            ),
+            1.0,
+            "ratio",
+            "at least",
+            "×",
+        ),
+        Promise(
+            "malvar's error beside LibRaw's",
+            worst(whole, parameter="malvar") / worst(whole, parameter="LibRaw"),
+            1.0,
+            "share",
+        ),
+    ]
+    return {"title": "Development and spectra", "rows": rows, "promises": promises}
 
 
 if __name__ == "__main__":

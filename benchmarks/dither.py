@@ -15,6 +15,7 @@ import numpy as np
 from curves import Row, program, seconds, sized, times_faster
 from moderngl import Context, Texture
 from numpy.typing import NDArray
+from promises import Promise, worst
 
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
@@ -129,7 +130,12 @@ def run() -> dict[str, object]:
         rows.append({"series": series, "parameter": parameter, "seconds": taken, "error": bias, "note": note})
     with open_surface("egl", (SIZE_PX, SIZE_PX)) as surface:
         rows += pass_rows(surface, model, picture)
-    return {"title": f"Dithering {SIZE_PX} × {SIZE_PX} pixels to 8 bits", "rows": rows}
+    means = [
+        worst(rows, series=series, parameter=way)
+        for series, way in (("dithered light", ""), ("colour pass", "dithered"))
+    ]
+    promise = Promise("luminance of the mean over the mask, relative", max(means), 1e-3, "error")
+    return {"title": f"Dithering {SIZE_PX} × {SIZE_PX} pixels to 8 bits", "rows": rows, "promises": [promise]}
 
 
 if __name__ == "__main__":

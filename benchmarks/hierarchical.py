@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).parent))
 from curves import numbers, program, seconds, sized
+from promises import Promise, worst
 
 from analysis.comparisons.comparisons import Comparisons, from_arrays
 from analysis.errors import ResultsError
@@ -99,7 +100,8 @@ def _comparisons(
 def run(studies: int = sized(40, 2)) -> dict[str, Any]:
     """Measure and return the title and the rows."""
     rows = [*_likelihoods(), *_spreads(studies), _large()]
-    return {"title": TITLE, "rows": rows}
+    promise = Promise("log likelihood of an observer", worst(rows, series="expectation propagation"), 0.05, "error")
+    return {"title": TITLE, "rows": rows, "promises": [promise]}
 
 
 def laplace(won: Floats, theta: Floats, tau: float) -> float:

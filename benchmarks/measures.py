@@ -13,6 +13,7 @@ from importlib.util import find_spec
 import numpy as np
 from curves import program, seconds, sized
 from numpy.typing import NDArray
+from promises import Promise, worst
 
 from devices.colour import linear_srgb_matrix, xyz_to_lab
 from stimuli.measures import ViewingConditions, kernels_1996, measure_named, pu21_encoded
@@ -22,6 +23,15 @@ SIZE_PX = sized((768, 1024), (96, 128))
 PIXELS_PER_DEGREE = 45.0
 WHITE = np.array([95.0, 100.0, 108.9])
 Map = NDArray[np.floating]
+
+# How far each measure may be from its reference implementation.
+PROMISED = (
+    ("flip", "flip-evaluator", 1e-6),
+    ("hdr-flip", "flip-evaluator", 1e-6),
+    ("pu-ssim", "scikit-image", 1e-6),
+    ("pu-psnr", "scikit-image", 1e-6),
+    ("s-cielab-1996", "rows and columns in turn (SciPy)", 1e-5),
+)
 
 
 def pictures() -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -118,7 +128,17 @@ def run() -> dict[str, object]:
             timed[name] = seconds(ours, repeats=3)
         rows.append({"series": "ours", "parameter": f"{name}, against {peer}", "seconds": timed[name], "error": error})
         rows.append({"series": peer, "parameter": name, "seconds": seconds(work, repeats=3), "error": error})
-    return {"title": f"Measures of two pictures of {SIZE_PX[1]} × {SIZE_PX[0]} pixels", "rows": rows}
+    promises = [
+        Promise(
+            f"{name}, against {peer}", worst(rows, series="ours", parameter=f"{name}, against {peer}"), limit, "error"
+        )
+        for name, peer, limit in PROMISED
+    ]
+    return {
+        "title": f"Measures of two pictures of {SIZE_PX[1]} × {SIZE_PX[0]} pixels",
+        "rows": rows,
+        "promises": promises,
+    }
 
 
 if __name__ == "__main__":

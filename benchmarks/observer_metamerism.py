@@ -9,6 +9,7 @@ from functools import partial
 
 import numpy as np
 from curves import program, seconds, sized
+from promises import Promise, worst
 
 from devices.colour_matching import ColorimetricObserver, colorimetric_observer, individual_observers
 from devices.diagnostics import ScreenSpectra, observer_metamerism
@@ -107,7 +108,13 @@ def run() -> dict[str, object]:
                 "error": float(np.percentile(off, 95)),
             }
         )
-    return {"title": "Observer metamerism of a paint beside a screen", "rows": rows}
+    promises = [
+        Promise("a person's ΔE00 against colour-science", worst(rows, series="colour-science"), 1e-5, "error"),
+        Promise(
+            "XYZ of spectra every 5 nm, a share of Y", worst(rows, series="XYZ of", parameter="5 nm"), 0.02, "error"
+        ),
+    ]
+    return {"title": "Observer metamerism of a paint beside a screen", "rows": rows, "promises": promises}
 
 
 if __name__ == "__main__":

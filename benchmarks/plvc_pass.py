@@ -18,6 +18,7 @@ import moderngl
 import numpy as np
 from curves import program, sized
 from numpy.typing import NDArray
+from promises import Promise
 
 from devices.characterise.example_displays import liquid_crystal_XYZ, noisy, table_c1_codes
 from devices.characterise.parametric import fit_parametric
@@ -250,7 +251,11 @@ def _round(work: list[Callable[[], None]]) -> list[float]:
 def run() -> dict[str, object]:
     """Return the rows, measured on the EGL driver that this machine gives."""
     with open_surface("egl", SIZE_PX) as surface:
-        return {"title": f"PLVC in the pass ({surface.facts.renderer})", "rows": measured(surface)}
+        rows = measured(surface)
+        title = f"PLVC in the pass ({surface.facts.renderer})"
+    shipped = [float(str(row["error"])) for row in rows if "as shipped" in str(row["note"])]
+    promise = Promise("the pass as shipped, against float64", max(shipped), 1e-3, "error", unit="of an 8-bit code")
+    return {"title": title, "rows": rows, "promises": [promise]}
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ A script returns its promises beside its rows; `run_all` gathers those of all sc
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
@@ -112,6 +112,18 @@ def worst(rows: Iterable[Mapping[str, Any]], key: str = "error", **has: str) -> 
     if not found:
         raise LookupError(f"no row has {has}: did its name change?")
     return math.nan if any(value is None or math.isnan(value) for value in found) else float(max(found))
+
+
+def times_as_fast(rows: Sequence[Mapping[str, Any]], ours: str, theirs: str) -> float:
+    """Return how many times as long the series ``theirs`` takes as ``ours``: the least over the parameters of both.
+
+    Raises LookupError where no parameter has both.
+    """
+    taken = {(row["series"], row["parameter"]): row["seconds"] for row in rows}
+    both = [parameter for series, parameter in taken if series == ours and (theirs, parameter) in taken]
+    if not both:
+        raise LookupError(f"no parameter has both {ours!r} and {theirs!r}: did a name change?")
+    return min(float(taken[theirs, parameter] / taken[ours, parameter]) for parameter in both)
 
 
 def _number(value: float, unit: str) -> str:

@@ -13,6 +13,7 @@ from functools import partial
 import numpy as np
 from curves import Row, program, seconds, sized
 from numpy.typing import NDArray
+from promises import Promise, worst
 
 from stimuli.pictures.resampling import Filter, axis_weights, resample
 
@@ -90,7 +91,21 @@ def run() -> dict[str, object]:
         alias, note = measured(way, plate, wave, frequency)
         time_s = seconds(partial(way, plate), repeats=5)
         rows.append({"series": series, "parameter": parameter, "seconds": time_s, "error": alias, "note": note})
-    return {"title": "Photograph to display pixels, one channel: time against aliasing", "rows": rows}
+    promises = [
+        Promise("aliasing by linear B-splines", worst(rows, series="ours", parameter="linear"), 0.12, "error"),
+        Promise("aliasing by cubic B-splines", worst(rows, series="ours", parameter="cubic"), 0.04, "error"),
+        Promise(
+            "areas, aliasing beside OpenCV's INTER_AREA",
+            worst(rows, series="ours", parameter="area") - worst(rows, series="OpenCV", parameter="INTER_AREA"),
+            1e-3,
+            "error",
+        ),
+    ]
+    return {
+        "title": "Photograph to display pixels, one channel: time against aliasing",
+        "rows": rows,
+        "promises": promises,
+    }
 
 
 if __name__ == "__main__":

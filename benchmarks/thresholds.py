@@ -11,8 +11,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from curves import seconds, write
+from curves import program, seconds
 from numpy.typing import NDArray
+from promises import Promise, times_as_fast, worst
 
 from analysis.thresholds import FUNCTIONS, Choices, QuestPlus, Staircase, fit_threshold, simulate
 
@@ -93,7 +94,33 @@ def run() -> dict[str, object]:
             rows.append(
                 {"series": name, "parameter": f"{trials} trials", "seconds": time_s, "error": rms, "note": note}
             )
-    return {"title": "Thresholds: time of choosing and error against trials", "rows": rows}
+    choice_ms = 1000 * float(str(rows[0]["seconds"]))
+    promises = [
+        Promise(
+            "expected entropy against the plain formula",
+            worst(rows, series="one choice, ours"),
+            1e-10,
+            "error",
+            unit="nats",
+        ),
+        Promise(
+            "one choice beside the plain formula",
+            times_as_fast(rows, "one choice, ours", "one choice, plain entropy"),
+            5.0,
+            "ratio",
+            "at least",
+            "×",
+        ),
+        Promise("one choice", choice_ms, 5.0, "seconds", unit="ms"),
+        Promise(
+            f"error of QUEST+ after {TRIALS[-1]} trials beside a staircase's",
+            worst(rows, series="QUEST+", parameter=f"{TRIALS[-1]} trials")
+            / worst(rows, series="staircase", parameter=f"{TRIALS[-1]} trials"),
+            1.0,
+            "share",
+        ),
+    ]
+    return {"title": "Thresholds: time of choosing and error against trials", "rows": rows, "promises": promises}
 
 
 def _peer() -> float | None:
@@ -114,5 +141,4 @@ def _peer() -> float | None:
 
 
 if __name__ == "__main__":
-    result = run()
-    write("thresholds", str(result["title"]), result["rows"])
+    program("thresholds", run)

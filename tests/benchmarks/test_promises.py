@@ -10,6 +10,7 @@ import pytest
 
 from benchmarks import history
 from benchmarks.history import Promise
+from benchmarks.promises import times_as_fast
 from benchmarks.run_all import Ran, broken, named, page
 from benchmarks.run_all import main as run_all
 
@@ -33,6 +34,16 @@ def test_a_peer_that_is_not_installed_is_said_and_counts_as_neither() -> None:
     assert "evalica is not installed" in page([Ran("bradley_terry", 1.0, (promise,))], [], "here", quick=False)
     with pytest.raises(ValueError, match="say either a figure or"):
         Promise("beside evalica", None, 10.0, "ratio", "at least")
+
+
+def test_times_are_compared_where_both_have_the_parameter_and_the_least_counts() -> None:
+    rows = [
+        {"series": series, "parameter": parameter, "seconds": time}
+        for series, parameter, time in (("ours", "a", 1.0), ("peer", "a", 4.0), ("ours", "b", 2.0), ("peer", "b", 6.0))
+    ]
+    assert times_as_fast([*rows, {"series": "ours", "parameter": "c", "seconds": 9.0}], "ours", "peer") == 3.0
+    with pytest.raises(LookupError, match="did a name change"):
+        times_as_fast(rows, "ours", "another")
 
 
 def test_absolute_times_decide_nothing_and_a_quick_run_judges_what_is_exact() -> None:
