@@ -3,7 +3,8 @@
     python benchmarks/thresholds.py
 
 A row's error is the root mean square of the threshold's in decimal logarithms, over 40 simulated observers; the rows
-of one choice have the largest difference from the plain information instead. `questplus` is timed where installed.
+of one choice have the largest difference from the plain information instead. `questplus` is timed where installed. The
+rows of bias have the mean error of the posterior's median and, beside it, of its mean, over 200 observers.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from curves import program, seconds
+from curves import is_quick, program, seconds
 from numpy.typing import NDArray
 from promises import Promise, times_as_fast, worst
 
@@ -21,6 +22,7 @@ Floats = NDArray[np.float64]
 X = np.linspace(-2, 0, 41)
 SLOPES, LAPSES = (2.0, 3.0, 4.0, 5.0), (0.0, 0.01, 0.02, 0.03, 0.04)
 SLOPE, LAPSE, OBSERVERS = 3.5, 0.02, 40
+BIAS = 0.02
 TRIALS = (25, 50, 100, 200)
 SHAPE = FUNCTIONS["weibull"]
 
@@ -33,6 +35,11 @@ def answering(right: NDArray[np.float64], rng: np.random.Generator) -> Callable[
 def quest_plus() -> QuestPlus:
     """Return the method over 41 thresholds, four slopes and five lapse rates."""
     return QuestPlus(X, thresholds=X, slopes=SLOPES, lapses=LAPSES)
+
+
+def standard() -> Choices:
+    """Return the method as blocks use it."""
+    return QuestPlus.standard(X)
 
 
 def plain_information(quest: QuestPlus, right: Floats) -> Floats:
@@ -63,6 +70,35 @@ def thresholds_found(make: Callable[[], Choices], trials: int, observers: int = 
     return np.array(errors), covered / max(len(errors), 1)
 
 
+def biases(function: str, slope: float, guess: float | None, observers: int, trials: int = 100) -> tuple[float, float]:
+    """Return the mean errors of the posterior's median and of its mean (decimal logarithms)."""
+    medians, means = [], []
+    shape = FUNCTIONS[function]
+    for seed in range(observers):
+        rng = np.random.default_rng(seed)
+        true = rng.uniform(-1.4, -0.6)
+        quest = QuestPlus.standard(X, guess=guess, function=shape)
+        right = shape.probability(X, true, slope, 0.03 if guess is None else guess, LAPSE)
+        simulate(quest, trials, answering(right, rng))
+        medians.append(quest.median[0] - true)
+        means.append(quest.mean[0] - true)
+    return float(np.mean(medians)), float(np.mean(means))
+
+
+def block_choice_s(guess: float | None) -> float:
+    """Return the time in s of what a block computes for a trial: the level, and those that may follow either answer."""
+    quest = QuestPlus.standard(X, guess=guess)
+    for level in (20, 25, 15, 18, 22):
+        quest.learn(level, right=level > 17)
+
+    def trial() -> None:
+        level = quest.next_level()
+        quest.after(level, right=True)
+        quest.after(level, right=False)
+
+    return seconds(trial)
+
+
 def run() -> dict[str, object]:
     """Time one choice three ways, and follow the error over trials by two methods."""
     quest = quest_plus()
@@ -82,7 +118,15 @@ def run() -> dict[str, object]:
     peer = _peer()
     if peer is not None:
         rows.append({"series": "one choice, questplus", "parameter": "820 × 41", "seconds": peer, "error": 1e-16})
-    methods: dict[str, Callable[[], Choices]] = {"QUEST+": quest_plus, "staircase": lambda: Staircase(41, 35)}
+    slowest = 0.0
+    for words, guess in (("forced choice, 2196", 0.5), ("yes or no, 4941", None)):
+        taken = block_choice_s(guess)
+        slowest = max(slowest, taken)
+        rows.append({"series": "a trial of a block", "parameter": f"{words} × 41", "seconds": taken, "error": None})
+    methods: dict[str, Callable[[], Choices]] = {
+        "QUEST+": lambda: QuestPlus.standard(X),
+        "staircase": lambda: Staircase(41, 35),
+    }
     for name, make in methods.items():
         for trials in TRIALS:
             errors, _ = thresholds_found(make, trials)
@@ -94,6 +138,18 @@ def run() -> dict[str, object]:
             rows.append(
                 {"series": name, "parameter": f"{trials} trials", "seconds": time_s, "error": rms, "note": note}
             )
+    farthest = 0.0
+    for function, slope, guess in (
+        ("weibull", 3.5, 0.5),
+        ("logistic", 8.0, 0.5),
+        ("normal", 5.0, 0.5),
+        ("weibull", 3.5, None),
+    ):
+        median, mean = biases(function, slope, guess, 10 if is_quick() else 200)
+        farthest = max(farthest, abs(median))
+        task = "yes or no" if guess is None else "forced choice"
+        for series, bias in (("bias of the median", median), ("bias of the mean", mean)):
+            rows.append({"series": series, "parameter": f"{function}, {task}", "seconds": None, "error": abs(bias)})
     choice_ms = 1000 * float(str(rows[0]["seconds"]))
     promises = [
         Promise(
@@ -112,6 +168,8 @@ def run() -> dict[str, object]:
             "×",
         ),
         Promise("one choice", choice_ms, 5.0, "seconds", unit="ms"),
+        Promise("a trial of a block: the level, and both that may follow", 1000 * slowest, 5.0, "seconds", unit="ms"),
+        Promise("largest bias of QUEST+ after 100 trials, in decimal logarithms", farthest, BIAS, "share"),
         Promise(
             f"error of QUEST+ after {TRIALS[-1]} trials beside a staircase's",
             worst(rows, series="QUEST+", parameter=f"{TRIALS[-1]} trials")

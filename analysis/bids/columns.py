@@ -18,7 +18,22 @@ OTHERS = "others"
 
 
 # Keys of records that name something else, which may be called as a stimulus is.
-_NAME_NO_STIMULUS = frozenset({"series", "group", "group_factor", "answer", "question", "name", "test", "practice_of"})
+_NAME_NO_STIMULUS = frozenset(
+    {
+        "series",
+        "group",
+        "group_factor",
+        "answer",
+        "question",
+        "name",
+        "test",
+        "practice_of",
+        "task",
+        "factor",
+        "function",
+    }
+    | {"method", "easier", "correct_answer", "first_position"}
+)
 
 
 def roles(data: Mapping[str, Any], stimuli: Collection[str]) -> dict[str, str]:

@@ -13,6 +13,7 @@ from analysis.records.fields import RecordError, read_fields
 from analysis.records.other_trials import PageRecord, QuestionRecord, screening_record
 from analysis.records.pair_trials import ActivePairsRecord, AllPairsRecord, PreferenceRecord
 from analysis.records.picture_trials import BestOfSeriesRecord, RatingRecord
+from analysis.records.threshold_trials import ThresholdRecord
 from analysis.records.trial_record import TrialRecord
 
 PRACTICE = "practice"
@@ -27,6 +28,7 @@ KINDS: Mapping[str, type[TrialRecord] | Callable[[dict[str, Any]], type[TrialRec
         "best_of_series": BestOfSeriesRecord,
         "rating": RatingRecord,
         "preference": PreferenceRecord,
+        "threshold": ThresholdRecord,
         "questionnaire": QuestionRecord,
         "screening": screening_record,
     }

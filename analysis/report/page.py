@@ -27,6 +27,7 @@ from analysis.report.sections.shown import (
     readable,
     timing_section,
 )
+from analysis.report.sections.thresholds import thresholds_section
 from analysis.report.words import chance, fixed
 from analysis.scaling.result import CovarianceChoice
 from analysis.scaling.terminal import Published
@@ -170,6 +171,8 @@ def sections_of(report: Report, published: Published, thumbnails: Thumbnails) ->
         sections.append(preferences_section(report.sessions, report.preferences))
     if report.ratings is not None:
         sections.append(ratings_section(report.ratings, pictures))
+    if report.thresholds is not None:
+        sections.append(thresholds_section(report.thresholds))
     if report.observers is not None:
         sections.append(observers_section(report.observers, report.kept))
     sections += [
@@ -186,6 +189,7 @@ def sections_of(report: Report, published: Published, thumbnails: Thumbnails) ->
             series=report.series is not None,
             ratings=report.ratings is not None,
             preferences=report.preferences is not None,
+            thresholds=report.thresholds is not None,
             factors=report.factors is not None,
             observers=report.observers is not None,
         ),

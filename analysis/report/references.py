@@ -49,6 +49,10 @@ REFERENCES: Mapping[str, str] = MappingProxyType(
             "P. J. Huber. The behavior of maximum likelihood estimates under nonstandard conditions. Proc. "
             "Fifth Berkeley Symposium on Mathematical Statistics and Probability 1 (1967) 221–233."
         ),
+        "Kaernbach1991": (
+            "C. Kaernbach. Simple adaptive testing with the weighted up-down method. Perception & Psychophysics 49 "
+            "(1991) 227–229."
+        ),
         "Kendall1940": (
             "M. G. Kendall, B. Babington Smith. On the method of paired comparisons. Biometrika 31 (1940) 324–345."
         ),
@@ -73,10 +77,18 @@ REFERENCES: Mapping[str, str] = MappingProxyType(
             "H.-P. Piepho. An algorithm for a letter-based representation of all-pairwise comparisons. "
             "Journal of Computational and Graphical Statistics 13 (2004) 456–466."
         ),
+        "Schutt2016": (
+            "H. H. Schütt, S. Harmeling, J. H. Macke, F. A. Wichmann. Painfree and accurate Bayesian estimation of "
+            "psychometric functions for (potentially) overdispersed data. Vision Research 122 (2016) 105–123."
+        ),
         "Sharma2005": (
             "G. Sharma, W. Wu, E. N. Dalal. The CIEDE2000 color-difference formula: implementation notes, "
             "supplementary test data, and mathematical observations. Color Research and Application 30 "
             "(2005) 21–30."
+        ),
+        "Watson2017": (
+            "A. B. Watson. QUEST+: A general multidimensional Bayesian adaptive psychometric method. Journal of Vision "
+            "17(3) (2017) 10."
         ),
         "Webb2023": (
             "M. D. Webb. Reworking wild bootstrap-based inference for clustered errors. Canadian Journal of "

@@ -27,6 +27,7 @@ from analysis.scaling.grouped_terminal import print_groups
 from analysis.scaling.result import CovarianceChoice
 from analysis.scaling.terminal import Published, print_scores
 from analysis.series.summary import SeriesSummary, summarise_series
+from analysis.thresholds.summary import ThresholdSummary, summarise_thresholds
 from documents import Finding
 from documents.text import clean_console
 
@@ -41,6 +42,7 @@ KIND_WORDS = {
     "best_of_series": "Best of series",
     "rating": "Ratings",
     "preference": "Stereo or flat",
+    "threshold": "Thresholds",
 }
 PAGES = ("instructions", "break")
 
@@ -64,8 +66,8 @@ class Report:
         Effects of the stimuli's factors on them, and the observer table.
     review
         What reviewers ask of the scores, by its key in JSON; empty without scores on one scale.
-    series, ratings, preferences
-        Results of blocks of the kinds ``best_of_series``, ``rating`` and ``preference``.
+    series, ratings, preferences, thresholds
+        Results of blocks of the kinds ``best_of_series``, ``rating``, ``preference`` and ``threshold``.
     notes
         Sentences that a reader needs before the numbers.
     failed
@@ -83,6 +85,7 @@ class Report:
     series: SeriesSummary | None
     ratings: RatingSummary | None
     preferences: Preferences | None
+    thresholds: ThresholdSummary | None
     notes: tuple[str, ...]
     failed: tuple[FailedCheck, ...]
 
@@ -98,6 +101,8 @@ class Report:
         sentences = [part.sentence for part in (self.pairs, self.groups, self.series) if part is not None]
         if self.preferences is not None:
             sentences.append(self.preferences.sentence)
+        if self.thresholds is not None:
+            sentences.append(self.thresholds.sentence)
         if self.ratings is not None:
             count = sum(observer.ratings for scale in self.ratings.scales for observer in scale.observers)
             people = len({observer.observer for scale in self.ratings.scales for observer in scale.observers})
@@ -125,6 +130,8 @@ class Report:
         parts["ratings"] = self.ratings.to_json() if self.ratings else None
         if self.preferences is not None:
             parts["preferences"] = self.preferences.to_json()
+        if self.thresholds is not None:
+            parts["thresholds"] = self.thresholds.to_json()
         return parts
 
 
@@ -201,6 +208,7 @@ def describe(
         series=series,
         ratings=ratings,
         preferences=preferred,
+        thresholds=summarise_thresholds(remaining) if "threshold" in kinds else None,
         notes=tuple(dict.fromkeys(notes)),
         failed=failed_checks(remaining, compared, observers, ratings),
     )
@@ -228,7 +236,7 @@ def _without_scores(sessions: Sequence[SessionLog]) -> Iterator[str]:
     if ties:
         yield f"There are no scores: of {counted(ties, 'comparison')} none prefers one of its stimuli."
     if not {trial.kind for trial in trials} & set(KIND_WORDS):
-        yield "There are no scores: the sessions have no comparison, choice, preference or rating."
+        yield "There are no scores: the sessions have no comparison, choice, preference, rating or threshold."
 
 
 def print_report(report: Report, published: Published | None = None, console: Console | None = None) -> None:

@@ -2,8 +2,16 @@ from .adaptive import Choices as Choices
 from .adaptive import QuestPlus as QuestPlus
 from .adaptive import Staircase as Staircase
 from .adaptive import simulate as simulate
+from .fit import Easier as Easier
 from .fit import ThresholdFit as ThresholdFit
+from .fit import axis_of as axis_of
 from .fit import fit_threshold as fit_threshold
+from .fit import mean_parameter as mean_parameter
 from .fit import mean_threshold as mean_threshold
 from .functions import FUNCTIONS as FUNCTIONS
 from .functions import Psychometric as Psychometric
+from .summary import ObserverThreshold as ObserverThreshold
+from .summary import Question as Question
+from .summary import QuestionSummary as QuestionSummary
+from .summary import ThresholdSummary as ThresholdSummary
+from .summary import summarise_thresholds as summarise_thresholds

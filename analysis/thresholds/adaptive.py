@@ -11,8 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from analysis.thresholds.functions import FUNCTIONS, Psychometric
+from analysis.thresholds.priors import BEYOND, LOG_SPREAD, log_slope_prior, middle_log_slope, rate_prior
 
 Floats = NDArray[np.float64]
+_THRESHOLDS, _SLOPES = 61, 9
+_RATES, _FEWER_RATES = (0.005, 0.015, 0.03, 0.06), (0.005, 0.02, 0.05)  # fewer where both rates are parameters
 _EVEN = 1e-13  # nats: levels that promise as much to within this are even, whatever a processor's rounding
 
 
@@ -25,6 +28,10 @@ class Choices(Protocol):
 
     def learn(self, level: int, *, right: bool) -> None:
         """Take in an answer to the level with that index."""
+        ...
+
+    def after(self, level: int, *, right: bool) -> int:
+        """Return the index of the level that would follow that answer, without taking it in."""
         ...
 
 
@@ -40,10 +47,12 @@ class QuestPlus:
     levels
         On the axis, shape (k,).
     thresholds, slopes, guesses, lapses
-        The values of each parameter, on the axis, per unit of it, and rates; the prior is even over all combinations.
+        The values of each parameter, on the axis, per unit of it, and rates.
+    log_prior
+        Logarithm of the weight of a combination, from arrays of thresholds, slopes, guesses and lapses; even if None.
     """
 
-    __slots__ = ("_entropy", "_log_likelihood", "_log_posterior", "_right", "grid")
+    __slots__ = ("_entropy", "_log_likelihood", "_log_posterior", "_right", "_shape", "grid")
 
     def __init__(
         self,
@@ -55,18 +64,50 @@ class QuestPlus:
         lapses: ArrayLike = (0.02,),
         function: Psychometric = FUNCTIONS["weibull"],
         guess_is_lapse: bool = False,
+        log_prior: Callable[[Floats, Floats, Floats, Floats], ArrayLike] | None = None,
     ) -> None:
         axes = np.meshgrid(thresholds, slopes, guesses, lapses, indexing="ij")
         grid = np.stack([each.ravel() for each in axes], axis=1)
         threshold, slope, guess, lapse = (grid[:, [column]] for column in range(4))
         low = lapse if guess_is_lapse else guess
         self.grid = grid
+        self._shape = axes[0].shape
         self._right = np.clip(
             function.probability(np.asarray(levels, np.float64), threshold, slope, low, lapse), 1e-12, 1.0 - 1e-12
         )
         self._log_likelihood = np.log(self._right), np.log1p(-self._right)
         self._entropy = _entropy(self._right)
         self._log_posterior = np.zeros(len(grid))
+        if log_prior is not None:
+            self._log_posterior = self._log_posterior + np.asarray(log_prior(*grid.T), np.float64)
+
+    @classmethod
+    def standard(
+        cls, levels: ArrayLike, *, guess: float | None = 0.5, function: Psychometric = FUNCTIONS["weibull"]
+    ) -> QuestPlus:
+        """Return the method with the priors of `analysis.thresholds.priors`, for levels that rise from hard to easy.
+
+        ``levels``, shape (k,), are on the axis; ``guess`` is the rate of right answers without seeing, None (yes/no)
+        makes it a parameter.
+        """
+        x = np.asarray(levels, np.float64)
+        span = float(x.max() - x.min())
+        middle = middle_log_slope(function, span)
+        rates = _FEWER_RATES if guess is None else _RATES
+
+        def log_prior(threshold: Floats, slope: Floats, false: Floats, lapse: Floats) -> Floats:
+            known = log_slope_prior(np.log(slope), middle) + rate_prior(lapse)
+            return np.asarray(known + rate_prior(false) if guess is None else known)
+
+        return cls(
+            x,
+            thresholds=np.linspace(x.min() - BEYOND * span, x.max() + BEYOND * span, _THRESHOLDS),
+            slopes=np.exp(middle + LOG_SPREAD * np.linspace(-2.0, 2.0, _SLOPES)),
+            guesses=rates if guess is None else (guess,),
+            lapses=rates,
+            function=function,
+            log_prior=log_prior,
+        )
 
     @property
     def posterior(self) -> Floats:
@@ -85,6 +126,22 @@ class QuestPlus:
         """The posterior mean of threshold, slope, guess and lapse rate."""
         return tuple((self.posterior @ self.grid).tolist())
 
+    @property
+    def median(self) -> tuple[float, ...]:
+        """The posterior medians of threshold, slope, guess and lapse rate, each by itself; between points of the grid.
+
+        A forced choice says less of what lies below the threshold than of what lies above it: shallow functions with
+        low thresholds stay possible, and draw the mean, but hardly the median.
+        """
+        weights = self.posterior.reshape(self._shape)
+        grid = self.grid.reshape(*self._shape, 4)
+        middles = []
+        for axis in range(4):
+            share = weights.sum(axis=tuple(other for other in range(4) if other != axis))
+            values = np.moveaxis(grid, axis, 0)[:, 0, 0, 0, axis]
+            middles.append(float(np.interp(0.5, np.cumsum(share) - share / 2, values)))
+        return tuple(middles)
+
     def information(self) -> Floats:
         """Return the expected information of an answer to each level in nats, shape (k,)."""
         weights = self.posterior
@@ -98,6 +155,14 @@ class QuestPlus:
     def learn(self, level: int, *, right: bool) -> None:
         """Take in an answer to the level with that index."""
         self._log_posterior = self._log_posterior + self._log_likelihood[0 if right else 1][:, level]
+
+    def after(self, level: int, *, right: bool) -> int:
+        """Return the index of the level that would follow that answer, without taking it in."""
+        before = self._log_posterior
+        self.learn(level, right=right)
+        following = self.next_level()
+        self._log_posterior = before
+        return following
 
 
 def _entropy(p: Floats) -> Floats:
@@ -143,7 +208,11 @@ class Staircase:
 
     def learn(self, level: int, *, right: bool) -> None:
         """Take in an answer to the level with that index."""
-        self.path.append(min(max(level + (-self.down if right else self.up), 0), self.levels - 1))
+        self.path.append(self.after(level, right=right))
+
+    def after(self, level: int, *, right: bool) -> int:
+        """Return the index of the level that would follow that answer, without taking it in."""
+        return min(max(level + (-self.down if right else self.up), 0), self.levels - 1)
 
 
 def simulate(choices: Choices, trials: int, answers_right: Callable[[int], bool]) -> list[tuple[int, bool]]:

@@ -1,31 +1,30 @@
 """Threshold and slope from answers: the posterior over a grid of parameters, with intervals of equal tails.
 
 As in [Schutt2016] all parameters are integrated over, which holds its coverage where a maximum of the likelihood sits
-at a limit. Priors: the threshold even on the axis over the levels and half of their range beyond; the logarithm of the
-slope normal, about a rise from 10 to 90 % over a quarter of the range, with a standard deviation of ln 3; lapse and
-(yes/no) guess rate Beta(1, 19) up to 0.2. The grid is refined where the posterior lies until it is fine enough.
+at a limit. The priors are those of `analysis.thresholds.priors`, rates up to 0.2. The grid is refined where the
+posterior lies until it is fine enough.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.series.observer_means import Estimate, means
 from analysis.thresholds.functions import FUNCTIONS, Psychometric
+from analysis.thresholds.priors import BEYOND, LOG_SPREAD, log_slope_prior, middle_log_slope, rate_prior
+from documents.text import json_fields
 
 Floats = NDArray[np.float64]
 POINTS, RATE_POINTS = 41, 8
 _MOST_RATE = 0.2
-_RATE_WEIGHT = 18.0  # of Beta(1, 19)
-_LOG_SPREAD = float(np.log(3.0))
-_SHARE_OF_RANGE = 0.25  # over which the function of the prior's middle rises from 10 to 90 %
 _KEPT = 1e-7  # of the posterior: what is cut off before the grid is refined
 _REGRIDS = 4
+Easier = Literal["higher", "lower"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,11 +40,15 @@ class ThresholdFit:
     slope, slope_interval
         Per unit of the axis: posterior median and limits.
     guess, lapse
-        Rates: posterior means, or as given.
+        Rates: posterior means, or as given; ``guess_interval`` and ``lapse_interval``: limits, None for a given rate.
     level
         Nominal coverage of the intervals.
     levels, right, trials
         The data by level: levels, numbers of right answers and of trials.
+    easier
+        Which levels are easier, ``higher`` or ``lower`` ones.
+    blanks
+        Of trials without a signal (yes/no): how many were answered "yes", and how many there were.
     reason
         Why there is no estimate; empty where there is one. Without an estimate all numbers are None.
     """
@@ -63,32 +66,23 @@ class ThresholdFit:
     guess: float | None = None
     lapse: float | None = None
     reason: str = ""
+    guess_interval: tuple[float, float] | None = None
+    lapse_interval: tuple[float, float] | None = None
+    easier: Easier = "higher"
+    blanks: tuple[int, int] = (0, 0)
 
     def probability(self, level: float) -> float | None:
         """Return the probability of a right answer to a level, in the levels' unit; None without an estimate."""
         if self.threshold is None or self.slope is None:
             return None
         x, at = np.log10([level, self.threshold]) if self.axis == "log10" else (level, self.threshold)
+        sign = 1.0 if self.easier == "higher" else -1.0
         shape = FUNCTIONS[self.function]
-        return float(shape.probability(x, at, self.slope, self.guess or 0.0, self.lapse or 0.0))
+        return float(shape.probability(sign * x, sign * at, self.slope, self.guess or 0.0, self.lapse or 0.0))
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
-        return {
-            "function": self.function,
-            "axis": self.axis,
-            "levels": list(self.levels),
-            "right": list(self.right),
-            "trials": list(self.trials),
-            "level": self.level,
-            "threshold": self.threshold,
-            "threshold_interval": None if self.threshold_interval is None else list(self.threshold_interval),
-            "slope": self.slope,
-            "slope_interval": None if self.slope_interval is None else list(self.slope_interval),
-            "guess": self.guess,
-            "lapse": self.lapse,
-            "reason": self.reason,
-        }
+        return json_fields(self)
 
 
 def axis_of(levels: Sequence[float]) -> str:
@@ -104,13 +98,15 @@ def fit_threshold(
     function: str = "weibull",
     axis: str | None = None,
     level: float = 0.95,
+    easier: Easier = "higher",
+    blanks: tuple[int, int] = (0, 0),
 ) -> ThresholdFit:
     """Fit threshold and slope to the answers of one observer.
 
     Parameters
     ----------
     levels
-        Shape (m,): level of each trial, in its unit; higher ones are easier.
+        Shape (m,): level of each trial, in its unit.
     right
         Shape (m,): whether the answer was right, or "yes".
     guess
@@ -121,6 +117,10 @@ def fit_threshold(
         ``log10`` or ``linear``; None chooses by `axis_of`.
     level
         Coverage of the intervals, 0 to 1.
+    easier
+        Whether ``higher`` or ``lower`` levels are easier.
+    blanks
+        Of trials without a signal, where ``guess`` is None: how many were answered "yes", and how many there were.
 
     Returns
     -------
@@ -151,40 +151,67 @@ def fit_threshold(
     shown, which = np.unique(np.asarray(levels, np.float64), return_inverse=True)
     trials = np.bincount(which).astype(np.float64)
     hits = np.asarray(np.bincount(which, weights=np.asarray(right, np.float64)), np.float64)
-    data = (tuple(shown.tolist()), tuple(hits.astype(int).tolist()), tuple(trials.astype(int).tolist()))
-    reason = _hopeless(hits, trials, guess)
-    if reason:
-        return ThresholdFit(function, axis, *data, level=level, reason=reason)
-    x = np.log10(shown) if axis == "log10" else shown
-    grid, weights = _posterior(FUNCTIONS[function], x, hits, trials, guess)
-    tail = (1.0 - level) / 2
-    limits = [np.array([_quantile(grid[n], _marginal(weights, n), q) for q in (tail, 0.5, 1.0 - tail)]) for n in (0, 1)]
-    low, middle, high = limits[0].tolist()
-    if not x[0] <= middle <= x[-1]:
-        reason = f"the threshold lies {'below' if middle < x[0] else 'above'} all levels: show levels there"
-        return ThresholdFit(function, axis, *data, level=level, reason=reason)
-    back = (lambda value: float(10.0**value)) if axis == "log10" else float
-    slope_low, slope, slope_high = np.exp(limits[1]).tolist()
-    rates = [float(grid[n] @ _marginal(weights, n)) for n in (2, 3)]
-    return ThresholdFit(
+    empty = ThresholdFit(
         function,
         axis,
-        *data,
+        tuple(shown.tolist()),
+        tuple(hits.astype(int).tolist()),
+        tuple(trials.astype(int).tolist()),
         level=level,
-        threshold=back(middle),
-        threshold_interval=(back(low), back(high)),
+        easier=easier,
+        blanks=blanks,
+    )
+    sign = 1.0 if easier == "higher" else -1.0
+    x = sign * (np.log10(shown) if axis == "log10" else shown)
+    if easier == "lower":  # from the hardest to the easiest
+        x, hits, trials = x[::-1], hits[::-1], trials[::-1]
+    harder, simpler = ("below", "above") if easier == "higher" else ("above", "below")
+    reason = _hopeless(hits, trials, guess, harder, simpler)
+    if reason:
+        return replace(empty, reason=reason)
+    grid, weights = _posterior(FUNCTIONS[function], x, hits, trials, guess, blanks)
+    tail = (1.0 - level) / 2
+    limits = [[_quantile(grid[n], _marginal(weights, n), q) for q in (tail, 0.5, 1.0 - tail)] for n in range(4)]
+    low, middle, high = limits[0]
+    if not x[0] <= middle <= x[-1]:
+        return replace(
+            empty, reason=f"the threshold lies {harder if middle < x[0] else simpler} all levels: show levels there"
+        )
+    ends = sorted(_level(end, sign, axis) for end in (low, high))
+    slope_low, slope, slope_high = np.exp(limits[1]).tolist()
+    rates = [float(grid[n] @ _marginal(weights, n)) for n in (2, 3)]
+    return replace(
+        empty,
+        threshold=_level(middle, sign, axis),
+        threshold_interval=(ends[0], ends[1]),
         slope=slope,
         slope_interval=(slope_low, slope_high),
-        guess=rates[0],
+        guess=rates[0] if guess is None else guess,
+        guess_interval=(max(limits[2][0], 0.0), limits[2][2]) if guess is None else None,
         lapse=rates[1],
+        lapse_interval=(max(limits[3][0], 0.0), limits[3][2]),
     )
 
 
+def _level(x: float, sign: float, axis: str) -> float:
+    """Return the level at ``x`` of the axis, which runs from hard to easy."""
+    return float(10.0 ** (sign * x)) if axis == "log10" else sign * x
+
+
 def mean_threshold(fits: Sequence[ThresholdFit]) -> Estimate:
-    """Return the mean threshold of observers, with a 95 % interval by bootstrap over them.
+    """Return the mean threshold of observers, as `mean_parameter` does."""
+    return mean_parameter(fits, "threshold")
+
+
+Parameter = Literal["threshold", "slope", "guess", "lapse"]
+
+
+def mean_parameter(fits: Sequence[ThresholdFit], name: Parameter) -> Estimate:
+    """Return the mean of a parameter over observers, with a 95 % interval by bootstrap over them.
 
     One fit for each observer; those without an estimate are left out, and the number of observers says so. The mean is
-    that of logarithms where the axis is logarithmic. No interval with fewer than two observers.
+    that of logarithms for slopes, and for thresholds where the axis is logarithmic. No interval with fewer than two
+    observers.
 
     Raises
     ------
@@ -194,9 +221,11 @@ def mean_threshold(fits: Sequence[ThresholdFit]) -> Estimate:
     there = [fit for fit in fits if fit.threshold is not None]
     if len({fit.axis for fit in there}) > 1:
         raise ValueError("thresholds on log10 and linear axes have no common mean; fit all on one axis")
-    values = np.array([[fit.threshold] for fit in there], np.float64).reshape(-1, 1)
-    logarithmic = bool(there) and there[0].axis == "log10"
-    (mean,) = means(np.log10(values) if logarithmic else values, np.ones_like(values)) if there else (_NOBODY,)
+    if not there:
+        return _NOBODY
+    values = np.array([[getattr(fit, name)] for fit in there], np.float64)
+    logarithmic = name == "slope" or (name == "threshold" and there[0].axis == "log10")
+    (mean,) = means(np.log10(values) if logarithmic else values, np.ones_like(values))
     if not logarithmic:
         return mean
     value, low, high = (None if each is None else float(10.0**each) for each in (mean.value, mean.low, mean.high))
@@ -206,36 +235,38 @@ def mean_threshold(fits: Sequence[ThresholdFit]) -> Estimate:
 _NOBODY = Estimate(None, None, None, 0, 0)
 
 
-def _hopeless(hits: Floats, trials: Floats, guess: float | None) -> str:
+def _hopeless(hits: Floats, trials: Floats, guess: float | None, harder: str, simpler: str) -> str:
+    """Return why answers tell no threshold, levels from hard to easy; ``harder`` is where harder levels would be."""
+    if (hits == trials).all():
+        return f"all answers are right: the threshold lies {harder} the levels"
+    if not hits.any():
+        return f"no answer is right: the threshold lies {simpler} the levels"
     if len(trials) < 3:
         return "fewer than three levels were shown: no slope can be estimated"
-    if (hits == trials).all():
-        return "all answers are right: the threshold lies below the levels"
-    if not hits.any():
-        return "no answer is right: the threshold lies above the levels"
     if guess is not None and hits.sum() <= guess * trials.sum():
-        return "no more answers are right than guessing gives: the threshold lies above the levels"
+        return f"no more answers are right than guessing gives: the threshold lies {simpler} the levels"
     rates = hits / trials
     if np.ptp(rates) == 0 or np.cov(np.arange(len(rates)), rates, aweights=trials)[0, 1] <= 0:
-        return "answers are not more often right at higher levels: they tell no threshold"
+        return "answers are not more often right at easier levels: they tell no threshold"
     return ""
 
 
 def _posterior(
-    function: Psychometric, x: Floats, hits: Floats, trials: Floats, guess: float | None
+    function: Psychometric, x: Floats, hits: Floats, trials: Floats, guess: float | None, blanks: tuple[int, int]
 ) -> tuple[list[Floats], Floats]:
     """Return the values of threshold, log slope, guess and lapse rate, and the posterior over all combinations."""
     span = float(x[-1] - x[0])
-    middle = float(np.log(function.rise / (_SHARE_OF_RANGE * span)))
+    middle = middle_log_slope(function, span)
     rates = (np.arange(RATE_POINTS) + 0.5) * (_MOST_RATE / RATE_POINTS)  # midpoint rule
     guesses = rates if guess is None else np.array([guess])
-    ends = [(x[0] - span / 2, x[-1] + span / 2), (middle - 3 * _LOG_SPREAD, middle + 3 * _LOG_SPREAD)]
+    ends = [(x[0] - BEYOND * span, x[-1] + BEYOND * span), (middle - 3 * LOG_SPREAD, middle + 3 * LOG_SPREAD)]
     for remaining in range(_REGRIDS, -1, -1):
         axes = [*(np.linspace(*each, POINTS) for each in ends), guesses, rates]
         threshold, slope, false, lapse = np.meshgrid(*axes, indexing="ij", sparse=True)
-        total = -(((slope - middle) / _LOG_SPREAD) ** 2) / 2 + _RATE_WEIGHT * np.log1p(-lapse)
+        total = log_slope_prior(slope, middle) + rate_prior(lapse)
         if guess is None:
-            total = total + _RATE_WEIGHT * np.log1p(-false)
+            yes, blank = blanks
+            total = total + rate_prior(false) + yes * np.log(false) + (blank - yes) * np.log1p(-false)
         total = np.broadcast_to(total, [len(each) for each in axes]).copy()
         for place, good, all_ in zip(x, hits, trials, strict=True):
             p = np.clip(function.probability(place, threshold, np.exp(slope), false, lapse), 1e-12, 1.0 - 1e-12)

@@ -85,7 +85,7 @@ def group_faults(names: Sequence[str], stimuli: Stimuli, within: str, across: st
         fault
         for key, factor in (("within", within), ("across", across))
         if factor is not None
-        for fault in _factor_faults(names, stimuli, key, factor)
+        for fault in factor_faults(names, stimuli, key, factor)
     ]
     yield from wrong
     if wrong:
@@ -113,7 +113,8 @@ def group_faults(names: Sequence[str], stimuli: Stimuli, within: str, across: st
         yield Fault(what, ("across",), "name a factor with a level that recurs there, or leave 'across' out")
 
 
-def _factor_faults(names: Sequence[str], stimuli: Stimuli, key: str, factor: str) -> Iterator[Fault]:
+def factor_faults(names: Sequence[str], stimuli: Stimuli, key: str, factor: str) -> Iterator[Fault]:
+    """Yield that stimuli have no such factor, at the block's ``key``."""
     without = [name for name in names if factor not in stimuli.factors.get(name, {})]
     if len(without) == len(names):
         known = sorted({key for name in names for key in stimuli.factors.get(name, {})})

@@ -35,6 +35,8 @@ _ANSWERS = {
     "second": "second_picture",
     "no_difference": "answer_no_difference",
     "not_sure": "answer_not_sure",
+    "yes": "answer_yes",
+    "no": "answer_no",
 }
 
 

@@ -19,6 +19,7 @@ from runner.blocks.preference import PreferenceSpec
 from runner.blocks.questionnaire import QuestionnaireSpec
 from runner.blocks.rating import RatingSpec
 from runner.blocks.screening.block import ScreeningSpec
+from runner.blocks.threshold import ThresholdSpec
 
 AnyBlockSpec = Annotated[
     InstructionsSpec
@@ -28,6 +29,7 @@ AnyBlockSpec = Annotated[
     | BestOfSeriesSpec
     | RatingSpec
     | PreferenceSpec
+    | ThresholdSpec
     | ScreeningSpec
     | QuestionnaireSpec
     | PracticeSpec,

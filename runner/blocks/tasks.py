@@ -56,13 +56,16 @@ class Rate:
 class Choose:
     """Which of the ``options`` (meanings)? ``correct`` is the right one where there is one.
 
-    ``strength`` says how plain it is, in a unit that belongs to ``name``, such as arcseconds of disparity.
+    ``strength`` says how plain it is, in a unit that belongs to ``name``, such as arcseconds of disparity. Who sees
+    nothing guesses, where the choice is ``forced``; otherwise the options are "yes" and "no", and they say no. There
+    "no" is correct where there is nothing to see, and ``strength`` is None.
     """
 
     name: str
     options: tuple[str, ...]
     correct: str | None = None
     strength: float | None = None
+    forced: bool = True
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt, model_validator
 
 from documents.yaml import Strict
-from runner.blocks.field_types import Label
+from runner.blocks.field_types import Factor
 
 Share = Annotated[float, Field(ge=0, le=1)]
 
@@ -56,13 +56,22 @@ class PsychometricSpec(Strict):
     """How often a question with a right answer is answered right, by its strength in the task's unit.
 
     At ``threshold`` it is half-way between guessing and certainty; ``slope`` is in log odds per factor of e in
-    strength.
+    strength, below 0 where lower levels are easier. ``guess`` is the share of right answers, or of "yes" where that is
+    asked, of who sees nothing; left out, it is one over the number of options, and 0 for "yes".
     """
 
     threshold: PositiveFloat
     """The strength half-way between guessing and certainty."""
-    slope: PositiveFloat = 4.0
-    """How steep it is, in log odds per factor of e in strength."""
+    slope: float = 4.0
+    """How steep it is, in log odds per factor of e in strength; below 0 where lower levels are easier."""
+    guess: Annotated[float, Field(ge=0, lt=1)] | None = None
+    """The share of right answers, or of yes, without seeing; left out, one over the options, 0 for yes."""
+
+    @model_validator(mode="after")
+    def _not_flat(self) -> Self:
+        if self.slope == 0 or not math.isfinite(self.slope):
+            raise ValueError("a slope of 0 has no threshold; write one above 0, or below 0 where lower is easier")
+        return self
 
 
 class BehaviourSpec(Strict):
@@ -85,8 +94,8 @@ class BehaviourSpec(Strict):
     """How often two pictures are a tie, where that may be answered."""
     rating_noise: NonNegativeFloat = 0.1
     """The standard deviation of ratings, as a share of the scale's length."""
-    psychometric: dict[Label, PsychometricSpec] = Field(default_factory=dict)
-    """How often questions with a right answer are answered right, by task."""
+    psychometric: dict[Factor, PsychometricSpec] = Field(default_factory=dict)
+    """How often questions with a right answer are answered right, by task or by the factor of a threshold."""
 
     def lapses(self, judged: int) -> float:
         """Return the share of random answers after ``judged`` judgements."""
@@ -151,9 +160,14 @@ def difficulty(log_scores: Sequence[float]) -> float:
     return min(1.0, entropy / math.log(len(log_scores)))
 
 
-def psychometric_law(strength: float, options: int, function: PsychometricSpec) -> float:
-    """Return the probability of being right: guessing at no strength, certain at much, logistic in its logarithm."""
-    guess = 1.0 / options
-    if strength <= 0:
+def psychometric_law(strength: float | None, guess: float, function: PsychometricSpec) -> float:
+    """Return the probability of being right: guessing at no strength, certain at much, logistic in its logarithm.
+
+    ``guess`` is the share without seeing where the function gives none. No strength at all (None) is not seen.
+    """
+    guess = guess if function.guess is None else function.guess
+    if strength is None:
         return guess
+    if strength <= 0:
+        return guess if function.slope > 0 else 1.0
     return guess + (1.0 - guess) * logistic(function.slope * math.log(strength / function.threshold))

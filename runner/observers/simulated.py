@@ -162,9 +162,12 @@ class BradleyTerryObserver:
         if lapses or task.correct is None:
             return self.rng.choice(task.options)
         function = self.behaviour.psychometric.get(task.name)
-        if function is None or task.strength is None:
+        if function is None or (task.strength is None and task.forced):
             return task.correct
-        if self.rng.random() < psychometric_law(task.strength, len(task.options), function):
+        if not task.forced:
+            yes, no = task.options
+            return yes if self.rng.random() < psychometric_law(task.strength, 0.0, function) else no
+        if self.rng.random() < psychometric_law(task.strength, 1.0 / len(task.options), function):
             return task.correct
         return self.rng.choice([option for option in task.options if option != task.correct])
 

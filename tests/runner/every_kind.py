@@ -12,7 +12,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from runner.blocks.block import Block
-from runner.blocks.tasks import Compare
+from runner.blocks.tasks import Choose, Compare
 from runner.observers.simulated import key_for, plain_key
 from runner.ports import Ask, KeyPress
 from runner.protocol.experiment import Experiment, read_experiment
@@ -49,6 +49,13 @@ BLOCKS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "preference": (
             "pairs: [[a, b], [c, d]], exposure_s: 0.5",
             "pairs: [[a, b], [c, d]], presentation: simultaneous, repeats: 2, break_every: 2",
+        ),
+        "threshold": (
+            "factor: codec, task: two_places, reference: f, trials: 9, break_every: 4",
+            "factor: codec, task: two_intervals, exposure_s: 0.5, fixation_s: 0.2, blank_s: 0.1, reference: f, "
+            "trials: 5, method: {kind: staircase, up: 1, start: [above, below]}, function: logistic",
+            "factor: codec, task: yes_no, within: scene, trials: 5, break_every: 3",
+            "factor: codec, task: yes_no, easier: lower, reference: f, catch_share: 0.3, exposure_s: 0.5, trials: 6",
         ),
         "questionnaire": (
             "questions: [{name: age, question: How old, kind: number, lowest: 1, highest: 99}, "
@@ -113,7 +120,7 @@ def blocks_of(folder: Path, kind: str, variant: int = 0, observer: str = "01") -
 
 @dataclass(slots=True)
 class Fickle:
-    """Compares at random, and gives the plainest answer to all else; its time goes on by what it takes to answer."""
+    """Compares and detects at random, with the plainest answer to all else; its time goes on as it answers."""
 
     seed: int
     rng: random.Random = field(init=False)
@@ -126,6 +133,8 @@ class Fickle:
         key = plain_key(ask)
         if isinstance(ask.task, Compare):
             key = key_for(ask, self.rng.choice(sorted({*ask.keys.values()})))
+        if isinstance(ask.task, Choose) and ask.task.name == "codec":
+            key = key_for(ask, self.rng.choice(ask.task.options))
         return KeyPress(key, onset_s + self.rng.uniform(0.1, 3.0))
 
 

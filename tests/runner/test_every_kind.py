@@ -192,7 +192,7 @@ class _Scripted:
         return KeyPress(key, onset_s + seconds)
 
 
-SHUFFLED = ("all_pairs", "active_pairs", "best_of_series", "rating", "preference", "practice", "screening")
+SHUFFLED = ("all_pairs", "active_pairs", "best_of_series", "rating", "preference", "practice", "screening", "threshold")
 
 
 @pytest.mark.parametrize("kind", SHUFFLED)

@@ -19,6 +19,7 @@ from runner.session.run import run_session
 
 RECORDED = Path(__file__).parent / "recorded"
 EXPERIMENTS = ("groups", "others", "pairs", "sequence")
+LATER = {"threshold"}  # kinds that came after logs were chained
 
 
 @pytest.fixture
@@ -35,7 +36,7 @@ def log_of(study: Path, experiment: str, observer: str) -> SessionLog:
 
 def test_they_have_every_kind_and_every_other_record() -> None:
     logs = read_results(RECORDED / "results")
-    assert {trial.kind for log in logs for trial in log.trials} == {*KINDS, PRACTICE}
+    assert {trial.kind for log in logs for trial in log.trials} == {*KINDS, PRACTICE} - LATER
     assert {log.chained_from for log in logs} == {None}
     assert all(log.notes for log in logs if len(log.trials) > 10)
     assert sum(bool(log.marks) for log in logs) > 2

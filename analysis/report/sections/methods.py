@@ -26,6 +26,7 @@ _DESIGNS = {
     "best_of_series": "chose one picture from each series",
     "rating": "rated single stimuli",
     "preference": "chose between the stereo and the flat version of pictures",
+    "threshold": "detected stimuli at levels that were chosen by earlier answers",
 }
 
 _LANGUAGES = {"de": "German", "fr": "French"}
@@ -40,6 +41,7 @@ def methods_section(
     series: bool,
     ratings: bool,
     preferences: bool,
+    thresholds: bool,
     factors: bool,
     observers: bool,
 ) -> Section:
@@ -52,6 +54,7 @@ def methods_section(
         _design(sessions),
         _compared(compared, adjustment, cited) if compared else "",
         _others(cited, series=series, ratings=ratings, preferences=preferences, factors=factors, observers=observers),
+        _thresholds(sessions, cited) if thresholds else "",
         _software(header),
     ]
     blocks: list[Block] = [Paragraph(text) for text in paragraphs if text]
@@ -164,11 +167,18 @@ def _design(sessions: Sequence[SessionLog]) -> str:
     parts = [f"Observers {listed(done)}." if done else ""]
     parts.append(f"They were asked: “{header.question}”" if header.question else "")
     parts += [*_interface(header), *_pair_design(sessions)]
-    for kind, noun in (("best_of_series", "choice"), ("rating", "stimulus rated"), ("preference", "preference")):
+    for kind, noun in (
+        ("best_of_series", "choice"),
+        ("rating", "stimulus rated"),
+        ("preference", "preference"),
+        ("threshold", "trial at a threshold"),
+    ):
         counts = [sum(trial.kind == kind for trial in session.trials) for session in sessions]
         if any(counts):
-            noun = {"stimulus rated": "rating screen"}.get(noun, noun)
-            parts.append(f"A session has {counted(median(count for count in counts if count), noun)} (median).")
+            number = median(count for count in counts if count)
+            plural = {"stimulus rated": "rating screens", "trial at a threshold": "trials at thresholds"}
+            words = f"{number:,.10g} {plural[noun]}" if noun in plural and number != 1 else counted(number, noun)
+            parts.append(f"A session has {words} (median).")
     caught = catch_results(sessions)
     if caught.obvious or caught.identical:
         parts.append(
@@ -338,6 +348,27 @@ def _others(cited: Citations, *, series: bool, ratings: bool, preferences: bool,
             f"Mean opinion scores have 95 % intervals by Student's t over the observers' means {cited.cite('ITU500')}."
         )
     return " ".join(parts)
+
+
+_FUNCTIONS = {"weibull": "Weibull", "logistic": "logistic", "normal": "cumulative normal"}
+
+
+def _thresholds(sessions: Sequence[SessionLog], cited: Citations) -> str:
+    """Say how levels were chosen, and how thresholds were estimated."""
+    trials = [trial.data for session in sessions for trial in session.trials if trial.kind == "threshold"]
+    methods = dict.fromkeys(data.get("method") for data in trials)
+    words = {
+        "quest_plus": f"QUEST+ {cited.cite('Watson2017')}",
+        "staircase": f"weighted up-down staircases {cited.cite('Kaernbach1991')}",
+    }
+    by = listed(words[method] for method in words if method in methods)
+    functions = listed(name for key, name in _FUNCTIONS.items() if key in {data.get("function") for data in trials})
+    return (
+        f"Levels were chosen by {by}. Thresholds, slopes and rates are those of the {functions} function, of each "
+        f"observer from the posterior over a grid of parameters {cited.cite('Schutt2016')}; means over observers have "
+        "percentile intervals by bootstrap over observers, at levels widened for few observers "
+        f"{cited.cite('Hesterberg2015')}."
+    )
 
 
 def _software(header: Header) -> str:

@@ -46,6 +46,46 @@ def test_a_staircase_that_cannot_start_is_refused(wrong: dict[str, int]) -> None
         Staircase(5, **wrong)
 
 
+def test_the_median_of_the_standard_prior_is_not_drawn_by_shallow_functions() -> None:
+    """Logistic, 40 observers of 100 trials: with unknown slopes the mean lies lower, with the true one it does not."""
+    shape, levels = FUNCTIONS["logistic"], np.linspace(-2, 0, 21)
+    medians, means, known = [], [], []
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        true = rng.uniform(-1.4, -0.6)
+        right = shape.probability(levels, true, 8.0, 0.5, 0.02)
+        standard = QuestPlus.standard(levels, function=shape)
+        told = simulate(standard, 100, answering(right, rng))
+        sharp = QuestPlus(levels, thresholds=np.linspace(-3, 1, 81), slopes=[8.0], function=shape)
+        for level, answer in told:
+            sharp.learn(level, right=answer)
+        medians.append(standard.median[0] - true)
+        means.append(standard.mean[0] - true)
+        known.append(sharp.mean[0] - true)
+    assert abs(np.mean(medians)) < 0.02
+    assert np.mean(means) < np.mean(medians) - 0.005
+    assert np.mean(known) > np.mean(means) + 0.005
+
+
+@pytest.mark.parametrize("choices", [QuestPlus.standard(LEVELS, guess=None), Staircase(41, 20, 3, 1)])
+def test_what_would_follow_is_what_follows(choices: QuestPlus | Staircase) -> None:
+    rng = np.random.default_rng(2)
+    for _ in range(30):
+        level, right = choices.next_level(), bool(rng.random() < 0.7)
+        foreseen = choices.after(level, right=right)
+        assert choices.next_level() == level
+        choices.learn(level, right=right)
+        assert choices.next_level() == foreseen
+
+
+def test_medians_are_between_the_points_of_the_grid() -> None:
+    quest = QuestPlus(LEVELS, thresholds=[-2.0, -1.0, 0.0], slopes=[3.0], lapses=[0.0, 0.04])
+    assert quest.median == pytest.approx((-1.0, 3.0, 0.5, 0.02))
+    for _ in range(40):
+        quest.learn(20, right=True)
+    assert quest.median[0] < -1.4
+
+
 def test_quest_plus_ends_at_the_threshold() -> None:
     rng = np.random.default_rng(11)
     errors = []

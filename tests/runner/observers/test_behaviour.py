@@ -69,10 +69,10 @@ def test_equal_pictures_are_the_hardest_to_choose_from() -> None:
 
 def test_at_threshold_right_answers_are_half_way_from_guessing() -> None:
     function = PsychometricSpec(threshold=40, slope=3)
-    assert psychometric_law(40, 4, function) == pytest.approx(0.25 + 0.75 / 2)
-    assert psychometric_law(0, 4, function) == pytest.approx(0.25)
-    assert psychometric_law(1e9, 4, function) == pytest.approx(1)
-    assert psychometric_law(40 * math.e, 2, function) == pytest.approx(0.5 + 0.5 / (1 + math.exp(-3)))
+    assert psychometric_law(40, 1 / 4, function) == pytest.approx(0.25 + 0.75 / 2)
+    assert psychometric_law(0, 1 / 4, function) == pytest.approx(0.25)
+    assert psychometric_law(1e9, 1 / 4, function) == pytest.approx(1)
+    assert psychometric_law(40 * math.e, 1 / 2, function) == pytest.approx(0.5 + 0.5 / (1 + math.exp(-3)))
 
 
 def test_fatigue_grows_evenly_and_stays() -> None:

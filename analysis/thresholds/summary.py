@@ -1,0 +1,197 @@
+"""The thresholds that blocks of the kind ``threshold`` measured: a fit for each observer, and means over observers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+from analysis.errors import ResultsError
+from analysis.records.results import damaged, refuse_mixtures
+from analysis.records.session_record import SessionLog, Trial
+from analysis.records.times import in_time
+from analysis.series.observer_means import Estimate
+from analysis.thresholds.fit import Easier, ThresholdFit, axis_of, fit_threshold, mean_parameter
+from analysis.thresholds.functions import FUNCTIONS
+from documents import Finding
+from documents.text import json_fields
+
+KIND = "threshold"
+GUESSES: Mapping[str, float | None] = {"yes_no": None, "two_intervals": 0.5, "two_places": 0.5}
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """What a threshold is of: a factor of the stimuli, in a group such as a scene if there are groups, by a task."""
+
+    factor: str
+    task: str
+    function: str
+    easier: Easier
+    group_factor: str | None = None
+    group: str | None = None
+
+    @property
+    def name(self) -> str:
+        """In words, such as "contrast, scene beach"."""
+        return self.factor if self.group is None else f"{self.factor}, {self.group_factor} {self.group}"
+
+
+@dataclass(frozen=True, slots=True)
+class ObserverThreshold:
+    """One observer's fit."""
+
+    observer: str
+    fit: ThresholdFit
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {"observer": self.observer, **self.fit.to_json()}
+
+
+@dataclass(frozen=True, slots=True)
+class QuestionSummary:
+    """The thresholds of one question: each observer's, sorted, and the means over those who have one.
+
+    Means of thresholds on a logarithmic axis and of slopes are those of logarithms; 95 % intervals are by bootstrap
+    over observers.
+    """
+
+    question: Question
+    observers: tuple[ObserverThreshold, ...]
+    threshold: Estimate
+    slope: Estimate
+    guess: Estimate
+    lapse: Estimate
+
+    @property
+    def trials(self) -> int:
+        """How many trials there were, those without a signal among them."""
+        return sum(sum(each.fit.trials) + each.fit.blanks[1] for each in self.observers)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        means = {name: getattr(self, name).to_json() for name in ("threshold", "slope", "guess", "lapse")}
+        return {
+            **json_fields(self.question, "name"),
+            "over_observers": means,
+            "observers": [observer.to_json() for observer in self.observers],
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class ThresholdSummary:
+    """The results of blocks of the kind ``threshold``, by question in the order of the records."""
+
+    experiment: str
+    questions: tuple[QuestionSummary, ...]
+
+    @property
+    def sentence(self) -> str:
+        """The numbers of observers and trials, and of thresholds that could not be estimated."""
+        people = {each.observer for question in self.questions for each in question.observers}
+        trials = sum(question.trials for question in self.questions)
+        sought = [each.fit for question in self.questions for each in question.observers]
+        missing = sum(fit.threshold is None for fit in sought)
+        words = f"{len(people)} observer{'' if len(people) == 1 else 's'}, {trials:,} trials at thresholds"
+        return f"{words}; {missing} of {len(sought)} thresholds cannot be estimated." if missing else f"{words}."
+
+    def to_json(self) -> list[dict[str, Any]]:
+        """Return plain values for JSON."""
+        return [question.to_json() for question in self.questions]
+
+
+@dataclass(slots=True)
+class _Answers:
+    levels: list[float] = field(default_factory=list)
+    right: list[bool] = field(default_factory=list)
+    yes: int = 0
+    blanks: int = 0
+
+
+def summarise_thresholds(sessions: Sequence[SessionLog]) -> ThresholdSummary:
+    """Fit the thresholds of one experiment's sessions, by each trial's last attempt.
+
+    Parameters
+    ----------
+    sessions
+        Sessions of one experiment.
+
+    Returns
+    -------
+    ThresholdSummary
+        For each factor, group and task a fit for each observer; without numbers, and with a reason, where answers tell
+        no threshold.
+
+    Raises
+    ------
+    ResultsError
+        If the sessions cannot be analysed together, have no such trial, or one with a damaged record.
+    """
+    refuse_mixtures(sessions)
+    asked: dict[Question, dict[str, _Answers]] = {}
+    for session in in_time(sessions):
+        for trial in session.trials:
+            if trial.kind == KIND:
+                people = asked.setdefault(_question(session, trial), {})
+                _add(people.setdefault(session.header.observer, _Answers()), session, trial)
+    if not asked:
+        files = ", ".join(str(session.file) for session in sessions[:3])
+        what = "the results hold no trial of a threshold"
+        raise ResultsError(Finding(what, files, remedy="answer some trials first"))
+    return ThresholdSummary(sessions[0].header.experiment, tuple(_fitted(*each) for each in asked.items()))
+
+
+def _fitted(question: Question, people: Mapping[str, _Answers]) -> QuestionSummary:
+    shown = [level for answers in people.values() for level in answers.levels]
+    axis = axis_of(shown or [1.0])  # one for all observers, so that there is a mean
+    fits = tuple(ObserverThreshold(name, _fit(question, people[name], axis)) for name in sorted(people))
+    each = [observer.fit for observer in fits]
+    names: tuple[Literal["threshold", "slope", "guess", "lapse"], ...] = ("threshold", "slope", "guess", "lapse")
+    threshold, slope, guess, lapse = (mean_parameter(each, name) for name in names)
+    given = GUESSES[question.task]
+    if given is not None and guess.value is not None:
+        guess = replace(guess, value=given, low=None, high=None)
+    return QuestionSummary(question, fits, threshold, slope, guess, lapse)
+
+
+def _fit(question: Question, answers: _Answers, axis: str) -> ThresholdFit:
+    blanks = answers.yes, answers.blanks
+    if not answers.levels:
+        reason = "no stimulus with a signal was shown"
+        return ThresholdFit(question.function, axis, (), (), (), easier=question.easier, blanks=blanks, reason=reason)
+    return fit_threshold(
+        answers.levels,
+        answers.right,
+        guess=GUESSES[question.task],
+        function=question.function,
+        axis=axis,
+        easier=question.easier,
+        blanks=blanks,
+    )
+
+
+def _question(session: SessionLog, trial: Trial) -> Question:
+    data = trial.data
+    task, function, easier = (data.get(key) for key in ("task", "function", "easier"))
+    if task not in GUESSES or function not in FUNCTIONS or easier not in ("higher", "lower"):
+        raise damaged(session, trial, f"has the task {task!r}, the function {function!r} and easier {easier!r}")
+    group = data.get("group")
+    within = (str(data.get("group_factor")), str(group)) if group is not None else (None, None)
+    higher: Easier = "lower" if easier == "lower" else "higher"
+    return Question(str(data.get("factor")), str(task), str(function), higher, *within)
+
+
+def _add(answers: _Answers, session: SessionLog, trial: Trial) -> None:
+    data = trial.data
+    level, answer = data.get("level"), data.get("answer")
+    right = answer == ("yes" if data["task"] == "yes_no" else data.get("correct_answer"))
+    if level is None:
+        answers.blanks += 1
+        answers.yes += answer == "yes"
+        return
+    if isinstance(level, bool) or not isinstance(level, int | float) or not math.isfinite(level):
+        raise damaged(session, trial, f"has {level!r} for its level")
+    answers.levels.append(float(level))
+    answers.right.append(right)

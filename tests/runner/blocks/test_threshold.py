@@ -1,0 +1,309 @@
+"""Thresholds as a block: levels that follow the answers, interleaved tracks, known thresholds that come back."""
+
+from __future__ import annotations
+
+import json
+import random
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from analysis.records.session_record import Header, read_session
+from analysis.thresholds import Easier, QuestPlus, Staircase
+from analysis.thresholds.summary import QuestionSummary, summarise_thresholds
+from runner.blocks.layout import PairLayout, SingleLayout
+from runner.blocks.setting import Stimuli
+from runner.blocks.tasks import Choose
+from runner.blocks.threshold import Threshold, ThresholdSpec
+from runner.blocks.threshold_ladders import Ladder, ladders
+from runner.blocks.threshold_tracks import QuestPlusSpec, StaircaseSpec
+from runner.observers.behaviour import BehaviourSpec, PsychometricSpec
+from runner.observers.simulated import BradleyTerryObserver, key_for, plain_key
+from runner.ports import Ask
+
+Play = Callable[..., Any]
+LEVELS = tuple(round(float(level), 4) for level in np.geomspace(0.01, 1, 15))
+FACTORS = {"blank": {"contrast": 0.0}} | {f"c{n:02d}": {"contrast": level} for n, level in enumerate(LEVELS)}
+LADDER = Ladder(LEVELS, tuple((name,) for name in FACTORS if name != "blank"), "blank")
+COLUMN = PairLayout("vertical", (0, -60), (0, 60), (100, 80), (0, -140), 400)
+ALONE = SingleLayout((0, 0), (100, 80), (0, -140), 400, 60)
+PLACES = Threshold("contrast", "two_places", "Where is it?", COLUMN, "s", (LADDER,), 12)
+STAIRS = StaircaseSpec(kind="staircase", start=("above", "below"))
+BLOCKS = {
+    "places": PLACES,
+    "intervals": replace(
+        PLACES, task="two_intervals", layout=ALONE, exposure_s=0.5, blank_between_s=0.2, method=STAIRS
+    ),
+    "yes or no": replace(PLACES, task="yes_no", layout=ALONE, catch_trials=5, break_every=4, method=STAIRS),
+    "two scenes": replace(
+        PLACES, ladders=(replace(LADDER, group="x"), replace(LADDER, group="y")), within="scene", function="normal"
+    ),
+}
+
+
+def detects(threshold: float, slope: float = 8.0, seed: int = 1, guess: float | None = None) -> Callable[[Ask], str]:
+    """Return a simulated observer of known threshold and slope."""
+    seen = PsychometricSpec(threshold=threshold, slope=slope, guess=guess)
+    observer = BradleyTerryObserver(
+        {"blank": 1.0}, random.Random(seed), behaviour=BehaviourSpec(psychometric={"contrast": seen})
+    )
+    return lambda ask: observer.respond(ask, 0.0).key
+
+
+@pytest.mark.parametrize("block", BLOCKS.values(), ids=BLOCKS)
+def test_it_keeps_what_every_block_promises(play: Play, block: Threshold) -> None:
+    whole = play(block, detects(0.1))
+    assert len(whole.trials) == block.trials
+    asked = [ask for ask in whole.asks if isinstance(ask.task, Choose)]
+    assert len(asked) == block.trials
+    for ask, trial in zip(asked, whole.trials, strict=True):
+        assert set(ask.targets) == set(ask.keys.values()) == set(ask.task.options)
+        assert ask.task.strength == trial.data["level"]
+        if block.exposure_s is None:
+            assert trial.data["stimulus"] in ask.scene.stimuli
+    for trial in whole.trials:
+        assert json.loads(json.dumps(trial.data)) == trial.data
+        if block.task == "yes_no":
+            assert "correct" not in trial.data
+        else:
+            assert trial.data["correct"] == (trial.data["answer"] == trial.data["correct_answer"])
+    for answered in range(0, block.trials + 1, 5):
+        later = detects(0.1)
+        for ask in whole.asks[: sum(len(trial.events) for trial in whole.trials[:answered])]:
+            later(ask)
+        rest = play(block, later, logged=whole.trials[:answered])
+        assert [trial.data for trial in rest.trials] == [trial.data for trial in whole.trials[answered:]]
+
+
+@pytest.mark.parametrize("block", BLOCKS.values(), ids=BLOCKS)
+def test_what_may_come_next_is_made_ready(play: Play, block: Threshold) -> None:
+    """Whatever is answered, the pictures of the next trial were among those made ready before the answer."""
+    whole = play(block, detects(0.1))
+    ready = [set(scene.stimuli) for scene in whole.prefetched]
+    after = [trial.data["stimulus"] for trial in whole.trials[1:]]
+    asks = [ask for ask in whole.asks if isinstance(ask.task, Choose)]
+    assert all(name in set(ask.upcoming.stimuli) for ask, name in zip(asks[:-1], after, strict=True) if ask.upcoming)
+    assert sum(ask.upcoming is not None for ask in asks) == block.trials - 1 <= len(ready)
+    assert max(map(len, ready)) <= 3  # two levels at most, and the reference
+
+
+def _levels(trials: Any, track: int) -> list[int]:
+    return [LEVELS.index(trial.data["level"]) for trial in trials if trial.data.get("track") == track]
+
+
+def test_staircases_move_by_their_rule(play: Play) -> None:
+    """The slow twin: each track's levels from its own answers alone."""
+    block = replace(PLACES, track_trials=30, method=STAIRS)
+    trials = play(block, detects(0.1)).trials
+    assert _levels(trials, 0)[0] == 11  # a quarter from the easiest
+    assert _levels(trials, 1)[0] == 3
+    for track in (0, 1):
+        own = [trial.data for trial in trials if trial.data["track"] == track]
+        stairs = Staircase(len(LEVELS), LEVELS.index(own[0]["level"]), 3, 1)
+        for number, data in enumerate(own):
+            assert data["track_trial"] == number
+            assert LEVELS.index(data["level"]) == stairs.next_level()
+            stairs.learn(stairs.next_level(), right=data["correct"])
+
+
+@pytest.mark.parametrize("easier", ["higher", "lower"])
+def test_quest_plus_asks_at_the_levels_of_its_twin(play: Play, easier: Easier) -> None:
+    ladder = LADDER if easier == "higher" else replace(LADDER, levels=LEVELS[::-1], stimuli=LADDER.stimuli[::-1])
+    block = replace(PLACES, ladders=(ladder,), easier=easier, track_trials=20)
+    trials = play(block, detects(0.1, 8.0 if easier == "higher" else -8.0)).trials
+    axis = np.log10(ladder.levels) * (1 if easier == "higher" else -1)
+    quest = QuestPlus.standard(axis)
+    for trial in trials:
+        assert trial.data["level"] == ladder.levels[quest.next_level()]
+        quest.learn(quest.next_level(), right=trial.data["correct"])
+    at = float(10 ** (quest.median[0] * (1 if easier == "higher" else -1)))
+    assert 0.04 < at < 0.25
+
+
+def test_tracks_take_turns_and_sides_are_balanced(play: Play) -> None:
+    block = replace(PLACES, track_trials=20, method=QuestPlusSpec(kind="quest_plus", tracks=3))
+    trials = play(block, detects(0.1)).trials
+    turns = [trial.data["track"] for trial in trials]
+    assert all(sorted(turns[start : start + 3]) == [0, 1, 2] for start in range(0, 60, 3))
+    assert len({tuple(turns[start : start + 3]) for start in range(0, 60, 3)}) > 3
+    for track in range(3):
+        sides = [t.data["correct_answer"] for t in trials if t.data["track"] == track]
+        assert Counter(sides) == {"first": 10, "second": 10}
+    assert max(Counter(trial.data["correct_answer"] for trial in trials).values()) == 30
+
+
+def test_catch_trials_are_spread_and_move_no_track(play: Play) -> None:
+    block = replace(PLACES, task="yes_no", layout=ALONE, track_trials=40, catch_trials=10, method=STAIRS)
+    trials = play(block, lambda ask: key_for(ask, "yes")).trials
+    blanks = [number for number, trial in enumerate(trials) if trial.data["level"] is None]
+    assert len(trials) == 90
+    assert [number * 10 // 90 for number in blanks] == list(range(10))
+    assert blanks[0] > 0
+    assert {trials[number].data["stimulus"] for number in blanks} == {"blank"}
+    assert _levels(trials, 0)[-1] == 0  # always yes: the weakest, whatever the blanks
+
+
+def test_several_stimuli_of_one_level_are_drawn_by_chance(play: Play) -> None:
+    twice = replace(LADDER, stimuli=tuple((name, f"{name}b") for (name,) in LADDER.stimuli))
+    names = [trial.data["stimulus"] for trial in play(replace(PLACES, ladders=(twice,)), plain_key).trials]
+    assert 0 < sum(name.endswith("b") for name in names) < len(names)
+
+
+CASES = {
+    "places": (replace(PLACES, function="logistic", track_trials=250), 0.1, 8.0, None),
+    "stairs": (replace(PLACES, function="logistic", track_trials=125, method=STAIRS), 0.1, 8.0, None),
+    "lower": (
+        replace(
+            PLACES,
+            ladders=(replace(LADDER, levels=LEVELS[::-1], stimuli=LADDER.stimuli[::-1]),),
+            easier="lower",
+            function="logistic",
+            track_trials=250,
+        ),
+        0.1,
+        -8.0,
+        None,
+    ),
+    "yes": (
+        replace(PLACES, task="yes_no", layout=ALONE, function="logistic", track_trials=250, catch_trials=60),
+        0.1,
+        8.0,
+        0.08,
+    ),
+}
+
+
+def _summary(block: Threshold, press: Callable[[Ask], str], play: Play, folder: Path) -> QuestionSummary:
+    """Play a block, write its log, read it again and return what came of its only question."""
+    stimuli = tuple({"name": name, "factors": factors} for name, factors in FACTORS.items())
+    header = Header("e", "01", "s", "2026-01-01T00:00:00Z", 0, "?", True, stimuli, {}, {}, {}, {}, {})
+    utc = "2026-01-01T00:00:01.000+00:00"
+    trials = [replace(trial, utc=utc) for trial in play(block, press).trials]
+    file = folder / "session.jsonl"
+    file.write_text("".join(json.dumps(line.to_json()) + "\n" for line in (header, *trials)))
+    (question,) = summarise_thresholds([read_session(file)]).questions
+    return question
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_known_thresholds_come_back(play: Play, case: str, tmp_path: Path) -> None:
+    """The observers' law is logistic in natural logarithms, the fit's axis is in decimal ones."""
+    block, threshold, slope, guess = CASES[case]
+    question = _summary(block, detects(threshold, slope, seed=3, guess=guess), play, tmp_path)
+    (each,) = question.observers
+    fit = each.fit
+    assert question.trials == block.trials
+    assert fit.threshold_interval is not None and fit.slope_interval is not None  # noqa: PT018
+    low, high = fit.threshold_interval
+    assert low / 1.15 < threshold < high * 1.15
+    assert high / low < 2
+    low, high = fit.slope_interval
+    assert low / 1.5 < abs(slope) * np.log(10) < high * 1.5
+    if guess is not None:
+        assert fit.guess == pytest.approx(guess, abs=0.05)
+        assert fit.blanks[1] == 60
+
+
+def test_answers_that_tell_nothing_have_a_reason_in_place_of_a_number(play: Play, tmp_path: Path) -> None:
+    question = _summary(replace(PLACES, method=STAIRS), plain_key, play, tmp_path)
+    (each,) = question.observers
+    assert each.fit.threshold is None
+    assert each.fit.reason == "all answers are right: the threshold lies below the levels"
+    assert question.threshold.value is None
+    assert question.threshold.observers == 0
+
+
+def _faults(factors: dict[str, Any] = FACTORS, **keys: Any) -> list[str]:
+    """Return the faults of a block on stimuli with such factors, as "place: message"."""
+    known = {"kind": "threshold", "factor": "contrast", "task": "two_places", "reference": "blank", "trials": 10}
+    spec = ThresholdSpec.model_validate({**known, **keys})
+    return [f"{'.'.join(map(str, fault.path))}: {fault.message}" for fault in spec.faults(Stimuli(factors))]
+
+
+STAIRCASE = {"kind": "staircase"}
+
+
+@pytest.mark.parametrize(
+    ("keys", "told"),
+    [
+        ({}, []),
+        ({"task": "yes_no", "reference": None}, []),
+        ({"method": {**STAIRCASE, "start": ["above", "below", LEVELS[4]]}}, []),
+        ({"factor": "contrst"}, ["factor: the stimuli have no factor 'contrst'"]),
+        ({"reference": "blnk"}, ["reference: the recipe makes no stimulus 'blnk'"]),
+        ({"reference": None}, ["reference: there is no reference to compare with"]),
+        ({"stimuli": ["c00", "c01"]}, ["factor: 'contrast' has 2 levels, too few for a threshold"]),
+        (
+            {"stimuli": ["c00", "c01", "c02", "blank"]},
+            ["stimuli.3: 'blank' is the reference, and cannot be at a level too"],
+        ),
+        (
+            {"stimuli": ["c00", "c01", "c02"], "method": STAIRCASE},
+            ["method: a staircase that moves 3 up and 1 down needs 5 levels, and there are 3"],
+        ),
+        (
+            {"method": {**STAIRCASE, "start": [LEVELS[-1]]}},
+            ["method.start.0: the staircase starts at 1, which has no easier level"],
+        ),
+        (
+            {"method": {**STAIRCASE, "start": [LEVELS[0]]}},
+            ["method.start.0: the staircase starts at 0.01, which has no harder level"],
+        ),
+        ({"method": {**STAIRCASE, "start": [0.3333]}}, ["method.start.0: there is no level 0.3333"]),
+        ({"within": "scene"}, ["within: the stimuli have no factor 'scene'"]),
+    ],
+)
+def test_wrong_blocks_have_one_fault_at_its_place(keys: dict[str, Any], told: list[str]) -> None:
+    assert _faults(**keys) == told
+
+
+def test_a_factor_of_words_is_no_number() -> None:
+    factors: dict[str, dict[str, str | float]] = {
+        name: {"scene": "beach", "codec": number} for number, name in enumerate("abcd")
+    }
+    assert _faults(factors, factor="scene", reference="a") == [
+        "factor: the factor 'scene' is no number: it is 'beach' for 'b'"
+    ]
+    spec = ThresholdSpec.model_validate({"kind": "threshold", "factor": "scene", "task": "yes_no", "trials": 9})
+    (fault,) = spec.faults(Stimuli(factors))
+    assert fault.remedy == "name a factor of numbers: codec"
+
+
+def test_each_scene_has_a_ladder_and_a_reference_of_its_own() -> None:
+    factors = {f"{scene}{n}": {"scene": scene, "level": n} for scene in ("beach", "church") for n in range(5)}
+    references = {"beach": "beach0", "church": "church0"}
+    made = ladders("all", Stimuli(factors), "level", "scene", references, "lower")
+    assert [(ladder.group, ladder.reference, ladder.levels) for ladder in made] == [
+        ("beach", "beach0", (4, 3, 2, 1)),
+        ("church", "church0", (4, 3, 2, 1)),
+    ]
+    keys = {"factor": "level", "within": "scene"}
+    assert _faults(factors, **keys, reference=references) == []
+    assert _faults(factors, **keys, reference={"beach": "beach0"}) == [
+        "reference: there is no reference to compare with in the scene 'church'"
+    ]
+    assert _faults(factors, **keys, reference={**references, "harbour": "beach0"}) == [
+        "reference.harbour: no stimulus has the scene 'harbour'"
+    ]
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"task": "two_intervals"},
+        {"task": "two_places", "catch_share": 0.2},
+        {"task": "two_places", "blank_between_s": 0.2},
+        {"task": "two_places", "reference": {"beach": "a"}},
+        {"task": "yes_no", "function": "step"},
+        {"task": "yes_no", "method": {"kind": "staircase", "start": []}},
+    ],
+)
+def test_keys_that_do_not_go_together_are_refused(wrong: dict[str, Any]) -> None:
+    with pytest.raises(ValidationError):
+        ThresholdSpec.model_validate({"kind": "threshold", "factor": "contrast", "trials": 9, **wrong})
