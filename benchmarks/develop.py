@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from promises import Promise, times_as_fast, worst
 
 from stimuli.develop.camera_image import CameraImage
-from stimuli.develop.demosaic import Mosaic, by_bands, interpolate
+from stimuli.develop.demosaic import RGB, Mosaic, by_bands, interpolate
 from stimuli.develop.raw_files import DEMOSAICS, read_raw
 from stimuli.sparkle.measures.find import Threshold
 from stimuli.sparkle.measures.measure import measure_sparkles
@@ -144,8 +144,11 @@ def band_rows(side_px: int = sized(2048, 128)) -> list[dict[str, object]]:
 
     def bands() -> NDArray[np.float32]:
         rgb = np.empty((side_px, side_px, 3), np.float32)
-        for rows, (part, _) in by_bands(mosaic, "malvar"):
-            rgb[rows] = part
+
+        def keep(rows: slice, part: RGB) -> None:
+            rgb[rows] = part[0]
+
+        by_bands(mosaic, "malvar", keep)
         return rgb
 
     whole = partial(interpolate, mosaic, "malvar")

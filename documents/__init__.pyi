@@ -7,6 +7,9 @@ from .findings import InputError as InputError
 from .text.json_values import json_fields as json_fields
 from .text.words import counted as counted
 from .text.words import did_you_mean as did_you_mean
+from .threads import at_most_threads as at_most_threads
+from .threads import in_threads as in_threads
+from .threads import thread_limit as thread_limit
 from .yaml.load import Strict as Strict
 from .yaml.load import load_document as load_document
 from .yaml.source import read_yaml as read_yaml

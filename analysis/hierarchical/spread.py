@@ -12,7 +12,6 @@ flatten the chances of a small difference (Thurstone: a = 1 / √(1 + 2τ²)). S
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
@@ -24,7 +23,7 @@ from analysis.hierarchical.propagation import GroupAnswers, Sites, alike, propag
 from analysis.scaling import laplacian
 from analysis.scaling.counts import Counts
 from analysis.scaling.laws import NATS_PER_JND, Law
-from documents.platform import cores
+from documents import in_threads
 
 Floats = NDArray[np.float64]
 Result = TypeVar("Result")
@@ -44,8 +43,7 @@ def mapped(work: Callable[..., Result], *columns: Sequence[Any], size: float) ->
     """Return ``work`` of each group, in their order: side by side where there are many pairs or answers, ``size``."""
     if len(columns[0]) == 1 or size < MANY_PAIRS:
         return tuple(map(work, *columns))
-    with ThreadPoolExecutor(cores()) as pool:
-        return tuple(pool.map(work, *columns))
+    return tuple(in_threads(lambda group: work(*group), zip(*columns, strict=True)))
 
 
 def unit(law: Law) -> float:

@@ -15,12 +15,15 @@ from numpy.typing import ArrayLike, NDArray
 from devices.colour.ciede2000_terms import SCRATCH, TERMS, fast_delta_e, fast_terms
 from devices.colour.spaces import checked_white, lab_planes
 from devices.errors import DeviceError
+from documents import in_threads
 
 Floats = NDArray[np.float64]
 Planes = Sequence[Floats]
 
 # Colours worked on at a time: few enough for the processor's cache, enough that NumPy's own overhead does not show.
-_BLOCK = 8192
+_BLOCK = 32768
+# Colours that a thread takes at a time: some milliseconds of work.
+_SHARE = 4 * _BLOCK
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -171,16 +174,27 @@ def _by_blocks(
     white: Floats | None,
     keep: Callable[[slice, Planes, Planes], None],
 ) -> None:
-    """Call ``keep`` with the terms of each block of colours (n, 3), and planes to write over; XYZ if with a white."""
-    planes = np.empty((6 + TERMS + SCRATCH, min(_BLOCK, len(first))))
-    for start in range(0, len(first), _BLOCK):
-        part = slice(start, min(start + _BLOCK, len(first)))
-        labs, rest = planes[:6, : part.stop - start], list(planes[6:, : part.stop - start])
-        terms, scratch = rest[:TERMS], rest[TERMS:]
-        labs[:3], labs[3:] = first[part].T, second[part].T
-        if white is not None:
-            for lab in (labs[:3], labs[3:]):
-                for plane, values in zip(lab, lab_planes(list(lab), white), strict=True):
-                    plane[:] = values
-        fast_terms(labs, terms, scratch)
-        keep(part, terms, scratch)
+    """Call ``keep`` with the terms of each block of colours (n, 3), and planes to write over; XYZ if with a white.
+
+    Many colours are shared among threads.
+    """
+    count = len(first)
+    unused: list[Floats] = []
+
+    def work(share: slice) -> None:
+        # Memory that a thread has used already: new memory must be cleared by the system, page by page.
+        planes = unused.pop() if unused else np.empty((6 + TERMS + SCRATCH, min(_BLOCK, count)))
+        for start in range(share.start, share.stop, _BLOCK):
+            part = slice(start, min(start + _BLOCK, share.stop))
+            labs, rest = planes[:6, : part.stop - start], list(planes[6:, : part.stop - start])
+            terms, scratch = rest[:TERMS], rest[TERMS:]
+            labs[:3], labs[3:] = first[part].T, second[part].T
+            if white is not None:
+                for lab in (labs[:3], labs[3:]):
+                    for plane, values in zip(lab, lab_planes(list(lab), white), strict=True):
+                        plane[:] = values
+            fast_terms(labs, terms, scratch)
+            keep(part, terms, scratch)
+        unused.append(planes)
+
+    in_threads(work, [slice(start, min(start + _SHARE, count)) for start in range(0, count, _SHARE)])

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
+from itertools import chain
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,11 +14,13 @@ from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from devices.display.model import Clipping, DisplayModel, outside_limits
 from devices.errors import DeviceError
-from documents import Finding
+from documents import Finding, in_threads
 from documents.text import counted
 
 Floats = NDArray[np.float64]
+Result = TypeVar("Result")
 _BLOCK = 1 << 13
+_SHARE = 16 * _BLOCK
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,23 +59,25 @@ def clip_cost(model: DisplayModel, xyz_cd_m2: ArrayLike) -> ClipCost:
     """
     asked = np.asarray(xyz_cd_m2).reshape(-1, 3)
     lowest, highest = model.limits
-    parts = []
-    total = largest = 0.0
-    for part in blocks(len(asked)):
+
+    def work(part: slice) -> tuple[Clipping | None, float, float]:
         block = asked[part].astype(np.float64)
         linear = np.ascontiguousarray(model.linear(block).T)
         # A block within the channels' limits holds nothing to count or to compare.
         if (linear.min(axis=1) >= lowest).all() and (linear.max(axis=1) <= highest).all():
-            continue
+            return None, 0.0, 0.0
         check_finite(block)
-        parts.append(outside_limits(linear.T, model.limits, model.gamut_tolerance))
+        outside = outside_limits(linear.T, model.limits, model.gamut_tolerance)
         changed = ((linear < lowest[:, None]) | (linear > highest[:, None])).any(axis=0)
-        if changed.any():
-            difference = _difference(model, block[changed], linear[:, changed])
-            total += float(difference.sum())
-            largest = max(largest, float(difference.max()))
-    clipping = replace(counted_together(parts), pixels=len(asked))
-    return ClipCost(clipping, total / max(len(asked), 1), largest)
+        if not changed.any():
+            return outside, 0.0, 0.0
+        difference = _difference(model, block[changed], linear[:, changed])
+        return outside, float(difference.sum()), float(difference.max())
+
+    parts = list(over_blocks(work, len(asked)))
+    clipping = replace(counted_together([outside for outside, _, _ in parts if outside is not None]), pixels=len(asked))
+    largest = max((most for _, _, most in parts), default=0.0)
+    return ClipCost(clipping, sum(total for _, total, _ in parts) / max(len(asked), 1), largest)
 
 
 def check_finite(xyz_cd_m2: Floats) -> None:
@@ -88,9 +94,17 @@ def check_finite(xyz_cd_m2: Floats) -> None:
         raise DeviceError(Finding(what, remedy="mend the picture, such as by the mean of the pixels around them"))
 
 
-def blocks(pixels: int) -> Iterator[slice]:
-    """Return slices of so many pixels as a processor's cache holds, and as no matrix product splits among threads."""
-    return (slice(at, at + _BLOCK) for at in range(0, pixels, _BLOCK))
+def over_blocks(work: Callable[[slice], Result], pixels: int) -> Iterator[Result]:
+    """Yield ``work`` of slices of pixels, in their order, many slices being shared among threads.
+
+    A slice is of so many pixels as a processor's cache holds, and as no matrix product splits among threads.
+    """
+
+    def several(first: int) -> list[Result]:
+        last = min(first + _SHARE, pixels)
+        return [work(slice(at, min(at + _BLOCK, last))) for at in range(first, last, _BLOCK)]
+
+    return chain.from_iterable(in_threads(several, range(0, pixels, _SHARE)))
 
 
 def counted_together(parts: Sequence[Clipping]) -> Clipping:

@@ -17,7 +17,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.compensation.clipping import blocks
+from devices.compensation.clipping import over_blocks
 from devices.compensation.crosstalk import Crosstalk
 from devices.compensation.crosstalk_cancel import CancelCost, cancel_crosstalk, needed_lift
 from devices.compensation.eye_view import EyeView
@@ -77,7 +77,8 @@ class Compensation:
         if crosstalk is None:
             return 0.0
         left, right = (_squeezed(view, self.squeeze).reshape(-1, 3) for view in picture)
-        return max(needed_lift(self.models, crosstalk, left[part], right[part]) for part in blocks(len(left)))
+        models = self.models
+        return max(over_blocks(lambda part: needed_lift(models, crosstalk, left[part], right[part]), len(left)))
 
     def lifted(self, lift_share: float) -> Compensation:
         """Return it with ``lift_share`` of each eye's white added to every pixel."""
@@ -106,13 +107,13 @@ class Compensation:
         if crosstalk is None:
             return {}
         left, right = (_squeezed(view, self.squeeze).reshape(-1, 3) for view in picture)
-        done = [
-            cancel_crosstalk(self.models, crosstalk, left[part], right[part], self.correction.lift_share)
-            for part in blocks(len(left))
-        ]
-        return self._report(
-            _cost_together([costs.left for costs in done]), _cost_together([costs.right for costs in done])
-        )
+
+        def work(part: slice) -> tuple[CancelCost, CancelCost]:
+            done = cancel_crosstalk(self.models, crosstalk, left[part], right[part], self.correction.lift_share)
+            return done.left, done.right
+
+        costs = list(over_blocks(work, len(left)))
+        return self._report(_cost_together([one for one, _ in costs]), _cost_together([other for _, other in costs]))
 
     def evened(self, picture: Pair, offset_px: tuple[int, int]) -> Pair:
         """Return what to ask of the display model at ``offset_px`` for ``picture`` to be seen evenly; leaks stay."""

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
-from devices.compensation.clipping import ClipCost, blocks, check_finite, clip_cost, counted_together
+from devices.compensation.clipping import ClipCost, check_finite, clip_cost, counted_together, over_blocks
 from devices.compensation.mixture import Mixture
 from devices.display.display_file import EYES, Eye, EyeModels
 from devices.display.model import Clipping, outside_limits, rounding_of
@@ -85,10 +85,8 @@ def mixed_costs(
         rounding_of(mixture.right, models.right.shown_white_XYZ_cd_m2),
     )
     views: dict[Eye, Pixels] = {"left": left_XYZ.reshape(-1, 3), "right": right_XYZ.reshape(-1, 3)}
-    clippings = []
-    sums = {eye: _Sums() for eye in EYES}
-    pixels = len(views["left"])
-    for part in blocks(pixels):
+
+    def work(part: slice) -> tuple[Clipping, Mapping[Eye, _Sums]]:
         asked = {eye: views[eye][part].astype(np.float64) for eye in EYES}
         for view in asked.values():
             check_finite(view)
@@ -97,7 +95,7 @@ def mixed_costs(
         shown = np.stack([curve.linear(curve.code(clipped[:, i])) for i, curve in enumerate(mixture.curves)], axis=1)
         # A difference by rounding is none.
         changed = (np.abs(shown - light) > 1e-12).any(axis=1)
-        clippings.append(outside_limits(light, limits, tolerance))
+        costs: dict[Eye, _Sums] = {}
         for eye in EYES:
             through = mixture.through(eye)
             white = _display(models, eye, np.ones(3)) @ through.T
@@ -106,8 +104,15 @@ def mixed_costs(
             seen = _lab(_display(models, eye, light) @ through.T, white)
             clip = delta_e_2000(seen[changed], _lab(_display(models, eye, shown[changed]) @ through.T, white))
             projection = delta_e_2000(_lab(asked[eye], models.eye(eye).white_XYZ_cd_m2), seen)
-            sums[eye].add(clip, projection)
-    counted = counted_together(clippings)
+            costs[eye] = _Sums.of(clip, projection)
+        return outside_limits(light, limits, tolerance), costs
+
+    parts = list(over_blocks(work, len(views["left"])))
+    sums = {eye: _Sums() for eye in EYES}
+    for _, costs in parts:
+        for eye in EYES:
+            sums[eye].add(costs[eye])
+    counted = counted_together([outside for outside, _ in parts])
     return {eye: sums[eye].to_json(counted) for eye in EYES}
 
 
@@ -121,12 +126,23 @@ class _Sums:
     projection: float = 0.0
     projection_max: float = 0.0
 
-    def add(self, clip: Floats, projection: Floats) -> None:
-        self.noticed += int((clip >= NOTICED_DELTA_E_00).sum())
-        self.clip += float(clip.sum())
-        self.clip_max = max(self.clip_max, float(clip.max(initial=0.0)))
-        self.projection += float(projection.sum())
-        self.projection_max = max(self.projection_max, float(projection.max(initial=0.0)))
+    @classmethod
+    def of(cls, clip: Floats, projection: Floats) -> _Sums:
+        """Return those of one block, from its ΔE00."""
+        return cls(
+            int((clip >= NOTICED_DELTA_E_00).sum()),
+            float(clip.sum()),
+            float(clip.max(initial=0.0)),
+            float(projection.sum()),
+            float(projection.max(initial=0.0)),
+        )
+
+    def add(self, block: _Sums) -> None:
+        self.noticed += block.noticed
+        self.clip += block.clip
+        self.clip_max = max(self.clip_max, block.clip_max)
+        self.projection += block.projection
+        self.projection_max = max(self.projection_max, block.projection_max)
 
     def to_json(self, counted: Clipping) -> dict[str, float]:
         pixels = max(counted.pixels, 1)

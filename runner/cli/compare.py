@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from runner.cli.threads_option import threads_option
+
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
@@ -103,6 +105,7 @@ _HOLDS = click.Choice(["xyz", "rec709", "camera-rgb", "spectral"])
     metavar="NAME",
     help="Also write experiments/NAME.yaml, an experiment that asks observers.",
 )
+@threads_option
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 @click.pass_context
 def command(context: click.Context, /, photo: str, rendering: str, as_json: bool, **options: Any) -> None:

@@ -8,6 +8,7 @@ import os
 import shutil
 import threading
 from collections.abc import Collection, Iterator, Mapping
+from contextvars import copy_context
 from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -194,7 +195,8 @@ class Builder:
         from concurrent.futures import ThreadPoolExecutor, as_completed
 
         with ThreadPoolExecutor(jobs, thread_name_prefix="stimuli") as pool:
-            futures = [pool.submit(self._make, names) for names in missing]
+            # The limit on threads holds in these too.
+            futures = [pool.submit(copy_context().run, self._make, names) for names in missing]
             try:
                 for future in as_completed(futures):
                     future.result()

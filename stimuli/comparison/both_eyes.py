@@ -7,9 +7,9 @@ that fits nowhere, because its depth is another, lies where the other eye does.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
+from documents import in_threads
 from stimuli.comparison.depth import DepthComparison, common_movement, compare_depth, exchanged, which_eyes
 from stimuli.comparison.eye_identity import EyeIdentity
 from stimuli.comparison.pictures import Eye, EyeView, Picture
@@ -107,24 +107,23 @@ def _registered(
     """
     pairs, refused = dict(before or {}), dict[Eye, StimulusError]()
     file, safe = str(rendering.file), photo.safe_cd_m2
-    with ThreadPoolExecutor(len(photo.views), "register") as pool:
-        work = {
-            eye: pool.submit(
-                register_eye,
-                *(view, rendering.views[eye], file, safe, regions, options),
-                _named(step, "" if eye == "both" else f", {eye} eye"),
-                known,
-            )
-            for eye, view in photo.views.items()
-            if eye not in pairs
-        }
-        for eye, one in work.items():
-            try:
-                pairs[eye] = one.result()
-            except StimulusError as error:
-                if eye == "both" or known is not None:
-                    raise
-                refused[eye] = error
+
+    def register(eye: Eye) -> EyePair | StimulusError:
+        named = _named(step, "" if eye == "both" else f", {eye} eye")
+        views = photo.views[eye], rendering.views[eye]
+        try:
+            return register_eye(*views, file, safe, regions, options, named, known)
+        except StimulusError as error:
+            if eye == "both" or known is not None:
+                raise
+            return error
+
+    eyes = [eye for eye in photo.views if eye not in pairs]
+    for eye, found in zip(eyes, in_threads(register, eyes), strict=True):
+        if isinstance(found, StimulusError):
+            refused[eye] = found
+        else:
+            pairs[eye] = found
     return {eye: pairs[eye] for eye in photo.views if eye in pairs}, refused
 
 

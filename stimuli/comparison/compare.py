@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -13,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from devices.colour_matching import mixed_observers
-from documents import Finding
+from documents import Finding, in_threads
 from stimuli.comparison.areas import inside, window
 from stimuli.comparison.both_eyes import register_eyes
 from stimuli.comparison.by_pixel import overview, seen_regions, summarise
@@ -212,9 +211,8 @@ def _judge_eyes(
     pairs: Mapping[Eye, EyePair], tables: Mapping[Eye, ComparedRegions], regions: RegionsFile, options: CompareOptions
 ) -> dict[Eye, EyeComparison]:
     """Judge the eyes side by side, where there are two: each reads files of its own, and filters release the lock."""
-    with ThreadPoolExecutor(len(pairs), "compare") as pool:
-        work = {eye: pool.submit(_judge_eye, pair, tables[eye], regions, options) for eye, pair in pairs.items()}
-        return {eye: one.result() for eye, one in work.items()}
+    judged = in_threads(lambda eye: _judge_eye(pairs[eye], tables[eye], regions, options), pairs)
+    return dict(zip(pairs, judged, strict=True))
 
 
 def _judge_eye(

@@ -10,13 +10,14 @@ was measured at a photosite is put back in full precision, so that only interpol
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from documents import in_threads
 from stimuli.errors import StimulusError
 
 if TYPE_CHECKING:
@@ -87,20 +88,24 @@ class Mosaic:
         return counts
 
 
-def by_bands(mosaic: Mosaic, method: Linear | Literal["superpixel"]) -> Iterator[tuple[slice, RGB]]:
-    """Yield the picture a band of rows at a time: the rows of the picture, its RGB and its saturation map.
+def by_bands(mosaic: Mosaic, method: Linear | Literal["superpixel"], keep: Callable[[slice, RGB], None]) -> None:
+    """Call ``keep`` with a band of rows of the picture at a time: which rows, their RGB and their saturation map.
 
-    Only one band's intermediate values are in memory at a time.
+    Bands are shared among threads, so that ``keep`` is called by several, in any order; only the intermediate values of
+    a band a thread are in memory.
     """
     height, width = mosaic.values.shape
     step = max(2, BAND_PHOTOSITES // width // 2 * 2)
-    for first in range(0, height // 2 * 2 if method == "superpixel" else height, step):
+
+    def make(first: int) -> None:
         rows = slice(first, min(first + step, height))
         if method == "superpixel":
             part = superpixel(Mosaic(mosaic.values[rows], mosaic.saturated[rows], mosaic.pattern))
-            yield slice(first // 2, first // 2 + len(part[0])), part
+            keep(slice(first // 2, first // 2 + len(part[0])), part)
         else:
-            yield rows, interpolate(mosaic, method, rows)
+            keep(rows, interpolate(mosaic, method, rows))
+
+    in_threads(make, range(0, height // 2 * 2 if method == "superpixel" else height, step))
 
 
 def superpixel(mosaic: Mosaic) -> RGB:

@@ -108,8 +108,11 @@ def _linear(sensor: SensorImage, method: Linear | Literal["superpixel"]) -> RGB:
     saturated = np.empty((*upright, 3), bool)
     # Views that stand as the sensor does, of pictures that stand upright.
     as_stored = unturned(rgb, sensor.flip), unturned(saturated, sensor.flip)
-    for rows, (band, full) in by_bands(Mosaic(sensor.values, sensor.saturated, sensor.pattern), method):
-        as_stored[0][rows], as_stored[1][rows] = band, full
+
+    def keep(rows: slice, part: RGB) -> None:
+        as_stored[0][rows], as_stored[1][rows] = part
+
+    by_bands(Mosaic(sensor.values, sensor.saturated, sensor.pattern), method, keep)
     return rgb, saturated
 
 

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from devices.colour import delta_e_2000_of_xyz
 from stimuli.errors import StimulusError
-from stimuli.pictures.rows import Floats32, Rows, RowsDone, bands
+from stimuli.pictures.rows import Floats32, Rows, RowsDone, over_bands
 
 
 def difference_map(
@@ -51,16 +51,16 @@ def difference_map(
         )
     height, width = photo.shape[:2]
     out = np.empty((height, width), dtype=np.float32)
-    bad = 0
-    for band in bands(photo.shape):
+
+    def compare(band: slice) -> int:
         rows = (photo[band], rendering[band])
         if not all(np.isfinite(picture).all() for picture in rows):
-            bad += int(np.count_nonzero(~np.logical_and(*(np.isfinite(picture).all(axis=-1) for picture in rows))))
-        if not bad:
-            first, second = (picture if filtered else np.maximum(picture, 0.0) for picture in rows)
-            out[band] = delta_e_2000_of_xyz(first, second, white_XYZ)
-        if rows_done is not None:
-            rows_done(band.stop, height)
+            return int(np.count_nonzero(~np.logical_and(*(np.isfinite(picture).all(axis=-1) for picture in rows))))
+        first, second = (picture if filtered else np.maximum(picture, 0.0) for picture in rows)
+        out[band] = delta_e_2000_of_xyz(first, second, white_XYZ)
+        return 0
+
+    bad = sum(over_bands(compare, photo.shape, rows_done))
     if bad:
         raise StimulusError(f"{bad} pixels cannot be compared: one of the pictures holds NaN or infinity there")
     return out

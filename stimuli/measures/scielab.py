@@ -25,10 +25,10 @@ from numpy.typing import ArrayLike, NDArray
 from devices.colour import WHITE_POINTS_XYZ
 from devices.colour_matching import DEFAULT_OBSERVER
 from stimuli.errors import StimulusError
-from stimuli.pictures.rows import Floats, Floats32, Rows, bands
+from stimuli.pictures.rows import Floats, Floats32, Rows, over_bands
 
 if TYPE_CHECKING:
-    from scipy.sparse import csr_array
+    from scipy.sparse import csc_array, csr_array
 
 # Rows: luminance, red-green and blue-yellow, of XYZ of the 2° observer under D65; the last two of a grey are 0.
 OPPONENT_FROM_XYZ_D65 = np.array([[0.0556, 0.9981, -0.0254], [0.9510, -0.9038, 0.0], [0.0386, 1.0822, -1.0276]])
@@ -239,6 +239,11 @@ class _CellAxis:
         places = (to[kept], np.broadcast_to(place, to.shape)[kept])
         return coo_array((weights[kept], places), shape=(self.cells, self.pixels)).tocsr()
 
+    @cached_property
+    def from_rows(self) -> csc_array:
+        """The same, to take the columns of some pixels from."""
+        return self.into_cells.tocsc()
+
     def cells_along(self, plane: Floats32) -> Floats32:
         """Return the cells along each row of a plane (rows, pixels), (rows, cells)."""
         size, margin = self.blur.cell_px, self.margin
@@ -286,10 +291,20 @@ def _wide_layers(picture: Rows, matrix: NDArray[np.float64], blurs: list[_Blur])
     height, width = picture.shape[:2]
     axes = [(_CellAxis(height, blur), _CellAxis(width, blur)) for blur in blurs]
     cells = [np.zeros((down.cells, across.cells)) for down, across in axes]
-    for band in bands(picture.shape) if blurs else ():
+
+    def gathered(band: slice) -> list[tuple[slice, Floats]]:
+        """Return what the rows of a band add to the cells of each Gaussian, and to which rows of cells."""
         planes = _planes(picture[band], matrix)
-        for (down, across), blur, sums in zip(axes, blurs, cells, strict=True):
-            sums += down.into_cells[:, band.start : band.stop] @ across.cells_along(planes[blur.channel])
+        parts = []
+        for (down, across), blur in zip(axes, blurs, strict=True):
+            into = down.from_rows[:, band]
+            rows = slice(int(into.indices.min()), int(into.indices.max()) + 1)
+            parts.append((rows, into[rows] @ across.cells_along(planes[blur.channel])))
+        return parts
+
+    for parts in over_bands(gathered, picture.shape) if blurs else ():
+        for sums, (rows, part) in zip(cells, parts, strict=True):
+            sums[rows] += part
     layers = []
     for blur, (down, across), sums in zip(blurs, axes, cells, strict=True):
         # Pixels are blurred by their own width and that of the cells already.

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import version
@@ -19,6 +18,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from documents import in_threads
 from documents.files import read_regular
 from stimuli.errors import StimulusError
 from stimuli.pictures.packing import PACKINGS, Packing, unpacked
@@ -95,10 +95,10 @@ class OwnFiles:
 
     def decoded(self) -> list[Pixels]:
         """Return the pixels, as `decoded_eyes` does; two files are decoded side by side."""
-        with TemporaryDirectory(prefix="cyclopean-") as folder, ThreadPoolExecutor(len(self.files)) as pool:
+        with TemporaryDirectory(prefix="cyclopean-") as folder:
             # OpenImageIO reads files that have a name.
             paths = [Path(folder, f"{number}.jpg") for number in range(len(self.files))]
-            eyes = list(pool.map(self._eyes_of, paths, self.files))
+            eyes = in_threads(lambda file: self._eyes_of(*file), zip(paths, self.files, strict=True))
         return [pixels for each in eyes for pixels in each]
 
     def _eyes_of(self, path: Path, data: bytes) -> list[Pixels]:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from documents import in_threads
 from stimuli.errors import StimulusError
 from stimuli.pictures.stereo_image import StereoImage, XYZImage
 
@@ -139,13 +140,16 @@ def _below(t: Floats, degree: int) -> Floats:
 def resample(image: NDArray[np.floating], rows: csr_array, columns: csr_array) -> Floats:
     """Return ``image`` (rows, columns) on the display's grid, float64, by the weights of `axis_weights`."""
     small = np.empty((rows.shape[0], columns.shape[0]))
-    for first in range(0, len(small), _ROWS):
+
+    def make(first: int) -> None:
         band = rows[first : first + _ROWS]
         if band.nnz == 0:
             small[first : first + _ROWS] = 0.0
-            continue
+            return
         top, bottom = int(band.indices.min()), int(band.indices.max()) + 1
         small[first : first + _ROWS] = (columns @ np.asarray(band[:, top:bottom] @ image[top:bottom]).T).T
+
+    in_threads(make, range(0, len(small), _ROWS))
     return small
 
 

@@ -6,16 +6,19 @@ import tempfile
 import threading
 import weakref
 from collections.abc import Callable, Iterator
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+
+from documents import in_threads
 
 Floats = NDArray[np.float64]
 Floats32 = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 # Called with how many rows of how many are done.
 RowsDone = Callable[[int, int], None]
+Result = TypeVar("Result")
 
 # Pixels worked on at a time: some tens of megabytes of intermediate values.
 BAND_PIXELS = 1 << 19
@@ -39,6 +42,27 @@ def bands(shape: tuple[int, ...]) -> Iterator[slice]:
     height, width = shape[:2]
     rows = max(1, BAND_PIXELS // max(width, 1))
     return (slice(start, min(start + rows, height)) for start in range(0, height, rows))
+
+
+def over_bands(
+    work: Callable[[slice], Result], shape: tuple[int, ...], rows_done: RowsDone | None = None
+) -> list[Result]:
+    """Return ``work`` of each of the `bands` of a picture of ``shape``, in their order, shared among threads.
+
+    ``rows_done`` is called with how many rows of how many are done, by one thread at a time.
+    """
+    turn, done = threading.Lock(), 0
+
+    def counted(band: slice) -> Result:
+        nonlocal done
+        result = work(band)
+        if rows_done is not None:
+            with turn:
+                done += band.stop - band.start
+                rows_done(done, shape[0])
+        return result
+
+    return in_threads(counted, bands(shape))
 
 
 def bands_with_margin(shape: tuple[int, ...], margin: int) -> Iterator[tuple[slice, slice, slice]]:

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from documents import in_threads
 from stimuli.sparkle.cull import TILE_PX, tiles_of
 from stimuli.sparkle.light import Light
 from stimuli.sparkle.optics import Sparkles
@@ -24,6 +25,8 @@ from stimuli.sparkle.scene import Camera, Noise, Plate
 
 # Flakes splatted at a time: the weights of a block stay in memory that the processor's cache can hold.
 _BLOCK = 8192
+# Tiles drawn before their light is added to the plate's.
+_TILES = 64
 
 WAVELENGTH_NM = 555.0
 
@@ -49,11 +52,12 @@ def splat(sparkles: Sparkles, plate: Plate, camera: Camera, tile_px: int = TILE_
     tile = tiles.of_pixels(across, down)
     order = np.argsort(tile, kind="stable")
     ends = np.cumsum(np.bincount(tile, minlength=len(tiles)))
-    visited = 0
-    for index, (start, end) in enumerate(zip(np.append(0, ends[:-1]), ends, strict=True)):
-        if start == end:
-            continue
-        visited += 1
+    starts = np.append(0, ends[:-1])
+    lit = np.flatnonzero(starts < ends)
+
+    def drawn(index: int) -> tuple[slice, slice, Floats]:
+        """Return where in the padded plate a tile's light falls, and that light."""
+        start, end = starts[index], ends[index]
         top, left = index // tiles.columns * tile_px, index % tiles.columns * tile_px
         height = min(tile_px, rows - top) + 2 * margin
         width = min(tile_px, columns - left) + 2 * margin
@@ -66,8 +70,13 @@ def splat(sparkles: Sparkles, plate: Plate, camera: Camera, tile_px: int = TILE_
             places = (row[:, None] - top + offsets + margin)[:, :, None] * width
             places = places + (column[:, None] - left + offsets + margin)[:, None, :]
             added += np.bincount(places.ravel(), (vertical[:, :, None] * horizontal[:, None, :]).ravel(), len(added))
-        padded[top : top + height, left : left + width] += added.reshape(height, width)
-    return padded[margin : margin + rows, margin : margin + columns].astype(np.float32), visited
+        return slice(top, top + height), slice(left, left + width), added.reshape(height, width)
+
+    # Tiles overlap by what the lens spreads: their light is added in their order, whichever thread drew them.
+    for first in range(0, len(lit), _TILES):
+        for down_px, across_px, added in in_threads(drawn, lit[first : first + _TILES].tolist()):
+            padded[down_px, across_px] += added
+    return padded[margin : margin + rows, margin : margin + columns].astype(np.float32), len(lit)
 
 
 def _weights(

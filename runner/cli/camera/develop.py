@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from runner.cli.camera.options import developing_options
+from runner.cli.threads_option import threads_option
 
 if TYPE_CHECKING:
     from devices.camera import Exposure
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 @click.option("--camera", metavar="CAMERA.yaml", help="Camera file written by `camera fit`. Default: keep camera RGB.")
 @click.option("--exposure", metavar="TIME,F,ISO", help="Exposure, such as 1/15,8,200. Default: the file's own.")
 @developing_options
+@threads_option
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     photos: tuple[str, ...],

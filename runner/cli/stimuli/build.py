@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from runner.cli.threads_option import threads_option
+
 if TYPE_CHECKING:
     from stimuli.build import BuildReport, BuiltStimulus
 
@@ -29,6 +31,7 @@ _NAMED = 3
 )
 @click.option("--force", is_flag=True, help="Build all pictures again.")
 @click.option("--verify", is_flag=True, help="Read every picture in the cache, not only those changed since.")
+@threads_option
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     recipe: str,

@@ -17,6 +17,7 @@ from analysis.hierarchical.fitting import _answers
 from analysis.hierarchical.propagation import alike, propagate
 from analysis.scaling import fit_model
 from analysis.scaling.laws import LAWS, Model
+from documents import threads
 
 Maker = Callable[..., Comparisons]
 Floats = NDArray[np.float64]
@@ -169,7 +170,7 @@ def test_the_number_of_workers_changes_no_number(make: Maker, monkeypatch: pytes
     monkeypatch.setattr(spread, "FEW_PAIRS", 3_000)
     values = []
     for workers in (1, 2, 3):
-        monkeypatch.setattr(spread, "cores", lambda workers=workers: workers)
+        monkeypatch.setattr(threads, "cores", lambda workers=workers: workers)
         fit = fit_observers(comparisons)
         values.append((fit.spread, fit.log_likelihood, [[of.theta.tolist(), of.se.tolist()] for of in fit.groups]))
     assert values[0] == values[1] == values[2]

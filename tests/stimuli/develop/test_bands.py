@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.camera import CameraModel, Exposure
+from documents import at_most_threads
 from stimuli.develop import demosaic
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.camera_to_xyz import to_xyz
@@ -47,12 +48,15 @@ def test_bands_are_the_whole_to_the_last_bit(
     mosaic = Mosaic(values, values >= 1, np.array([[1, 0], [2, 1]]))
     rgb, saturated = whole(mosaic, method)
     made = np.full_like(rgb, np.nan), np.zeros_like(saturated)
-    seen = 0
-    for rows, (band, full) in demosaic.by_bands(mosaic, method):
-        assert rows.start == seen
-        made[0][rows], made[1][rows] = band, full
-        seen = rows.stop
-    assert seen == len(rgb)
+    seen: list[int] = []
+
+    def keep(rows: slice, part: demosaic.RGB) -> None:
+        made[0][rows], made[1][rows] = part
+        seen.extend(range(rows.start, rows.stop))
+
+    with at_most_threads(3):
+        demosaic.by_bands(mosaic, method, keep)
+    assert sorted(seen) == list(range(len(rgb)))
     np.testing.assert_array_equal(made[0], rgb)
     np.testing.assert_array_equal(made[1], saturated)
 

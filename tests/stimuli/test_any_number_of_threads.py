@@ -1,0 +1,125 @@
+"""What is shared among threads is the same, to the last bit, with any number of them."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from devices.colour import ciede2000, delta_e_2000, delta_e_2000_of_xyz, delta_e_2000_parts
+from devices.compensation import clipping, eye_clip_costs
+from devices.display import DisplayModel, EyeModels, ToneCurve
+from documents import at_most_threads
+from runner.presenter.modes.options import ModeOptions
+from runner.presenter.modes.registry import find_mode
+from stimuli.develop import demosaic
+from stimuli.develop.demosaic import Mosaic
+from stimuli.measures import SeenPicture, difference_map
+from stimuli.pictures import rows
+from stimuli.pictures.resampling import axis_weights, resample
+from stimuli.recipes.recipe import read_recipe
+from stimuli.recipes.sparkle_plate import SparklePlateRecipe
+from stimuli.sparkle.flakes import scatter_flakes
+from stimuli.sparkle.studio import sparkle_map
+
+RNG = np.random.default_rng(0)
+WHITE = np.array([95.0, 100.0, 109.0])
+XYZ = RNG.uniform(0.0, 1.2, (2, 60, 50, 3)) * WHITE
+LABS = RNG.uniform([0, -90, -90], [100, 90, 90], (2, 3000, 3))
+PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
+MODEL = DisplayModel(np.array([0.03, 0.03, 0.04]), PRIMARIES, (ToneCurve(gamma=2.2),) * 3)
+MODELS = EyeModels(MODEL, MODEL)
+
+
+def seen() -> NDArray[Any]:
+    return np.asarray(SeenPicture(XYZ[0], 300.0, WHITE)[0:60])
+
+
+def seen_difference() -> NDArray[Any]:
+    first, second = (SeenPicture(picture, 40.0, WHITE) for picture in XYZ)
+    return difference_map(first, second, WHITE, filtered=True)
+
+
+def resampled() -> NDArray[Any]:
+    image = np.tile(XYZ[0, ..., 1], (10, 8))
+    return resample(image, axis_weights(600, 150.0, 0.3), axis_weights(400, 100.0, 0.3, "cubic"))
+
+
+def developed() -> NDArray[Any]:
+    values = np.tile(XYZ[0, ..., 0], (3, 3)).astype(np.float32) / np.float32(114)
+    mosaic, made = Mosaic(values, values > 0.9, np.array([[0, 1], [1, 2]])), np.empty((*values.shape, 6), np.float32)
+
+    def keep(band: slice, part: demosaic.RGB) -> None:
+        made[band] = np.concatenate(part, axis=-1)
+
+    demosaic.by_bands(mosaic, "malvar", keep)
+    return made
+
+
+def clip_costs() -> NDArray[Any]:
+    costs = eye_clip_costs(MODELS, None, 0.6 * XYZ[0], 0.5 * XYZ[1])
+    return np.array([list(costs[eye].values()) for eye in ("left", "right")])
+
+
+def filtered_clip_costs() -> NDArray[Any]:
+    mixture = find_mode("anaglyph-red-cyan", ModeOptions.parse({})).mixture(MODELS)
+    assert mixture is not None
+    costs = eye_clip_costs(MODELS, mixture, 0.6 * XYZ[0], 0.5 * XYZ[1])
+    return np.array([list(costs[eye].values()) for eye in ("left", "right")])
+
+
+def sparkles() -> NDArray[Any]:
+    recipe, _ = read_recipe(Path("configs/stimuli/manitoba_gray.yaml"))
+    assert isinstance(recipe, SparklePlateRecipe)
+    plate = replace(recipe.plate.plate(), width_mm=12.0, height_mm=9.0)
+    scene = plate, recipe.lamp.lamp(), recipe.camera.camera()
+    return sparkle_map(*scene, "left", scatter_flakes(plate, seed=1), cull=False, tile_px=32).luminance_cd_m2
+
+
+USERS: tuple[Callable[[], NDArray[Any]], ...] = (
+    lambda: delta_e_2000(LABS[0], LABS[1]),
+    lambda: delta_e_2000_of_xyz(XYZ[0], XYZ[1], WHITE),
+    lambda: delta_e_2000_parts(LABS[0], LABS[1]).S_H,
+    lambda: difference_map(XYZ[0], XYZ[1], WHITE),
+    seen,
+    seen_difference,
+    resampled,
+    developed,
+    clip_costs,
+    filtered_clip_costs,
+    sparkles,
+)
+
+
+@pytest.mark.parametrize("user", USERS)
+def test_one_thread_or_several_give_the_same_bits(
+    user: Callable[[], NDArray[Any]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for module, name, size in (
+        (ciede2000, "_BLOCK", 64),
+        (ciede2000, "_SHARE", 256),
+        (clipping, "_BLOCK", 32),
+        (clipping, "_SHARE", 128),
+        (rows, "BAND_PIXELS", 300),
+        (demosaic, "BAND_PHOTOSITES", 900),
+    ):
+        monkeypatch.setattr(module, name, size)
+    with at_most_threads(1):
+        alone = user()
+    start, started = threading.Thread.start, list[str]()
+
+    def counted(thread: threading.Thread) -> None:
+        started.append(thread.name)
+        start(thread)
+
+    monkeypatch.setattr(threading.Thread, "start", counted)
+    for number in (2, 5):
+        with at_most_threads(number):
+            np.testing.assert_array_equal(user(), alone)
+    assert started, "it was not shared among threads"
