@@ -86,7 +86,7 @@ def blocks(draw: st.DrawFn, names: list[str], factors: list[str], nested: bool =
     pair = st.lists(st.sampled_from(names), min_size=2, max_size=2, unique=True)
     factor = st.sampled_from(factors or ["scene"])
     every = {"break_every": st.integers(1, 3)}
-    kinds = ["all_pairs", "active_pairs", "best_of_series", "rating", "preference", "screening"]
+    kinds = ["all_pairs", "active_pairs", "best_of_series", "rating", "preference", "screening", "threshold"]
     kind = draw(st.sampled_from(kinds + ["instructions", "break", "questionnaire", "practice"] * (not nested)))
     entry: dict[str, Any] = {"kind": kind}
     if kind in ("instructions", "break"):
@@ -127,6 +127,25 @@ def blocks(draw: st.DrawFn, names: list[str], factors: list[str], nested: bool =
         presentation = st.sampled_from(["sequence", "simultaneous"])
         pairs = st.one_of(st.just("all"), st.lists(pair, min_size=1, max_size=2))
         return _maybe(draw, entry | {"pairs": draw(pairs)}, presentation=presentation, exposure_s=st.just(0.2), **every)
+    if kind == "threshold":
+        task = draw(st.sampled_from(["yes_no", "two_intervals", "two_places"]))
+        entry |= {"factor": "level", "task": task, "trials": draw(st.integers(1, 6))}
+        if task != "yes_no" or draw(st.booleans()):
+            entry |= {"reference": draw(st.sampled_from(names))}
+        if task == "two_intervals":
+            entry |= {"exposure_s": 0.2}
+        if task == "yes_no" and "reference" in entry:
+            entry |= {"catch_share": draw(st.sampled_from([0, 0.3]))}
+        staircase = {"kind": "staircase", "up": 1, "start": ["above", "below"]}
+        return _maybe(
+            draw,
+            entry,
+            within=factor,
+            method=st.sampled_from([{"kind": "quest_plus", "tracks": 2}, staircase]),
+            easier=st.just("lower"),
+            function=st.sampled_from(["logistic", "normal"]),
+            **every,
+        )
     ties = {"ties": st.sampled_from(["both", "no_difference", "not_sure"])}
     if kind == "active_pairs":
         entry["trials"] = draw(st.integers(3, 12))

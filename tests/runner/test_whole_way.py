@@ -79,6 +79,17 @@ WAYS: dict[str, list[dict[str, Any]]] = {
 }
 
 
+def test_thresholds_of_few_answers(folder: Path) -> None:
+    stimuli = {f"{scene}{level}": {"scene": scene, "level": level} for scene in "xy" for level in (1, 2, 3)}
+    block = {"kind": "threshold", "factor": "level"}
+    blocks = [
+        {**block, "task": "two_places", "reference": "x1", "trials": 4},
+        {**block, "task": "yes_no", "reference": "x1", "catch_share": 0.3, "trials": 3, "easier": "lower"},
+        {**block, "task": "yes_no", "within": "scene", "trials": 2},
+    ]
+    assert taken({**PLAIN, "stimuli": stimuli, "blocks": blocks}, folder, page=True)
+
+
 @pytest.mark.parametrize("way", WAYS)
 def test_what_has_gone_wrong(way: str, folder: Path) -> None:
     assert taken({**PLAIN, "blocks": WAYS[way]}, folder, page=True)
