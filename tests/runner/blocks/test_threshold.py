@@ -7,6 +7,7 @@ import random
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -135,6 +136,7 @@ def test_tracks_take_turns_and_sides_are_balanced(play: Play) -> None:
     for track in range(3):
         sides = [t.data["correct_answer"] for t in trials if t.data["track"] == track]
         assert Counter(sides) == {"first": 10, "second": 10}
+        assert sum(one != other for one, other in pairwise(sides)) > 4  # not all of one side first
     assert max(Counter(trial.data["correct_answer"] for trial in trials).values()) == 30
 
 
