@@ -24,7 +24,7 @@ help:
 	@echo "make bench      run time against error, peers beside; ends with what is promised and kept (benchmarks/out)"
 	@echo "make bench-release    the same, and this version's figures into benchmarks/history.jsonl"
 	@echo "make bench-psychopy   trial switch beside PsychoPy, in an environment of its own"
-	@echo "make stress     slow sweeps to the edges"
+	@echo "make stress     slow sweeps to the edges, over all cores (STRESS=\"-k cable\": some)"
 	@echo "make sbom       which packages are installed, as CycloneDX, into sbom.json"
 	@echo "make audit      known vulnerabilities of these packages, where an index can be reached"
 	@echo "make lock       resolve the packages again, into requirements/ (UPGRADE=--upgrade: newest versions)"
@@ -89,10 +89,8 @@ bench-psychopy: test-tools
 		|| echo "note: PsychoPy cannot be installed here; its rows are left out"
 	$(BIN)/python benchmarks/trial_switch.py
 
-stress: gl
-	$(BIN)/python -m pytest -m stress tests/stress
-	$(BIN)/python -m tests.stress.stability.page
-	$(ONE_THREAD) $(BIN)/python -m pytest -m "hypothesis and not stress and not quad and not vdp" --hypothesis-profile searching -n $(WORKERS)
+stress: test-tools
+	@$(BIN)/python tools/stress.py $(STRESS)
 
 dither-mask: env
 	$(BIN)/python -m devices.compensation.dither_mask

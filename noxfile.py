@@ -60,8 +60,7 @@ def docs(session: nox.Session) -> None:
 def stress(session: nox.Session) -> None:
     """Slow sweeps to the edges."""
     _install(session)
-    session.run("python", "-m", "pytest", "-m", "stress", "tests/stress", *session.posargs)
-    session.run("python", "-m", "tests.stress.stability.page")
+    session.run("python", "tools/stress.py", *session.posargs)
 
 
 @nox.session

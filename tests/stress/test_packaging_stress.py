@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.stress
+pytestmark = [pytest.mark.stress, pytest.mark.alone]
 
 ROOT = Path(__file__).parents[2]
 # The tags that pip of that system takes, the newest first.

@@ -1,0 +1,57 @@
+"""Run every sweep to the edges, split over the cores: ``python tools/stress.py``, or ``make stress``.
+
+Four parts, of which each runs whatever became of those before it: the sweeps, one worker for each core; those that must
+be alone on the machine (marker ``alone``); the page on numerical stability, which is measured and written again; and a
+search for new examples by the tests of properties. Words after the command, such as ``-k cable``, choose among the
+sweeps; then only the first two parts run.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+
+# Each worker computes in one thread, as in `make test`: the threads of all would wait for each other.
+_ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+_NOTHING_CHOSEN = 5  # pytest: no test of this part has the words that were asked for
+_SEARCHED = "hypothesis and not stress and not quad and not vdp"
+
+
+def cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def parts(words: list[str], workers: int) -> dict[str, list[str]]:
+    """Return the command of each part by its name, to follow ``python -m``."""
+    split = ["-n", str(workers), "--dist", "worksteal"]
+    sweeps = ["pytest", "-q", "tests/stress", *words]
+    made = {
+        "sweeps": [*sweeps, "-m", "stress and not alone", *split, "--durations", "30"],
+        "alone": [*sweeps, "-m", "stress and alone", "--durations", "5"],
+    }
+    if words:
+        return made
+    made["stability page"] = ["tests.stress.stability.page"]
+    searching = ["pytest", "-q", "-m", _SEARCHED, "--hypothesis-profile", "searching"]
+    return {**made, "searching": [*searching, *split, "--durations", "10"]}
+
+
+def main() -> int:
+    """Run all parts, print how long each took, and return 1 if one of them failed."""
+    lines, failed = [], False
+    for name, command in parts(sys.argv[1:], cores()).items():
+        began_s = time.monotonic()
+        status = subprocess.run([sys.executable, "-m", *command], env={**os.environ, **_ONE_THREAD}, check=False)
+        right = status.returncode == 0 or (bool(sys.argv[1:]) and status.returncode == _NOTHING_CHOSEN)
+        failed |= not right
+        said = "passed" if right else f"FAILED (exit status {status.returncode})"
+        lines.append(f"{name:15} {(time.monotonic() - began_s) / 60:5.1f} min  {said}")
+    print("\n".join(["", f"On {cores()} cores:", *lines]))
+    return int(failed)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
