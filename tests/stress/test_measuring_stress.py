@@ -59,9 +59,9 @@ def test_five_thousand_readings_with_spectra(tmp_path: Path) -> None:
     with MeasurementLog.create(file, header) as log:
         for step in order:
             log.keep(step, step.position, Reading((1.0, 2.0, 3.0), tuple(rng.random(401).tolist()), wavelengths))
-    begun_s = time.monotonic()
+    begun_s = time.process_time()
     table = measurements_of(read_session(file))
-    took_s = time.monotonic() - begun_s
+    took_s = time.process_time() - begun_s
     assert table.spectra is not None
     assert table.spectra.shape == (len(order), 401)
     assert took_s < 20.0

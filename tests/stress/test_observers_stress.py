@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import comb
-from time import perf_counter
+from time import process_time
 
 import numpy as np
 import pytest
@@ -89,9 +89,9 @@ def test_how_often_anybody_is_called_an_outlier_who_is_none(observers: int, most
 def test_many_items_and_many_observers(n: int, observers: int, seconds: float) -> None:
     random = np.random.default_rng(1)
     comparisons = answers(random.normal(0, 1, n), observers, random)
-    start = perf_counter()
+    start = process_time()
     table = observers_in_comparisons(comparisons)
-    assert perf_counter() - start < seconds
+    assert process_time() - start < seconds
     assert len(table.lines) == observers
     assert all(line.fit and line.answers == comb(n, 2) for line in table.lines)
     assert table.concordance is not None

@@ -67,10 +67,10 @@ def _block(stimuli: int, repeats: int) -> tuple[AllPairs, BradleyTerryObserver]:
 def test_a_hundred_thousand_trials_cost_under_a_millisecond_each_and_keep_nothing() -> None:
     block, observer = _block(51, 80)  # 102,000 trials
     nothing = _Nothing()
-    began = time.perf_counter()
+    began = time.process_time()
     Session((block,), nothing, observer, nothing).run()
     assert nothing.trials == 102_000
-    assert (time.perf_counter() - began) / nothing.trials < 1e-3
+    assert (time.process_time() - began) / nothing.trials < 1e-3
 
 
 def test_memory_does_not_grow_with_the_trials() -> None:

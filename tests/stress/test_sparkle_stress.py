@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
-from time import perf_counter
+from time import process_time
 
 import numpy as np
 import pytest
@@ -41,9 +41,9 @@ def test_the_default_plate_culled_and_by_brute_force() -> None:
     for eye in ("left", "right"):
         times = []
         for cull in (True, False):
-            start = perf_counter()
+            start = process_time()
             found = sparkle_map(plate, lamp, camera, eye, flakes, cull=cull)
-            times.append(perf_counter() - start)
+            times.append(process_time() - start)
             if cull:
                 fast = found
         assert fast.shaded < 0.1 * len(flakes)
