@@ -16,7 +16,7 @@ from analysis.thresholds.priors import BEYOND, LOG_SPREAD, log_slope_prior, midd
 Floats = NDArray[np.float64]
 _THRESHOLDS, _SLOPES = 61, 9
 _RATES, _FEWER_RATES = (0.005, 0.015, 0.03, 0.06), (0.005, 0.02, 0.05)  # fewer where both rates are parameters
-_EVEN = 1e-13  # nats: levels that promise as much to within this are even, whatever a processor's rounding
+_EVEN, _EVEN_IN_SESSIONS = 1e-13, 1e-9  # nats
 
 
 class Choices(Protocol):
@@ -50,9 +50,12 @@ class QuestPlus:
         The values of each parameter, on the axis, per unit of it, and rates.
     log_prior
         Logarithm of the weight of a combination, from arrays of thresholds, slopes, guesses and lapses; even if None.
+    even_nats
+        Levels that promise as much to within this are even. More than a processor's rounding comes to, so that a
+        session goes the same way on all; `standard` has 1e-9.
     """
 
-    __slots__ = ("_entropy", "_log_likelihood", "_log_posterior", "_right", "_shape", "grid")
+    __slots__ = ("_entropy", "_even", "_log_likelihood", "_log_posterior", "_right", "_shape", "grid")
 
     def __init__(
         self,
@@ -65,6 +68,7 @@ class QuestPlus:
         function: Psychometric = FUNCTIONS["weibull"],
         guess_is_lapse: bool = False,
         log_prior: Callable[[Floats, Floats, Floats, Floats], ArrayLike] | None = None,
+        even_nats: float = _EVEN,
     ) -> None:
         axes = np.meshgrid(thresholds, slopes, guesses, lapses, indexing="ij")
         grid = np.stack([each.ravel() for each in axes], axis=1)
@@ -72,6 +76,7 @@ class QuestPlus:
         low = lapse if guess_is_lapse else guess
         self.grid = grid
         self._shape = axes[0].shape
+        self._even = even_nats
         self._right = np.clip(
             function.probability(np.asarray(levels, np.float64), threshold, slope, low, lapse), 1e-12, 1.0 - 1e-12
         )
@@ -107,6 +112,7 @@ class QuestPlus:
             lapses=rates,
             function=function,
             log_prior=log_prior,
+            even_nats=_EVEN_IN_SESSIONS,
         )
 
     @property
@@ -150,7 +156,7 @@ class QuestPlus:
     def next_level(self) -> int:
         """Return the index of the level to show next."""
         promised = self.information()
-        return int(np.flatnonzero(promised >= promised.max() - _EVEN)[0])
+        return int(np.flatnonzero(promised >= promised.max() - self._even)[0])
 
     def learn(self, level: int, *, right: bool) -> None:
         """Take in an answer to the level with that index."""

@@ -100,6 +100,24 @@ def _kinds(lab: Lab, text: str) -> list[Any]:
             "batch": 0,
             "expected_information_bits": 0.25,
         },
+        "threshold": {
+            "task": "two_places",
+            "factor": words,
+            "stimulus": "one",
+            "level": 0.5,
+            "answer": "first",
+            "method": "quest_plus",
+            "function": "weibull",
+            "easier": "higher",
+            "reference": "two",
+            "first_position": "top",
+            "correct_answer": "first",
+            "correct": True,
+            "track": 0,
+            "track_trial": 0,
+            "group": words,
+            "group_factor": words,
+        },
         "practice": {
             "practice_of": "rating",
             "stimulus": "one",
@@ -117,11 +135,11 @@ def test_every_kind_of_trial_with_hostile_words_passes(lab: Lab, bids_issues: Is
     for number, text in enumerate(HOSTILE):
         records = [
             *_kinds(lab, text),
-            lab.pair(20, block=9, trial=0),
-            lab.pair(21, block=9, trial=1),
-            Note(text, "observer", 9, 1, "2026-01-02T03:04:22Z"),
-            Note(text, "experimenter", 9, 2, "2026-01-02T03:04:22.500+00:00"),
-            Mark(9, 0, "observer", "2026-01-02T03:04:23Z"),
+            lab.pair(20, block=10, trial=0),
+            lab.pair(21, block=10, trial=1),
+            Note(text, "observer", 10, 1, "2026-01-02T03:04:22Z"),
+            Note(text, "experimenter", 10, 2, "2026-01-02T03:04:22.500+00:00"),
+            Mark(10, 0, "observer", "2026-01-02T03:04:23Z"),
             Resumption("2026-01-02T03:08:00Z", {"rig": {"before": text, "now": None}}),
         ]
         words = {"question": text, "remarks": (text,), "analysis": {text: text}}

@@ -78,6 +78,19 @@ def test_what_would_follow_is_what_follows(choices: QuestPlus | Staircase) -> No
         assert choices.next_level() == foreseen
 
 
+def test_rounding_of_another_processor_chooses_the_same_levels() -> None:
+    """For yes/no, levels on both sides of the middle are even at first: errors of 1e-12 must not decide."""
+    shape, levels = FUNCTIONS["normal"], np.linspace(-1.0, 1.0, 20)
+    quest = QuestPlus.standard(levels, guess=None, function=shape)
+    first, promised = quest.next_level(), quest.information()
+    assert promised[first] == pytest.approx(promised[19 - first], abs=1e-12)
+    assert first < 19 - first
+    exact = quest._log_posterior
+    for seed in range(30):
+        quest._log_posterior = exact + np.random.default_rng(seed).normal(0.0, 1e-12, len(quest.grid))
+        assert quest.next_level() == first
+
+
 def test_medians_are_between_the_points_of_the_grid() -> None:
     quest = QuestPlus(LEVELS, thresholds=[-2.0, -1.0, 0.0], slopes=[3.0], lapses=[0.0, 0.04])
     assert quest.median == pytest.approx((-1.0, 3.0, 0.5, 0.02))
