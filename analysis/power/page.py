@@ -214,7 +214,7 @@ def facts(needed: Needed) -> list[tuple[str, str]]:
     return [
         ("Studies per number of observers", f"{power.replicates}, seed {power.seed}"),
         ("Assumed scores", "; ".join(f"{plan.items[item]} {score[item]:.4f}" for item in order)),
-        ("Answers of each observer", str(int(plan.times.sum()))),
+        ("Answers of each observer", _answers(plan)),
         ("Observers' own spread", f"{plan.observer_sd:g} nats (standard deviation of each stimulus's strength)"),
         ("Lapses", f"{100 * plan.lapse_rate:g} % of the answers"),
         ("Tests", f"level {plan.alpha:g}, {ADJUSTMENT_NAMES[plan.adjust]}"),
@@ -222,6 +222,12 @@ def facts(needed: Needed) -> list[tuple[str, str]]:
         ("Intervals", f"{100 * plan.level:g} %, {INTERVAL_NAMES[plan.interval]}"),
         ("Studies in which an item won or lost all", _shares(power.observers, power.separated)),
     ]
+
+
+def _answers(plan: Plan) -> str:
+    each = np.atleast_2d(plan.times).sum(axis=1)
+    answers = str(int(each[0])) if np.ptp(each) == 0 else f"{each.min()} to {each.max()}"
+    return f"{answers}, each observer a part of the pairs" if plan.shared else answers
 
 
 def _shares(observers: Sequence[int], shares: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> str:

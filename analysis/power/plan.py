@@ -38,7 +38,8 @@ class Plan:
     theta
         Shape (n,): assumed log scores in nats, of the observers that ``scores_of`` says.
     times
-        Shape (P,): how often each observer compares each pair, whole, at least 0.
+        Shape (P,): how often each observer compares each pair, whole, at least 0. Shape (R, P): how often the first,
+        second, ... of R observers do, where they share the pairs; the next R observers again do as they.
     differs
         Shape (P,): whether the pair differs in the assumed classes.
     observer_sd
@@ -74,6 +75,20 @@ class Plan:
         return first.astype(np.intp), second.astype(np.intp)
 
     @property
+    def shared(self) -> bool:
+        """Whether observers differ in what they compare."""
+        return self.times.ndim == 2
+
+    def design(self, observers: int) -> NDArray[np.int64]:
+        """Return how often each observer compares each pair, shape (S, P)."""
+        rows = np.atleast_2d(self.times)
+        return np.asarray(rows[np.arange(observers) % len(rows)])
+
+    def totals(self, observers: int) -> NDArray[np.int64]:
+        """Return how often all observers together compare each pair, shape (P,)."""
+        return self.design(observers).sum(axis=0) if self.shared else self.times * observers
+
+    @property
     def by_observer(self) -> bool:
         """Whether answers are simulated observer by observer, not as one count for each pair."""
         return self.observer_sd > 0 or self.covariance != "model" or self.interval == "bootstrap"
@@ -102,10 +117,11 @@ class Plan:
             return theta
         typical, share = theta.copy(), flattening(LOGISTIC, self.observer_sd)
         first, second = self.pairs
+        times = np.atleast_2d(self.times).mean(axis=0)
         for _ in range(MOST_STEPS):
             chances = mean_over_observers(LOGISTIC, typical[first] - typical[second], self.observer_sd).clip(0, 1)
             wins = np.zeros((len(theta), len(theta)))
-            wins[first, second], wins[second, first] = self.times * chances, self.times * (1 - chances)
+            wins[first, second], wins[second, first] = times * chances, times * (1 - chances)
             off = theta - fit(wins).theta
             if not np.abs(off).max() > CLOSE_NATS:
                 break
@@ -130,7 +146,7 @@ class Plan:
         """
         n, (first, second) = len(self.theta), self.pairs
         totals = np.zeros((n, n))
-        totals[first, second] = totals[second, first] = self.times * float(observers)
+        totals[first, second] = totals[second, first] = self.totals(observers)
         p = probabilities(self.theta)
         covariance = pseudo_inverse((totals * p * p.T)[None])[0]
         kind = self.kind(observers)
@@ -181,8 +197,9 @@ def _linked(plan: Plan) -> int:
 
     first, second = plan.pairs
     n = len(plan.theta)
-    compared = plan.times > 0
-    graph = coo_array((plan.times[compared], (first[compared], second[compared])), shape=(n, n)).tocsr()
+    times = np.atleast_2d(plan.times).sum(axis=0)
+    compared = times > 0
+    graph = coo_array((times[compared], (first[compared], second[compared])), shape=(n, n)).tocsr()
     count, _ = connected_components(graph, directed=False)
     return int(count)
 

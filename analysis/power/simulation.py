@@ -93,7 +93,7 @@ def blocks_of(plan: Plan, sizes: Sequence[int], replicates: int, seed: int) -> l
     blocks = []
     common = plan.critical_z(1) if plan.adjust == "maxz" else float("nan")
     for observers in sizes:
-        per_study = max(len(plan.times), len(plan.items) ** 2) * (observers if plan.by_observer else 2)
+        per_study = max(len(plan.differs), len(plan.items) ** 2) * (observers if plan.by_observer else 2)
         most = int(np.clip(MOST_NUMBERS // per_study, 1, MOST_REPLICATES))
         if plan.interval == "bootstrap":
             most = min(most, 10)

@@ -77,7 +77,7 @@ def run(plan: Plan, observers: int, replicates: int, random: np.random.Generator
 def analyse(plan: Plan, observers: int, won: Floats) -> Studies:
     """Fit studies of which ``won`` says how often the first item of each pair won, as `Studies` has it."""
     replicates = len(won)
-    totals = matrices(np.broadcast_to(plan.times * float(observers), (replicates, len(plan.times))))
+    totals = matrices(np.broadcast_to(plan.totals(observers).astype(np.float64), (replicates, len(plan.differs))))
     wins = np.tril(totals.transpose(0, 2, 1), -1)
     first, second = plan.pairs
     summed = won.sum(axis=1)
@@ -102,16 +102,16 @@ def analyse(plan: Plan, observers: int, won: Floats) -> Studies:
 def draw(plan: Plan, observers: int, replicates: int, random: np.random.Generator) -> Floats:
     """Return how often the first item of each pair won: shape (B, S, P), or (B, 1, P) of all observers together."""
     if not plan.by_observer:
-        totals = plan.times * observers
+        totals = plan.totals(observers)
         return random.binomial(totals, plan.chances(plan.theta), (replicates, 1, len(totals))).astype(np.float64)
-    size = (replicates, observers, len(plan.times))
+    size = (replicates, observers, len(plan.differs))
     own = plan.typical
     if plan.observer_sd > 0:
         own = own + random.normal(0, plan.observer_sd, (replicates, observers, len(plan.theta)))
     chances = np.broadcast_to(plan.chances(own), size)
     if (plan.times == 1).all():
         return (random.random(size) < chances).astype(np.float64)
-    return random.binomial(plan.times, chances).astype(np.float64)
+    return random.binomial(plan.design(observers), chances).astype(np.float64)
 
 
 def matrices(values: Floats) -> Floats:
@@ -127,11 +127,12 @@ def _clustered(plan: Plan, won: Floats, p: Floats, inverse: Floats, kind: Cluste
     """Return each study's covariance by what each observer moves the strengths by, as in a report."""
     first, second = plan.pairs
     people, n = won.shape[1], p.shape[1]
-    pull = won - (plan.times * p[:, first, second])[:, None, :]
+    times = plan.design(people)
+    pull = won - times * p[:, first, second][:, None, :]
     incidence = np.zeros((len(first), n))
     incidence[np.arange(len(first)), first] = 1
     incidence[np.arange(len(first)), second] = -1
-    slope = without_rounding(pull @ incidence, plan.times.astype(np.float64) @ np.abs(incidence))
+    slope = without_rounding(pull @ incidence, times.astype(np.float64) @ np.abs(incidence))
     slope = slope - slope.mean(axis=1, keepdims=True)
     pulled = slope @ inverse * np.sqrt(people / (people - 1))
     return shrink(inverse, pulled, kind, freedom=people - 1, at_least_model=kind == "scaled")
@@ -146,7 +147,7 @@ def _wald(studies: Studies, random: np.random.Generator) -> Floats:
     """By the delta method, as in `analysis.report.estimate`: no limit is above 0."""
     from scipy.special import log_softmax, ndtri, stdtrit
 
-    tail, pairs = (1 + studies.plan.level) / 2, len(studies.plan.times)
+    tail, pairs = (1 + studies.plan.level) / 2, len(studies.plan.differs)
     quantile = ndtri(tail) if studies.freedom is None else stdtrit(studies.freedom[:, pairs:], tail)
     slopes = _score_slopes(studies.theta)
     variance = ((slopes @ studies.covariance) * slopes).sum(axis=2)
@@ -174,7 +175,7 @@ def _bootstrap(studies: Studies, random: np.random.Generator) -> Floats:
     for place, (won, separated) in enumerate(zip(studies.won, studies.separated, strict=True)):
         counts = np.zeros((people, len(plan.items), len(plan.items)))
         counts[:, first, second] = won
-        counts[:, second, first] = plan.times - won
+        counts[:, second, first] = plan.design(people) - won
         method: Method = "firth" if separated else "ml"
         seed = int(random.integers(2**31))
         samples = resample_counts(counts, plan.items, names, replicates=BOOTSTRAPS, seed=seed, method=method)

@@ -25,9 +25,10 @@ from runner.blocks.block import (
 )
 from runner.blocks.catch_trials import CatchSpec, CatchTrials, Comparison, mix_in
 from runner.blocks.field_types import OptionalFactor, Seconds, ShortSeconds
+from runner.blocks.incomplete_pairs import designs, fewest_pairs, observers_pairs, place_of
 from runner.blocks.layout import PairLayout, SingleLayout
 from runner.blocks.message import page
-from runner.blocks.orders import grouped_order, pair_order
+from runner.blocks.orders import Pair, grouped_order, pair_order
 from runner.blocks.pair_groups import PairGroups, group_faults, pair_groups
 from runner.blocks.pair_views import SequenceView, SimultaneousView, Ties, present, sequence_page
 from runner.blocks.scale import Scale, ScaleSpec, rate, scale_faults
@@ -106,7 +107,8 @@ def fixation(style: Style, place_px: Offset = (0, 0)) -> Scene:
 class AllPairs(Block):
     """The thesis's second experiment (Section 4.5.2): all pairs, one answer each, a break now and then.
 
-    With ``groups``, those pairs alone that it names; each record then has its ``group``, such as the scene.
+    With ``groups``, those pairs alone that it names; each record then has its ``group``, such as the scene. With
+    ``part``, this observer has those pairs i < j alone, of all that observers share among them.
 
     A ``layout`` for two pictures shows them at once, one for a single picture in two intervals of ``exposure_s`` with
     ``blank_between_s`` between them. In seconds, to the nearest frame: ``fixation_s`` shows a cross before each pair,
@@ -133,18 +135,20 @@ class AllPairs(Block):
     catch: CatchTrials | None = None
     ratings: PairRatings | None = None
     groups: PairGroups | None = None
+    part: tuple[Pair, ...] | None = None
 
     @property
     def trials(self) -> int:
         """Pairs times repeats, and catch trials."""
         count = len(self.stimuli)
         pairs = count * (count - 1) // 2 if self.groups is None else len(self.groups.sets)
+        pairs = pairs if self.part is None else len(self.part)
         return pairs * self.repeats + (self.catch.count if self.catch else 0)
 
     @property
     def facts(self) -> dict[str, Any]:
-        """How many pairs each group has."""
-        return {} if self.groups is None else self.groups.facts
+        """How many pairs each group has, of this observer where observers share them."""
+        return {} if self.groups is None else self._own(self.groups).facts
 
     @property
     def expected_s(self) -> float:
@@ -171,13 +175,16 @@ class AllPairs(Block):
         """Return who meets whom, in order, catch trials among them."""
         seeds = self.repeats, self.seed, self.order_seed
         if self.groups is None:
-            order = pair_order(len(self.stimuli), *seeds, flip=self.flip_sides)
+            order = pair_order(len(self.stimuli), *seeds, flip=self.flip_sides, part=self.part)
         else:
-            order = grouped_order(self.groups.sets, *seeds, flip=self.flip_sides)
+            order = grouped_order(self._own(self.groups).sets, *seeds, flip=self.flip_sides)
         pairs = [Comparison(self.stimuli[first], self.stimuli[second]) for first, second in order]
         if self.catch is None:
             return pairs
         return mix_in(pairs, self.catch, self.stimuli, self.seed, self.order_seed, flip=self.flip_sides)
+
+    def _own(self, groups: PairGroups) -> PairGroups:
+        return groups if self.part is None else groups.only(self.part)
 
     @property
     def places_px(self) -> tuple[Offset, ...]:
@@ -244,7 +251,8 @@ class AllPairsSpec(BlockSpec):
     """Every two of the stimuli together, one answer each.
 
     ``within`` is a factor of the stimuli, such as their scene: only stimuli with the same level are compared. With
-    ``across``, another factor, stimuli of different groups are compared too if they have the same level of it.
+    ``across``, another factor, stimuli of different groups are compared too if they have the same level of it. With
+    ``per_observer``, observers share the pairs, each linking all stimuli that all pairs link.
 
     Times are in seconds, to the nearest frame: a fixation cross before each pair, a limited exposure of the pair (it
     stays until answered if left out), black between trials. In a ``sequence``, ``exposure_s`` is each interval's and
@@ -260,6 +268,10 @@ class AllPairsSpec(BlockSpec):
     """The factor whose levels are compared each among themselves, such as scene."""
     across: OptionalFactor = None
     """The factor that links the groups of within, by pairs of equal level."""
+    per_observer: Annotated[PositiveInt | None, Field(exclude_if=lambda value: value is None)] = None
+    """How many of the pairs each observer compares; left out, all of them."""
+    balance: Annotated[Literal["pairs"] | None, Field(exclude_if=lambda value: value is None)] = None
+    """What per_observer balances over observers: pairs, each compared as often as the others."""
     presentation: Literal["simultaneous", "sequence"] = "simultaneous"
     """Whether two pictures are shown at once, or one after the other."""
     sides: Literal["counterbalanced"] = "counterbalanced"
@@ -299,14 +311,21 @@ class AllPairsSpec(BlockSpec):
             raise ValueError(f"'across' and 'within' are both '{self.within}'; name another factor, such as 'codec'")
         return self
 
+    @model_validator(mode="after")
+    def _shared(self) -> AllPairsSpec:
+        if self.balance is not None and self.per_observer is None:
+            raise ValueError("'balance' says how observers share pairs; give 'per_observer', the pairs of each, too")
+        return self
+
     def make(self, setting: Setting) -> AllPairs:
         """Return the block in the observer's own order."""
         between_s = BLANK_BETWEEN_S if self.blank_between_s is None else self.blank_between_s
+        part = self._part(setting.stimuli, setting.shared_seed, place_of(setting.observer))
         return AllPairs(
             chosen(self.stimuli, setting.stimuli),
             setting.question,
             self._layout(setting),
-            setting.pair_seed,
+            setting.pair_seed if part is None else setting.own_seed,
             order_seed=setting.own_seed,
             flip_sides=setting.is_second_of_pair,
             repeats=self.repeats,
@@ -321,6 +340,7 @@ class AllPairsSpec(BlockSpec):
             catch=self.catch.make(self._trials(setting.stimuli)) if self.catch else None,
             ratings=self._ratings(setting),
             groups=self._groups(setting.stimuli),
+            part=part,
         )
 
     def faults(self, stimuli: Stimuli) -> Iterator[Fault]:
@@ -328,6 +348,8 @@ class AllPairsSpec(BlockSpec):
         wrong = list(name_faults(self.stimuli, stimuli, "stimuli", at_least=2))
         if self.within is not None and not wrong:
             wrong = list(group_faults(chosen(self.stimuli, stimuli), stimuli, self.within, self.across))
+        if self.per_observer is not None and not wrong:
+            wrong = list(self._part_faults(stimuli, self.per_observer))
         yield from wrong
         if self.catch and not wrong:
             yield from self.catch.faults(stimuli, self._trials(stimuli))
@@ -338,10 +360,41 @@ class AllPairsSpec(BlockSpec):
 
     def pairs(self, stimuli: Stimuli) -> list[tuple[str, str]]:
         """Return the pairs that are compared, whichever comes first, each once."""
-        names, groups = chosen(self.stimuli, stimuli), self._groups(stimuli)
-        if groups is None:
-            return list(combinations(names, 2))
-        return [(names[i], names[j]) for i, j in groups.sets]
+        names = chosen(self.stimuli, stimuli)
+        return [(names[i], names[j]) for i, j in self._pairs(stimuli)]
+
+    def pairs_by_place(self, stimuli: Stimuli, seed: str, places: int) -> Iterator[list[tuple[str, str]]]:
+        """Yield the pairs of the first ``places`` observers in turn; ``seed`` is `Setting.shared_seed`."""
+        pairs = self.pairs(stimuli)
+        if self.per_observer is None:
+            yield from (pairs for _ in range(places))
+            return
+        count = len(chosen(self.stimuli, stimuli))
+        for part in designs(count, self._pairs(stimuli), self.per_observer, seed, places):
+            yield [pairs[index] for index in part]
+
+    def _pairs(self, stimuli: Stimuli) -> tuple[Pair, ...]:
+        groups = self._groups(stimuli)
+        return tuple(combinations(range(len(chosen(self.stimuli, stimuli))), 2) if groups is None else groups.sets)
+
+    def _part(self, stimuli: Stimuli, seed: str, place: int) -> tuple[Pair, ...] | None:
+        """Return the pairs of the observer at ``place``; None for all, also where `faults` finds too few or many."""
+        if self.per_observer is None or next(self._part_faults(stimuli, self.per_observer), None):
+            return None
+        count = len(chosen(self.stimuli, stimuli))
+        return observers_pairs(count, self._pairs(stimuli), self.per_observer, seed, place)
+
+    def _part_faults(self, stimuli: Stimuli, each: int) -> Iterator[Fault]:
+        count, pairs = len(chosen(self.stimuli, stimuli)), self._pairs(stimuli)
+        if each > len(pairs):
+            remedy = f"ask for {len(pairs)} or fewer, or leave it out: every observer then compares all pairs"
+            yield Fault(
+                f"{each} pairs per observer are more than the {len(pairs)} there are", ("per_observer",), remedy
+            )
+        elif each < (fewest := fewest_pairs(count, pairs)):
+            where = f" within each {self.within}" if self.within is not None and self.across is None else ""
+            what = f"{each} pairs per observer cannot link {count} stimuli{where}"
+            yield Fault(what, ("per_observer",), f"ask for {fewest} or more, better {2 * count} or all pairs")
 
     def _groups(self, stimuli: Stimuli) -> PairGroups | None:
         if self.within is None:
@@ -349,7 +402,7 @@ class AllPairsSpec(BlockSpec):
         return pair_groups(chosen(self.stimuli, stimuli), stimuli, self.within, self.across)
 
     def _trials(self, stimuli: Stimuli) -> int:
-        return len(self.pairs(stimuli)) * self.repeats
+        return (self.per_observer or len(self._pairs(stimuli))) * self.repeats
 
     def _ratings(self, setting: Setting) -> PairRatings | None:
         if not self.ratings:

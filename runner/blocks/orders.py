@@ -74,13 +74,22 @@ def _fewest_clashes(draws: Iterable[list[Pair]], before: Pair | None) -> list[Pa
     return best
 
 
-def pair_order(count: int, repeats: int, side_seed: str, order_seed: str, *, flip: bool = False) -> list[Pair]:
-    """Return the whole list of (first, second) item numbers for one observer.
+def pair_order(
+    count: int,
+    repeats: int,
+    side_seed: str,
+    order_seed: str,
+    *,
+    flip: bool = False,
+    part: Sequence[Pair] | None = None,
+) -> list[Pair]:
+    """Return the whole list of (first, second) item numbers for one observer, of all pairs or of a ``part`` of them.
 
     ``side_seed`` fixes who stands first and ``order_seed`` the order; ``flip`` swaps the sides of every pair, so
     that two observers with one side seed balance each other. Repeats alternate sides.
     """
-    sides = oriented_pairs(count, random.Random(side_seed))
+    random_sides = random.Random(side_seed)
+    sides = oriented_pairs(count, random_sides) if part is None else balanced(part, random_sides)
     rng = random.Random(order_seed)
     order: list[Pair] = []
     for repeat in range(repeats):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
 
@@ -33,6 +33,10 @@ class PairGroups:
     factor: str
     group_of: Mapping[str, str]
     sets: Mapping[Pair, tuple[str, str]]
+
+    def only(self, pairs: Sequence[Pair]) -> PairGroups:
+        """Return the same groups with some of their pairs, in the order of ``pairs``."""
+        return replace(self, sets={pair: self.sets[pair] for pair in pairs})
 
     @property
     def members(self) -> tuple[tuple[int, ...], ...]:

@@ -19,6 +19,11 @@ def level_words(level: str | float) -> str:
     return level if isinstance(level, str) else f"{level:g}"
 
 
+def shared_seed(seed: int, experiment: str, index: int) -> str:
+    """Return the seed that all observers share of the block number ``index`` of an experiment."""
+    return f"{seed}/{experiment}/{index}"
+
+
 @dataclass(frozen=True, slots=True)
 class Stimuli:
     """What there is to look at: ``factors`` by name, and which of them is the ``reference``, None if it is none."""
@@ -80,7 +85,12 @@ class Setting:
     @property
     def pair_seed(self) -> str:
         """A seed that two neighbouring observers share."""
-        return f"{self.seed}/{self.experiment}/{self.index}/{self.observer_number // 2}"
+        return f"{self.shared_seed}/{self.observer_number // 2}"
+
+    @property
+    def shared_seed(self) -> str:
+        """A seed that all observers share."""
+        return shared_seed(self.seed, self.experiment, self.index)
 
     @property
     def own_seed(self) -> str:

@@ -227,7 +227,7 @@ def _parts(plan: Plan, pairs: PairDesign, named: Pairs) -> tuple[list[tuple[str,
             plan,
             items=tuple(plan.items[item] for item in place),
             theta=plan.theta[place] - plan.theta[place].mean(),
-            times=plan.times[within],
+            times=plan.times[..., within],
             differs=plan.differs[within],
         )
         matter = tuple(pair for pair in named if group_of[pair[0]] == name)

@@ -13,7 +13,8 @@ from documents import Finding
 from runner.blocks.active_pairs import ActivePairsSpec
 from runner.blocks.all_pairs import AllPairsSpec
 from runner.blocks.block import chosen
-from runner.blocks.setting import level_words
+from runner.blocks.incomplete_pairs import PLACES
+from runner.blocks.setting import level_words, shared_seed
 from runner.errors import SessionError
 from runner.protocol.experiment import Experiment
 
@@ -21,6 +22,8 @@ from runner.protocol.experiment import Experiment
 @dataclass(frozen=True, slots=True, eq=False)
 class PairDesign:
     """``items`` are the stimuli compared; ``times``, shape (P,), says how often each pair i < j is, by one observer.
+
+    Where observers share pairs, ``times`` has shape (R, P): what the observers 1 to R compare.
 
     ``ties`` says whether an answer may prefer neither. ``groups`` are the sets of items that no pair links, such as
     scenes: each set's name and items; empty where pairs link all.
@@ -34,7 +37,7 @@ class PairDesign:
     def pairs_within(self, members: Sequence[int]) -> NDArray[np.intp]:
         """Return the indices of the pairs of ``members``, in the order of their own pairs i < j."""
         index = np.zeros((len(self.items), len(self.items)), dtype=np.intp)
-        index[np.triu_indices(len(self.items), 1)] = np.arange(len(self.times))
+        index[np.triu_indices(len(self.items), 1)] = np.arange(self.times.shape[-1])
         first, second = np.triu_indices(len(members), 1)
         place = np.array(members)
         return np.asarray(index[place[first], place[second]])
@@ -60,14 +63,20 @@ def pair_design(experiment: Experiment) -> PairDesign:
     compared = {name for names in shown for name in names}
     items = tuple(name for name in experiment.stimulus_names if name in compared)
     index = {name: place for place, name in enumerate(items)}
-    times = np.zeros((len(items), len(items)), dtype=np.int64)
-    for block in blocks:
-        for pair in block.pairs(experiment.stimuli):
-            first, second = sorted(index[name] for name in pair)
-            times[first, second] += block.repeats
-    sets = compared_groups(times.astype(np.float64))
+    rows = PLACES if any(block.per_observer for block in blocks) else 1
+    times = np.zeros((rows, len(items), len(items)), dtype=np.int64)
+    for number, block in enumerate(experiment.spec.blocks):
+        if not isinstance(block, AllPairsSpec):
+            continue
+        seed = shared_seed(experiment.spec.seed, experiment.spec.name, number)
+        for row, pairs in enumerate(block.pairs_by_place(experiment.stimuli, seed, rows)):
+            for pair in pairs:
+                first, second = sorted(index[name] for name in pair)
+                times[row, first, second] += block.repeats
+    sets = compared_groups(times.sum(axis=0).astype(np.float64))
     groups = tuple(zip(_names(experiment, blocks, items, sets), sets, strict=True)) if len(sets) > 1 else ()
-    return PairDesign(items, times[np.triu_indices(len(items), 1)], any(b.ties != "none" for b in blocks), groups)
+    own = times[:, *np.triu_indices(len(items), 1)]
+    return PairDesign(items, own if rows > 1 else own[0], any(b.ties != "none" for b in blocks), groups)
 
 
 def _names(

@@ -31,6 +31,8 @@ BLOCKS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             f"stimuli: [a, b, c, d], catch: {{every: 3, pairs: [[a, b]], identical: 1}}, ratings: [{_SCALE}]",
             "stimuli: [a, b, c], presentation: sequence, exposure_s: 0.5",
             "within: scene, repeats: 2, break_every: 4",
+            "within: scene, per_observer: 5, balance: pairs, repeats: 2",
+            "per_observer: 8, break_every: 4, catch: {identical: 2}",
             "within: scene, across: codec, catch: {every: 4, pairs: [[a, d]], identical: 1}",
         ),
         "active_pairs": (
