@@ -16,6 +16,7 @@ PRINTS = {
     "ask_a_display.py": "and back: [0.5 0.5 0.5]",
     "car_paint_beside_a_screen.py": "quantum dots or lasers  matched for CIE 2015 10: ΔE00 median 0.8",
     "compare_two_pictures.py": "one a tenth too bright: not validated",
+    "contrast_threshold.py": "of 3 observers, who see 0.03 by half",
     "measures_and_observers.py": "to 1.00), agrees",
     "plan_observers.py": "80 % power",
     "score_a_table.py": "0.640",
