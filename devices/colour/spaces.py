@@ -13,6 +13,8 @@ Floats = NDArray[np.float64]
 
 # Lab is a cube root above this share of white and a straight line below it.
 _DELTA = 6.0 / 29.0
+# Fewer cube roots are as soon done one by one, and larger numbers are none in single precision.
+_FEW, _LARGEST, _AT_A_TIME = 64, 1e30, 4096
 
 
 def xyY_from_XYZ(xyz: ArrayLike) -> Floats:
@@ -147,11 +149,44 @@ def lab_planes(xyz: Sequence[Floats], white_xyz: Floats) -> tuple[Floats, Floats
 
 
 def _bent(share: Floats) -> Floats:
-    bent = np.cbrt(share)
+    bent = cube_roots(share)
     low = share <= _DELTA**3
     if np.any(low):
         bent = np.where(low, share / (3.0 * _DELTA**2) + 4.0 / 29.0, bent)
     return np.asarray(bent)
+
+
+def cube_roots(values: Floats) -> Floats:
+    """Return the cube roots of values, within three of their last places; of NaN and of 1e-3 or less, anything.
+
+    A root in single precision, exp(log(x) / 3), comes from NumPy's vector loops, and one step of Halley's method cubes
+    its relative error of some 1e-7. `numpy.cbrt` takes four times as long: one value at a time.
+    """
+    if values.size < _FEW or not np.all(values <= _LARGEST):
+        return np.asarray(np.cbrt(values))
+    roots = np.empty(values.shape)
+    given, found = np.ravel(values), roots.reshape(-1)
+    # Few at a time: they and what is between stay in the processor's cache.
+    guesses, planes = np.empty(_AT_A_TIME, np.float32), np.empty((3, _AT_A_TIME))
+    for start in range(0, given.size, _AT_A_TIME):
+        part, root = given[start : start + _AT_A_TIME], found[start : start + _AT_A_TIME]
+        guess, x, cube, step = (scratch[: part.size] for scratch in (guesses, *planes))
+        np.maximum(part, 1e-3, out=x)
+        np.copyto(guess, x, casting="same_kind")
+        np.log(guess, out=guess)
+        guess *= np.float32(1.0 / 3.0)
+        np.exp(guess, out=guess)
+        np.copyto(root, guess)
+        # y (y³ + 2x) / (2y³ + x) = y + y (x − y³) / (2y³ + x)
+        np.multiply(root, root, out=cube)
+        cube *= root
+        np.subtract(x, cube, out=step)
+        cube += cube
+        cube += x
+        step /= cube
+        step *= root
+        root += step
+    return roots
 
 
 def lab_to_xyz(lab: ArrayLike, white_xyz: ArrayLike) -> Floats:

@@ -6,10 +6,12 @@ Places are in pixels of the middle of a pixel, x to the right and y down; an ang
 from __future__ import annotations
 
 from dataclasses import dataclass
+from threading import Lock
 from typing import Any
 
 import numpy as np
 
+from documents import in_threads
 from documents.text import json_fields
 from stimuli.align.homography import mapped
 from stimuli.align.warping import grid_places, warp
@@ -95,14 +97,21 @@ def resample(
     if not alignment.moved:
         return rendering, np.ones((height, width), dtype=np.bool_)
     moved, within = RowFile((height, width, 3)), np.empty((height, width), dtype=np.bool_)
-    for first in range(0, height, _BAND_ROWS):
+    turn, done = Lock(), 0
+
+    def move(first: int) -> None:
+        nonlocal done
         last = min(first + _BAND_ROWS, height)
         within[first:last] = _within(alignment.matrix, first, last, width, rendering.shape)
         top, bottom = _rows_seen(alignment.matrix, first, last, width, rendering.shape[0])
         source = rendering[top:bottom]
         turned = _down(-top) @ alignment.matrix @ _down(first)
         moved.write(first, warp(source, turned, (width, last - first)).picture)
-        rows_done(last, height)
+        with turn:
+            done += last - first
+            rows_done(done, height)
+
+    in_threads(move, range(0, height, _BAND_ROWS))
     return moved, within
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Lock
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -14,7 +15,7 @@ from documents import Finding, InputError
 from stimuli.errors import StimulusError
 from stimuli.pictures.picture_header import is_ordinary
 from stimuli.pictures.picture_input import MAX_BYTES, MAX_SPECTRAL_BYTES, opened, refuse_no_picture
-from stimuli.pictures.rows import Mask, RowFile, RowsDone, bands
+from stimuli.pictures.rows import Mask, RowFile, RowsDone, bands, over_bands
 from stimuli.pictures.stereo_image import XYZImage
 
 if TYPE_CHECKING:
@@ -180,22 +181,26 @@ def _exr(path: Path, digest: str, given: Holds | None, done: RowsDone) -> Pictur
     space: ColourSpace | None = "xyz" if given == "xyz" else "rec709" if given == "rec709" else None
     width, height = _exr_size(path)
     views: dict[Eye, RowFile] = {}
-    clipped = 0
-    observer = DEFAULT_OBSERVER
-    for band in bands((height, width)):
+    turn = Lock()
+
+    def read_band(band: slice) -> tuple[int, str]:
+        """Put the rows into the views' files; return how many pixels were clipped, and whose XYZ they are."""
         part = Region(0, band.start, width, band.stop - band.start)
         try:
             read = read_exr_counted(path, space, negative="clip", region=part)
         except StimulusError as error:
             raise _in_rows(error, band, height) from error
-        clipped += read.clipped_pixels
-        observer = read.observer
         eyes: tuple[Eye, ...] = ("both",) if read.image.is_flat else ("left", "right")
+        with turn:
+            for eye in eyes:
+                if eye not in views:
+                    views[eye] = RowFile((height, width, 3))
         for eye in eyes:
-            if eye not in views:
-                views[eye] = RowFile((height, width, 3))
             views[eye].write(band.start, read.image.left if eye != "right" else read.image.right)
-        done(band.stop, height)
+        return read.clipped_pixels, read.observer
+
+    parts = over_bands(read_band, (height, width), done)
+    clipped, observer = sum(pixels for pixels, _ in parts), parts[-1][1]
     notes = (f"{clipped} pixels with negative XYZ were set to 0",) if clipped else ()
     step = {"step": "read", "file": path.name, "colour_space": space or "declared", "negative_pixels_set_to_0": clipped}
     eye_views: dict[Eye, EyeView] = {eye: EyeView(rows, None) for eye, rows in views.items()}

@@ -40,6 +40,8 @@ GAUSSIANS: tuple[tuple[tuple[float, float], ...], ...] = (
 )
 # A Gaussian is blurred in cells of as many pixels as leave its standard deviation this many cells.
 NARROWEST_CELLS = 2.5
+# Rows of pixels that come into cells by one product.
+_DENSE_ROWS = 128
 # Gaussians end at this many standard deviations.
 REACH_SD = 4.0
 # A display at two kilometres; beyond it the wide Gaussians take seconds, then more memory than there is.
@@ -277,12 +279,17 @@ class _Layer:
     across: _CellAxis
 
     def rows(self, start: int, stop: int) -> Floats32:
-        row = np.arange(start, stop)
-        first, part = row // self.blur.cell_px + self.down.margin - 2, row % self.blur.cell_px
-        small = np.zeros((len(row), self.across.cells), dtype=np.float32)
-        for tap, weights in enumerate(self.down.taps.astype(np.float32)):
-            small += weights[part, None] * self.cells[first + tap]
-        return self.across.pixels_along(small)
+        """Return some rows of pixels: along the rows of cells that they lie among first, then down the columns."""
+        size = self.blur.cell_px
+        low, high = start // size, max(stop - 1, start) // size
+        first = low + self.down.margin - 2
+        along = self.across.pixels_along(self.cells[first : first + high - low + 5])
+        taps, out = self.down.taps.T.astype(np.float32), np.empty((stop - start, along.shape[1]), dtype=np.float32)
+        for cell in range(low, high + 1):
+            top, bottom = max(start, cell * size), min(stop, (cell + 1) * size)
+            weights = taps[top - cell * size : bottom - cell * size]
+            np.matmul(weights, along[cell - low : cell - low + 5], out=out[top - start : bottom - start])
+        return out
 
 
 def _wide_layers(picture: Rows, matrix: NDArray[np.float64], blurs: list[_Blur]) -> list[_Layer]:
@@ -292,19 +299,23 @@ def _wide_layers(picture: Rows, matrix: NDArray[np.float64], blurs: list[_Blur])
     axes = [(_CellAxis(height, blur), _CellAxis(width, blur)) for blur in blurs]
     cells = [np.zeros((down.cells, across.cells)) for down, across in axes]
 
-    def gathered(band: slice) -> list[tuple[slice, Floats]]:
-        """Return what the rows of a band add to the cells of each Gaussian, and to which rows of cells."""
+    def gathered(band: slice) -> list[tuple[int, slice, Floats32]]:
+        """Return what the rows of a band add to the cells of which Gaussian, and to which rows of cells."""
         planes = _planes(picture[band], matrix)
         parts = []
-        for (down, across), blur in zip(axes, blurs, strict=True):
-            into = down.from_rows[:, band]
-            rows = slice(int(into.indices.min()), int(into.indices.max()) + 1)
-            parts.append((rows, into[rows] @ across.cells_along(planes[blur.channel])))
+        for number, ((down, across), blur) in enumerate(zip(axes, blurs, strict=True)):
+            for first in range(band.start, band.stop, _DENSE_ROWS):
+                last = min(first + _DENSE_ROWS, band.stop)
+                into = down.from_rows[:, first:last]
+                rows = slice(int(into.indices.min()), int(into.indices.max()) + 1)
+                # Down the columns first: a dense product of few rows is quick, and leaves few rows to go along.
+                plane = planes[blur.channel][first - band.start : last - band.start]
+                parts.append((number, rows, across.cells_along(into[rows].toarray().astype(np.float32) @ plane)))
         return parts
 
     for parts in over_bands(gathered, picture.shape) if blurs else ():
-        for sums, (rows, part) in zip(cells, parts, strict=True):
-            sums[rows] += part
+        for number, rows, part in parts:
+            cells[number][rows] += part
     layers = []
     for blur, (down, across), sums in zip(blurs, axes, cells, strict=True):
         # Pixels are blurred by their own width and that of the cells already.

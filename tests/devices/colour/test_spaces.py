@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from devices.colour.spaces import (
     XYZ_from_xyY,
+    cube_roots,
     lab_to_xyz,
     rgb_to_xyz_matrix,
     xyY_from_XYZ,
@@ -81,3 +82,31 @@ def test_a_white_that_cannot_be_is_refused(white: list[float]) -> None:
         xyz_to_lab([1, 1, 1], white)
     with pytest.raises(DeviceError, match="white"):
         lab_to_xyz([1, 1, 1], white)
+
+
+def test_cube_roots_are_those_of_numpy_to_a_few_last_places() -> None:
+    random = np.random.default_rng(7)
+    values = 10.0 ** random.uniform(-2.9, 29.9, (3, 20_001))
+    roots = cube_roots(values)
+    assert roots.shape == values.shape
+    np.testing.assert_allclose(roots, np.cbrt(values), rtol=4 * np.finfo(np.float64).eps, atol=0.0)
+    # Every other one, and few, are no contiguous block of memory.
+    np.testing.assert_array_equal(cube_roots(values[:, ::2]), roots[:, ::2])
+    np.testing.assert_allclose(cube_roots(values[:, 5]), roots[:, 5], rtol=4 * np.finfo(np.float64).eps)
+
+
+@pytest.mark.parametrize("odd", [np.nan, np.inf, 1e200])
+def test_lab_of_light_that_single_precision_does_not_hold(odd: float) -> None:
+    xyz = np.random.default_rng(8).uniform(0.0, 100.0, (500, 3))
+    alone = xyz_to_lab(xyz, [95.0, 100.0, 109.0])
+    xyz[7, 1] = odd
+    found = xyz_to_lab(xyz, [95.0, 100.0, 109.0])
+    np.testing.assert_allclose(np.delete(found, 7, axis=0), np.delete(alone, 7, axis=0), rtol=0.0, atol=1e-12)
+    assert found[7, 0] == pytest.approx(116.0 * np.cbrt(odd / 100.0) - 16.0, nan_ok=True)
+
+
+def test_lab_of_light_down_to_none_and_below_against_the_definition() -> None:
+    share = np.concatenate([10.0 ** np.random.default_rng(9).uniform(-12, 1, 2000), [0.0, (6 / 29) ** 3, -0.1, -5.0]])
+    expected = np.where(share > (6 / 29) ** 3, np.cbrt(share), share * (29 / 6) ** 2 / 3 + 4 / 29)
+    found = xyz_to_lab(np.outer(share, [95.0, 100.0, 109.0]), [95.0, 100.0, 109.0])
+    np.testing.assert_allclose(found[:, 0], 116.0 * expected - 16.0, rtol=0.0, atol=1e-12)
