@@ -17,6 +17,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -52,6 +53,7 @@ def patch_name(name: str) -> str:
     return re.sub(r"#\d+$", "", name.strip())
 
 
+@lru_cache(maxsize=4096)
 def tag(name: str) -> Tag | None:
     """Return the tag in ``name``, None for a plain reading."""
     base, at, words = patch_name(name).rpartition("@")
@@ -156,10 +158,15 @@ def by_code(measurements: Measurements) -> dict[tuple[float, ...], list[int]]:
 
 def means(measurements: Measurements) -> tuple[Floats, Floats]:
     """Return each code once, shape (k, 3), and the mean XYZ of its plain readings, shape (k, 3)."""
-    groups = by_code(measurements)
-    codes = measurements.codes[[rows[0] for rows in groups.values()]].reshape(-1, 3)
-    light = np.array([measurements.XYZ[rows].mean(axis=0) for rows in groups.values()]).reshape(-1, 3)
-    return codes, light
+    counted = np.flatnonzero(is_plain(measurements))
+    codes, light = measurements.codes[counted], measurements.XYZ[counted]
+    _, first, group = np.unique(np.round(codes, SAME_DIGITS), axis=0, return_index=True, return_inverse=True)
+    # Codes stand in the order in which they were read first, and their light is added in that of the readings.
+    order = np.argsort(first)
+    group = np.argsort(order)[group.reshape(-1)]
+    sums = np.zeros((len(first), 3))
+    np.add.at(sums, group, light)
+    return codes[first[order]], sums / np.bincount(group, minlength=len(first))[:, None]
 
 
 def black(measurements: Measurements) -> Floats | None:
@@ -176,7 +183,11 @@ def black_or_none(measurements: Measurements) -> tuple[Floats, str]:
 
 def ramp(measurements: Measurements, channels: Sequence[int]) -> Ramp:
     """Return the readings in which ``channels`` are equal and the others 0, without black."""
-    codes, light = means(measurements)
+    return _ramp_of(*means(measurements), channels)
+
+
+def _ramp_of(codes: Floats, light: Floats, channels: Sequence[int]) -> Ramp:
+    """Return the ramp among codes, each once, and their light, both (k, 3)."""
     others = [channel for channel in range(3) if channel not in channels]
     level = codes[:, channels[0]]
     along = np.all(codes[:, list(channels)] == level[:, None], axis=1) & np.all(codes[:, others] == 0, axis=1)
@@ -187,7 +198,8 @@ def ramp(measurements: Measurements, channels: Sequence[int]) -> Ramp:
 
 def channel_ramps(measurements: Measurements) -> dict[str, Ramp]:
     """Return the ramps of red, green and blue, without black; those not read are empty."""
-    return {name: ramp(measurements, [channel]) for channel, name in enumerate(CHANNELS)}
+    codes, light = means(measurements)
+    return {name: _ramp_of(codes, light, [channel]) for channel, name in enumerate(CHANNELS)}
 
 
 def grey_ramp(measurements: Measurements) -> Ramp:

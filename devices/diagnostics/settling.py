@@ -155,21 +155,22 @@ def _one_curve(logs: Floats, when: Floats, place: NDArray[np.intp], taus: Floats
 
     The curve is as log(1 + ``excess`` · exp(−t / τ)), of any size; exp(−t / τ) where the excess is next to nothing.
     """
-    levels = (place[:, None] == np.unique(place)).astype(np.float64)
-    least, fitted = np.full(len(logs), np.inf), np.zeros_like(logs)
-    begins, best_tau = 0.0, float(taus[0])
-    for tau in taus:
-        fall = np.exp(-when / tau)
-        curve = np.log1p(excess * fall) if abs(excess) > _BARELY else fall
-        columns, turned = np.linalg.qr(np.column_stack([levels, curve]))
-        made = (logs @ columns) @ columns.T
-        left = ((logs - made) ** 2).sum(axis=1)
-        better = left < least
-        if better[0]:
-            best_tau = float(tau)
-            begins = float((logs[0] @ columns[:, -1]) / turned[-1, -1])
-        least[better], fitted[better] = left[better], made[better]
-    return _Curves(least, fitted, float(np.clip(np.expm1(min(begins, 1.0)), *_EXCESSES)), best_tau)
+    falls = np.exp(-when / taus[:, None])
+    curves = np.log1p(excess * falls) if abs(excess) > _BARELY else falls
+    # A level is the mean of its place; of what is left of the series, the best curve takes the most.
+    members = (place[:, None] == np.unique(place)).astype(np.float64)
+    average = members / members.sum(axis=0)
+    rest = logs - (logs @ average) @ members.T
+    bent = curves - (curves @ average) @ members.T
+    length = np.linalg.norm(bent, axis=1)
+    length[length == 0] = np.inf
+    bent /= length[:, None]
+    best = np.argmax(np.abs(rest @ bent.T), axis=1)
+    size = np.einsum("kn,kn->k", rest, bent[best])
+    unexplained = rest - size[:, None] * bent[best]
+    begins = float(size[0] / length[best[0]])
+    excess = float(np.clip(np.expm1(min(begins, 1.0)), *_EXCESSES))
+    return _Curves((unexplained**2).sum(axis=1), logs - unexplained, excess, float(taus[best[0]]))
 
 
 def _curve_each(logs: Floats, when: Floats, place: NDArray[np.intp], taus: Floats, excess: float) -> _Curves:

@@ -9,7 +9,7 @@ of that without a trend, is smaller than Gaussian noise at the same times gives 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -186,42 +186,40 @@ def _smoothed(when: Floats, value: Floats, patch: NDArray[Any]) -> _Smoothed | N
     rest = _within(value, member, counts)
     if float(np.abs(rest).max()) <= _NOTHING * max(1.0, float(np.abs(value).max())):
         return None
-    fits = tuple(fit for basis, penalty in _candidates(inside) if (fit := _fit(basis, penalty, inside, member, counts)))
+    fits = tuple(fit for own in _candidates(inside) for fit in _fits(*own, inside, member, counts))
     if not fits:
         return None
     best = min(fits, key=lambda fit: float(np.mean(fit.left_out(rest) ** 2)))
     return _Smoothed(start, end, rows, member, counts, rest, fits, best)
 
 
-def _fit(basis: Basis, penalty: Floats, inside: Floats, member: Integers, counts: Integers) -> _Fit | None:
+def _fits(basis: Basis, penalties: Floats, inside: Floats, member: Integers, counts: Integers) -> Iterator[_Fit]:
+    """Yield the smoothers of a basis with each of its ``penalties`` (m, p), which can be solved for and leave some."""
     columns = _within(basis(inside).T, member, counts).T
-    normal = columns.T @ columns + np.diag(penalty)
-    if np.linalg.matrix_rank(normal) < len(normal):
-        return None
-    operator = np.linalg.solve(normal, columns.T)
-    spare = np.asarray(1.0 - 1.0 / counts[member]) - np.einsum("np,pn->n", columns, operator)
-    return _Fit(basis, columns, np.asarray(operator), spare) if spare.min() > _FULL_LEVERAGE else None
+    normal = columns.T @ columns + penalties[:, :, None] * np.eye(columns.shape[1])
+    solved = np.linalg.matrix_rank(normal) == columns.shape[1]
+    for operator in np.linalg.solve(normal[solved], columns.T):
+        spare = np.asarray(1.0 - 1.0 / counts[member]) - np.einsum("np,pn->n", columns, operator)
+        if spare.min() > _FULL_LEVERAGE:
+            yield _Fit(basis, columns, operator, spare)
 
 
 def _within(values: Floats, member: Integers, counts: Integers) -> Floats:
     """Return ``values`` (..., n) minus the mean of their patch."""
-    sums = np.zeros((*values.shape[:-1], len(counts)))
-    for number in range(len(counts)):
-        sums[..., number] = values[..., member == number].sum(axis=-1)
-    return np.asarray(values - (sums / counts)[..., member])
+    members = (member[:, None] == np.arange(len(counts))).astype(np.float64)
+    return np.asarray(values - (values @ members / counts)[..., member])
 
 
 def _candidates(inside: Floats) -> list[tuple[Basis, Floats]]:
-    """Return bases over time 0..1, columns (n, p), with the ridge penalty of each column."""
-    out: list[tuple[Basis, Floats]] = [(_line, np.zeros(1))]
-    out += [(_settling(constant), np.zeros(1)) for constant in _TIME_CONSTANTS]
+    """Return bases over time 0..1, columns (n, p), with ridge penalties (m, p), one of each column, to choose from."""
+    out: list[tuple[Basis, Floats]] = [(_line, np.zeros((1, 1)))]
+    out += [(_settling(constant), np.zeros((1, 1))) for constant in _TIME_CONSTANTS]
     unique = np.unique(inside)
     knots = np.quantile(unique, np.linspace(0, 1, min(_MOST_KNOTS, len(unique) // 2) + 2)[1:-1])
     if len(knots) > 1:
         basis = _spline(knots)
         strength = float(np.sum(basis(inside)[:, 1:] ** 2))
-        penalties = [np.array([0.0, *[share * strength] * len(knots)]) for share in _STIFFNESSES]
-        out += [(basis, penalty) for penalty in penalties]
+        out.append((basis, np.array([[0.0, *[share * strength] * len(knots)] for share in _STIFFNESSES])))
     return out
 
 
