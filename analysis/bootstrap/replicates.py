@@ -19,7 +19,7 @@ from analysis.errors import ResultsError, naming
 from analysis.scaling.fitting import fit
 from analysis.scaling.result import Fit, Method
 from analysis.scaling.separation import are_connected
-from documents import Finding
+from documents import Finding, count_work
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -299,6 +299,7 @@ def counts_by_observer(comparisons: Comparisons) -> tuple[Floats, tuple[str, ...
 
 def draw_observers(people: int, replicates: int, seed: int) -> Floats:
     """Return how often each observer is drawn in each replicate, shape (replicates, people); rows sum to people."""
+    count_work("bootstrap_draws", replicates)
     random = np.random.default_rng(seed)
     return random.multinomial(people, np.full(people, 1 / people), replicates).astype(np.float64)
 

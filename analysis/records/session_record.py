@@ -29,7 +29,7 @@ from analysis.records.order import Order
 from analysis.records.other_records import SCHEMA_VERSION, HeaderRecord
 from analysis.records.trial_kinds import NEWER
 from analysis.records.trial_record import TrialRecord
-from documents import Finding
+from documents import Finding, count_work
 from documents.files import MOST_LOG_BYTES, RESTORE, DamagedLineError, LogState, open_regular, read_lines
 
 FILE_NAME = "session.jsonl"
@@ -365,6 +365,8 @@ def read_session(file: Path) -> SessionLog:
         raise ResultsError(Finding("the file has no session header", str(file), 1, 1, RESTORE))
     records = tuple(reader.records)
     answers = tuple(record for record in records if isinstance(record, Trial))
+    count_work("sessions_read")
+    count_work("trials_read", len(answers))
     notes = tuple(record for record in records if isinstance(record, Note))
     marks = tuple(record for record in records if isinstance(record, Mark))
     resumptions = tuple(record for record in records if isinstance(record, Resumption))

@@ -23,6 +23,7 @@ from analysis.scaling.laplacian import WIDEST_FOR_PLAIN_SUMS, pair_span
 from analysis.scaling.laws import LOGISTIC, Law, Slopes
 from analysis.scaling.penalty import NO_PENALTY, Penalty
 from analysis.scaling.start import log_odds, plain_maximum
+from documents import count_work
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -144,6 +145,7 @@ def maximise(
     >>> maximise(counts, Probit()).theta.round(3).tolist()  # Φ(0.994) = 0.84
     [[0.497, -0.497]]
     """
+    count_work("models_fitted", len(counts.won))
     steps = penalty.most_iterations if most_iterations is None else most_iterations
     chosen = items_design(counts) if design is None else design
     if start is None and most_iterations is None and _is_plain(counts, law, penalty, chosen):

@@ -11,6 +11,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from documents.work import count_work
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -158,6 +160,7 @@ def drawn(figure: Figure, label: str) -> Drawing:
     from markupsafe import escape
     from matplotlib import rcParams
 
+    count_work("figures_drawn")
     out = io.StringIO()
     with without_drawing_warnings():
         figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})

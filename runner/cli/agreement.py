@@ -100,6 +100,7 @@ def command(
     from runner.agreement import AgreementOptions, compare_with_observers
     from runner.cli.main import WorkError
     from runner.cli.progress import progress_bar
+    from runner.cli.work_done import work_done
 
     options = AgreementOptions(
         photographs=photographs,
@@ -118,7 +119,7 @@ def command(
     except OSError as error:
         raise WorkError(f"{error.filename or output or results[0]} cannot be used: {error.strerror}") from error
     if as_json:
-        click.echo(json.dumps(found.to_json(), indent=2, allow_nan=False))
+        click.echo(json.dumps(found.to_json() | work_done(), indent=2, allow_nan=False))
         return
     print_agreement(found.agreement)
     if output is not None:

@@ -123,6 +123,7 @@ def command(context: click.Context, /, photo: str, rendering: str, as_json: bool
 
     from runner.cli.main import WorkError
     from runner.cli.progress import progress_bar
+    from runner.cli.work_done import work_done
     from runner.reports.comparison.report import report_comparison
 
     if options["experiment_name"] is not None and not options["rig"]:
@@ -147,7 +148,7 @@ def command(context: click.Context, /, photo: str, rendering: str, as_json: bool
             raise WorkError(f"no room for temporary files, or a file cannot be read: {reason}") from error
         raise WorkError(f"{error.filename} cannot be read or written: {reason}") from error
     if as_json:
-        click.echo(json.dumps(report.to_json(), indent=2, allow_nan=False))
+        click.echo(json.dumps(report.to_json() | work_done(), indent=2, allow_nan=False))
     else:
         click.echo("\n".join(report.lines()))
     sys.stdout.flush()

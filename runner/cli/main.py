@@ -14,6 +14,7 @@ from click.shell_completion import CompletionItem
 
 from documents.blas_threads import prefer_one_blas_thread
 from runner.cli.examples import EXAMPLES
+from runner.cli.work_done import count_from_here
 
 # A command's module is runner.cli.<name>; the text is its line in the group's help.
 COMMANDS = {
@@ -121,13 +122,15 @@ class WorkError(click.ClickException):
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
 @click.version_option(package_name="cyclopean")
-def group() -> None:
+@click.pass_context
+def group(context: click.Context) -> None:
     """Show colorimetrically exact stereo pictures to observers, and score what they answer.
 
     Start with `cyclopean demo`. Then make a study of your own: `cyclopean new my_study photos/`.
 
     Exit status: 0 done, 1 the work failed, 2 the input was wrong.
     """
+    count_from_here(context)
 
 
 # What is written for signs that the encoding of a console or a pipe lacks, as those of Windows lack many.

@@ -93,6 +93,7 @@ def command(
     from analysis.scaling import CovarianceChoice
     from runner.cli.main import WorkError
     from runner.cli.progress import progress_bar
+    from runner.cli.work_done import work_done
     from runner.reports.results import ReportOptions, report_results
 
     if replace and figure_folder is None:
@@ -119,7 +120,7 @@ def command(
             f"the report cannot be written to {error.filename or output or results[0]}: {error.strerror}"
         ) from error
     if as_json:
-        click.echo(json.dumps(written.to_json(), indent=2, allow_nan=False))
+        click.echo(json.dumps(written.to_json() | work_done(), indent=2, allow_nan=False))
         return
     print_report(written.report)
     if written.without_pictures:

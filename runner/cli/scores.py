@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from runner.cli.work_done import work_done
+
 if TYPE_CHECKING:
     from analysis.classes import Adjust
     from analysis.comparisons import TableRead
@@ -226,7 +228,7 @@ def command(
             print_scores(scores)
         values |= further(scores)
     if as_json:
-        click.echo(json.dumps(values | read.to_json(), indent=2, allow_nan=False))
+        click.echo(json.dumps(values | read.to_json() | work_done(), indent=2, allow_nan=False))
     if problems:
         click.echo("\n".join([f"cyclopean: {problems[0]}", *problems[1:]]), err=True)
         sys.exit(1)
@@ -254,7 +256,7 @@ def _jod(read: TableRead, zero: str | None, prior: str, alpha: float, adjust: st
     how = cast(DistancePrior, prior)
     scales = scale_jod(read.comparisons, zero=zero, prior=how, alpha=alpha, adjust=cast(Adjust, adjust))
     if as_json:
-        click.echo(json.dumps(scales.to_json() | read.to_json(), indent=2, allow_nan=False))
+        click.echo(json.dumps(scales.to_json() | read.to_json() | work_done(), indent=2, allow_nan=False))
     else:
         print_jod(scales)
     if lines := unsettled_lines(scales):
@@ -275,6 +277,6 @@ def _random_observers(
     if file is not None:
         write_whole(Path(file), observer_table(fit))
     if as_json:
-        click.echo(json.dumps(fit.to_json() | read.to_json(), indent=2, allow_nan=False))
+        click.echo(json.dumps(fit.to_json() | read.to_json() | work_done(), indent=2, allow_nan=False))
     else:
         print_fit(fit)

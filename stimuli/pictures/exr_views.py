@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.colour_matching import DEFAULT_OBSERVER
+from documents import count_work
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_header import (
     EXACT_ATTRIBUTE,
@@ -89,6 +90,7 @@ def read_views(path: Path, region: Region | Part | None = None, wanted: Chosen |
         If the file is missing, unreadable, cut short, no OpenEXR file, deep, too large, an environment map, of pixels
         that are not square, or holds no colour view, or one view twice; if the region is not within a view.
     """
+    count_work("pictures_read" if region is None else "parts_of_pictures_read")
     with opened(path, whole=region is None) as picture:
         if picture.format_name() != "openexr":
             raise StimulusError.at(

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from documents import count_work
 from documents.files import read_regular
 from stimuli.errors import StimulusError
 from stimuli.pictures.picture_header import UNREADABLE, PictureHeader
@@ -27,6 +28,7 @@ def decode(header: PictureHeader, frame: int = 0) -> Pixels:
     """Return the pixels of a file, upright, (height, width, channels), uint8, uint16 or float32; alpha last."""
     import OpenImageIO as oiio
 
+    count_work("pictures_read")
     if header.kind == "png":
         _refuse_too_few_bytes(header)
     if header.kind == "jpeg":

@@ -1,0 +1,46 @@
+"""What reports and scores read, fit and draw, counted: no more than they need."""
+
+from __future__ import annotations
+
+import json
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from click.testing import CliRunner
+
+from documents import count_work, counted_work
+from runner.cli.main import group
+from tests.runner.cli.test_report import write_session
+
+
+def _work(*words: object) -> dict[str, int]:
+    result = CliRunner().invoke(group, [*map(str, words), "--json"])
+    assert result.exit_code == 0, result.output
+    found: dict[str, Any] = json.loads(result.stdout)
+    return dict(found["work"])
+
+
+def test_work_is_counted_in_all_threads_and_in_every_count_that_is_open() -> None:
+    count_work("pictures_read")  # nobody counts
+    with counted_work() as whole:
+        with counted_work() as part, ThreadPoolExecutor(4) as pool:
+            list(pool.map(lambda _: count_work("pictures_read"), range(100)))
+        count_work("pictures_read", 2)
+    count_work("pictures_read")
+    assert (dict(part), dict(whole)) == ({"pictures_read": 100}, {"pictures_read": 102})
+
+
+def test_a_report_reads_each_session_once_and_fits_no_model_twice(tmp_path: Path) -> None:
+    for number in range(4):
+        write_session(tmp_path / "results", f"{number:02d}")
+    found = _work("report", tmp_path / "results", "-o", tmp_path / "report.html")
+    # One fit, 1000 bootstraps of it, and those with each observer left out, with other models and for each test.
+    draws = {"bootstrap_draws": 1000, "models_fitted": 1053}
+    assert found == {"sessions_read": 4, "trials_read": 48, "figures_drawn": 6, **draws}
+
+
+def test_scores_fit_one_model(tmp_path: Path) -> None:
+    table = tmp_path / "table.csv"
+    table.write_text("winner,loser,count\n" + "".join(f"{a},{b},3\n" for a in "abc" for b in "abc" if a != b))
+    assert _work("scores", table) == {"models_fitted": 1}
