@@ -45,7 +45,12 @@ def thread_limit() -> int:
 
 @contextmanager
 def at_most_threads(number: int | None) -> Iterator[None]:
-    """Share pieces of work among at most ``number`` threads in the body; None changes nothing.
+    """Share pieces of work among at most so many threads in the body.
+
+    Parameters
+    ----------
+    number
+        How many, at least 1; None changes nothing.
 
     Raises
     ------
