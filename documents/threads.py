@@ -52,6 +52,11 @@ def at_most_threads(number: int | None) -> Iterator[None]:
     number
         How many, at least 1; None changes nothing.
 
+    Yields
+    ------
+    None
+        Nothing: the limit holds until the ``with`` block ends.
+
     Raises
     ------
     ValueError
