@@ -6,6 +6,7 @@ python examples/contrast_threshold.py
 import json
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +27,7 @@ with tempfile.TemporaryDirectory() as name:
         write_exr(folder / f"{stimulus}.exr", StereoImage.flat((10 * grating[..., None] * white).astype(np.float32)))
     stimuli = [{"name": each, "file": f"{each}.exr", "factors": {"contrast": c}} for each, c in CONTRASTS.items()]
     block = {"kind": "threshold", "factor": "contrast", "task": "two_places", "reference": "blank", "trials": 100}
-    files = {
+    files: dict[str, dict[str, Any]] = {
         "recipe": {"kind": "pictures", "stimuli": stimuli},
         "gratings": {
             "name": "gratings",
