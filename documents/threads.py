@@ -57,6 +57,11 @@ def at_most_threads(number: int | None) -> Iterator[None]:
     None
         Nothing: the limit holds until the ``with`` block ends.
 
+    Parameters
+    ----------
+    number
+        How many threads, that of the caller among them; at least 1.
+
     Raises
     ------
     ValueError
