@@ -15,6 +15,7 @@ from analysis.observers.concordance import Concordance
 from analysis.observers.responses import catch_results
 from analysis.report.blocks import Cell, Column, Facts, Figure, Matrix, MatrixCell, Paragraph, Section, Table
 from analysis.report.figures import draw_classes, draw_scores
+from analysis.report.ranking import draw_ranking, draws_ranking
 from analysis.report.sections.agreement import agreement_words
 from analysis.report.summary import Answered, Summary
 from analysis.report.words import COVARIANCE_WORDS, fixed, p_words, percent
@@ -28,11 +29,23 @@ Pictures = Mapping[str, str]
 
 
 def scores_section(summary: Summary, published: Published, pictures: Pictures = MappingProxyType({})) -> Section:
-    """Return the scores: a figure like the thesis's Figure 4.18 [Medina2016], and the table."""
+    """Return the scores: a figure like the thesis's Figure 4.18 [Medina2016], the table, and which differ."""
     caption = score_caption(summary, "best at the top")
     figure = Figure("scores", draw_scores(summary, WIDE_IN), draw_scores(summary, NARROW_IN), caption)
     table = score_table(summary, published, pictures=pictures)
-    return Section("scores", "Scores", (figure, table, score_explanation(summary)))
+    return Section("scores", "Scores", (figure, table, score_explanation(summary), *ranking_figure(summary)))
+
+
+def ranking_figure(summary: Summary) -> tuple[Figure, ...]:
+    """Return the significance figure: stimuli by score, joined where they do not differ; nothing without classes."""
+    classes = summary.scores.classes
+    if classes is None or not draws_ranking(summary):
+        return ()
+    caption = (
+        f"Ranking: each triangle is a stimulus at its score. A line joins stimuli that do not differ significantly at "
+        f"level {summary.alpha:g}. A stimulus that a line passes without a dot differs from some that it joins."
+    )
+    return (Figure("ranking", draw_ranking(summary, WIDE_IN), draw_ranking(summary, NARROW_IN), caption),)
 
 
 def score_caption(summary: Summary, order: str) -> str:

@@ -25,6 +25,8 @@ def test_every_figure_of_the_page_is_a_file_of_both_kinds(sessions: list[Session
     assert sorted(file.name for file in (tmp_path / "figures").iterdir()) == [
         "classes.pdf",
         "classes.svg",
+        "ranking.pdf",
+        "ranking.svg",
         "scores.pdf",
         "scores.svg",
     ]
