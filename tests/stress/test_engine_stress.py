@@ -40,6 +40,10 @@ MANY: Mapping[str, Sequence[str]] = {
     "rating": (f"repeats: 800, ratings: [{SCALE}]",),
     "preference": ("repeats: 2500, pairs: [[a, b], [c, d]]",),
     "questionnaire": (f"questions: [{QUESTIONS}]",),
+    "threshold": (
+        "factor: codec, task: two_places, reference: f, trials: 5000",
+        "factor: codec, task: yes_no, trials: 2500, method: {kind: staircase, up: 1, start: [above, below]}",
+    ),
     "practice": ("trials: 5000, block: {kind: all_pairs, repeats: 400}",),
     "screening": (
         "tests: [{test: stereo_acuity, repeats: 20, required: 3}, {test: colour_vision, repeats: 20, required: 3}]",
@@ -87,7 +91,10 @@ class _Nothing:
 
 def _run(folder: Path, kind: str, entry: str) -> tuple[_Nothing, float]:
     """Return what counted the trials, and the processor's seconds for each, drawing up the order included."""
-    pictures = "".join(f"  - {{name: {name}, file: {name}.exr}}\n" for name in "abcdef")
+    pictures = "".join(
+        f"  - {{name: {name}, file: {name}.exr, factors: {{codec: {level}}}}}\n"
+        for level, name in enumerate("abcdef", 1)
+    )
     (folder / "recipe.yaml").write_text(f"schema_version: 1\nkind: pictures\nstimuli:\n{pictures}")
     (folder / "many.yaml").write_text(
         f"schema_version: 1\nname: many\nrig: {ROOT}/configs/rigs/asus_vg248qe_3dvision.yaml\nstimuli: recipe.yaml\n"
