@@ -38,7 +38,18 @@ _BUDGET = _Budget()
 
 
 def thread_limit() -> int:
-    """Return how many threads pieces are shared among here: by `at_most_threads`, else the cores of this process."""
+    """Return how many threads pieces are shared among here: by `at_most_threads`, else the cores of this process.
+
+    Returns
+    -------
+    int
+        The number of threads, that of the caller among them.
+
+    Examples
+    --------
+    >>> thread_limit() >= 1
+    True
+    """
     limit = _limit.get()
     return cores() if limit is None else limit
 
@@ -61,6 +72,11 @@ def at_most_threads(number: int | None) -> Iterator[None]:
     ----------
     number
         How many threads, that of the caller among them; at least 1.
+
+    Returns
+    -------
+    context manager
+        The limit holds in its body, and in the threads that help there.
 
     Raises
     ------
