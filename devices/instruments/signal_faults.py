@@ -89,9 +89,9 @@ def share_with_picture(
     if patch is not None and patch.before is not None:
         brightest = max(brightest, _BEFORE_SHARE * max(patch.before))
     share = 1.0 - faults.dynamic_contrast * (1.0 - brightest)
-    white = float(model.xyz(np.ones(3))[1])
-    level = (area * float(model.xyz(codes)[1]) + (1.0 - area) * float(model.xyz(around)[1])) / white
+    beside = model.xyz(around) if area < 1.0 and (faults.picture_level_limit or faults.stray_light) else np.zeros(3)
     if faults.picture_level_limit:
+        white = float(model.xyz(np.ones(3))[1])
+        level = (area * float(model.xyz(codes)[1]) + (1.0 - area) * float(beside[1])) / white
         share *= min(1.0, (1.0 - faults.picture_level_limit) / max(level, 1e-12))
-    stray = faults.stray_light * (1.0 - area) * share * model.xyz(around)
-    return share, np.asarray(stray)
+    return share, np.asarray(faults.stray_light * (1.0 - area) * share * beside)

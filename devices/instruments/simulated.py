@@ -130,7 +130,8 @@ class Simulated:
     def read(self, showing: Showing) -> Reading:
         """Return what the simulated instrument reads."""
         faults = self._faults
-        time.sleep(faults.takes_s)
+        if faults.takes_s:
+            time.sleep(faults.takes_s)
         # A negative leak takes no more light than there is.
         ambient = self._display.models.eye(self._side(showing)).ambient_XYZ_cd_m2
         light = np.maximum(self._own(showing) + self._leak(showing), 0.0) * self._share(showing)
