@@ -28,3 +28,4 @@ from .times import SessionTimes as SessionTimes
 from .times import duration as duration
 from .times import in_time as in_time
 from .times import latest_utc as latest_utc
+from .times import read_utc as read_utc

@@ -200,6 +200,14 @@ class Interface(Fields):
     words: dict[Name, Text] | None = None
 
 
+class Planned(Fields):
+    """One block of the session as it began: its kind, and how many trials and how much time it is expected to take."""
+
+    kind: Name
+    trials: Count
+    expected_s: NotNegative
+
+
 class HeaderRecord(Fields):
     """The first line."""
 
@@ -221,6 +229,7 @@ class HeaderRecord(Fields):
     remarks: list[Text] = Field(default_factory=list)
     interface: Interface = Field(default_factory=Interface)
     station: Text = ""
+    planned: list[Planned] = Field(default_factory=list)
 
 
 def read_header(line: dict[str, Any]) -> HeaderRecord:

@@ -46,6 +46,7 @@ class Header:
     ``percent_above_full``, ``delta_e_00_mean`` and ``delta_e_00_max``. ``analysis`` holds the experiment's
     options: ``alpha`` and ``adjust``. ``interface`` holds the ``language``, and the ``style``, ``keys`` and ``words``
     that the experiment sets. ``station`` is a random name that an account on a machine keeps, empty in older logs.
+    ``planned`` holds each block's ``kind``, its number of ``trials`` and ``expected_s``, empty in older logs.
     ``hashes`` identifies the experiment, stimuli and display by SHA-256.
     """
 
@@ -65,6 +66,7 @@ class Header:
     remarks: tuple[str, ...] = ()
     interface: Json = field(default_factory=dict)
     station: str = ""
+    planned: tuple[Json, ...] = ()
     schema_version: int = SCHEMA_VERSION
 
     @property
@@ -226,6 +228,7 @@ def _header(record: HeaderRecord, line: Json) -> Header:
         remarks=tuple(record.remarks),
         interface=line.get("interface", {}),
         station=record.station,
+        planned=tuple(line.get("planned", ())),
     )
 
 

@@ -23,6 +23,10 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "cyclopean run experiments/dynamic_range.yaml --observer 01 --resume",
             "cyclopean run experiments/paints.yaml --observer 01 --simulate configs/observers/paints.yaml",
         ),
+        "watch": (
+            "cyclopean watch results",
+            "cyclopean watch results --once --json",
+        ),
         "report": (
             "cyclopean report results/dynamic_range",
             "cyclopean report results/dynamic_range -o report.html --pdf --csv tables",

@@ -21,6 +21,7 @@ COMMANDS = {
     "new": "Write a study of your own pictures, ready to run.",
     "check": "Check an experiment file and everything it names.",
     "run": "Run a session with an observer.",
+    "watch": "Show the sessions that are running, on this station and others.",
     "report": "Write an HTML report on the results of one experiment.",
     "export": "Write results as a BIDS dataset.",
     "verify": "Check that results are as they were recorded.",

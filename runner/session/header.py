@@ -9,7 +9,7 @@ import platform
 import re
 import secrets
 import subprocess
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from devices.display import Plvc, Rig
 from documents import Finding, InputError
 from documents.files import read_regular, write_whole
 from documents.platform import state_folder
+from runner.blocks.block import Block
 from runner.errors import SessionError
 from runner.protocol.experiment import Experiment, ExperimentSpec
 from runner.session.clocks import SteadyClock
@@ -177,6 +178,15 @@ def make_header(
         remarks=remarks,
         interface=_interface(experiment.spec),
         station="" if simulated else station(),
+    )
+
+
+def planned(experiment: Experiment, blocks: Sequence[Block]) -> tuple[Mapping[str, Any], ...]:
+    """Return each block's kind, trials and expected time in seconds, by which others see how far a session is."""
+    kinds = (block.kind for block in experiment.spec.blocks)
+    return tuple(
+        {"kind": kind, "trials": block.trials, "expected_s": round(block.expected_s, 1)}
+        for kind, block in zip(kinds, blocks, strict=True)
     )
 
 

@@ -33,7 +33,7 @@ from runner.session.clocks import Pace, PacedPresenter, SteadyClock
 from runner.session.configuration import Configuration, configuration_of
 from runner.session.costs_in_turn import CostsInTurn
 from runner.session.folders import Recorder, new_label, observer_folder
-from runner.session.header import changes, check_unchanged, hashes, make_header
+from runner.session.header import changes, check_unchanged, hashes, make_header, planned
 from runner.session.mirroring import refuse_mirror_within, start_mirror
 from runner.session.picture_source import PictureSource
 from runner.session.session import Place, Session
@@ -253,7 +253,7 @@ class Station:
             header = log.header
         else:
             clock = SteadyClock()
-            recorder, header = self._begin(observer, simulated, remarks, clock)
+            recorder, header = self._begin(observer, simulated, remarks, clock, blocks)
         self.session_folder = recorder.folder
         if not simulated:
             self._read_meanwhile()
@@ -354,12 +354,18 @@ class Station:
         return Pace(1.0 / refresh_hz, swaps_wait=measured_ms > 500.0 / refresh_hz, instantly=instantly)
 
     def _begin(
-        self, observer: str, simulated: bool, remarks: tuple[str, ...], clock: SteadyClock
+        self,
+        observer: str,
+        simulated: bool,
+        remarks: tuple[str, ...],
+        clock: SteadyClock,
+        blocks: Sequence[Block],
     ) -> tuple[Recorder, Header]:
         parent = observer_folder(self.results, self.experiment.spec.name, observer)
         started_utc = clock()
         label = new_label(parent, datetime.fromisoformat(started_utc))
         header = self._header(observer, label, simulated, remarks, started_utc)
+        header = replace(header, planned=planned(self.experiment, blocks))
         self.configuration.keep(parent.parent)
         return Recorder.create(parent / f"ses-{header.session}", header), header
 

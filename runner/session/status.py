@@ -6,16 +6,28 @@ import statistics
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Protocol
 
 from analysis.observers import Haste
 from analysis.records import Trial, WindowEvent
 from documents.text import visible
-from runner.blocks.block import Block
 
 _PACE_OF = 20  # trials
 _SHOWN = 3
 _LONGEST_ANSWER = 24
 _AWAY = {"lost_focus": "the window has lost the focus", "minimised": "the window is minimised"}
+
+
+class Planned(Protocol):
+    """What is expected of a block."""
+
+    @property
+    def trials(self) -> int:
+        """How many scored trials it has."""
+
+    @property
+    def expected_s(self) -> float:
+        """How long it is expected to take."""
 
 
 @dataclass(slots=True)
@@ -25,7 +37,7 @@ class SessionStatus:
     ``kinds`` are those of ``blocks``; ``missed_elsewhere`` gives the missed frames that no trial records.
     """
 
-    blocks: Sequence[Block]
+    blocks: Sequence[Planned]
     kinds: Sequence[str]
     clock: Callable[[], float]
     missed_elsewhere: Callable[[], int] = lambda: 0
@@ -83,6 +95,16 @@ class SessionStatus:
         """Keep what became of the window, until it is there again."""
         self._window = _AWAY.get(event.what, "")
 
+    @property
+    def missed(self) -> int:
+        """How many frames were missed."""
+        return self._missed + self.missed_elsewhere()
+
+    @property
+    def last(self) -> tuple[str, ...]:
+        """The last answers, each with its response time, the latest last."""
+        return tuple(self._last)
+
     def line(self) -> str:
         """Return all of it on one line."""
         minutes = self.minutes_left
@@ -91,12 +113,12 @@ class SessionStatus:
             f"trial {self.answered} of {self.trials}",
             f"block {self._block + 1} of {len(self.blocks)}: {self.kinds[self._block].replace('_', ' ')}",
             left if self.answered < self.trials else "all answered",
-            f"missed frames {self._missed + self.missed_elsewhere()}",
+            f"missed frames {self.missed}",
             *([f"presses ignored in {self._haste.ignored}"] if self._haste.ignored else []),
             *(["CHECK: too fast, or pressed too often"] if self._haste.striking else []),
             *([f"CHECK: {self._window}"] if self._window else []),
         ]
-        last = tuple(self._last)
+        last = self.last
         return " · ".join([*parts, f"last: {', '.join(last)}"] if last else parts)
 
     def _done(self, number: int) -> int:

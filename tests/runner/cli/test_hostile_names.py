@@ -130,6 +130,7 @@ CALLS = [
     ("camera", "fit", "{}"),
     ("camera", "develop", "{}", "--camera", "{}"),
     ("camera", "bracket", "{}"),
+    ("watch", "{}", "--once"),
     ("schema", "{}"),
     ("help", "{}"),
     ("completion", "{}"),

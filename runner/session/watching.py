@@ -1,0 +1,199 @@
+"""The sessions that are running in a folder of results, on all stations, from their logs alone.
+
+Nothing is written and no lock is taken: a session runs on as if nobody looked. A session counts as running while its
+log has no end and was written to of late; the time is that of the files, since the clocks of stations differ.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from analysis.errors import ResultsError
+from analysis.records import SessionLog, Trial, read_session, read_utc, session_files
+from documents import Finding
+from documents.files import looked_for
+from documents.text import visible
+from runner.session.status import SessionStatus
+
+RECENT_S = 1800.0
+_MOST_LEFT_S = 1.5 * 60
+
+
+@dataclass(frozen=True, slots=True)
+class WatchedSession:
+    """Where one session stands.
+
+    Attributes
+    ----------
+    file, experiment, observer, session, station
+        Its log, and what its header states.
+    complete
+        Whether the end was recorded.
+    answered, trials
+        Scored trials answered, and how many there are; None where an older version began the log.
+    minutes_left
+        What is left at this observer's pace; None where ``trials`` is.
+    last
+        The last answers with their response times in seconds, the latest last.
+    missed_frames
+        Of the timed scenes of all trials; those between trials stand in the log only at its end.
+    idle_s
+        Seconds since the log was last written to.
+    """
+
+    file: str
+    experiment: str
+    observer: str
+    session: str
+    station: str
+    complete: bool
+    answered: int
+    trials: int | None
+    minutes_left: float | None
+    last: tuple[str, ...]
+    missed_frames: int
+    idle_s: float
+
+    def line(self) -> str:
+        """Return all of it on one line."""
+        of = "" if self.trials is None else f" of {self.trials}"
+        parts = [
+            f"{visible(self.experiment)}, observer {visible(self.observer)}, station {visible(self.station or '?')}",
+            f"trial {self.answered}{of}",
+            "complete" if self.complete else _left(self.minutes_left),
+            f"missed frames {self.missed_frames}",
+            f"last: {', '.join(self.last)}" if self.last else "no answer yet",
+            f"{_ago(self.idle_s)} ago",
+        ]
+        return " · ".join(part for part in parts if part)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return asdict(self) | {"last": list(self.last)}
+
+
+@dataclass(frozen=True, slots=True)
+class Watched:
+    """What is running: the ``sessions``, the latest written first, and ``findings`` on logs that cannot be read."""
+
+    sessions: tuple[WatchedSession, ...]
+    findings: tuple[Finding, ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {"sessions": [one.to_json() for one in self.sessions], "unreadable": [str(one) for one in self.findings]}
+
+
+@dataclass(slots=True)
+class Watch:
+    """Looks at ``results`` again and again; a log that did not change is not read again.
+
+    ``recent_s`` is for how long after the last line a session is shown; ``now`` gives the time of the files' clock.
+    """
+
+    results: Path
+    recent_s: float = RECENT_S
+    now: Callable[[], float] = time.time
+    read: int = 0
+    """How many logs were read."""
+    _known: dict[Path, tuple[tuple[int, int], SessionLog]] = field(default_factory=dict)
+
+    def look(self) -> Watched:
+        """Return what is running now.
+
+        Raises
+        ------
+        ResultsError
+            If the folder does not exist.
+        """
+        if not self.results.exists():
+            raise ResultsError(
+                Finding("there is no such folder or file", str(self.results), remedy=looked_for(self.results))
+            )
+        sessions: list[WatchedSession] = []
+        findings: list[Finding] = []
+        for file in session_files(self.results):
+            try:
+                facts = file.stat()
+                idle_s = max(0.0, self.now() - facts.st_mtime)
+                if idle_s > self.recent_s or not facts.st_size:
+                    continue
+                sessions.append(_session(self._log(file, (facts.st_mtime_ns, facts.st_size)), idle_s))
+            except FileNotFoundError:
+                continue  # it was moved away
+            except ResultsError as error:
+                findings += error.findings if _has_begun(file) else ()
+        return Watched(tuple(sorted(sessions, key=lambda one: one.idle_s)), tuple(findings))
+
+    def _log(self, file: Path, version: tuple[int, int]) -> SessionLog:
+        known = self._known.get(file)
+        if known is not None and known[0] == version:
+            return known[1]
+        log = read_session(file)
+        self.read += 1
+        self._known[file] = version, log
+        return log
+
+
+@dataclass(frozen=True, slots=True)
+class _Block:
+    trials: int
+    expected_s: float
+
+
+def _session(log: SessionLog, idle_s: float) -> WatchedSession:
+    header = log.header
+    planned = [(str(one["kind"]), _Block(int(one["trials"]), float(one["expected_s"]))) for one in header.planned]
+    known = bool(planned)
+    if not known:
+        most = max((answer.block for answer in log.answers), default=0)
+        planned = [("", _Block(len({a.place for a in log.answers if a.block == n}), 0.0)) for n in range(most + 1)]
+    at_s = _seconds(header.started_utc)
+    clock = [at_s]
+    status = SessionStatus([block for _, block in planned], [kind for kind, _ in planned], lambda: clock[0])
+    for answer in log.answers:
+        clock[0] = max(clock[0], _ends(answer, clock[0]))
+        if answer.block < len(planned):
+            status.update(answer)
+    parts = header.experiment, str(header.observer), header.session, header.station, log.complete
+    return WatchedSession(
+        str(log.file),
+        *parts,
+        status.answered,
+        status.trials if known else None,
+        round(status.minutes_left, 2) if known else None,
+        status.last,
+        status.missed,
+        round(idle_s, 1),
+    )
+
+
+def _has_begun(file: Path) -> bool:
+    """Return whether the first line of a log is there whole: another station may be writing it."""
+    with file.open("rb") as stream:
+        return stream.readline().endswith(b"\n")
+
+
+def _seconds(utc: str) -> float:
+    found = read_utc(utc)
+    return found.timestamp() if found else 0.0
+
+
+def _ends(answer: Trial, before_s: float) -> float:
+    """Return when an answer was given; its response time after the last one where the log's time is too coarse."""
+    return max(_seconds(answer.utc), before_s + answer.response_time_s)
+
+
+def _left(minutes: float | None) -> str:
+    if minutes is None:
+        return ""
+    seconds = 60 * minutes
+    return f"about {minutes:.0f} min left" if seconds >= _MOST_LEFT_S else f"about {seconds:.0f} s left"
+
+
+def _ago(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < _MOST_LEFT_S else f"{seconds / 60:.0f} min"
