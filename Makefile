@@ -13,11 +13,12 @@ LOCKED = $(PIP) --require-hashes --no-deps
 CHECKOUT = $(PIP) --no-deps --no-build-isolation --no-index -e .
 ONE_THREAD = OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
-.PHONY: help env gl test-tools demo test check api docs bench bench-release bench-psychopy stress dither-mask test-quad test-vdp validate-bids lock sbom audit licences clean
+.PHONY: help env gl test-tools demo test test-fast check api docs bench bench-release bench-psychopy stress dither-mask test-quad test-vdp validate-bids lock sbom audit licences clean
 
 help:
 	@echo "make demo       build stimuli, run 30 simulated observers, write a report"
 	@echo "make test       run the tests"
+	@echo "make test-fast  those of every room that take little, while you write"
 	@echo "make check      floors, lint, format, types"
 	@echo "make api        write docs/api.md from the docstrings"
 	@echo "make docs       the pages of docs/ as a site with search, into site/"
@@ -56,6 +57,9 @@ demo: gl
 
 test: test-tools
 	@$(ONE_THREAD) $(BIN)/python -m pytest -m "not stress and not quad and not vdp" -n $(WORKERS) --dist loadfile
+
+test-fast: env
+	@$(ONE_THREAD) $(BIN)/python -m pytest -q --fast -m "not stress and not quad and not vdp and not window" -n $(WORKERS)
 
 check: env
 	$(BIN)/ruff check .

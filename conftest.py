@@ -166,6 +166,18 @@ SYBIL = Sybil(
 pytest_collect_file = SYBIL.pytest()
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Take ``--fast``."""
+    parser.addoption("--fast", action="store_true", help="leave out the dear files of tests/slow_files.txt")
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Leave out files and folders of which no test would run, before they are imported."""
+    from tests.choice import left_out
+
+    return True if left_out(collection_path, config.option.markexpr, config.option.fast) else None
+
+
 def _texture(width: int, height: int, seed: int = 0) -> Any:
     """Return a sparkling picture, XYZ of D50, float32 (height, width, 3), mean about 20 cd/m²."""
     import numpy as np

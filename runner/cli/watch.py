@@ -10,7 +10,15 @@ import click
 @click.command(name="watch")
 @click.argument("results", type=click.Path(path_type=Path))
 @click.option("--once", is_flag=True, help="Look once, not again and again until Ctrl-C.")
-@click.option("--every", "every_s", type=click.FloatRange(0.2, 3600), default=2.0, metavar="SECONDS", show_default=True)
+@click.option(
+    "--every",
+    "every_s",
+    type=click.FloatRange(0.2, 3600),
+    default=2.0,
+    metavar="SECONDS",
+    show_default=True,
+    help="How often to look again.",
+)
 @click.option(
     "--within",
     "within_minutes",

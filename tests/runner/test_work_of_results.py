@@ -37,7 +37,7 @@ def test_a_report_reads_each_session_once_and_fits_no_model_twice(tmp_path: Path
     found = _work("report", tmp_path / "results", "-o", tmp_path / "report.html")
     # One fit, 1000 bootstraps of it, and those with each observer left out, with other models and for each test.
     draws = {"bootstrap_draws": 1000, "models_fitted": 1053}
-    assert found == {"sessions_read": 4, "trials_read": 48, "figures_drawn": 6, **draws}
+    assert found == {"sessions_read": 4, "trials_read": 48, "figures_drawn": 8, **draws}
 
 
 def test_scores_fit_one_model(tmp_path: Path) -> None:

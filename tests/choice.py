@@ -1,0 +1,34 @@
+"""Which files are collected: no folder whose marker is left out, and with ``--fast`` none that is dear."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+SLOW_FILES = Path(__file__).with_name("slow_files.txt")
+# Every test of these folders has the marker of the folder's name.
+MARKED_FOLDERS = ("stress", "quad", "vdp")
+
+
+@cache
+def slow_files() -> frozenset[str]:
+    """Return the files that `make test-fast` leaves out, as paths from the root, `/` between."""
+    lines = SLOW_FILES.read_text(encoding="utf-8").splitlines()
+    return frozenset(line.split()[1] for line in lines if line and not line.startswith("#"))
+
+
+def left_out(path: Path, marks: str, fast: bool) -> bool:
+    """Whether nothing in ``path`` would run, by the expression of ``-m`` and whether ``--fast`` was given.
+
+    Only an expression that is all ``not`` and ``and`` leaves folders out, such as ``not stress and not quad``.
+    """
+    if not path.is_relative_to(ROOT):
+        return False
+    here = path.relative_to(ROOT)
+    if fast and here.as_posix() in slow_files():
+        return True
+    terms = [term.strip() for term in re.split(r"\band\b", marks)]
+    refused = {term[4:].strip() for term in terms} if all(re.fullmatch(r"not \w+", term) for term in terms) else set()
+    return here.parts[:1] == ("tests",) and len(here.parts) == 2 and here.name in refused & set(MARKED_FOLDERS)

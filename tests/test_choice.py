@@ -1,0 +1,57 @@
+"""Which test files run: all that are usual, or only the cheap ones of every folder."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.choice import ROOT, left_out, slow_files
+from tools.slow_files import slow
+
+USUAL = "not stress and not quad and not vdp"
+
+
+def test_slow_files_exist_and_each_folder_keeps_one_that_is_fast() -> None:
+    gone = [name for name in slow_files() if not (ROOT / name).is_file()]
+    assert not gone, f"measure anew, as tools/slow_files.py says, or take out of tests/slow_files.txt: {gone}"
+    for folder in {(ROOT / name).parent for name in slow_files()}:
+        kept = [file for file in folder.glob("test_*.py") if file.relative_to(ROOT).as_posix() not in slow_files()]
+        assert kept or folder == ROOT / "docs", f"nothing of {folder.relative_to(ROOT)} is fast"
+
+
+@pytest.mark.parametrize(
+    ("name", "marks", "fast", "out"),
+    [
+        ("tests/stress", USUAL, False, True),
+        ("tests/stress", "stress", False, False),
+        ("tests/stress", "hypothesis and not stress", False, False),
+        ("tests/stress", "not stress or window", False, False),
+        ("tests/runner", USUAL, True, False),
+        ("tests/runner/test_whole_way.py", USUAL, True, True),
+        ("tests/runner/test_whole_way.py", USUAL, False, False),
+        ("tests/test_choice.py", USUAL, True, False),
+    ],
+)
+def test_what_is_left_out(name: str, marks: str, fast: bool, out: bool) -> None:
+    assert left_out(ROOT / name, marks, fast) is out
+
+
+def test_files_outside_are_no_business_of_ours(tmp_path: Path) -> None:
+    assert not left_out(tmp_path / "tests/stress", USUAL, True)
+
+
+def test_a_file_is_slow_by_the_sum_of_its_tests_and_the_cheapest_of_a_folder_never_is() -> None:
+    costs = {"a/x.py::one": 0.3, "a/x.py::two[a::b]": 0.3, "a/y.py::one": 0.4, "b/z.py::one": 9.0, "a/w.py::one": 2.0}
+    assert slow(f"{seconds}\t{name}\n" for name, seconds in costs.items()) == {"a/w.py": 2.0, "a/x.py": 0.6}
+
+
+def test_pytest_takes_the_option() -> None:
+    words = ["--fast", "-m", USUAL, "--collect-only", "-q", "tests/docs"]
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", *words], capture_output=True, text=True, cwd=ROOT, check=False
+    )
+    assert "tests/docs/test_commands_in_pages.py" in done.stdout, done.stdout + done.stderr
+    assert "tests/docs/test_examples.py" not in done.stdout
