@@ -63,6 +63,7 @@ def test_table_4_4_in_json(call: Call, table_4_4: Table, tmp_path: Path) -> None
         "iterations",
         "separated",
         "why",
+        "work",
     }
     assert (told["model"], told["method"]) == ("bradley-terry", "ml")
     assert told["goodness_of_fit"]["p_deviance"] == pytest.approx(1)
@@ -281,7 +282,7 @@ def test_groups_have_a_table_each_and_are_named_where_they_have_no_scores(call: 
     assert any(line.startswith("one scale for all groups: ") for line in rows)
     done = call(["scores", "-", "--json"], text)
     values = json.loads(done.stdout)
-    assert set(values) == {"groups", "pooled", "agreement", "notes"}
+    assert set(values) == {"groups", "pooled", "agreement", "notes", "work"}
     assert [group["name"] for group in values["groups"]] == ["church", "beach"]
     church = "\n".join(line.replace(",church", "") for line in lines if "beach" not in line).replace(",scene", "")
     assert {"name": "church", **json.loads(call(["scores", "-", "--json"], church).stdout)} == values["groups"][0]
