@@ -5,8 +5,10 @@
     python tools/slow_files.py times.tsv
 
 A file is slow from `LIMIT_S` of processor time on, unless it is the cheapest of its folder and takes no more than
-`MOST_S`: nearly each room keeps one. A file that was not measured is not slow. As a plugin of pytest this file appends to the file that `TIMES` names, for each
-test, the processor time in s of it and of the processes that it waited for, and its name.
+`MOST_S`: nearly each room keeps one. A file that was not measured is not slow.
+
+As a plugin of pytest this file appends to the file that `TIMES` names, for each test, the processor time in s of it and
+of the processes that it waited for, and its name.
 """
 
 from __future__ import annotations

@@ -14,8 +14,8 @@ from typing import Any
 
 from analysis.errors import ResultsError
 from analysis.records import SessionLog, Trial, read_session, read_utc, session_files
-from documents import Finding
-from documents.files import looked_for
+from documents import Finding, InputError
+from documents.files import MOST_LOG_BYTES, looked_for, open_regular
 from documents.text import visible
 from runner.session.status import SessionStatus
 
@@ -174,8 +174,11 @@ def _session(log: SessionLog, idle_s: float) -> WatchedSession:
 
 def _has_begun(file: Path) -> bool:
     """Return whether the first line of a log is there whole: another station may be writing it."""
-    with file.open("rb") as stream:
-        return stream.readline().endswith(b"\n")
+    try:
+        with open_regular(file, "log", limit_bytes=MOST_LOG_BYTES) as stream:
+            return stream.readline().endswith(b"\n")
+    except InputError:
+        return True  # no line will make it a log
 
 
 def _seconds(utc: str) -> float:
