@@ -59,7 +59,7 @@ test: test-tools
 	@$(ONE_THREAD) $(BIN)/python -m pytest -m "not stress and not quad and not vdp" -n $(WORKERS) --dist loadfile
 
 test-fast: env
-	@$(ONE_THREAD) $(BIN)/python -m pytest -q --fast -m "not stress and not quad and not vdp and not window" -n $(WORKERS)
+	@$(ONE_THREAD) $(BIN)/python -m pytest -q --fast -m "not stress and not quad and not vdp and not window" -n $(WORKERS) --dist loadfile
 
 check: env
 	$(BIN)/ruff check .
