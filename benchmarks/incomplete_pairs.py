@@ -47,8 +47,8 @@ def _rows(count: int, each: int) -> Iterator[Row]:
     for observers in OBSERVERS:
         case = f"{count} stimuli, {each} of {len(pairs)} pairs each, {observers} observers"
         for series, parts in (
-            ("balanced", lambda: list(designs(count, pairs, each, "seed", observers))),  # noqa: B023
-            ("random", lambda: drawn(len(pairs), each, observers)),  # noqa: B023
+            ("balanced", lambda: list(designs(count, pairs, each, "seed", observers))),  # noqa: B023  called in this round
+            ("random", lambda: drawn(len(pairs), each, observers)),  # noqa: B023  called in this round
         ):
             taken_s = seconds(parts, repeats=3)
             yield {"series": series, "parameter": case, "seconds": taken_s, "error": _imbalance(len(pairs), parts())}

@@ -16,7 +16,7 @@ USUAL = "not stress and not quad and not vdp"
 
 def test_slow_files_exist_and_each_part_of_the_tests_keeps_some_that_are_fast() -> None:
     gone = [name for name in slow_files() if not (ROOT / name).is_file()]
-    assert not gone, f"measure anew, as tools/slow_files.py says, or take out of tests/slow_files.txt: {gone}"
+    assert not gone, f"measure again, as tools/slow_files.py says, or take out of tests/slow_files.txt: {gone}"
     for folder in {(ROOT / name).relative_to(ROOT).parts[:2] for name in slow_files() if name.startswith("tests/")}:
         files = {file.relative_to(ROOT).as_posix() for file in ROOT.joinpath(*folder).rglob("test_*.py")}
         assert files - slow_files() or folder[-1] in ("cyclopean", "packaging"), (

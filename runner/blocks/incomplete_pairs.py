@@ -4,7 +4,7 @@ A balanced incomplete design. Observers have places 0, 1, 2, ... by their codes.
 those before it took least often: first as many as link what all pairs link (Kruskal's minimum spanning tree, the weight
 of a pair being how often it was taken), then the others. Among equals come pairs of the stimuli that this observer has
 least often, and then chance by the seed. Nothing is shared between stations: a place's pairs follow from the seed and
-the places before it, which every station computes anew.
+the places before it, which every station computes for itself.
 """
 
 from __future__ import annotations

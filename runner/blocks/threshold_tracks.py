@@ -1,6 +1,6 @@
 """Tracks of threshold blocks: the stimuli of each from hard to easy, and what chooses the next of them.
 
-Several tracks run interleaved: in rounds, each of which has a trial of every track in an order drawn anew, so that an
+Several tracks run interleaved: in rounds, each of which has a trial of every track in an order of its own, so that an
 observer cannot tell which comes next.
 """
 

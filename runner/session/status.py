@@ -30,6 +30,11 @@ class Planned(Protocol):
         """How long it is expected to take."""
 
 
+def time_left(minutes: float) -> str:
+    """Return how long it takes still, in words."""
+    return f"about {minutes:.0f} min left" if minutes >= 1.5 else f"about {max(0, round(60 * minutes))} s left"
+
+
 @dataclass(slots=True)
 class SessionStatus:
     """Where a session stands, from the trials that `update` is called with; ``clock`` is monotonic, in seconds.
@@ -108,7 +113,7 @@ class SessionStatus:
     def line(self) -> str:
         """Return all of it on one line."""
         minutes = self.minutes_left
-        left = f"about {minutes:.0f} min left" if minutes >= 1.5 else f"about {max(0, round(60 * minutes))} s left"
+        left = time_left(minutes)
         parts = [
             f"trial {self.answered} of {self.trials}",
             f"block {self._block + 1} of {len(self.blocks)}: {self.kinds[self._block].replace('_', ' ')}",

@@ -17,10 +17,10 @@ from analysis.records import SessionLog, Trial, read_session, read_utc, session_
 from documents import Finding, InputError
 from documents.files import MOST_LOG_BYTES, looked_for, open_regular
 from documents.text import visible
-from runner.session.status import SessionStatus
+from runner.session.status import SessionStatus, time_left
 
 RECENT_S = 1800.0
-_MOST_LEFT_S = 1.5 * 60
+_MOST_IN_SECONDS_S = 90.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +64,7 @@ class WatchedSession:
         parts = [
             f"{visible(self.experiment)}, observer {visible(self.observer)}, station {visible(self.station or '?')}",
             f"trial {self.answered}{of}",
-            "complete" if self.complete else _left(self.minutes_left),
+            "complete" if self.complete else "" if self.minutes_left is None else time_left(self.minutes_left),
             f"missed frames {self.missed_frames}",
             f"last: {', '.join(self.last)}" if self.last else "no answer yet",
             f"{_ago(self.idle_s)} ago",
@@ -191,12 +191,5 @@ def _ends(answer: Trial, before_s: float) -> float:
     return max(_seconds(answer.utc), before_s + answer.response_time_s)
 
 
-def _left(minutes: float | None) -> str:
-    if minutes is None:
-        return ""
-    seconds = 60 * minutes
-    return f"about {minutes:.0f} min left" if seconds >= _MOST_LEFT_S else f"about {seconds:.0f} s left"
-
-
 def _ago(seconds: float) -> str:
-    return f"{seconds:.0f} s" if seconds < _MOST_LEFT_S else f"{seconds / 60:.0f} min"
+    return f"{seconds:.0f} s" if seconds < _MOST_IN_SECONDS_S else f"{seconds / 60:.0f} min"

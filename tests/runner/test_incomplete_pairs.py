@@ -86,7 +86,7 @@ def test_blocks_have_their_observers_pairs_each_as_often_as_it_is_repeated(tmp_p
         assert set(own.values()) == {2}
         first = Counter(trial.first for trial in trials)
         assert all(first[name] == sum(own[pair] for pair in own if name in pair) / 2 for name in "abcdef")
-        assert trials == study.blocks(f"{observer:02d}")[0].comparisons()  # type: ignore[attr-defined]
+        assert trials == study.blocks(f"{observer:02d}")[0].comparisons()  # type: ignore[attr-defined]  # of pairs
         seen.update(own.keys())
     assert set(seen.values()) == {7}  # 15 observers of 7 pairs, 15 pairs
 

@@ -125,8 +125,10 @@ def test_trials_without_a_signal_say_how_often_yes_is_a_false_alarm() -> None:
     levels = [1, 2, 4, 8, 16] * 12
     yes = [level > 4 or (level == 4 and number % 2 == 0) for number, level in enumerate(levels)]
     never, often = (fit_threshold(levels, yes, guess=None, blanks=blanks) for blanks in ((0, 60), (12, 60)))
-    assert never.guess is not None and never.guess < 0.03  # noqa: PT018
-    assert often.guess is not None and often.guess > 0.08  # noqa: PT018
+    assert never.guess is not None
+    assert never.guess < 0.03
+    assert often.guess is not None
+    assert often.guess > 0.08
     assert often.guess_interval is not None
     assert never.guess_interval is not None
     assert often.guess_interval[0] > never.guess
@@ -142,8 +144,10 @@ def test_where_lower_levels_are_easier_the_fit_is_the_mirrored_one(axis: str) ->
     lower = fit_threshold(levels.tolist(), right.tolist(), function="normal", axis=axis, easier="lower")
     mirrored = 1 / levels if axis == "log10" else -levels
     higher = fit_threshold(mirrored.tolist(), right.tolist(), function="normal", axis=axis)
-    assert lower.threshold is not None and higher.threshold is not None  # noqa: PT018
-    assert lower.threshold_interval is not None and higher.threshold_interval is not None  # noqa: PT018
+    assert lower.threshold is not None
+    assert higher.threshold is not None
+    assert lower.threshold_interval is not None
+    assert higher.threshold_interval is not None
     back = [1 / each if axis == "log10" else -each for each in (higher.threshold, *higher.threshold_interval)]
     assert [lower.threshold, *lower.threshold_interval[::-1]] == pytest.approx(back, rel=1e-9)
     assert lower.slope == pytest.approx(higher.slope or 0.0, rel=1e-9)

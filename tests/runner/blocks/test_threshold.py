@@ -201,7 +201,8 @@ def test_known_thresholds_come_back(play: Play, case: str, tmp_path: Path) -> No
     (each,) = question.observers
     fit = each.fit
     assert question.trials == block.trials
-    assert fit.threshold_interval is not None and fit.slope_interval is not None  # noqa: PT018
+    assert fit.threshold_interval is not None
+    assert fit.slope_interval is not None
     low, high = fit.threshold_interval
     assert low / 1.15 < threshold < high * 1.15
     assert high / low < 2
