@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from documents import in_threads
 from documents.text import json_fields
 from stimuli.align.homography import mapped
 from stimuli.align.warping import warp
@@ -85,11 +86,9 @@ def which_eyes(photo: Picture, rendering: Picture) -> EyeIdentity | None:
     bin_px = int(np.ceil(np.sqrt(width * height / _IDENTITY_PIXELS)))
     if min(width, height) < 32 * bin_px:
         return None
-    views = [
-        (block_means(one.views["left"].xyz, bin_px, 1), block_means(one.views["right"].xyz, bin_px, 1))
-        for one in (photo, rendering)
-    ]
-    found = identify_eyes(*views)
+    all_views = [one.views[eye].xyz for one in (photo, rendering) for eye in ("left", "right")]
+    small = in_threads(lambda xyz: block_means(xyz, bin_px, 1), all_views)
+    found = identify_eyes((small[0], small[1]), (small[2], small[3]))
     return replace(found, shift_px=(found.shift_px[0] * bin_px, found.shift_px[1] * bin_px))
 
 

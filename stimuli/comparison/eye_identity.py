@@ -15,6 +15,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from documents import in_threads
 from documents.text import json_fields
 from stimuli.align.phase import correlation, find_peak, hann
 from stimuli.pictures.rows import Floats, Floats32
@@ -61,7 +62,8 @@ class EyeIdentity:
 
 def identify_eyes(photo: tuple[Floats32, Floats32], rendering: tuple[Floats32, Floats32]) -> EyeIdentity:
     """Return which views the rendering's eyes show; all are luminances (height, width) of one size, left and right."""
-    first, second = ([local_contrast(plane) for plane in planes] for planes in (photo, rendering))
+    contrasts = in_threads(local_contrast, (*photo, *rendering))
+    first, second = contrasts[:2], contrasts[2:]
     window = np.outer(hann(photo[0].shape[0]), hann(photo[0].shape[1]))
     surfaces = {
         (view, eye): correlation(first[view] * window, second[eye] * window) for view in (0, 1) for eye in (0, 1)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from documents import in_threads
 from stimuli.comparison.disparities import Place
 from stimuli.comparison.jackknife import EyesPair, jackknifed
 from stimuli.comparison.views import Views
@@ -39,8 +40,9 @@ def sparkle_measures(
     """Return the measures of the sparkles of both pairs within ``sparkling``, and their numbers; none of too few."""
     if not (squares and sparkling.any()):
         return {}, None
-    first = _sparkles(pairs[0], sparkling, squares, places[0])
-    second = _sparkles(pairs[1], sparkling, squares, places[1])
+    first, second = in_threads(
+        lambda number: _sparkles(pairs[number], sparkling, squares, places[number]), range(len(pairs))
+    )
     if first is None or second is None:
         return {}, None
     (photo, photo_sums), (rendering, rendering_sums) = first, second

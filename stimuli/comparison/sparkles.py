@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from documents import in_threads
 from stimuli.comparison.alignment import Alignment
 from stimuli.comparison.areas import inside, window
 from stimuli.comparison.evidence import SparklePair
@@ -106,7 +107,7 @@ def sparkle_area(
         source, slice(rows.start + down, rows.stop + down), slice(columns.start + across, columns.stop + across), mask
     )
     threshold = Threshold()
-    measured = measure_sparkles(photo_plane, threshold), measure_sparkles(rendering_plane, threshold)
+    measured = in_threads(lambda plane: measure_sparkles(plane, threshold), (photo_plane, rendering_plane))
     unit, per = ("per deg²", pixels_per_degree**2 / pixels) if pixels_per_degree else ("per 10⁶ px", 1e6 / pixels)
     left = (alignment.shift_px[0] - across, alignment.shift_px[1] - down) if alignment.moved and shifted else (0.0, 0.0)
     matched = _matched(measured[0].peaks, measured[1].peaks, left)
@@ -121,7 +122,7 @@ def sparkle_area(
     correlation = None
     if matched is None:
         correlation = _correlation(photo_plane, rendering_plane, mask, alignment.blur_px)
-    return SparkleArea(region.name, pixels, shifted, matched, correlation, *measured, pairs)
+    return SparkleArea(region.name, pixels, shifted, matched, correlation, measured[0], measured[1], pairs)
 
 
 def _correlation(photo: Floats32, rendering: Floats32, mask: Mask, blur_px: float) -> float:

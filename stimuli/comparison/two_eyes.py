@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from documents import in_threads
 from stimuli.align.disparity import DisparityReport
 from stimuli.comparison.disparities import depth_measures, filled_in, kept_squares, register_views, squares_of
 from stimuli.comparison.jackknife import EyesPair
@@ -54,7 +55,7 @@ def measure_two_eyes(
     height, width = photo.left.shape
     shorter = min(height, width)
     side = min(int(np.clip(max(min(shorter // _SHARE, _USUAL_PX), shorter // _MOST_ACROSS), *_SQUARE_PX)), shorter)
-    reports = [register_views(views, side) for views in (photo, rendering)]
+    reports = in_threads(lambda views: register_views(views, side), (photo, rendering))
     fields = [kept_squares(report, counted) for report in reports]
     shared = sorted(set(fields[0]) & set(fields[1]))
     middle = np.array(shared, dtype=np.float64).reshape(-1, 2)

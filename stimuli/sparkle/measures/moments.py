@@ -31,8 +31,10 @@ _FARTHEST = 1.0
 # Sparkles this near take part in one another's light, and how often it is taken away and they are fitted again.
 _NEIGHBOURS_PX = 9.0
 _NEIGHBOUR_ROUNDS = 3
-# How far, in px, a round may move or widen the weight of a sparkle that has come to rest.
-_REST = 1e-4
+# How far, in px, a round may move or widen the weight of a sparkle that has come to rest; more where it is fitted again
+# from there.
+_REST_PX = 1e-4
+_ROUGH_REST_PX = 1e-2
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -59,47 +61,76 @@ def sparkle_moments(luminance_cd_m2: Luminance, peaks: Peaks) -> Moments:
     """
     fitted = np.empty((4, len(peaks)))
     fits = np.zeros(len(peaks), dtype=np.bool_)
+    neighbours = _neighbours(peaks)
+    rest_px = np.full(len(peaks), _REST_PX)
+    rest_px[neighbours.of] = _ROUGH_REST_PX
     for part in _parts(len(peaks)):
-        fitted[:, part], fits[part] = _fit(_light(luminance_cd_m2, peaks, part))
+        light = _light(luminance_cd_m2, peaks, part)
+        unmoved = np.zeros(light.shape[2])
+        fitted[:, part], fits[part] = _fit(light, unmoved, unmoved, unmoved + 1.0, rest_px[part])
     fitted[0] += peaks.row
     fitted[1] += peaks.column
-    for _ in range(_NEIGHBOUR_ROUNDS):
-        _again_without_neighbours(luminance_cd_m2, peaks, fitted, fits)
+    rest_px[:] = _ROUGH_REST_PX
+    for done in range(_NEIGHBOUR_ROUNDS):
+        if done == _NEIGHBOUR_ROUNDS - 1:
+            rest_px[:] = _REST_PX
+        _again_without_neighbours(luminance_cd_m2, peaks, neighbours, fitted, fits, rest_px)
     return Moments(fitted[0], fitted[1], fitted[2], fitted[3], fits)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Neighbours:
+    """The sparkles ``of`` (n,) that have others near: ``others`` from ``first`` (n,), ``counts`` (n,) of them."""
+
+    of: NDArray[np.int64]
+    first: NDArray[np.int64]
+    counts: NDArray[np.int64]
+    others: NDArray[np.int64]
+
+
+def _neighbours(peaks: Peaks) -> _Neighbours:
+    from scipy.spatial import cKDTree
+
+    places = np.stack([peaks.row, peaks.column], axis=1)
+    pairs = np.empty((0, 2), dtype=np.int64)
+    if len(peaks) > 1:
+        pairs = cKDTree(places).query_pairs(_NEIGHBOURS_PX, output_type="ndarray").astype(np.int64)
+    pairs = np.concatenate([pairs, pairs[:, ::-1]])
+    pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+    of, first, counts = np.unique(pairs[:, 0], return_index=True, return_counts=True)
+    return _Neighbours(of, first, counts, pairs[:, 1])
 
 
 def _parts(count: int) -> Iterator[slice]:
     yield from (slice(start, min(start + _BLOCK, count)) for start in range(0, count, _BLOCK))
 
 
-def _again_without_neighbours(luminance: Luminance, peaks: Peaks, fitted: Floats, fits: NDArray[np.bool_]) -> None:
-    """Fit again, in place, each sparkle that has others near it, without their light as it was found before."""
-    from scipy.spatial import cKDTree
-
-    if len(peaks) < 2:
-        return
-    pairs = np.asarray(cKDTree(fitted[:2].T).query_pairs(_NEIGHBOURS_PX, output_type="ndarray"), dtype=np.int64)
-    if len(pairs) == 0:
-        return
-    pairs = np.concatenate([pairs, pairs[:, ::-1]])
-    pairs = pairs[np.argsort(pairs[:, 0], kind="stable")]
+def _again_without_neighbours(
+    luminance: Luminance,
+    peaks: Peaks,
+    neighbours: _Neighbours,
+    fitted: Floats,
+    fits: NDArray[np.bool_],
+    rest_px: Floats,
+) -> None:
+    """Fit again, in place and from where they are, the sparkles with others near, without these others' light."""
     row, column, sd, flux = fitted.copy()
     # What fits no Gaussian has, for its neighbours, the usual width.
     usual = float(np.median(sd[fits])) if fits.any() else 1.0
     excess = peaks.luminance_cd_m2 - peaks.background_cd_m2
     sd = np.where(fits, sd, usual)
     flux = np.where(fits, flux, 2 * np.pi * (usual**2 + 1 / 12) * excess)
-    chosen, first, counts = np.unique(pairs[:, 0], return_index=True, return_counts=True)
-    for part in _parts(len(chosen)):
+    for part in _parts(len(neighbours.of)):
         # Those with most neighbours first: who has a k-th one stands before all who have none.
-        order = part.start + np.argsort(-counts[part], kind="stable")
-        here = chosen[order]
+        order = part.start + np.argsort(-neighbours.counts[part], kind="stable")
+        here, counts, first = neighbours.of[order], neighbours.counts[order], neighbours.first[order]
         light = _light(luminance, peaks, here)
-        for k in range(counts[order[0]]):
-            few = int(np.searchsorted(-counts[order], -k))
-            other = pairs[first[order[:few]] + k, 1]
-            _take_away(light[:, :, :few], other, here[:few], peaks, row, column, sd, flux)
-        fitted[:, here], fits[here] = _fit(light)
+        for k in range(counts[0]):
+            few = int(np.searchsorted(-counts, -k))
+            _take_away(light[:, :, :few], neighbours.others[first[:few] + k], here[:few], peaks, row, column, sd, flux)
+        down = np.where(fits[here], row[here] - peaks.row[here], 0.0)
+        across = np.where(fits[here], column[here] - peaks.column[here], 0.0)
+        fitted[:, here], fits[here] = _fit(light, down, across, np.where(fits[here], sd[here], 1.0), rest_px[here])
         fitted[0, here] += peaks.row[here]
         fitted[1, here] += peaks.column[here]
 
@@ -156,11 +187,17 @@ def _light(luminance: Luminance, peaks: Peaks, part: slice | NDArray[np.int64]) 
     return light
 
 
-def _fit(light: Floats) -> tuple[Floats, NDArray[np.bool_]]:
-    """Return offsets down and across from the middle, width and light, (4, n), of patches (k, k, n), and which fit."""
+def _fit(
+    light: Floats, down_px: Floats, across_px: Floats, sd_px: Floats, rest_px: Floats
+) -> tuple[Floats, NDArray[np.bool_]]:
+    """Return offsets down and across from the middle, width and light, (4, n), of patches (k, k, n), and which fit.
+
+    The fit begins at the offsets and width given, (n,) each, and ends where a round changes them by less than
+    ``rest_px`` (n,).
+    """
     offsets = np.arange(-_REACH, _REACH + 1.0)[:, None]
     n = light.shape[2]
-    down, across, sd, flux = np.zeros(n), np.zeros(n), np.ones(n), np.zeros(n)
+    down, across, sd, flux = down_px.copy(), across_px.copy(), sd_px.copy(), np.zeros(n)
     fits = np.zeros(n, dtype=np.bool_)
     moving, weighed = np.arange(n), light
     for _ in range(_ROUNDS):
@@ -199,7 +236,7 @@ def _fit(light: Floats) -> tuple[Floats, NDArray[np.bool_]]:
         sd[moving] = new_sd
         flux[moving] = total * share
         near = good & (np.hypot(down[moving], across[moving]) < _FARTHEST) & (new_sd < _WIDEST)
-        at_rest = near & (moved < _REST)
+        at_rest = near & (moved < rest_px[moving])
         fits[moving[at_rest]] = True
         left = np.flatnonzero(near & ~at_rest)
         if len(left) == 0:

@@ -15,10 +15,11 @@ from scipy.spatial import cKDTree
 from scipy.special import ndtr
 
 from stimuli.errors import StimulusError
+from stimuli.sparkle.measures import moments
 from stimuli.sparkle.measures.background import local_background
 from stimuli.sparkle.measures.find import Threshold, find_peaks
 from stimuli.sparkle.measures.measure import PixelScale, SparkleMeasures, measure_sparkles, shared_sparkles
-from stimuli.sparkle.measures.moments import FWHM_PER_SD
+from stimuli.sparkle.measures.moments import FWHM_PER_SD, sparkle_moments
 
 Floats = NDArray[np.float64]
 BASE = 10.0
@@ -193,6 +194,23 @@ def test_light_that_falls_off_over_the_picture() -> None:
     assert measures.contrast.value == pytest.approx(expected.contrast.value, rel=0.02)
     # One absolute threshold for all would miss the sparkles of the dark side.
     assert len(find_peaks(even * slope, Threshold(times=0, above_cd_m2=25))) < 0.9 * len(places)
+
+
+def test_fits_that_go_on_from_where_they_were_end_where_full_ones_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Against the slow twin: every round, however often it is made again, goes on until nothing moves."""
+    random = np.random.default_rng(3)
+    places = random.uniform(10, 290, (700, 2))
+    picture = planted((300, 300), places, random.uniform(100, 900, 700), random.uniform(0.6, 1.2, 700), noise=0.3)
+    peaks = find_peaks(picture, Threshold())
+    fast = sparkle_moments(picture, peaks)
+    monkeypatch.setattr(moments, "_ROUGH_REST_PX", moments._REST_PX)
+    slow = sparkle_moments(picture, peaks)
+    both = fast.fits & slow.fits
+    assert both.sum() > 0.99 * max(fast.fits.sum(), slow.fits.sum()) > 300
+    for name in ("row_px", "column_px", "sd_px"):
+        apart = np.abs(getattr(fast, name) - getattr(slow, name))[both]
+        assert np.median(apart) < 1e-4
+        assert np.quantile(apart, 0.95) < 5e-3
 
 
 # Background
