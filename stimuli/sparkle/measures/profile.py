@@ -49,11 +49,11 @@ def radial_profile(luminance_cd_m2: Luminance, peaks: Peaks, moments: Moments) -
         row = np.round(moments.row_px[part]).astype(np.int64)
         column = np.round(moments.column_px[part]).astype(np.int64)
         light = np.nan_to_num(patches(luminance_cd_m2, row, column, REACH_PX + 1), nan=0.0)
-        light -= peaks.background_cd_m2[part][:, None, None]
-        down = (row - moments.row_px[part])[:, None, None] + offsets[:, None]
-        across = (column - moments.column_px[part])[:, None, None] + offsets
-        radius = np.sqrt(down**2 + across**2)
-        ring = np.minimum((radius / _BIN_PX).astype(np.int64), rings)
+        light -= peaks.background_cd_m2[part].astype(np.float32)[:, None, None]
+        down = ((row - moments.row_px[part])[:, None] + offsets).astype(np.float32)
+        across = ((column - moments.column_px[part])[:, None] + offsets).astype(np.float32)
+        radius = np.sqrt((down**2)[:, :, None] + (across**2)[:, None, :])
+        ring = np.minimum((radius * np.float32(1 / _BIN_PX)).astype(np.int64), rings)
         key = (ring + (rings + 1) * np.arange(len(part))[:, None, None]).ravel()
         size = len(part) * (rings + 1)
         counts = np.bincount(key, minlength=size).reshape(-1, rings + 1)[:, :rings]
