@@ -14,7 +14,7 @@ Floats = NDArray[np.float64]
 # Lab is a cube root above this share of white and a straight line below it.
 _DELTA = 6.0 / 29.0
 # Fewer cube roots are as soon done one by one, and larger numbers are none in single precision.
-_FEW, _LARGEST, _AT_A_TIME = 64, 1e30, 4096
+_FEW, _LARGEST, _AT_A_TIME = 2048, 1e30, 4096
 
 
 def xyY_from_XYZ(xyz: ArrayLike) -> Floats:
@@ -138,13 +138,21 @@ def xyz_to_lab(xyz: ArrayLike, white_xyz: ArrayLike) -> Floats:
     >>> xyz_to_lab([47.5, 50.0, 54.5], [95.0, 100.0, 109.0]).round(2).tolist()
     [76.07, 0.0, 0.0]
     """
-    values = np.asarray(xyz, dtype=np.float64)
-    return np.stack(lab_planes([values[..., axis] for axis in range(3)], checked_white(white_xyz)), axis=-1)
+    values, white = np.asarray(xyz, dtype=np.float64), checked_white(white_xyz)
+    if values.size < _FEW:
+        bent = _bent(values / white)
+        x, y, z = bent[..., 0], bent[..., 1], bent[..., 2]
+        return np.stack(_lab_of_bent(x, y, z), axis=-1)
+    return np.stack(lab_planes([values[..., axis] for axis in range(3)], white), axis=-1)
 
 
 def lab_planes(xyz: Sequence[Floats], white_xyz: Floats) -> tuple[Floats, Floats, Floats]:
     """Return L*, a* and b*, each of the shape of the three planes of ``xyz``, against a checked white (3,)."""
     x, y, z = (_bent(plane / white) for plane, white in zip(xyz, white_xyz, strict=True))
+    return _lab_of_bent(x, y, z)
+
+
+def _lab_of_bent(x: Floats, y: Floats, z: Floats) -> tuple[Floats, Floats, Floats]:
     return 116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)
 
 
