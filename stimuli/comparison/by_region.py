@@ -17,7 +17,7 @@ from devices.chart import COLORCHECKER, MOST_OFF, WAYS, misfit, patch_quadrangle
 from devices.colour import XYZ_from_xyY, white_point
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.patches import colorchecker_xyY
-from documents import Finding
+from documents import Finding, in_threads
 from documents.text import significant
 from stimuli.comparison.areas import AreaMean, area_means
 from stimuli.comparison.camera_rgb import CameraRGBTable, camera_rgb_table
@@ -114,24 +114,26 @@ def compare_regions(
         *check_charts(photo, placed.charts, "photograph", photo_saturated, regions.file),
         *check_charts(rendering, placed.charts, "rendering", rendering_saturated, regions.file),
     ]
-    total = photo.shape[0] + rendering.shape[0]
-
-    def after(start: int) -> RowsDone | None:
-        return None if rows_done is None else lambda done, _: rows_done(start + done, total)
-
     outlines = [[(region.name, px) for region, px in zip(placed.regions, side, strict=True)] for side in _sides(placed)]
-    least = regions.spec.least_pixels
-    photo_areas = area_means(
-        photo, outlines[0], photo_saturated, least_pixels=least, what="photograph", rows_done=after(0)
-    )
-    rendering_areas = area_means(
-        rendering,
-        outlines[1],
-        rendering_saturated,
-        least_pixels=least,
-        what="rendering",
-        rows_done=after(photo.shape[0]),
-    )
+    pictures, saturated, names = (photo, rendering), (photo_saturated, rendering_saturated), ("photograph", "rendering")
+    done, total = [0, 0], photo.shape[0] + rendering.shape[0]
+
+    def means(number: int) -> tuple[AreaMean, ...]:
+        def count(rows: int, _: int) -> None:
+            done[number] = rows
+            if rows_done is not None:
+                rows_done(sum(done), total)
+
+        return area_means(
+            pictures[number],
+            outlines[number],
+            saturated[number],
+            least_pixels=regions.spec.least_pixels,
+            what=names[number],
+            rows_done=count,
+        )
+
+    photo_areas, rendering_areas = in_threads(means, (0, 1))
     if white_XYZ is None:
         white_XYZ, remark = choose_white(regions, placed, photo_areas, display_white_cd_m2, observer)
         notes.append(remark)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from documents import in_threads
 from stimuli.comparison.disparities import LEAST_SQUARES, Place
 from stimuli.comparison.eye_identity import LOCAL_MEAN_PX, local_contrast
 from stimuli.comparison.jackknife import EyesPair, jackknifed
@@ -21,9 +22,9 @@ def rivalry_measures(
     """Return how luminance and contrast of the right eye compare with the left's, and how the two agree."""
     if len(squares) < LEAST_SQUARES:
         return {}
-    sums = [_square_sums(views, squares, side, place) for views, place in zip(pairs, places, strict=True)]
+    photo, rendering = in_threads(lambda number: _square_sums(pairs[number], squares, side, places[number]), (0, 1))
     return jackknifed(
-        sums[0], sums[1], {"eye luminance": _luminance, "eye contrast": _contrast, "eye agreement": _correlation}
+        photo, rendering, {"eye luminance": _luminance, "eye contrast": _contrast, "eye agreement": _correlation}
     )
 
 

@@ -205,7 +205,7 @@ def _png(xyz: Floats, white: Floats) -> str:
     from devices.colour import srgb
 
     out = io.BytesIO()
-    Image.fromarray(np.round(255 * srgb(xyz, white)).astype(np.uint8)).save(out, "PNG", optimize=True)
+    Image.fromarray(np.round(255 * srgb(xyz, white)).astype(np.uint8)).save(out, "PNG")
     return "data:image/png;base64," + base64.b64encode(out.getvalue()).decode("ascii")
 
 
