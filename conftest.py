@@ -66,6 +66,7 @@ _WHOLE: Mapping[str, Callable[[Any], Any]] = {
     "mode_options": lambda part: {**_RIG, **part},
     "monitor": lambda part: {**_RIG, **part},
     "photodiode_verification": lambda part: {**_RIG, **part},
+    "timing_marks": lambda part: {**_RIG, **part},
     "curve": lambda part: {**_DISPLAY, "modes": {"quad-buffered": {**_MODE, **part}}},
     "quad-buffered": lambda part: {**_DISPLAY, "modes": {name: {**_MODE, **mode} for name, mode in part.items()}},
     "panel": lambda part: {**_DISPLAY, **part},

@@ -5,6 +5,7 @@ No other module calls these parts of ``os``, ``signal``, ``select``, ``time`` an
 
 from __future__ import annotations
 
+import errno
 import os
 import shlex
 import shutil
@@ -15,7 +16,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 # How long to wait before each new attempt to replace a file that another process has open: two seconds in all.
 _WAITS_S = (0.01, 0.02, 0.05, 0.1, 0.2, 0.4, 0.6, 0.6)
@@ -153,6 +154,91 @@ def serial_errors() -> tuple[type[Exception], ...]:
     import termios
 
     return (OSError, TypeError, ValueError, termios.error)
+
+
+def serial_writer(port: Any) -> Callable[[bytes], object]:
+    """Return what writes to pyserial's open ``port`` at once: all of it, or it raises BlockingIOError.
+
+    On Windows the port must have been opened with a write timeout of 0.
+    """
+    if sys.platform == "win32":
+        return port.write  # type: ignore[no-any-return]  # a bound method
+    descriptor = port.fileno()
+    os.set_blocking(descriptor, False)
+    return lambda data: os.write(descriptor, data)
+
+
+@contextmanager
+def pseudo_terminal() -> Iterator[tuple[str, Callable[[float], bytes]] | None]:
+    """Open a pair of pseudo-terminals; None on Windows.
+
+    Yield the name of one, which behaves as a serial port, and what reads from the other what is sent there, waiting for
+    so many seconds at most.
+    """
+    if sys.platform == "win32":
+        yield None
+        return
+    import select
+    import tty
+
+    ours, theirs = os.openpty()
+    try:
+        tty.setraw(ours)
+        tty.setraw(theirs)
+
+        def read(within_s: float) -> bytes:
+            ready, _, _ = select.select([ours], [], [], within_s)
+            return os.read(ours, 4096) if ready else b""
+
+        yield os.ttyname(theirs), read
+    finally:
+        os.close(theirs)
+        os.close(ours)
+
+
+# Linux's ppdev.h
+_CLAIM, _RELEASE, _EXCLUSIVE, _WRITE_DATA = 0x708B, 0x708C, 0x708F, 0x40017086
+
+
+def open_parallel_port(port: str) -> int:
+    """Open a parallel port of Linux, such as ``/dev/parport0``, for this process alone, with its data pins at 0.
+
+    Raises
+    ------
+    OSError
+        If it cannot be done; ENOTSUP on another system.
+    """
+    if sys.platform != "linux":
+        raise OSError(errno.ENOTSUP, os.strerror(errno.ENOTSUP), port)
+    import fcntl
+
+    descriptor = os.open(port, os.O_RDWR | os.O_NONBLOCK)
+    try:
+        fcntl.ioctl(descriptor, _EXCLUSIVE)
+        fcntl.ioctl(descriptor, _CLAIM)
+        set_parallel_pins(descriptor, 0)
+    except BaseException:
+        os.close(descriptor)
+        raise
+    return descriptor
+
+
+def set_parallel_pins(descriptor: int, value: int) -> None:
+    """Set the eight data pins of an open parallel port to ``value``, 0 to 255."""
+    if sys.platform == "linux":
+        import fcntl
+
+        fcntl.ioctl(descriptor, _WRITE_DATA, bytes([value]))
+
+
+def close_parallel_port(descriptor: int) -> None:
+    """Give an open parallel port back."""
+    if sys.platform == "linux":
+        import fcntl
+
+        with suppress(OSError):
+            fcntl.ioctl(descriptor, _RELEASE)
+        os.close(descriptor)
 
 
 def is_alive(process: int) -> bool:

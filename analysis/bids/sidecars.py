@@ -67,6 +67,11 @@ _EXACT: Mapping[str, _Known] = {
         "For each timed scene of the trial: its name, the frames requested, its duration requested and shown in "
         "milliseconds, and the frames missed."
     ),
+    "timing_marks": _Known(
+        "For each mark that another machine got: the port, whether it marks an onset or an answer, the code, when it "
+        "was sent in seconds from the start of the session, and how many milliseconds after the onset or the press "
+        "that was; or why it was not sent. The session's sidecar describes the ports (GraphicsSystem, timing_marks)."
+    ),
     "uncharacterised": _Known("Whether the display was used in a stereo mode that had not been characterised."),
     "nominal": _Known(
         "The standard that the display was taken for: nominal, not measured. Empty where it was measured."

@@ -163,6 +163,7 @@ class Presentation(Fields):
     refresh_hz: NotNegative | None = None
     bits: Count | None = None
     timing: Timing | None = None
+    timing_marks: list[Json] | None = None
     gamma_table: GammaTables | None = None
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, Strict
+from pydantic import Field, Strict, model_validator
 
 from analysis.records.fields import Count, Event, Fields, Name, Number, Seconds, Utc
 
@@ -22,6 +22,28 @@ class TimedScene(Fields):
     asked_ms: Annotated[float, Field(ge=0, le=1e9)]
     shown_ms: Number
     missed_frames: Count
+
+
+class TimingMark(Fields):
+    """A mark to another machine: when it was sent, on the session's clock, or why it was not.
+
+    ``after_ms`` counts from the onset or the press; of a simulated press, which is in the future, it is negative.
+    ``scene`` names a timed scene, as in ``timed``; a question has none.
+    """
+
+    port: Name
+    mark: Literal["onset", "answer"]
+    code: Name | Count
+    sent_s: Number | None = None
+    after_ms: Number | None = None
+    failed: Name | None = None
+    scene: Name | None = None
+
+    @model_validator(mode="after")
+    def _sent_or_failed(self) -> TimingMark:
+        if (self.sent_s is None) == (self.failed is None) or (self.sent_s is None) != (self.after_ms is None):
+            raise ValueError("should have either 'sent_s' and 'after_ms' or 'failed'")
+        return self
 
 
 Ignored = Annotated[tuple[Name, Number, Name], Strict(False)]
@@ -79,6 +101,7 @@ class TrialRecord(Fields):
     timed: list[TimedScene] = Field(default_factory=list)
     ignored: list[Ignored] = Field(default_factory=list)
     interruptions: Count = 0
+    timing_marks: list[TimingMark] = Field(default_factory=list)
     nominal: Name | None = None
     uncharacterised: bool = False
     wrong_screen: bool = False

@@ -112,10 +112,17 @@ def _on_stops(sessions: Sequence[SessionLog]) -> Iterator[str]:
 
 
 def _on_presses_and_windows(sessions: Sequence[SessionLog]) -> Iterator[str]:
-    """Yield which sessions were answered faster than anyone looks, and what became of windows meanwhile."""
+    """Yield which sessions were answered faster than anyone looks, and what became of marks and windows meanwhile."""
     for session in sessions:
         if not session.header.simulated and (haste := Haste.of(session.trials)).striking:
             yield f"In session {session.header.session} of observer {session.header.observer} {haste.words}."
+    unsent = sum(
+        any("failed" in mark for mark in trial.data.get("timing_marks", ()))
+        for session in sessions
+        for trial in session.trials
+    )
+    if unsent:
+        yield f"Timing marks were not sent in {counted(unsent, 'trial')}: the trials' records say which, and why."
     counts = Counter(event.what for session in sessions for event in session.windows)
     away = sum(bool(trial.data.get("window_lost")) for session in sessions for trial in session.trials)
     if counts:

@@ -24,6 +24,7 @@ from devices.display.nominal import Nominal, NominalSpec
 from devices.display.panel import AskMonitor
 from devices.display.verification_file import Verification, read_verification
 from devices.errors import DeviceError
+from devices.timing_marks.spec import MarksSpec, TimingMarksSpec, listed_marks, listed_twice
 from documents import Finding, InputError, load_document
 from documents.files import beside, looked_for
 from documents.yaml import Strict
@@ -82,6 +83,8 @@ class RigSpec(Strict):
     """Which monitor shows it, by name or number."""
     results_mirror: str | None = Field(default=None, min_length=1)
     """A folder that results are also copied to while a session runs, relative to this file."""
+    timing_marks: TimingMarksSpec | None = None
+    """Where a mark goes at each onset and answer: one port, or a list of them."""
 
     @property
     def monitors(self) -> tuple[str, ...]:
@@ -103,7 +106,8 @@ class Rig:
     ``gamma_table`` is ``identity`` if that is to be loaded while a window shows something. ``monitor_settings`` are
     those that the monitor is used with, or None where the rig does not state them. ``monitors`` are those that windows
     open on, by name or number: none, one, or the left eye's and the right eye's. ``results_mirror`` is the folder that
-    results are copied to while a session runs, or None.
+    results are copied to while a session runs, or None. ``timing_marks`` are the ports that get marks at onsets and
+    answers.
     """
 
     file: str
@@ -123,6 +127,7 @@ class Rig:
     monitor_settings: MonitorSettings | None = None
     monitors: tuple[str, ...] = ()
     results_mirror: Path | None = None
+    timing_marks: tuple[MarksSpec, ...] = ()
 
     @property
     def measured_settings(self) -> MonitorSettings | None:
@@ -242,7 +247,13 @@ def read_rig(
             findings.extend(error.findings)
             return None
 
-    findings: list[Finding] = []
+    marks = listed_marks(spec.timing_marks)
+    findings = [
+        source.finding(
+            ("timing_marks", index, marks[index].place), f"marks go to {marks[index].name} twice", "remove one"
+        )
+        for index in listed_twice(marks)
+    ]
     display: Display | None
     if isinstance(spec.display, NominalSpec):
         try:
@@ -298,6 +309,7 @@ def read_rig(
         spec.monitor_settings,
         monitors or spec.monitors,
         None if spec.results_mirror is None else Path(os.path.abspath(path.parent / spec.results_mirror)),
+        marks,
     )
 
 

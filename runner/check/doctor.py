@@ -12,6 +12,7 @@ from pathlib import Path
 from devices.display import Rig, panel_of_monitor
 from documents import InputError
 from runner.check.signal_path import SignalFact, examine_signal_path
+from runner.check.timing_marks import MarkLatency, measure_marks
 from runner.presenter.counters import IntervalSummary
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.registry import MODES, available
@@ -95,7 +96,10 @@ class MachineReport:
 
 @dataclass(frozen=True, slots=True)
 class TimingReport:
-    """How evenly a window's frames come, and in ``meaning`` what that means, sentence by sentence."""
+    """How evenly a window's frames come, and in ``meaning`` what that means, sentence by sentence.
+
+    ``timing_marks`` say how soon after a swap the rig's marks go.
+    """
 
     display_server: str
     renderer: str
@@ -103,6 +107,7 @@ class TimingReport:
     swap_intervals: IntervalSummary
     verification: str
     meaning: tuple[str, ...]
+    timing_marks: tuple[MarkLatency, ...] = ()
 
 
 def examine_machine() -> MachineReport:
@@ -138,8 +143,9 @@ def examine_timing(
 ) -> TimingReport:
     """Open a window, swap its frames for ``seconds``, and return the intervals with what they mean.
 
-    With ``rig``, the report also says whether the rig's record of a photodiode's verification holds here. The window is
-    on the monitor that ``monitors`` or the rig names by name or number, else on the primary one.
+    With ``rig``, the report also says whether the rig's record of a photodiode's verification holds here, and how soon
+    after a swap its timing marks are sent: they are sent on its ports. The window is on the monitor that ``monitors``
+    or the rig names by name or number, else on the primary one.
 
     Raises
     ------
@@ -155,6 +161,7 @@ def examine_timing(
             surface.swap()
 
         intervals = swap_intervals(frame, seconds, progress, facts.refresh_hz)
+        marks = measure_marks(rig, frame) if rig else ()
     verification = rig.photodiode_verification if rig else None
     judgement = judge(verification, rig.mode if rig else "", facts, swaps_per_second(intervals))
     return TimingReport(
@@ -163,7 +170,8 @@ def examine_timing(
         compositor(),
         intervals,
         judgement.words,
-        tuple(explain(intervals, facts.vsync, judgement)),
+        (*explain(intervals, facts.vsync, judgement), *(words for each in marks for words in each.sentences)),
+        marks,
     )
 
 

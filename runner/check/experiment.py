@@ -26,6 +26,7 @@ from runner.check.machine import check_results, check_screen
 from runner.check.pictures import check_pictures
 from runner.check.report import CheckOptions, CheckReport
 from runner.check.screens import check_screens
+from runner.check.timing_marks import check_timing_marks
 from runner.ports import Ask
 from runner.presenter.scene import Scene
 from runner.presenter.surfaces.screens import primary_monitor
@@ -77,6 +78,7 @@ def check_experiment(report: CheckReport, options: CheckOptions) -> None:
     if options.budget and "error_budget" not in report.facts:
         report.facts["error_budget"] = rig_budget(design.rig).to_json()
     check_screen(report, design.rig, options)
+    check_timing_marks(report, design.rig, options)
     check_results(report, design.spec.name, options.results)
 
 

@@ -32,6 +32,7 @@ from runner.check.experiment import (
 )
 from runner.check.machine import check_screen
 from runner.check.report import CheckOptions, CheckReport
+from runner.check.timing_marks import check_timing_marks
 from runner.observers.observer_file import KINDS, ScoredObserverSpec, read_observer
 from runner.presenter.modes.registry import MODES
 from runner.presenter.surfaces.screens import primary_monitor
@@ -102,6 +103,7 @@ def check_rig(report: CheckReport, options: CheckOptions) -> None:
     if options.budget:
         report.facts["error_budget"] = rig_budget(rig).to_json()
     check_screen(report, rig, options)
+    check_timing_marks(report, rig, options)
 
 
 def check_verification(report: CheckReport, options: CheckOptions) -> None:

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     "--rig",
     "rig_file",
     type=click.Path(path_type=Path),
-    help="Rig to report what of it was not measured; with --timing, whether its photodiode record holds here.",
+    help="Rig to report what of it was not measured; with --timing, whether its photodiode record holds here, and how "
+    "soon after a swap its timing marks are sent, which sends them.",
 )
 @monitor_option
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")

@@ -73,6 +73,11 @@ if TYPE_CHECKING:
     default=None,
     help="Take notes and marks in this terminal during the session. Default: if a person answers.",
 )
+@click.option(
+    "--marks/--no-marks",
+    default=None,
+    help="Send the rig's timing marks to other machines. Default: if a person answers.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     experiment: Path,
@@ -91,6 +96,7 @@ def command(
     backend: Backend | None,
     allow_uncharacterised: bool,
     console: bool | None,
+    marks: bool | None,
     as_json: bool,
 ) -> None:
     """Run a session with an observer.
@@ -152,6 +158,7 @@ def command(
             wrong_screen=wrong_screen,
             simulate=simulate,
             replay=replay,
+            marks=marks,
             progress=step,
             notify=lambda line: click.echo(line, err=True),
             on_begin=on_begin,

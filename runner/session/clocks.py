@@ -37,8 +37,14 @@ class SteadyClock:
 
     def __call__(self) -> str:
         """Return the time now, such as ``2026-01-31T12:00:00.250+00:00``."""
-        now = self._began + timedelta(seconds=self._elapsed() - self._began_s)
-        return now.isoformat(timespec="milliseconds")
+        return self._now().isoformat(timespec="milliseconds")
+
+    def since(self, start: datetime) -> float:
+        """Return the seconds from ``start`` until now, to the microsecond."""
+        return (self._now() - start).total_seconds()
+
+    def _now(self) -> datetime:
+        return self._began + timedelta(seconds=self._elapsed() - self._began_s)
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,16 +100,27 @@ class Background(Protocol):
 
 
 class PacedPresenter:
-    """Shows scenes on ``presenter``, timed ones at ``pace``, with no work in the ``background`` meanwhile."""
+    """Shows scenes on ``presenter``, timed ones at ``pace``, with no work in the ``background`` meanwhile.
 
-    def __init__(self, presenter: Presenter, pace: Pace, background: Background | None = None) -> None:
+    ``on_onset`` is called with each scene's onset right after the swap, before anything else is done.
+    """
+
+    def __init__(
+        self,
+        presenter: Presenter,
+        pace: Pace,
+        background: Background | None = None,
+        on_onset: Callable[[float], object] = lambda onset_s: None,
+    ) -> None:
         self._presenter = presenter
         self._pace = pace
         self._background = background
+        self._on_onset = on_onset
 
     def show(self, scene: Scene) -> float:
         """Show ``scene`` and return its onset."""
         onset_s = self._presenter.show(scene)
+        self._on_onset(onset_s)
         if self._background is not None:
             self._background.resume()
         return onset_s
@@ -118,6 +135,7 @@ class PacedPresenter:
             self._background.pause()
         frames = self._pace.frames(seconds)
         onset_s = self._presenter.show(scene)
+        self._on_onset(onset_s)
         self._pace.wait(onset_s, frames, each_frame=self._presenter.surface.on_frame)
         self._presenter.surface.poll_keys()
         return Holding(onset_s, frames, self._pace.period_s)

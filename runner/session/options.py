@@ -51,6 +51,8 @@ class SessionOptions:
         File of simulated observers who answer in place of a person.
     replay
         Recorded ``session.jsonl``, or a folder with one, whose key presses are repeated.
+    marks
+        Whether the rig's timing marks are sent; None: if a person answers.
     progress
         Called with what is being done, how much of it is done, and of how much.
     notify
@@ -75,6 +77,7 @@ class SessionOptions:
     wrong_screen: bool = False
     simulate: str | Path | None = None
     replay: str | Path | None = None
+    marks: bool | None = None
     progress: Progress = no_progress
     notify: Callable[[str], None] = lambda line: None
     on_begin: Callable[[Session, SessionStatus], None] = lambda session, status: None
@@ -115,7 +118,8 @@ def session_command(experiment: str | Path, observer: str, options: SessionOptio
     for name in sorted((each.name for each in fields(options)), key=("new", "resume").__contains__):
         value = changed.get(name, getattr(options, name))
         if value != getattr(standard, name) and isinstance(value, bool | str | Path):
-            words += [f"--{name.replace('_', '-')}", *([] if value is True else [str(value)])]
+            no = "no-" if value is False else ""
+            words += [f"--{no}{name.replace('_', '-')}", *([] if isinstance(value, bool) else [str(value)])]
         elif name == "monitors":
             words += [word for monitor in value for word in ("--monitor", monitor)]
     return command_to_type(*words)

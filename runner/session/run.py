@@ -30,6 +30,7 @@ from runner.session.picture_source import Progress, build_stimuli, no_progress
 from runner.session.session import Left, Session
 from runner.session.station import Station
 from runner.session.status import SessionStatus
+from runner.session.timing_marks import lost_marks
 from stimuli.build import StimulusSet
 
 
@@ -140,6 +141,7 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
             accept_gamma_table=options.accept_gamma_table,
             wrong_screen=options.wrong_screen,
             further_files=(Path(options.simulate),) if options.simulate else (),
+            send_marks=(None if law or recording else True) if options.marks is None else options.marks,
         ) as station,
     ):
         for remark in station.remarks:
@@ -201,8 +203,9 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
             again = session_command(experiment, observer, options, resume=True, new=False)
             raise kind(f"{why}. Every answer before this is saved. Continue: {again}") from error
         finally:
-            if fault := station.end_mirror():
-                options.notify(f"warning: {fault}")
+            for fault in (station.end_mirror(), *lost_marks(station.marks)):
+                if fault:
+                    options.notify(f"warning: {fault}")
     if status is None:  # interrupted before it began
         return SessionResult(ending, 0, sum(block.trials for block in design.example_blocks), folder)
     if station.session_folder is None:

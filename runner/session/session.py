@@ -28,6 +28,7 @@ from runner.errors import SessionError
 from runner.ports import MOST_IGNORED, Ask, Holding, Ignored, KeyPress, Observer, Presenter, Sink, WindowClosed
 from runner.presenter.scene import Scene
 from runner.session.clocks import SteadyClock
+from runner.session.timing_marks import TimingMarks
 
 Place = tuple[int, int]
 
@@ -48,6 +49,7 @@ class _RunState:
     interruptions: int = 0
     ignored: list[Ignored] = field(default_factory=list)
     ignored_more: int = 0
+    timing_marks: list[dict[str, Any]] = field(default_factory=list)
     window_lost: bool = False
     attempt: int = 0
 
@@ -72,7 +74,8 @@ class Session:
     ``closing_facts`` gives at the end what the record states of the whole. ``least_s`` has each block's least response
     time. ``check_light`` is called as each block begins (with True) and before an answer is recorded; what it raises
     ends the session without that answer.
-    ``remedy`` is what to do if the blocks do not ask what is ``logged``.
+    ``remedy`` is what to do if the blocks do not ask what is ``logged``. ``timing_marks`` sends marks to other
+    machines; whoever shows the scenes calls `onset` right after each swap.
     """
 
     blocks: Sequence[Block]
@@ -92,6 +95,7 @@ class Session:
     utc: Callable[[], str] = field(default_factory=SteadyClock)
     remedy: str = "the experiment or the log was changed since: restore it, or start a new session"
     style: Style = FULL_HD_HALF
+    timing_marks: TimingMarks = field(default_factory=TimingMarks)
     screened_out: bool = field(init=False, default=False)
     _shown_s: float = field(init=False, default=-math.inf)
     _pressed_s: float = field(init=False, default=-math.inf)
@@ -100,6 +104,8 @@ class Session:
     _latest: Place | None = field(init=False, default=None)
     _place: Place = field(init=False, default=(0, 0))
     _away: set[str] = field(init=False, default_factory=set)
+    # What of a block is being shown: a timed scene's name, empty for a question, None for a menu or the last page.
+    _showing: str | None = field(init=False, default=None)
     # Records are stamped and written one after the other, so that their times rise however slow the disk is.
     _writing: threading.RLock = field(init=False, default_factory=threading.RLock)
 
@@ -160,6 +166,11 @@ class Session:
             self._state.window_lost = True
         with self._writing:
             self.on_window(WindowEvent(what, *self._place, self.utc(), **facts))
+
+    def onset(self, onset_s: float) -> None:
+        """Send the timing marks of an onset; of a menu or the page at the end there are none."""
+        if self._showing is not None:
+            self._state.timing_marks += self.timing_marks.onset(onset_s, self._showing)
 
     def mark(self, by: str) -> Place | None:
         """Mark the last answered trial to be asked once more after its block, or at the end if that is over.
@@ -227,6 +238,7 @@ class Session:
     def _hold(self, step: Hold) -> None:
         if self._state.past:
             return  # the log holds the trial: nobody need look at it again
+        self._showing = step.what
         holding = self.presenter.hold(step.scene, step.seconds)
         self._end_holding(holding.onset_s)
         self._state.holding = step.what, holding
@@ -248,14 +260,16 @@ class Session:
 
     def _live(self, ask: Ask) -> tuple[str, float]:
         while True:
-            press, onset_s = self._show_and_wait(ask)
+            press, onset_s = self._show_and_wait(ask, of_block=True)
             if ask.meaning(press.key) is not None:
+                self._state.timing_marks += self.timing_marks.answer(press.time_s)
                 return press.key, round(press.time_s - onset_s, 6)
             if press.key == "escape":
                 self._state.interruptions += 1
                 self._pause()
 
-    def _show_and_wait(self, ask: Ask) -> tuple[KeyPress, float]:
+    def _show_and_wait(self, ask: Ask, *, of_block: bool = False) -> tuple[KeyPress, float]:
+        self._showing = "" if of_block else None
         shown_s = self.presenter.show(ask.scene)
         self._end_holding(shown_s)
         # Of a scene that stands already, the question begins where the last answer was given.
@@ -338,11 +352,13 @@ class Session:
             data["ignored"] = [[press.key, press.from_onset_s, press.why] for press in state.ignored]
         if state.ignored_more:
             data["ignored_more"] = state.ignored_more
+        if state.timing_marks:
+            data["timing_marks"] = state.timing_marks
         if state.window_lost:
             data["window_lost"] = True
         events = tuple(state.events)
         trial = Trial(block, number, draft.kind, events, draft.response_time_s, self.utc(), data)
-        state.events, state.timed, state.interruptions = [], [], 0
+        state.events, state.timed, state.timing_marks, state.interruptions = [], [], [], 0
         state.ignored, state.ignored_more, state.window_lost = [], 0, bool(self._away)
         if state.past:
             self._compare(state.past.popleft(), trial)
@@ -351,6 +367,8 @@ class Session:
                 return
         else:
             self.check_light(False)
+            for sentence in self.timing_marks.news():
+                self.note(sentence, "program")
             with self._writing:
                 trial = replace(trial, attempt=state.attempt, utc=self.utc())
                 self.sink.append(trial)
@@ -370,7 +388,7 @@ class Session:
 
 _OPPOSITES = {"lost_focus": "got_focus", "minimised": "restored"}
 _CIRCUMSTANCES = frozenset(
-    ("clipping", "timed", "interruptions", "ignored", "ignored_more", "window_lost")
+    ("clipping", "timed", "interruptions", "ignored", "ignored_more", "window_lost", "timing_marks")
     + ("nominal", "uncharacterised", "wrong_screen")
     + ("rating_times_s",)  # older versions counted otherwise what was pressed without effect
 )

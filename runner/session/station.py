@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
 from dataclasses import asdict, dataclass, replace
 from datetime import datetime
 from importlib.metadata import version
@@ -11,7 +12,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from analysis.records import Header, SessionLog, StimulusCosts, Trial, WindowEvent, duration, latest_utc
+from analysis.records import Header, SessionLog, StimulusCosts, Trial, WindowEvent, duration, latest_utc, read_utc
 from devices.display import EYES
 from documents import Finding
 from documents.files import RESTORE, Mirror
@@ -37,6 +38,7 @@ from runner.session.header import changes, check_unchanged, hashes, make_header,
 from runner.session.mirroring import refuse_mirror_within, start_mirror
 from runner.session.picture_source import PictureSource
 from runner.session.session import Place, Session
+from runner.session.timing_marks import OpenMarks, TimingMarks, close_marks, open_marks
 from runner.session.timing_record import timing_facts
 from stimuli.build import StimulusSet
 
@@ -68,6 +70,7 @@ class Station:
     session_folder: Path | None = None  # of the session that runs, or ran last
     resume_remarks: tuple[str, ...] = ()  # on the clock, where that session was resumed
     mirror: Mirror | None = None  # of the log of that session
+    marks: tuple[OpenMarks, ...] = ()  # the ports of the rig's timing marks, where they are sent
 
     @classmethod
     def open(
@@ -81,15 +84,18 @@ class Station:
         accept_gamma_table: bool = False,
         wrong_screen: bool = True,
         further_files: tuple[Path, ...] = (),
+        send_marks: bool | None = None,
     ) -> Station:
-        """Open the surface and the presenter in the rig's stereo mode.
+        """Open the surface and the presenter in the rig's stereo mode and, to ``send_marks``, the ports of its marks.
+
+        Where marks are asked not to be sent (False), the record states it.
 
         Raises
         ------
         InputError
             If the surface cannot be opened or cannot do the mode, or, unless ``accept_gamma_table``, the gamma table
             that is loaded is not the one that the display was measured with, or, unless ``wrong_screen``, the rig's
-            panel is larger than the screen.
+            panel is larger than the screen, or if a port of the rig's timing marks cannot be opened.
         """
         rig = experiment.rig
         mode = experiment.mode
@@ -99,18 +105,21 @@ class Station:
         pictures = PictureSource(experiment, stimuli)
         costs = ClippingCosts.of(experiment, stimuli, pictures.stimulus)
         correction = costs.compensation.correction
-        surface = open_surface(
-            backend,
-            rig.display.panel.resolution_px,
-            stereo=mode.needs_stereo,
-            windowed=windowed,
-            windows=mode.windows,
-            bits=rig.output_bits,
-            identity=rig.gamma_table == "identity",
-            monitors=rig.monitors,
-            refuse_larger=not wrong_screen,
-        )
-        try:
+        with ExitStack() as undo:
+            marks = open_marks(rig) if send_marks else ()
+            undo.callback(close_marks, marks)
+            surface = open_surface(
+                backend,
+                rig.display.panel.resolution_px,
+                stereo=mode.needs_stereo,
+                windowed=windowed,
+                windows=mode.windows,
+                bits=rig.output_bits,
+                identity=rig.gamma_table == "identity",
+                monitors=rig.monitors,
+                refuse_larger=not wrong_screen,
+            )
+            undo.callback(surface.close)
             watch = GammaWatch(surface.gamma_tables)
             verdict = compare_tables(rig.measured_gamma_tables, watch.loaded)
             if verdict.refusal and not accept_gamma_table:
@@ -126,9 +135,7 @@ class Station:
             )
             in_turn = CostsInTurn(costs)
             pictures.on_read = in_turn.was_read
-        except BaseException:
-            surface.close()
-            raise
+            undo.pop_all()
         timing, timing_remarks = timing_facts(presenter, _TIMED_S, rig.photodiode_verification)
         remarks = surface.facts.remarks + timing_remarks + tuple(filter(None, (verdict.refusal, verdict.warning)))
         if rig.nominal:
@@ -136,6 +143,8 @@ class Station:
         elif not rig.is_characterised:
             remarks += (_UNCHARACTERISED.format(mode=rig.mode, other=rig.characterised_as),)
         remarks += rig.settings_doubts
+        if rig.timing_marks and send_marks is False:
+            remarks += ("the rig's timing marks were not sent (--no-marks)",)
         return cls(
             experiment,
             stimuli,
@@ -150,6 +159,7 @@ class Station:
             watch,
             configuration,
             accept_gamma_table,
+            marks=marks,
         )
 
     def __enter__(self) -> Station:
@@ -159,6 +169,7 @@ class Station:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.costs.end()
+        close_marks(self.marks)
         self.presenter.close()
         self.surface.close()
         self.end_mirror()
@@ -265,7 +276,12 @@ class Station:
         with recorder:
             session = Session(
                 blocks,
-                PacedPresenter(self.presenter, self._pace(instantly=simulated), self.costs),
+                PacedPresenter(
+                    self.presenter,
+                    self._pace(instantly=simulated),
+                    self.costs,
+                    on_onset=lambda onset_s: session.onset(onset_s),
+                ),
                 answers,
                 recorder,
                 clip_costs=self.costs,
@@ -280,6 +296,7 @@ class Station:
                 closing=lambda: self._record_costs(recorder, header, clock),
                 closing_facts=lambda: {"work": self.work},
                 utc=clock,
+                timing_marks=self._timing_marks(header, clock),
                 **({"remedy": self._why_not_as_logged(log)} if log else {}),
             )
             for remark in self.resume_remarks:
@@ -298,6 +315,11 @@ class Station:
         if self.experiment.end_page and not simulated and not session.screened_out:
             session.show_end_page(self.experiment.end_page)  # all is on disk, and the log is closed
         return recorder.folder
+
+    def _timing_marks(self, header: Header, clock: SteadyClock) -> TimingMarks:
+        """Return the marks of a session, timed from its start."""
+        start = read_utc(header.started_utc) or datetime.fromisoformat(clock())
+        return TimingMarks(self.marks, lambda: clock.since(start))
 
     def _read_meanwhile(self) -> None:
         """Make the pictures ready while the observer looks at what is shown, and compute what the cache has not."""
@@ -418,6 +440,8 @@ class Station:
         facts = asdict(self.surface.facts) | {"timing": self.timing, "gamma_table": gamma}
         if rig.results_mirror:
             facts["results_mirror"] = str(rig.results_mirror)
+        if self.marks:
+            facts["timing_marks"] = [marks.spec.facts for marks in self.marks]
         header = make_header(
             self.experiment,
             self.stimuli,

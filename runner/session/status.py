@@ -51,6 +51,7 @@ class SessionStatus:
     _last: deque[str] = field(default_factory=lambda: deque(maxlen=_SHOWN))
     _haste: Haste = field(default_factory=Haste)
     _window: str = ""
+    _unmarked: str = ""
     _block: int = 0
     _before_s: float = field(init=False)
     _missed: int = 0
@@ -88,6 +89,8 @@ class SessionStatus:
             self._answered.setdefault(trial.block, set()).add(trial.trial)
             self._block = max(self._block, trial.block)
         self._haste.add(trial)
+        unsent = [mark["port"] for mark in trial.data.get("timing_marks", ()) if "failed" in mark]
+        self._unmarked = f"timing marks are not sent on {visible(unsent[-1])}" if unsent else ""
         self._missed += sum(scene.get("missed_frames", 0) for scene in trial.data.get("timed", ()))
         block = self.blocks[trial.block]
         if not block.trials or trial.is_outcome or took_s < trial.response_time_s:
@@ -122,6 +125,7 @@ class SessionStatus:
             *([f"presses ignored in {self._haste.ignored}"] if self._haste.ignored else []),
             *(["CHECK: too fast, or pressed too often"] if self._haste.striking else []),
             *([f"CHECK: {self._window}"] if self._window else []),
+            *([f"CHECK: {self._unmarked}"] if self._unmarked else []),
         ]
         last = self.last
         return " · ".join([*parts, f"last: {', '.join(last)}"] if last else parts)

@@ -1,0 +1,14 @@
+from .loopback import Loopback as Loopback
+from .loopback import open_loopback as open_loopback
+from .open import open_mark_port as open_mark_port
+from .port import Code as Code
+from .port import Event as Event
+from .port import MarkError as MarkError
+from .port import MarkPort as MarkPort
+from .port import PortLostError as PortLostError
+from .spec import LslMarksSpec as LslMarksSpec
+from .spec import MarksSpec as MarksSpec
+from .spec import ParallelMarksSpec as ParallelMarksSpec
+from .spec import SerialMarksSpec as SerialMarksSpec
+from .spec import TimingMarksSpec as TimingMarksSpec
+from .spec import listed_marks as listed_marks

@@ -1,0 +1,75 @@
+"""Marks on a serial port.
+
+pyserial opens the port; marks are written past it. Its ``write`` waits until the line is ready for more, and with a
+short limit it reports bytes as lost that were sent, where the machine was busy meanwhile.
+"""
+
+from __future__ import annotations
+
+import errno
+from contextlib import suppress
+
+import serial
+from serial.tools.list_ports import comports
+
+from devices.timing_marks.port import Code, MarkError, PortLostError
+from devices.timing_marks.pulse import Pulse
+from devices.timing_marks.spec import SerialMarksSpec
+from documents import Finding
+from documents.platform import serial_errors, serial_writer
+
+_GONE = serial_errors()
+
+
+class SerialPort:
+    """The port of ``spec``, which no other program may have open.
+
+    Raises
+    ------
+    MarkError
+        If it cannot be opened.
+    """
+
+    def __init__(self, spec: SerialMarksSpec) -> None:
+        self._name = spec.port
+        try:
+            self._serial = serial.Serial(spec.port, spec.baud, write_timeout=0, exclusive=True)
+        except _GONE as error:
+            raise MarkError(_not_opened(spec.port, error)) from error
+        self._write = serial_writer(self._serial)
+        self._pulse = None if spec.pulse_ms is None else Pulse(self._put, spec.pulse_ms / 1000.0)
+
+    def send(self, code: Code, event_s: float) -> None:
+        """Send the byte ``code``; nothing waits for the line."""
+        try:
+            (self._pulse.send if self._pulse else self._put)(int(code))
+        except BlockingIOError as error:
+            raise MarkError(Finding("the port takes no more bytes: nothing reads them", self._name)) from error
+        except _GONE as error:
+            raise PortLostError(Finding(f"the port is gone: {error}", self._name)) from error
+
+    def close(self) -> None:
+        """Close the port."""
+        if self._pulse:
+            self._pulse.close()
+        with suppress(*_GONE):
+            self._serial.close()
+
+    def _put(self, code: int) -> None:
+        self._write(bytes([code]))
+
+
+def _not_opened(port: str, error: Exception) -> Finding:
+    """Return why ``port`` cannot be opened and what to do, in words."""
+    why = str(error)
+    there = ", ".join(sorted(each.device for each in comports())) or "none"
+    number = getattr(error, "errno", None)
+    # The second is what pyserial says of a locked port, the third what Windows says of one that is open elsewhere.
+    if number == errno.EBUSY or "lock port" in why or "PermissionError" in why:
+        return Finding("the serial port is in use by another program", port, remedy="close that program")
+    if number == errno.EACCES:
+        remedy = "add yourself to the group that owns it, often: sudo usermod -aG dialout $USER, then log in again"
+        return Finding("this user may not open the serial port", port, remedy=remedy)
+    if number == errno.ENOENT or "FileNotFoundError" in why:
+        return Finding("there is no such serial port", port, remedy=f"ports here: {there}")
+    return Finding(f"the serial port cannot be opened: {why}", port, remedy=f"ports here: {there}")

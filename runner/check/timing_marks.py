@@ -1,0 +1,151 @@
+"""Timing marks before a session: whether their ports can be opened, and how soon after the swap marks are sent."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+
+from devices.display import Rig
+from devices.timing_marks import MarkError, MarkPort, MarksSpec, open_loopback, open_mark_port
+from documents import Finding
+from runner.check.report import CheckOptions, CheckReport
+from runner.session.timing_marks import placed
+
+_MARKS = 200
+_COMES_WITHIN_S = 1.0
+
+
+def check_timing_marks(report: CheckReport, rig: Rig, options: CheckOptions) -> None:
+    """Report where marks go, and open each port for a moment.
+
+    One that cannot be opened is a warning, since a file may be checked away from its rig, or an error if the screen
+    must do, which is that of the rig.
+    """
+    if not rig.timing_marks:
+        return
+    report.facts["timing_marks"] = [_words(spec) for spec in rig.timing_marks]
+    if options.screen == "skip":
+        return
+    faults = report.errors if options.screen == "required" else report.warnings
+    for index, spec in enumerate(rig.timing_marks):
+        try:
+            open_mark_port(spec).close()
+        except MarkError as error:
+            faults.append(placed(rig, index, error))
+
+
+def _words(spec: MarksSpec) -> str:
+    codes = {event: spec.code(event) for event in ("onset", "answer")}
+    return f"{spec.name} ({', '.join(f'{event} = {code}' for event, code in codes.items() if code is not None)})"
+
+
+@dataclass(frozen=True, slots=True)
+class Delay:
+    """How long after the swap something was, over many swaps: the median and the worst, in ms."""
+
+    median_ms: float
+    worst_ms: float
+
+    @classmethod
+    def of(cls, seconds: Sequence[float]) -> Delay:
+        """Return the delay of several swaps, at least one."""
+        return cls(round(1000.0 * statistics.median(seconds), 4), round(1000.0 * max(seconds), 4))
+
+
+@dataclass(frozen=True, slots=True)
+class MarkLatency:
+    """How soon after the swap a rig's mark goes: ``sent`` on its port, and by a loopback of its kind.
+
+    ``looped_sent`` and ``looped_received`` are of the loopback, which goes ``by`` an inlet or a pseudo-terminal.
+    ``problem`` says what could not be measured, empty if all was.
+    """
+
+    name: str
+    marks: int
+    sent: Delay | None = None
+    by: str = ""
+    looped_sent: Delay | None = None
+    looped_received: Delay | None = None
+    problem: str = ""
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """What was measured, in plain sentences."""
+        found = []
+        if self.sent:
+            found.append(f"Marks on {self.name} were sent {_range(self.sent)} after the swap, of {self.marks}.")
+        if self.looped_sent and self.looped_received:
+            found.append(
+                f"By {self.by}, marks of {self.name} were sent {_range(self.looped_sent)} and received "
+                f"{_range(self.looped_received)} after the swap."
+            )
+        elif not self.by:
+            found.append(f"Marks on {self.name} cannot be received here without a wire.")
+        return (*found, f"Marks on {self.name}: {self.problem}.") if self.problem else tuple(found)
+
+
+def _range(delay: Delay) -> str:
+    return f"{delay.median_ms:.3f} ms (median) and at most {delay.worst_ms:.3f} ms"
+
+
+def measure_marks(rig: Rig, frame: Callable[[], object], marks: int = _MARKS) -> tuple[MarkLatency, ...]:
+    """Send ``marks`` marks to each port of the rig, each right after ``frame``, which draws and swaps.
+
+    The ports get the codes of onsets, as in a session.
+    """
+    return tuple(_measured(rig, index, frame, marks) for index in range(len(rig.timing_marks)))
+
+
+def _measured(rig: Rig, index: int, frame: Callable[[], object], marks: int) -> MarkLatency:
+    spec = rig.timing_marks[index]
+    problems: list[Finding] = []
+    sent = looped = received = None
+    by = ""
+    with ExitStack() as opened:
+        try:
+            port = open_mark_port(spec)
+            opened.callback(port.close)
+            sent, _ = _delays(spec, port, frame, marks)
+        except MarkError as error:
+            problems.append(placed(rig, index, error))
+    try:
+        with open_loopback(spec) as loopback:
+            if loopback:
+                by = loopback.by
+                looped, received = _delays(spec, loopback.port, frame, marks, loopback.receive)
+    except MarkError as error:
+        problems.append(placed(rig, index, error))
+    words = "; ".join(dict.fromkeys(map(str, problems)))
+    return MarkLatency(spec.name, marks, sent, by, looped, received, words)
+
+
+def _delays(
+    spec: MarksSpec,
+    port: MarkPort,
+    frame: Callable[[], object],
+    marks: int,
+    receive: Callable[[float], bool] | None = None,
+) -> tuple[Delay, Delay | None]:
+    """Return how long after the swaps marks were sent and, where they come back, received.
+
+    Raises
+    ------
+    MarkError
+        If a mark was not sent, or did not come back.
+    """
+    code = next(code for code in (spec.code("onset"), spec.code("answer"), 1) if code is not None)
+    sent_s: list[float] = []
+    received_s: list[float] = []
+    for _ in range(marks):
+        frame()
+        swapped_s = time.monotonic()
+        port.send(code, swapped_s)
+        sent_s.append(time.monotonic() - swapped_s)
+        if receive is not None:
+            if not receive(_COMES_WITHIN_S):
+                raise MarkError(Finding(f"a mark did not come back within {_COMES_WITHIN_S:g} s", spec.name))
+            received_s.append(time.monotonic() - swapped_s)
+    return Delay.of(sent_s), Delay.of(received_s) if received_s else None

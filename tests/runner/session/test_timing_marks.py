@@ -1,0 +1,378 @@
+"""Marks of a session: the bytes that come out, what the record says of them, and ports that fail."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from analysis.records import SessionLog, check_results, read_session, session_files
+from devices.timing_marks import Code, MarkError, PortLostError, SerialMarksSpec, open_mark_port
+from documents import Finding, InputError
+from documents.platform import pseudo_terminal
+from runner.session import timing_marks as module
+from runner.session.options import SessionOptions
+from runner.session.run import run_session, simulate
+from runner.session.timing_marks import OpenMarks, TimingMarks
+
+Study = Any  # tests/conftest.py
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals")
+
+SCREENS = 1 + 6 + 1  # the instructions, the pairs, and the break after four, which has no record of its own
+RECORDS = 7
+
+
+def with_marks(study: Study, *entries: str) -> None:
+    study.edit("rig.yaml", "distance_mm: 700", f"distance_mm: 700\ntiming_marks: [{', '.join(entries)}]")
+
+
+@contextmanager
+def serial_line(study: Study, more: str = "") -> Iterator[tuple[str, Callable[[float], bytes]]]:
+    """Let the rig send its marks to a pseudo-terminal."""
+    with pseudo_terminal() as pair:
+        assert pair is not None
+        with_marks(study, f"{{kind: serial, port: {pair[0]}{more}}}")
+        yield pair
+
+
+def run(study: Study, **more: Any) -> tuple[SessionLog, list[str]]:
+    said: list[str] = []
+    options = SessionOptions(
+        study.results, **{"simulate": study.observers, "marks": True, "notify": said.append} | more
+    )
+    run_session(study.experiment, "01", options)
+    (file,) = session_files(study.results)
+    return read_session(file), said
+
+
+def marks_of(log: SessionLog) -> list[dict[str, Any]]:
+    return [mark for trial in log.trials for mark in trial.data.get("timing_marks", [])]
+
+
+def test_each_onset_and_answer_is_a_byte_and_stands_in_its_trial(study: Study) -> None:
+    with serial_line(study, ", onset: 17, answer: 34") as (port, read):
+        log, said = run(study)
+        assert read(5.0) == bytes([17, 34]) * SCREENS
+    assert said == []
+    assert len(log.trials) == RECORDS
+    for trial in log.trials:
+        *page, onset, answer = trial.data["timing_marks"]
+        assert [mark["mark"] for mark in page] == (["onset", "answer"] if trial.place == (1, 4) else [])
+        assert onset == onset | {"port": f"serial {port}", "mark": "onset", "code": 17}
+        assert answer == answer | {"port": f"serial {port}", "mark": "answer", "code": 34}
+        assert 0.0 < onset["after_ms"] < 10_000.0
+        # A simulated answer is given at once, and its press is as long after the onset as a person would take.
+        taken_ms = 1000.0 * (answer["sent_s"] - onset["sent_s"]) + onset["after_ms"]
+        assert answer["after_ms"] == pytest.approx(taken_ms - 1000.0 * trial.response_time_s, abs=0.1)  # of two clocks
+    sent = [mark["sent_s"] for mark in marks_of(log)]
+    assert sent == sorted(sent)
+    assert sent[0] > 0.0
+    assert sent[-1] < 600.0
+    assert log.header.presentation["timing_marks"] == [
+        {"kind": "serial", "port": port, "baud": 115200, "onset": 17, "answer": 34, "pulse_ms": None}
+    ]
+    assert [check.findings for check in check_results(study.results).logs] == [()]
+
+
+def test_a_simulation_sends_none_unless_asked(study: Study) -> None:
+    with serial_line(study) as (_, read):
+        log, said = run(study, marks=None)
+        simulate(study.experiment, study.observers, ["02"], results=study.results)
+        assert read(0.05) == b""
+    assert marks_of(log) == []
+    assert said == []
+    assert "timing_marks" not in log.header.presentation
+    assert log.header.remarks == ()
+
+
+def test_a_session_without_its_marks_says_so(study: Study) -> None:
+    with_marks(study, "{kind: serial, port: /dev/no_such_port}")
+    log, said = run(study, marks=False)
+    words = "the rig's timing marks were not sent (--no-marks)"
+    assert words in log.header.remarks
+    assert f"warning: {words}" in said
+
+
+def test_events_without_a_code_send_nothing(study: Study) -> None:
+    with serial_line(study, ", onset: null") as (_, read):
+        log, _ = run(study)
+        assert read(5.0) == bytes([2]) * SCREENS
+    assert {mark["mark"] for mark in marks_of(log)} == {"answer"}
+
+
+FAULTS = {
+    "{kind: serial, port: /dev/no_such_port}": (5, "serial /dev/no_such_port: there is no such serial port"),
+    "{kind: parallel, port: /dev/parport9}": (5, "parallel /dev/parport9: there is no such parallel port"),
+    "{kind: lsl}": (5, "lsl cyclopean: marks on LSL need the package pylsl, which is not installed"),
+}
+
+
+@pytest.mark.parametrize("entry", FAULTS)
+def test_a_port_that_cannot_be_opened_is_refused_before_anything_is_written(
+    study: Study, entry: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "pylsl", None)
+    with_marks(study, entry)
+    words = ("run", study.experiment, "--observer", "01", "--results", study.results, "--marks")
+    told = study.cyclopean(*words, "--simulate", study.observers, expect=2)
+    line, what = FAULTS[entry]
+    assert told.stderr.splitlines()[-1].startswith(f"error: {study.folder / 'rig.yaml'}:{line}:")
+    assert what in told.stderr
+    assert told.stderr.rstrip().endswith(")")  # the remedy
+    assert not study.results.exists()
+    told = study.cyclopean("check", study.folder / "rig.yaml")
+    assert f"warning: {study.folder / 'rig.yaml'}:{line}:" in told.stdout
+    assert what in told.stdout
+    assert study.cyclopean("check", study.folder / "rig.yaml", "--no-screen").stdout.count(what) == 0
+
+
+def test_a_port_in_use_is_refused_and_the_others_are_closed_again(study: Study) -> None:
+    with pseudo_terminal() as first, pseudo_terminal() as second:
+        assert first is not None
+        assert second is not None
+        with_marks(study, *(f"{{kind: serial, port: {name}}}" for name, _ in (first, second)))
+        other = open_mark_port(SerialMarksSpec(kind="serial", port=second[0]))
+        with pytest.raises(InputError, match=rf"rig.yaml:5:.*serial {second[0]}: .*in use by another program"):
+            run(study)
+        other.close()
+        log, _ = run(study)
+        assert first[1](5.0) == second[1](5.0) == bytes([1, 2]) * SCREENS
+    assert [mark["port"] for mark in log.trials[0].data["timing_marks"]] == [
+        f"serial {name}" for name in (first[0], second[0])
+    ] * 2
+
+
+def test_ports_before_one_that_cannot_be_opened_are_closed(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
+    with_marks(study, "{kind: serial, port: COM7}", "{kind: serial, port: COM8}")
+    port = Failing({})
+
+    def open_first(spec: SerialMarksSpec) -> Failing:
+        if spec.port == "COM8":
+            raise MarkError(Finding("there is no such serial port", "COM8"))
+        return port
+
+    monkeypatch.setattr(module, "open_mark_port", open_first)
+    with pytest.raises(MarkError, match="serial COM8: there is no such serial port"):
+        run(study)
+    assert port.closed
+
+
+def test_one_port_twice_is_a_fault_of_the_file(study: Study) -> None:
+    with_marks(study, "{kind: lsl}", "{kind: serial, port: COM3}", "{kind: serial, port: COM3, onset: 4}")
+    told = study.cyclopean("check", study.folder / "rig.yaml", expect=2)
+    assert "marks go to serial COM3 twice (remove one)" in told.stderr
+
+
+WRONG = {
+    "{kind: usb}": "'timing_marks.kind' is 'usb'",
+    "{kind: serial}": "the key 'timing_marks.port' is missing",
+    "{kind: serial, port: COM3, onset: 256}": "write a whole number from 1 to 255",
+    "{kind: serial, port: COM3, onset: 0}": "write a whole number from 1 to 255",
+    "{kind: parallel, pulse_ms: 0}": "write a number from 0.1 to 1000",
+    "{kind: lsl, baud: 9600}": "'timing_marks.baud'",
+    "{kind: lsl, onset: 1}": "this is text: put quotes around it",
+    "[]": "'timing_marks' holds nothing",
+    "COM3": "'timing_marks' is 'COM3'",
+}
+
+
+@pytest.mark.parametrize("entry", WRONG)
+def test_wrong_entries_are_located(study: Study, entry: str) -> None:
+    study.edit("rig.yaml", "distance_mm: 700", f"distance_mm: 700\ntiming_marks: {entry}")
+    told = study.cyclopean("check", study.folder / "rig.yaml", expect=2)
+    (fault,) = [line for line in told.stderr.splitlines() if line.startswith("error")]
+    assert f"{study.folder / 'rig.yaml'}:5:" in fault
+    assert WRONG[entry] in fault
+
+
+def test_check_names_the_ports_and_their_codes(study: Study) -> None:
+    with serial_line(study, ", answer: null"):
+        (facts,) = json.loads(study.cyclopean("check", study.experiment, "--json", "--no-pictures").stdout)
+    assert len(facts["timing_marks"]) == 1
+    assert facts["timing_marks"][0].endswith(" (onset = 1)")
+    assert not [fault for fault in facts["warnings"] if "serial" in fault["message"]]
+
+
+@dataclass(slots=True)
+class Failing:
+    """A port that takes marks until ``faults`` has another one at their number."""
+
+    faults: dict[int, MarkError]
+    sent: int = 0
+    closed: bool = False
+
+    def send(self, code: Code, event_s: float) -> None:
+        self.sent += 1
+        if fault := self.faults.get(self.sent):
+            raise fault
+
+    def close(self) -> None:
+        self.closed = True
+
+
+@pytest.fixture
+def failing(study: Study, monkeypatch: pytest.MonkeyPatch) -> Callable[[dict[int, MarkError]], Failing]:
+    def prepare(faults: dict[int, MarkError]) -> Failing:
+        with_marks(study, "{kind: serial, port: COM7}")
+        port = Failing(faults)
+        monkeypatch.setattr(module, "open_mark_port", lambda spec: port)
+        return port
+
+    return prepare
+
+
+def test_a_port_lost_in_mid_session_costs_its_marks_and_no_answer(study: Study, failing: Any) -> None:
+    port = failing({6: PortLostError(Finding("the port is gone: pulled out", "COM7"))})
+    log, said = run(study)
+    assert log.complete
+    assert len(log.trials) == RECORDS
+    assert port.sent == 6  # it is not tried again
+    assert port.closed
+    marks = marks_of(log)
+    assert len(marks) == 2 * SCREENS
+    assert ["sent_s" in mark for mark in marks] == [True] * 5 + [False] * (2 * SCREENS - 5)
+    assert {mark["failed"] for mark in marks[5:]} == {"the port is gone: pulled out"}
+    (note,) = log.notes
+    assert (note.by, note.block, note.trial) == ("program", 1, 1)
+    words = "a timing mark was not sent on serial COM7: the port is gone: pulled out; none is sent there until"
+    assert note.text.startswith(words)
+    assert said == ["warning: 11 timing marks were not sent on serial COM7: each trial's record says which"]
+
+
+def test_a_port_that_blocks_is_tried_again(study: Study, failing: Any) -> None:
+    full = MarkError(Finding("the port takes no more bytes: nothing reads them", "COM7"))
+    failing({4: full, 5: full, 9: full})
+    log, said = run(study)
+    assert log.complete
+    failed = [number for number, mark in enumerate(marks_of(log), start=1) if "failed" in mark]
+    assert failed == [4, 5, 9]
+    why = "the port takes no more bytes: nothing reads them"
+    assert [note.text for note in log.notes] == [
+        f"a timing mark was not sent on serial COM7: {why}; the next is tried",
+        "timing marks are sent on serial COM7 again, after 2 were not",
+        "timing marks are sent on serial COM7 again, after 1 was not",
+    ]
+    assert said == ["warning: 3 timing marks were not sent on serial COM7: each trial's record says which"]
+
+
+def test_the_experimenter_is_told_in_the_line_of_the_session(study: Study, failing: Any) -> None:
+    failing({3: MarkError(Finding("full", "COM7"))})
+    lines: list[str] = []
+    run(study, on_trial=lambda status: lines.append(status.line()))
+    told = ["CHECK: timing marks are not sent on serial COM7" in line for line in lines]
+    assert told == [False, True] + [False] * (RECORDS - 2)
+
+
+def test_a_full_line_stops_no_session(study: Study) -> None:
+    with serial_line(study) as (port, read):
+        descriptor = os.open(port, os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY)
+        with suppress(BlockingIOError):
+            while True:
+                os.write(descriptor, bytes(1000))
+        os.close(descriptor)
+        log, _ = run(study)
+        assert log.complete
+        assert len(log.trials) == RECORDS
+        assert {mark.get("failed") for mark in marks_of(log)} == {"the port takes no more bytes: nothing reads them"}
+        assert set(read(1.0)) == {0}
+
+
+def test_a_resumed_session_goes_on_with_its_marks(study: Study) -> None:
+    with serial_line(study) as (port, read):
+        log, _ = run(study)
+        assert read(5.0) == bytes([1, 2]) * SCREENS
+        lines = log.file.read_bytes().splitlines(keepends=True)
+        log.file.write_bytes(b"".join(lines[:5]) + lines[5][:200])  # killed while the fifth trial was written
+        resumed, said = run(study, resume=True)
+        assert said == []
+        assert read(5.0) == bytes([1, 2]) * (SCREENS - 4)
+    assert resumed.complete
+    assert len(resumed.trials) == RECORDS
+    assert len(marks_of(resumed)) == 2 * SCREENS
+    kept, new = marks_of(resumed)[:8], marks_of(resumed)[8:]
+    assert kept == marks_of(log)[:8]
+    assert new[0]["sent_s"] > kept[-1]["sent_s"]  # one clock
+    assert {mark["port"] for mark in new} == {f"serial {port}"}
+
+
+def test_a_replay_sends_its_own_marks_if_asked(study: Study) -> None:
+    with serial_line(study) as (_, read):
+        log, _ = run(study)
+        assert read(5.0) == bytes([1, 2]) * SCREENS
+        recorded = log.file.read_bytes()
+        for marks, expected in ((None, b""), (True, bytes([1, 2]) * SCREENS)):
+            options = SessionOptions(study.folder / f"again_{marks}", replay=log.file, marks=marks)
+            assert run_session(study.experiment, "01", options).ending == "completed"
+            assert read(0.5) == expected
+    assert log.file.read_bytes() == recorded
+
+
+def test_marks_are_checked_when_a_log_is_read(study: Study, unchained: Callable[[Path], None]) -> None:
+    with serial_line(study):
+        log, _ = run(study)
+    unchained(log.file)
+    text = log.file.read_text()
+    assert check_results(log.file).findings == ()
+    for old, new, why in (
+        ('"mark":"onset"', '"mark":"offset"', "'timing_marks.0.mark' is \"offset\""),
+        ('"after_ms":', '"after":', "should have either 'sent_s' and 'after_ms' or 'failed'"),
+        ('"sent_s":', '"failed":"gone","sent_s":', "should have either"),
+        ('"code":1,', '"code":-1,', "'timing_marks.0.code"),
+    ):
+        log.file.write_text(text.replace(old, new, 1))
+        assert why in check_results(log.file).findings[0].message
+
+
+def test_the_export_describes_the_marks(study: Study) -> None:
+    from analysis.bids import export_dataset
+
+    with serial_line(study) as (port, _):
+        run(study)
+    folder = study.folder / "bids"
+    export_dataset([study.results], folder)
+    (table,) = folder.rglob("*_beh.tsv")
+    heads, *rows = [line.split("\t") for line in table.read_text().splitlines()]
+    column = heads.index("timing_marks")
+    assert all(json.loads(row[column])[0]["mark"] == "onset" for row in rows)
+    (columns,) = folder.glob("task-*_beh.json")
+    assert (
+        "sent in seconds from the start of the session"
+        in json.loads(columns.read_text())["timing_marks"]["Description"]
+    )
+    (sidecar,) = folder.rglob("sub-*_beh.json")
+    assert json.loads(sidecar.read_text())["GraphicsSystem"]["timing_marks"][0]["port"] == port
+
+
+def test_the_report_counts_trials_without_their_marks(study: Study, failing: Any) -> None:
+    failing({5: MarkError(Finding("full", "COM7")), 6: MarkError(Finding("full", "COM7"))})
+    run(study)
+    study.cyclopean("report", study.results, "--no-thumbnails")
+    page = " ".join((study.results / "report.html").read_text().split())
+    assert "Timing marks were not sent in 1 trial: the trials&#39; records say which, and why." in page
+
+
+def test_timed_scenes_are_marked_by_name(study: Study) -> None:
+    study.edit("small.yaml", "break_every: 4", "fixation_s: 0.1, exposure_s: 0.2")
+    with serial_line(study) as (_, read):
+        log, _ = run(study)
+        assert read(5.0) == b"\x01\x02" + 6 * b"\x01\x01\x01\x02"
+    for trial in log.trials[1:]:
+        scenes = [(mark["mark"], mark.get("scene")) for mark in trial.data["timing_marks"]]
+        assert scenes == [("onset", "fixation"), ("onset", "pair"), ("onset", None), ("answer", None)]
+        assert [timed["what"] for timed in trial.data["timed"]] == ["fixation", "pair"]
+
+
+def test_an_onset_is_marked_once_however_often_its_scene_is_asked() -> None:
+    port = Failing({})
+    marks = TimingMarks((OpenMarks(SerialMarksSpec(kind="serial", port="COM7"), port),), lambda: 5.0)
+    assert len(marks.onset(1.0)) == 1
+    assert marks.onset(1.0) == []
+    assert len(marks.onset(2.0)) == 1
+    assert port.sent == 2
