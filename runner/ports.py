@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias
 
-from analysis.records import Mark, Note, Trial
+from analysis.records import Mark, Note, PooledBatch, Trial
 from runner.blocks.tasks import NOTHING, Task
 from runner.presenter.scene import Offset, Scene
+
+if TYPE_CHECKING:
+    from numpy import float64
+    from numpy.typing import NDArray
 
 # A second press of what answered, or the second click of a double click, was never meant for what came after the first.
 DOUBLE_S = 0.25
@@ -104,6 +108,42 @@ class Ask:
         return key if kind == "text" and rest and self.typing else None
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class PooledAnswers:
+    """What other sessions answered: how many times stimulus i won over j, shape (n, n), and each one's answers."""
+
+    wins: NDArray[float64]
+    sessions: Mapping[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ChooseBatch:
+    """A block is to choose its next pairs of ``stimuli`` by the answers of all observers: ``choose`` returns them.
+
+    The block is sent the batch, which may be one that ``choose`` returned before and a log has kept.
+    """
+
+    stimuli: tuple[str, ...]
+    choose: Callable[[PooledAnswers], PooledBatch]
+
+
+class Pool(Protocol):
+    """Where the answers of all observers are known."""
+
+    def batch(self, block: int, trial: int, step: ChooseBatch) -> PooledBatch:
+        """Return the batch whose first trial is ``trial`` of ``block``; raise WindowClosed if there is none."""
+
+
+class NoOthers:
+    """A pool in which there is no other session."""
+
+    def batch(self, block: int, trial: int, step: ChooseBatch) -> PooledBatch:
+        """Let the block choose by its own answers."""
+        from numpy import zeros
+
+        return step.choose(PooledAnswers(zeros((len(step.stimuli), len(step.stimuli)))))
+
+
 class Presenter(Protocol):
     """Shows scenes."""
 
@@ -141,6 +181,9 @@ class Sink(Protocol):
 
     def mark(self, mark: Mark) -> None:
         """Keep a mark: this trial is to be asked once more."""
+
+    def pool(self, batch: PooledBatch) -> None:
+        """Keep a batch of pairs that was chosen by the answers of all observers."""
 
     def answers(self) -> Sequence[Trial]:
         """Return every attempt kept so far."""

@@ -7,6 +7,9 @@ from .configuration import CONFIGURATION_LIST as CONFIGURATION_LIST
 from .configuration import configuration_folder as configuration_folder
 from .configuration import kept_experiments as kept_experiments
 from .configuration import kept_files as kept_files
+from .growing_log import GrowingLog as GrowingLog
+from .pooled_batches import PooledBatch as PooledBatch
+from .pooled_batches import wins_digest as wins_digest
 from .results import read_results as read_results
 from .seal import Seal as Seal
 from .seal import SealCheck as SealCheck

@@ -127,6 +127,7 @@ class _Seen:
         if self.records is not None:
             self.records.take(number, line)
             self.records.records.clear()  # however long the log is
+            self.records.pooled.clear()
 
     def fits(self, number: int) -> None:
         """Take note that the checksum of the next line, ``number``, fits."""

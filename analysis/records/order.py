@@ -16,6 +16,7 @@ from analysis.records.other_records import (
     WindowRecord,
     read_header,
 )
+from analysis.records.pooled_batches import PooledBatch, PooledBatches
 from analysis.records.trial_kinds import PRACTICE, read_trial
 from analysis.records.trial_record import Session, TrialRecord
 
@@ -37,6 +38,7 @@ class Order:
         self.costs: dict[str, Any] = {stimulus["name"]: stimulus.get("clipping") for stimulus in line["stimuli"]}
         self._asked: dict[Place, tuple[Any, ...]] = {}
         self._attempts: dict[Place, int] = {}
+        self._pooled = PooledBatches()
         self._last: Place = (-1, -1)
         self._resumed = self._changed = self._screened_out = False
         self.added: list[str] = []
@@ -47,6 +49,8 @@ class Order:
         practised = trial.kind == PRACTICE
         self._place(trial)
         self._stimuli(trial, line)
+        if trial.attempt == 0:
+            self._pooled.check(trial)
         for what in trial.contradictions(self._session, practised=practised):
             raise RecordError(what)
         if not as_recorded:
@@ -90,6 +94,16 @@ class Order:
             self._known(name, "states the clipping of")
             self._cost(name, costs)
         return record
+
+    def pool(self, line: dict[str, Any]) -> PooledBatch:
+        """Take a batch of pairs that was chosen by the answers of all observers: before its first trial, and once."""
+        batch = self._pooled.take(line, changed=self._changed)
+        block, number = self._last
+        if batch.place not in ((block, number + 1), (block + 1, 0)):
+            raise RecordError(f"the session had not come to trial {batch.trial} of block {batch.block}")
+        for name in batch.stimuli:
+            self._known(name, "chooses among stimuli with")
+        return batch
 
     def end(self, line: dict[str, Any]) -> EndRecord:
         """Take the end."""

@@ -3,8 +3,9 @@
 The first line is the header (``"record": "session"``), then follow one line per trial (``"record": "trial"``) in the
 order of the answers and, once the session is complete, an end line (``"record": "end"``) with counts of the work
 (frames drawn, missed, pictures uploaded). Between them may be notes (``"record": "note"``), marks of trials to repeat
-(``"record": "mark"``), what became of the window (``"record": "window"``), and a line for each time the session was
-resumed (``"record": "resume"``). A repeated trial is recorded again with a higher ``attempt``, and the last attempt
+(``"record": "mark"``), what became of the window (``"record": "window"``), a line for each time the session was resumed
+(``"record": "resume"``), and before each batch of pairs that was chosen by the answers of all observers what was known
+of these (``"record": "pool"``). A repeated trial is recorded again with a higher ``attempt``, and the last attempt
 counts.
 
 What the gamut clip costs a stimulus stands in the header if it was known when the session began, else in the trials
@@ -27,6 +28,7 @@ from analysis.errors import ResultsError
 from analysis.records.fields import HalfCharacterError, RecordError, of_whole_characters
 from analysis.records.order import Order
 from analysis.records.other_records import SCHEMA_VERSION, HeaderRecord
+from analysis.records.pooled_batches import PooledBatch
 from analysis.records.trial_kinds import NEWER
 from analysis.records.trial_record import TrialRecord
 from documents import Finding, count_work
@@ -237,7 +239,7 @@ class SessionLog:
     """The log of a session; ``answers`` holds every attempt in the order of the answers.
 
     ``records`` are answers, notes, marks and resumptions in the order of their lines, ``windows`` what became of the
-    window.
+    window, ``pooled`` the batches of pairs that were chosen by the answers of all observers.
     ``recorded_as`` is the observer's code in the log where the folder states another, which counts; else empty.
     """
 
@@ -252,6 +254,7 @@ class SessionLog:
     recorded_as: str = ""
     records: tuple[Trial | Note | Mark | Resumption, ...] = ()
     windows: tuple[WindowEvent, ...] = ()
+    pooled: tuple[PooledBatch, ...] = ()
     _trials: tuple[Trial, ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -374,7 +377,14 @@ def read_session(file: Path) -> SessionLog:
     marks = tuple(record for record in records if isinstance(record, Mark))
     resumptions = tuple(record for record in records if isinstance(record, Resumption))
     parts = answers, reader.complete, state, notes, marks, resumptions
-    return SessionLog(file, reader.with_costs(reader.header), *parts, records=records, windows=tuple(reader.windows))
+    return SessionLog(
+        file,
+        reader.with_costs(reader.header),
+        *parts,
+        records=records,
+        windows=tuple(reader.windows),
+        pooled=tuple(reader.pooled),
+    )
 
 
 class RecordReader:
@@ -384,6 +394,7 @@ class RecordReader:
         self.header: Header | None = None
         self.records: list[Trial | Note | Mark | Resumption] = []
         self.windows: list[WindowEvent] = []
+        self.pooled: list[PooledBatch] = []
         self._order: Order | None = None
         self._fits = 0
 
@@ -449,10 +460,12 @@ class RecordReader:
             )
         elif kind == "clipping":
             order.clipping(line)
+        elif kind == "pool":
+            self.pooled.append(order.pool(line))
         elif kind == "end":
             order.end(line)
         else:
-            known = "session, trial, note, mark, resume, window, clipping, end"
+            known = "session, trial, note, mark, resume, window, clipping, pool, end"
             raise RecordError(f"there is no record '{kind}' in this version, which has {known}", NEWER)
 
 

@@ -2,6 +2,7 @@ from .atomic import whole_file as whole_file
 from .atomic import whole_folder as whole_folder
 from .atomic import write_whole as write_whole
 from .chain import RESTORE as RESTORE
+from .chain import ChainReader as ChainReader
 from .chain import LogState as LogState
 from .durable_log import DurableLog as DurableLog
 from .durable_log import LogInUseError as LogInUseError

@@ -41,6 +41,7 @@ def read_lines(
     take: Callable[[int, Any], None],
     on_damage: Callable[[DamagedLineError], None] | None = None,
     on_checksum: Callable[[int], None] | None = None,
+    chain: ChainReader | None = None,
 ) -> LogState:
     r"""Call ``take(number, line)`` for each JSON line, without what its checksum adds to it.
 
@@ -54,6 +55,9 @@ def read_lines(
         Called with each damaged line, which is then left out; if None, the first is raised.
     on_checksum
         Called with the number of each line whose checksum fits, before it is taken.
+    chain
+        The checksums of the lines before, where those were read already: numbers count on, and ``size`` is that of the
+        lines read now.
 
     Returns
     -------
@@ -76,11 +80,11 @@ def read_lines(
     >>> lines
     [{'a': 1}, {'b': 2}]
     """
-    chain = ChainReader()
+    chain = chain or ChainReader()
     size = 0
     ended = lacks_line_end = False
     source = iter(partial(lines.readline, _LONGEST), b"") if isinstance(lines, IOBase) else lines
-    for number, ended_raw in enumerate(source, start=1):
+    for number, ended_raw in enumerate(source, start=chain.lines + 1):
         if len(ended_raw) >= _LONGEST:
             raise DamagedLineError(number, f"it is longer than {_LONGEST >> 20} MiB")
         raw = ended_raw.removesuffix(b"\n")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal
 
@@ -26,16 +26,20 @@ from runner.blocks.block import (
 from runner.blocks.field_types import OptionalFactor, Seconds, ShortSeconds
 from runner.blocks.layout import PairLayout
 from runner.blocks.message import page
+from runner.blocks.orders import Pair
 from runner.blocks.pair_choice import Gain, GroupedChooser, PairChooser, shared_out
 from runner.blocks.pair_groups import PairGroups, group_faults, pair_groups
 from runner.blocks.pair_views import SimultaneousView, Ties
+from runner.blocks.pooled_choice import PooledChooser
 from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.tasks import Compare
-from runner.ports import Ask
+from runner.ports import Ask, ChooseBatch
 from runner.presenter.scene import Offset, Scene
 
-_FIRST_SHARE = {"first": 1.0, "second": 0.0}  # of a win; any other answer prefers neither and is half a win for each
+Chooser = PairChooser | GroupedChooser | PooledChooser
+
+FIRST_SHARE = {"first": 1.0, "second": 0.0}  # of a win; any other answer prefers neither and is half a win for each
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +49,8 @@ class ActivePairs(Block):
     The first answers follow a path through all stimuli in random order; then each batch is chosen by all the answers
     that this observer gave, as `runner.blocks.pair_choice` says. Times are those of `AllPairs`, and so is the response
     time. The record has the number of the ``batch`` too. With ``groups``, such as scenes, pairs are chosen within each
-    by the answers to its own pairs, at most ``batch`` at a time, and those of all groups are mixed.
+    by the answers to its own pairs, at most ``batch`` at a time, and those of all groups are mixed. With ``pooled``,
+    batches are chosen by the answers of all observers, as `runner.blocks.pooled_choice` says.
     """
 
     stimuli: tuple[str, ...]
@@ -63,6 +68,7 @@ class ActivePairs(Block):
     reference: str | None = None
     ties: Ties = "none"
     groups: PairGroups | None = None
+    pooled: bool = False
 
     @property
     def trials(self) -> int:
@@ -105,7 +111,7 @@ class ActivePairs(Block):
         view = self.view
         done = batches = 0
         while done < self.trials_wanted:
-            pairs = chooser.next_batch(self.trials_wanted - done)
+            pairs = yield from self._next_batch(chooser, self.trials_wanted - done)
             scenes = [view.pair(self.stimuli[first], self.stimuli[second]) for first, second in pairs]
             for number, (first, second) in enumerate(pairs):
                 if self.break_every and done and done % self.break_every == 0:
@@ -124,7 +130,7 @@ class ActivePairs(Block):
                         )
                     )
                 )
-                chooser.learn(first, second, first_share=_FIRST_SHARE.get(response.meaning, 0.5))
+                chooser.learn(first, second, first_share=FIRST_SHARE.get(response.meaning, 0.5))
                 data = {**_data(*names, response.meaning), "batch": batches}
                 data["first_position"] = view.position_names[0]
                 if self.groups:
@@ -133,12 +139,19 @@ class ActivePairs(Block):
                 done += 1
             batches += 1
 
-    def _chooser(self) -> PairChooser | GroupedChooser:
+    def _next_batch(self, chooser: Chooser, most: int) -> Generator[ChooseBatch, Any, Sequence[Pair]]:
+        if isinstance(chooser, PooledChooser):
+            return chooser.take((yield ChooseBatch(self.stimuli, chooser.choose)))
+        return chooser.next_batch(most)
+
+    def _chooser(self) -> Chooser:
         rng = random.Random(self.seed)
-        if self.groups is None:
+        if self.groups is None and not self.pooled:
             return PairChooser(len(self.stimuli), self.batch, rng, self.gain)
-        members = self.groups.members
+        members = self.groups.members if self.groups else (tuple(range(len(self.stimuli))),)
         wanted = shared_out(self.trials_wanted, [len(items) for items in members])
+        if self.pooled:
+            return PooledChooser(self.stimuli, members, wanted, self.batch, self.seed, self.gain)
         return GroupedChooser(members, wanted, self.batch, rng, self.gain)
 
     def _before(self, pair: Scene, *, first_of_all: bool) -> Iterator[Hold]:
@@ -152,7 +165,7 @@ class ActivePairs(Block):
 
 def _data(first: str, second: str, meaning: str) -> dict[str, Any]:
     data = {"first": first, "second": second, "answer": meaning}
-    if meaning not in _FIRST_SHARE:
+    if meaning not in FIRST_SHARE:
         return data
     chosen, rejected = (first, second) if meaning == "first" else (second, first)
     return data | {"chosen": chosen, "rejected": rejected}
@@ -165,7 +178,8 @@ class ActivePairsSpec(BlockSpec):
     out, it is as large as that allows. ``gain`` is what pairs are chosen by: how far an answer is expected to bring
     down the ``variance`` of the scores, or the ``entropy`` of what is known of the pair. Times are in seconds.
     ``within`` is a factor of the stimuli, such as their scene: only stimuli with the same level are compared, and each
-    scene's pairs are chosen by the answers to its own.
+    scene's pairs are chosen by the answers to its own. With ``pool: results``, pairs are chosen by the answers of all
+    observers, of all stations, that stand in the results folder.
     """
 
     kind: Literal["active_pairs"]
@@ -182,6 +196,9 @@ class ActivePairsSpec(BlockSpec):
     """How many trials are chosen at a time from the answers so far."""
     gain: Gain = "variance"
     """What the next pairs are chosen for: least variance, or most information by entropy."""
+    # Left out of what a digest is made of where it is not used: experiments from before the key keep theirs.
+    pool: Annotated[Literal["none", "results"], Field(exclude_if=lambda pool: pool == "none")] = "none"
+    """Whose answers the pairs are chosen by: this observer's (none), or those of all in the folder of results."""
     break_every: PositiveInt | None = None
     """After how many trials there is a page to rest; left out, there is none."""
     fixation_s: ShortSeconds = 0.0
@@ -220,6 +237,7 @@ class ActivePairsSpec(BlockSpec):
             reference=setting.reference,
             ties=self.ties,
             groups=groups,
+            pooled=self.pool == "results",
         )
 
     def faults(self, stimuli: Stimuli) -> Iterator[Fault]:

@@ -9,10 +9,11 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field
 
+from analysis.records import PooledBatch
 from documents.text import counted, did_you_mean
 from documents.yaml import Strict
 from runner.blocks.setting import Setting, Stimuli
-from runner.ports import Ask
+from runner.ports import Ask, ChooseBatch
 from runner.presenter.scene import Offset, Scene
 from stimuli.pictures import StereoImage
 
@@ -61,9 +62,10 @@ class Draft:
     repeatable: bool = True
 
 
-# A block yields an Ask and is sent its Response, yields a Hold and is sent None when it is time for the next scene, or
-# yields a Draft and is sent None once that is on disk.
-Steps: TypeAlias = Generator[Ask | Hold | Draft, Response | None, None]
+# A block yields an Ask and is sent its Response, yields a Hold and is sent None when it is time for the next scene,
+# yields a Draft and is sent None once that is on disk, or yields a ChooseBatch and is sent the batch once that is.
+Step: TypeAlias = Ask | Hold | Draft | ChooseBatch
+Steps: TypeAlias = Generator[Step, Response | PooledBatch | None, None]
 
 
 class Block(ABC):
@@ -101,9 +103,9 @@ class Block(ABC):
         """Start the coroutine; called again after an interruption it must yield the same steps."""
 
 
-def answer(response: Response | None) -> Response:
+def answer(response: Response | PooledBatch | None) -> Response:
     """Return ``response``, which the engine never leaves out after an Ask."""
-    if response is None:
+    if not isinstance(response, Response):
         raise RuntimeError("the engine sent no response to an Ask")
     return response
 

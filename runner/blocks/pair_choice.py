@@ -16,7 +16,7 @@ batch, which spares observers its return. ``benchmarks/active_pairs.py`` measure
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Literal, TypeAlias
@@ -64,15 +64,16 @@ def gains(posterior: Posterior, gain: Gain) -> Floats:
     return variance_gain(posterior) if gain == "variance" else entropy_gain(*posterior.contrasts())
 
 
-def best_matching(gain: Floats, most: int, rng: random.Random, barred: Pair | tuple[()] = ()) -> list[Pair]:
+def best_matching(gain: Floats, most: int, rng: random.Random, barred: Iterable[int] = ()) -> list[Pair]:
     """Return up to ``most`` pairs, no item in two of them, taking the pair of the highest gain left each time.
 
-    Items that are ``barred`` are in none.
+    Items that are ``barred`` are in none, nor are pairs of a gain below zero.
     """
     first, second = np.triu_indices(len(gain), 1)
     pair_gain = gain[first, second]
     chance = np.array([rng.random() for _ in range(len(first))])
     order = np.lexsort((chance, -np.round(pair_gain / max(float(pair_gain.max()), 1e-300) / RESOLUTION)))
+    order = order[pair_gain[order] >= 0]
     taken = set(barred)
     pairs: list[Pair] = []
     for i, j in zip(first[order].tolist(), second[order].tolist(), strict=True):
@@ -82,6 +83,27 @@ def best_matching(gain: Floats, most: int, rng: random.Random, barred: Pair | tu
             if len(pairs) == most:
                 break
     return pairs
+
+
+def apart_from(last: Pair | None, pairs: list[Pair], rng: random.Random) -> list[Pair]:
+    """Return ``pairs`` in random order, the first of which shares no item with the pair before, if one can."""
+    rng.shuffle(pairs)
+    free = [index for index, pair in enumerate(pairs) if not set(pair) & set(last or ())]
+    if free:
+        pairs[0], pairs[free[0]] = pairs[free[0]], pairs[0]
+    return pairs
+
+
+def sided(pairs: Sequence[Pair], balance: list[int], rng: random.Random) -> list[Pair]:
+    """Return ``pairs``, in each of which that item is first which was less often, and count that in ``balance``."""
+    placed = []
+    for i, j in pairs:
+        ahead = balance[i] - balance[j]
+        first, second = (j, i) if ahead > 0 or (ahead == 0 and rng.random() < 0.5) else (i, j)
+        balance[first] += 1
+        balance[second] -= 1
+        placed.append((first, second))
+    return placed
 
 
 @dataclass(slots=True)
@@ -113,38 +135,23 @@ class PairChooser:
     def next_batch(self, most: int) -> list[Pair]:
         """Return the next pairs to ask about, as (first, second), at most ``most``."""
         if self._start:
-            return self._sided(self._spaced(self._start.pop(0))[:most])
+            return self._in_order(self._start.pop(0), most)
         self._found = updated_posterior(self.wins, self._found)
         most = min(most, self.batch)
         # Of three pairs or more, one can come first that shares nothing with the pair before.
         barred = self._last if self._last and most < 3 and self.count > 5 else ()
         pairs = best_matching(gains(self._found, self.gain), most, self.rng, barred)
-        return self._sided(self._spaced(pairs))
+        return self._in_order(pairs, most)
 
     def learn(self, first: int, second: int, *, first_share: float) -> None:
         """Take note of an answer: 1 for the first, 0 for the second, a half where neither was preferred."""
         self.wins[first, second] += first_share
         self.wins[second, first] += 1.0 - first_share
 
-    def _spaced(self, pairs: list[Pair]) -> list[Pair]:
-        """Return ``pairs`` in random order, the first of which shares no item with the pair before, if one can."""
-        self.rng.shuffle(pairs)
-        free = [index for index, pair in enumerate(pairs) if not set(pair) & set(self._last or ())]
-        if free:
-            pairs[0], pairs[free[0]] = pairs[free[0]], pairs[0]
-        return pairs
-
-    def _sided(self, pairs: list[Pair]) -> list[Pair]:
-        """Return ``pairs``, in each of which that item is first which was less often."""
-        sided = []
-        for i, j in pairs:
-            ahead = self._balance[i] - self._balance[j]
-            first, second = (j, i) if ahead > 0 or (ahead == 0 and self.rng.random() < 0.5) else (i, j)
-            self._balance[first] += 1
-            self._balance[second] -= 1
-            sided.append((first, second))
-        self._last = sided[-1]
-        return sided
+    def _in_order(self, pairs: list[Pair], most: int) -> list[Pair]:
+        placed = sided(apart_from(self._last, pairs, self.rng)[:most], self._balance, self.rng)
+        self._last = placed[-1]
+        return placed
 
 
 @dataclass(slots=True)

@@ -16,6 +16,7 @@ from runner.blocks.message import PAGES, page
 from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.tasks import Choose
+from runner.ports import ChooseBatch
 from runner.presenter.scene import Offset
 from stimuli.pictures import StereoImage
 
@@ -101,6 +102,8 @@ class Practice(Block):
             except StopIteration:
                 return
             response = None
+            if isinstance(step, ChooseBatch):
+                raise TypeError("a practice's answers are not scored, and not pooled")  # `PracticeSpec.faults` says so
             if isinstance(step, Hold):
                 yield step
             elif not isinstance(step, Draft):
@@ -187,6 +190,8 @@ class PracticeSpec(BlockSpec):
             yield Fault(f"'{self.block.kind}' has no trials to practise", ("block", "kind"), "name a scored kind")
         if getattr(self.block, "on_fail", None) == "stop":
             yield Fault("a practice cannot end the session", ("block", "on_fail"), "on_fail: continue")
+        if getattr(self.block, "pool", "none") != "none":
+            yield Fault("a practice's answers are not pooled", ("block", "pool"), "leave 'pool' out")
         if self.until and self.until.of > self.trials:
             yield Fault(f"until looks at {self.until.of} answers, of {self.trials}", ("until", "of"), "raise trials")
         for fault in self.block.faults(stimuli):

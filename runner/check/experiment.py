@@ -22,7 +22,7 @@ from runner.blocks.message import CONTINUE_KEYS
 from runner.blocks.screening.block import ScreeningSpec
 from runner.check.display_facts import check_display_facts
 from runner.check.error_budget import rig_budget
-from runner.check.machine import check_results, check_screen
+from runner.check.machine import check_pool, check_results, check_screen
 from runner.check.pictures import check_pictures
 from runner.check.report import CheckOptions, CheckReport
 from runner.check.screens import check_screens
@@ -80,6 +80,7 @@ def check_experiment(report: CheckReport, options: CheckOptions) -> None:
     check_screen(report, design.rig, options)
     check_timing_marks(report, design.rig, options)
     check_results(report, design.spec.name, options.results)
+    check_pool(report, design, options.results)
 
 
 def faults_of_named_files(experiment_file: Path, options: CheckOptions) -> list[Finding]:

@@ -24,7 +24,9 @@ from runner.presenter.surfaces.screens import (
     place_window,
 )
 from runner.presenter.surfaces.surface import SurfaceFacts, open_surface
+from runner.protocol.experiment import Experiment
 from runner.session.folders import is_running, unfinished
+from runner.session.pooling import ResultsPool, pooled_blocks
 
 NO_DISPLAY = "not looked at: there is no display here"
 _TRIED_PX = (320, 240)
@@ -136,6 +138,21 @@ def _surface_faults(facts: SurfaceFacts, rig: Rig) -> list[tuple[str, str]]:
     if "llvmpipe" in facts.renderer:
         problems.append((f"pictures are drawn without a graphics card ({facts.renderer})", "install its driver"))
     return problems
+
+
+def check_pool(report: CheckReport, design: Experiment, results: Path) -> None:
+    """Report the answers by which pairs will be chosen, and logs in ``results`` that are of another experiment."""
+    blocks = pooled_blocks(design)
+    if not blocks:
+        return
+    pool = ResultsPool(design, results)
+    pool.look()
+    foreign = pool.foreign()
+    report.errors.extend(foreign)
+    report.warnings.extend(finding for finding in pool.left_out() if finding not in foreign)
+    report.facts["pooled_answers"] = sum(
+        sum(pool.answers(index, block.stimuli).sessions.values()) for index, block in blocks.items()
+    )
 
 
 # A session of a thousand trials takes about a megabyte.

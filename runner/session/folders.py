@@ -22,6 +22,7 @@ from analysis.records import (
     Header,
     Mark,
     Note,
+    PooledBatch,
     Resumption,
     SessionLog,
     StimulusCosts,
@@ -307,6 +308,10 @@ class Recorder:
     def window(self, event: WindowEvent) -> None:
         """Record what became of the window."""
         self._append(event.to_json())
+
+    def pool(self, batch: PooledBatch) -> None:
+        """Record a batch of pairs that was chosen by the answers of all observers, and what was known."""
+        self._append(batch.to_json())
 
     def costs(self, costs: StimulusCosts) -> None:
         """Record what the gamut clip costs the stimuli of which nothing before says it."""

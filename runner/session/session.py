@@ -18,14 +18,27 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from analysis.records import Mark, Note, Trial, WindowEvent
+from analysis.records import Mark, Note, PooledBatch, Trial, WindowEvent
 from documents import Finding
 from runner.blocks.block import Block, Draft, Ended, Hold, Response
 from runner.blocks.message import page, pause_menu
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.text_entry import typed
 from runner.errors import SessionError
-from runner.ports import MOST_IGNORED, Ask, Holding, Ignored, KeyPress, Observer, Presenter, Sink, WindowClosed
+from runner.ports import (
+    MOST_IGNORED,
+    Ask,
+    ChooseBatch,
+    Holding,
+    Ignored,
+    KeyPress,
+    NoOthers,
+    Observer,
+    Pool,
+    Presenter,
+    Sink,
+    WindowClosed,
+)
 from runner.presenter.scene import Scene
 from runner.session.clocks import SteadyClock
 from runner.session.timing_marks import TimingMarks
@@ -76,6 +89,8 @@ class Session:
     ends the session without that answer.
     ``remedy`` is what to do if the blocks do not ask what is ``logged``. ``timing_marks`` sends marks to other
     machines; whoever shows the scenes calls `onset` right after each swap.
+    ``pool`` knows the answers of all observers, where a block chooses by these; ``batches`` are those that the log
+    holds.
     """
 
     blocks: Sequence[Block]
@@ -96,6 +111,8 @@ class Session:
     remedy: str = "the experiment or the log was changed since: restore it, or start a new session"
     style: Style = FULL_HD_HALF
     timing_marks: TimingMarks = field(default_factory=TimingMarks)
+    pool: Pool = field(default_factory=NoOthers)
+    batches: Sequence[PooledBatch] = ()
     screened_out: bool = field(init=False, default=False)
     _shown_s: float = field(init=False, default=-math.inf)
     _pressed_s: float = field(init=False, default=-math.inf)
@@ -103,6 +120,7 @@ class Session:
     _marked: list[Place] = field(init=False)
     _latest: Place | None = field(init=False, default=None)
     _place: Place = field(init=False, default=(0, 0))
+    _batches: dict[Place, PooledBatch] = field(init=False)
     _away: set[str] = field(init=False, default_factory=set)
     # What of a block is being shown: a timed scene's name, empty for a question, None for a menu or the last page.
     _showing: str | None = field(init=False, default=None)
@@ -112,6 +130,7 @@ class Session:
     def __post_init__(self) -> None:
         self._state = _RunState(deque(self.logged))
         self._marked = list(self.pending)
+        self._batches = {batch.place: batch for batch in self.batches}
 
     @property
     def replaying(self) -> bool:
@@ -188,7 +207,7 @@ class Session:
     def _run_block(self, number: int, block: Block, only: int | None = None) -> None:
         """Run ``block``, or of it until the trial ``only`` is recorded."""
         steps = block.steps()
-        response: Response | None = None
+        response: Response | PooledBatch | None = None
         trial = 0
         self._place = number, trial
         if not self._state.past:
@@ -206,10 +225,30 @@ class Session:
                     steps.close()
                     return
                 trial += 1
+            elif isinstance(step, ChooseBatch):
+                response = self._choose(step)
             elif isinstance(step, Hold):
                 self._hold(replace(step, scene=self._with_progress(step.scene)))
             else:
                 response = self._respond(self._as_asked(step))
+
+    def _choose(self, step: ChooseBatch) -> PooledBatch:
+        """Return the batch that the log holds, or else let it be chosen and record it before its first trial."""
+        batch = self._batches.get(self._place)
+        if batch is None:
+            block, trial = self._place
+            if self._state.past:
+                what = f"the log does not say which pairs were chosen at trial {trial} of block {block}"
+                raise SessionError(Finding(what, remedy=self.remedy))
+            chosen = self.pool.batch(block, trial, step)
+            with self._writing:
+                batch = replace(chosen, block=block, trial=trial, utc=self.utc())
+                self.sink.pool(batch)
+            self._batches[self._place] = batch
+        elif not set(batch.stimuli) <= set(step.stimuli):
+            what = f"the log's pairs at trial {self._place[1]} of block {self._place[0]} are of other stimuli"
+            raise SessionError(Finding(what, remedy=self.remedy))
+        return batch
 
     def _as_asked(self, ask: Ask) -> Ask:
         """Return ``ask`` with the experiment's keys, and with the progress if it is wanted."""

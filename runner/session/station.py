@@ -22,7 +22,7 @@ from runner.observers.observer_file import ImageBasedObserverSpec, ObserverSpec
 from runner.observers.presses import Replay, asked_after_their_block, check_replayable
 from runner.observers.simulated import BradleyTerryObserver, mean_delta_e_00
 from runner.observers.walk import walk
-from runner.ports import Observer
+from runner.ports import NoOthers, Observer, Pool
 from runner.presenter.errors import GraphicsError
 from runner.presenter.gamma_check import REMEDY, GammaWatch, compare_tables, table_of_record, tables_json
 from runner.presenter.presenter import Presenter
@@ -37,6 +37,7 @@ from runner.session.folders import Recorder, new_label, observer_folder
 from runner.session.header import changes, check_unchanged, hashes, make_header, planned
 from runner.session.mirroring import refuse_mirror_within, start_mirror
 from runner.session.picture_source import PictureSource
+from runner.session.pooling import RecordedPool, ResultsPool, pooled_blocks
 from runner.session.session import Place, Session
 from runner.session.timing_marks import OpenMarks, TimingMarks, close_marks, open_marks
 from runner.session.timing_record import timing_facts
@@ -71,6 +72,7 @@ class Station:
     resume_remarks: tuple[str, ...] = ()  # on the clock, where that session was resumed
     mirror: Mirror | None = None  # of the log of that session
     marks: tuple[OpenMarks, ...] = ()  # the ports of the rig's timing marks, where they are sent
+    pool: ResultsPool | None = None  # where a block chooses its pairs by the answers of all observers
 
     @classmethod
     def open(
@@ -160,6 +162,7 @@ class Station:
             configuration,
             accept_gamma_table,
             marks=marks,
+            pool=ResultsPool(experiment, results) if pooled_blocks(experiment) else None,
         )
 
     def __enter__(self) -> Station:
@@ -217,6 +220,7 @@ class Station:
             on_session=on_session,
             remarks=remarks,
             pending=pending,
+            recorded=RecordedPool(log),
         )
 
     def run(
@@ -232,13 +236,15 @@ class Station:
         on_window: Callable[[WindowEvent], None] = lambda event: None,
         remarks: tuple[str, ...] = (),
         pending: Sequence[Place] = (),
+        recorded: Pool | None = None,
     ) -> Path:
         """Run one observer's session to its end and return its folder.
 
         ``resume`` is the log of the session that stopped, as it was read; None begins a new one. ``on_session`` is
         handed the session before it begins, for notes and marks from elsewhere, ``on_window`` what becomes of the
         window. A new session's record has ``remarks``
-        beside the station's own; ``pending`` are trials that are to be asked once more after their block.
+        beside the station's own; ``pending`` are trials that are to be asked once more after their block; ``recorded``
+        has the batches of pairs where these are not chosen anew.
 
         Raises
         ------
@@ -250,7 +256,8 @@ class Station:
             If the gamma table changed and that is not accepted; what was answered before is on disk, and a note says
             what changed.
         InputError
-            If the session cannot begin or be resumed: with ``accept_changes`` it is resumed although the experiment,
+            If the session cannot begin, as where pairs are to be chosen by the answers in the results folder and some
+            are of another experiment, or be resumed: with ``accept_changes`` it is resumed although the experiment,
             the stimuli or the display changed, as long as the trials answered so far are still those asked.
         """
         check_observer(observer)
@@ -259,6 +266,11 @@ class Station:
         if not (simulated or resume) and (first := _first_with_pictures(blocks)):
             self.presenter.prefetch(first, at_once=True)
         log: SessionLog | None = None
+        if self.pool and not recorded:
+            self.pool.simulated = simulated
+            self.pool.look()
+            if not resume:
+                self.pool.refuse_foreign()
         if resume:
             recorder, log, clock = self._resume(resume, accept_changes=accept_changes)
             header = log.header
@@ -273,6 +285,9 @@ class Station:
             recorder.window(event)
             on_window(event)
 
+        pool: Pool = recorded or self.pool or NoOthers()
+        if self.pool:
+            self.pool.own = header.session
         with recorder:
             session = Session(
                 blocks,
@@ -297,10 +312,14 @@ class Station:
                 closing_facts=lambda: {"work": self.work},
                 utc=clock,
                 timing_marks=self._timing_marks(header, clock),
+                pool=pool,
+                batches=log.pooled if log else (),
                 **({"remedy": self._why_not_as_logged(log)} if log else {}),
             )
             for remark in self.resume_remarks:
                 session.note(remark, "program")
+            if self.pool:
+                self.pool.note = lambda words: session.note(words, "program")
             self._begin_mirror(recorder, session)
             self.surface.on_window = session.window
             on_session(session)

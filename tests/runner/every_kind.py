@@ -39,6 +39,8 @@ BLOCKS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "within: scene, trials: 11",
             "trials: 14",
             "trials: 8, batch: 1, gain: entropy, ties: both, break_every: 3",
+            "trials: 18, pool: results, ties: both, break_every: 4",
+            "within: scene, trials: 5, batch: 1, pool: results",
         ),
         "best_of_series": (
             "series: {one: [a, b, c], two: [d, e, f]}",

@@ -63,7 +63,15 @@ def _sit(folder: Path, blocks: tuple[Block, ...], seed: int, told: int, waits_af
     if (folder / FILE_NAME).exists():
         recorder, log = Recorder.reopen(folder)
         known = {(answer.place, answer.attempt) for answer in log.answers}
-        session = Session(blocks, _Screen(), _Slow(seed), recorder, logged=log.first_attempts, pending=log.pending)
+        session = Session(
+            blocks,
+            _Screen(),
+            _Slow(seed),
+            recorder,
+            logged=log.first_attempts,
+            pending=log.pending,
+            batches=log.pooled,
+        )
     else:
         known = set()
         recorder = Recorder.create(folder, HEADER)

@@ -25,7 +25,18 @@ import pytest
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
-from analysis.records import FILE_NAME, Header, Mark, Note, Resumption, SessionLog, SessionTimes, Trial, read_session
+from analysis.records import (
+    FILE_NAME,
+    Header,
+    Mark,
+    Note,
+    PooledBatch,
+    Resumption,
+    SessionLog,
+    SessionTimes,
+    Trial,
+    read_session,
+)
 from documents.files import durable_log
 from runner.blocks.block import Block
 from runner.errors import SessionError
@@ -143,6 +154,9 @@ class Kept:
         self.recorder.mark(mark)
         self.acknowledged.append(_plain(mark))
 
+    def pool(self, batch: PooledBatch) -> None:
+        self.recorder.pool(batch)
+
     def answers(self) -> Sequence[Trial]:
         return self.recorder.answers()
 
@@ -245,6 +259,7 @@ class SessionMachine(RuleBasedStateMachine):
                 kept,
                 logged=log.first_attempts,
                 pending=log.pending,
+                batches=log.pooled,
                 utc=clock,
             )
         self.sitting = Sitting(session, recorder)
@@ -461,6 +476,9 @@ class _Script:
 
     def mark(self, mark: Mark) -> None:
         raise AssertionError
+
+    def pool(self, batch: PooledBatch) -> None:
+        pass
 
     def answers(self) -> Sequence[Trial]:
         return ()

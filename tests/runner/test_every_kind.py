@@ -10,8 +10,10 @@ from typing import Any, get_args
 
 import pytest
 
+from analysis.records import PooledBatch
 from analysis.records.session_record import Header, Mark, Note, Trial, read_session
 from analysis.records.trial_kinds import KINDS, PRACTICE
+from documents import InputError
 from runner.blocks.block import Block
 from runner.blocks.registry import AnyBlockSpec
 from runner.observers.simulated import plain_key
@@ -35,6 +37,7 @@ class Play:
     trials: list[Trial] = field(default_factory=list)
     shown_at_record: list[int] = field(default_factory=list)
     asks: list[Ask] = field(default_factory=list)
+    pooled: list[PooledBatch] = field(default_factory=list)
     ended: bool = False
 
     def show(self, scene: Scene) -> float:
@@ -57,6 +60,9 @@ class Play:
     def mark(self, mark: Mark) -> None:
         raise AssertionError
 
+    def pool(self, batch: PooledBatch) -> None:
+        self.pooled.append(batch)
+
     def answers(self) -> Sequence[Trial]:
         return self.trials
 
@@ -71,7 +77,9 @@ class Plain:
         return KeyPress(plain_key(ask), onset_s + 1.0)
 
 
-def _play(blocks: Sequence[Block], observer: Any, logged: Sequence[Trial] = ()) -> Play:
+def _play(
+    blocks: Sequence[Block], observer: Any, logged: Sequence[Trial] = (), batches: Sequence[PooledBatch] = ()
+) -> Play:
     play = Play()
 
     class _Watched:
@@ -81,7 +89,8 @@ def _play(blocks: Sequence[Block], observer: Any, logged: Sequence[Trial] = ()) 
             press: KeyPress = observer.respond(ask, onset_s)
             return press
 
-    Session(blocks, play, _Watched(), play, logged=logged, utc=lambda: "2026-01-01T00:00:00.000+00:00").run()
+    utc = "2026-01-01T00:00:00.000+00:00"
+    Session(blocks, play, _Watched(), play, logged=logged, batches=batches, utc=lambda: utc).run()
     assert play.ended
     return play
 
@@ -108,6 +117,7 @@ def test_equal_seeds_make_equal_sessions(kind: str, variant: int, folder: Path) 
     one, again = (_play(EVERY.blocks_of(folder, kind, variant), EVERY.Fickle(5)) for _ in range(2))
     assert one.shown == again.shown
     assert one.trials == again.trials
+    assert one.pooled == again.pooled
 
 
 @pytest.mark.parametrize(("kind", "variant"), VARIANTS)
@@ -147,9 +157,19 @@ def test_what_it_records_is_read_as_it_was(kind: str, variant: int, seed: int, f
     """The reader defines the format: each kind's records have the fields of `analysis.records.trial_kinds`."""
     play = _play(EVERY.blocks_of(folder, kind, variant), EVERY.Fickle(seed))
     file = folder / "session.jsonl"
-    lines = [_header().to_json(), *(trial.to_json() for trial in play.trials)]
+    lines = [_header().to_json(), *(record.to_json() for record in _in_order(play.trials, play.pooled))]
     file.write_text("".join(json.dumps(line) + "\n" for line in lines))
     assert read_session(file).answers == tuple(play.trials)
+    assert read_session(file).pooled == tuple(play.pooled)
+    if play.pooled:
+        file.write_text("".join(json.dumps(line) + "\n" for line in lines if line["record"] != "pool" or line["trial"]))
+        with pytest.raises(InputError):
+            read_session(file)
+
+
+def _in_order(trials: Sequence[Trial], pooled: Sequence[PooledBatch]) -> list[Trial | PooledBatch]:
+    """Return the records of a session in the order of its log: each batch before its first trial."""
+    return sorted([*trials, *pooled], key=lambda record: (*record.place, isinstance(record, Trial)))
 
 
 def test_every_kind_has_a_record() -> None:
@@ -172,8 +192,11 @@ def test_it_is_resumed_from_any_answer(kind: str, variant: int, folder: Path) ->
     pressed = [(key, seconds) for trial in whole.trials for key, seconds in trial.events]
     for answered in range(len(whole.trials) + 1):
         before = sum(len(trial.events) for trial in whole.trials[:answered])
-        rest = _play(blocks, _Scripted(pressed[before:]), logged=whole.trials[:answered])
+        reached = whole.trials[answered - 1].place if answered else (-1, 0)
+        logged = [batch for batch in whole.pooled if batch.place <= reached]
+        rest = _play(blocks, _Scripted(pressed[before:]), whole.trials[:answered], logged)
         assert [_told(trial) for trial in rest.trials] == [_told(trial) for trial in whole.trials[answered:]]
+        assert [*logged, *rest.pooled] == whole.pooled
         since = whole.shown_at_record[answered - 1] if answered else 0
         assert rest.shown == whole.shown[since:][len(whole.shown[since:]) - len(rest.shown) :]
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from analysis.records import PooledBatch
 from analysis.records.session_record import FILE_NAME, Note, Trial, read_session
 from runner.ports import Ask, Holding, KeyPress
 from runner.presenter.scene import Scene
@@ -42,6 +43,9 @@ class _Nobody:
     def mark(self, mark: Any) -> None:
         raise AssertionError
 
+    def pool(self, batch: PooledBatch) -> None:
+        raise AssertionError("a batch is chosen although the log holds everything")
+
     def answers(self) -> Sequence[Trial]:
         return ()
 
@@ -69,7 +73,8 @@ def test_killed_again_and_again(kind: str, variant: int, tmp_path: Path, kill: K
     _is_whole(log.first_attempts, log.answers)
     # Read again from its log alone, the session asks nothing more.
     nobody = _Nobody()
-    Session(EVERY.blocks_of(tmp_path, kind, variant), nobody, nobody, nobody, logged=log.first_attempts).run()
+    blocks = EVERY.blocks_of(tmp_path, kind, variant)
+    Session(blocks, nobody, nobody, nobody, logged=log.first_attempts, batches=log.pooled).run()
 
 
 def _is_whole(first: Sequence[Trial], answers: Sequence[Trial]) -> None:

@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from analysis.errors import ResultsError
+from analysis.records import PooledBatch
 from analysis.records.session_record import Header, Mark, Note, SessionLog, Trial
 from analysis.report.page import write_report
 from analysis.report.report import KIND_WORDS, describe
@@ -48,6 +49,9 @@ class Stage:
 
     def mark(self, mark: Mark) -> None:
         raise AssertionError
+
+    def pool(self, batch: PooledBatch) -> None:
+        pass
 
     def answers(self) -> Sequence[Trial]:
         return self.trials

@@ -11,6 +11,7 @@ from typing import Any, get_args
 
 import pytest
 
+from analysis.records import PooledBatch
 from analysis.records.session_record import Mark, Note, Trial
 from runner.blocks.registry import AnyBlockSpec
 from runner.observers.simulated import plain_key
@@ -83,6 +84,9 @@ class _Nothing:
         pass
 
     def mark(self, mark: Mark) -> None:
+        pass
+
+    def pool(self, batch: PooledBatch) -> None:
         pass
 
     def answers(self) -> tuple[Trial, ...]:

@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from analysis.records import PooledBatch
 from analysis.records.session_record import FILE_NAME, Header, Mark, Note, Trial, read_session
 from documents import InputError
 from documents.yaml.source import parse_yaml
@@ -49,6 +50,9 @@ class _Nothing:
         pass
 
     def mark(self, mark: Mark) -> None:
+        pass
+
+    def pool(self, batch: PooledBatch) -> None:
         pass
 
     def answers(self) -> tuple[Trial, ...]:

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from analysis.records import PooledBatch
 from analysis.records.session_record import Mark, Note, Trial
 from runner.blocks.block import Block
 from runner.observers.simulated import plain_key
@@ -48,6 +49,9 @@ class Played:
 
     def mark(self, mark: Mark) -> None:
         raise NotImplementedError
+
+    def pool(self, batch: PooledBatch) -> None:
+        pass
 
     def answers(self) -> Sequence[Trial]:
         return self.trials

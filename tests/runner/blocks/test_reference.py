@@ -11,7 +11,7 @@ from documents import InputError
 from runner.blocks.best_of_series import BestOfSeries
 from runner.blocks.block import Draft, Hold, Response
 from runner.observers.simulated import plain_key
-from runner.ports import Ask
+from runner.ports import Ask, ChooseBatch
 from runner.presenter.scene import Text
 from runner.protocol.experiment import Experiment, read_experiment
 
@@ -33,6 +33,7 @@ def words_on(design: Experiment) -> str:
             response = None
             if isinstance(step, Draft):
                 continue
+            assert not isinstance(step, ChooseBatch)
             read += [item.words for item in step.scene.items if isinstance(item, Text)]
             if isinstance(step, Ask):
                 key = plain_key(step)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from analysis.records import Mark, Note, Trial
+from analysis.records import Mark, Note, PooledBatch, Trial
 from runner.blocks.layout import SingleLayout
 from runner.blocks.rating import Rating
 from runner.blocks.scale import Scale
@@ -52,6 +52,9 @@ class Sitting:
 
     def mark(self, mark: Mark) -> None:
         raise AssertionError
+
+    def pool(self, batch: PooledBatch) -> None:
+        pass
 
     def answers(self) -> Sequence[Trial]:
         return self.trials

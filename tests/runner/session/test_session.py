@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from analysis.records import PooledBatch
 from analysis.records.session_record import Header, Mark, Note, SessionLog, Trial
 from runner.blocks.all_pairs import AllPairs
 from runner.blocks.block import Block
@@ -70,6 +71,9 @@ class Paper:
 
     def mark(self, mark: Mark) -> None:
         self.marks.append(mark)
+
+    def pool(self, batch: PooledBatch) -> None:
+        pass
 
     def answers(self) -> Sequence[Trial]:
         return self.trials

@@ -1,0 +1,110 @@
+"""Sessions of an experiment that chooses pairs by the answers of all observers, without a screen."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from analysis.records import FILE_NAME, Header, SessionLog, read_session
+from runner.ports import Ask, Holding, KeyPress, Pool
+from runner.presenter.scene import Scene
+from runner.protocol.experiment import Experiment
+from runner.session.folders import Recorder
+from runner.session.header import planned
+from runner.session.pooling import ResultsPool
+from runner.session.session import Left, Session
+from tests.runner.every_kind import Fickle
+
+Stop = Callable[[int], None]
+_NUMBERS = itertools.count()
+
+
+class Screen:
+    """A screen on which nothing is drawn."""
+
+    def __init__(self) -> None:
+        self.shown: list[Scene] = []
+
+    def show(self, scene: Scene) -> float:
+        self.shown.append(scene)
+        return float(len(self.shown))
+
+    def prefetch(self, scene: Scene) -> None:
+        pass
+
+    def hold(self, scene: Scene, seconds: float) -> Holding:
+        return Holding(self.show(scene), 1, seconds)
+
+
+class Person(Fickle):
+    """Answers at random, and calls ``before`` with the number of answers given before each."""
+
+    def __init__(self, seed: int, before: Stop) -> None:
+        super().__init__(seed)
+        self.before, self.given = before, 0
+
+    def respond(self, ask: Ask, onset_s: float) -> KeyPress:
+        self.before(self.given)
+        self.given += 1
+        return super().respond(ask, onset_s)
+
+
+def leave_after(answers: int) -> Stop:
+    """Return what lets an observer leave after so many answers."""
+
+    def before(given: int) -> None:
+        if given == answers:
+            raise Left
+
+    return before
+
+
+def header_of(design: Experiment, observer: str, label: str, **more: Any) -> Header:
+    """Return the header of a session of ``design``."""
+    stimuli = tuple({"name": name, "factors": dict(levels)} for name, levels in design.stimuli.factors.items())
+    plan = planned(design, design.blocks(observer))
+    facts = {"planned": plan, **more}
+    utc = "2026-01-01T00:00:00.000+00:00"
+    return Header(
+        design.spec.name, observer, label, utc, 0, design.spec.question, False, stimuli, {}, {}, {}, {}, {}, **facts
+    )
+
+
+def sit(
+    design: Experiment,
+    results: Path,
+    observer: str,
+    before: Stop = lambda given: None,
+    *,
+    seed: int = 1,
+    label: str = "",
+    pool: Pool | None = None,
+    **more: Any,
+) -> SessionLog:
+    """Run a session to its end, or until the observer leaves; resume it where ``label`` is known. Return its log."""
+    label = label or f"s{next(_NUMBERS)}"
+    folder = results / design.spec.name / f"sub-{observer}" / f"ses-{label}"
+    file = folder / FILE_NAME
+    known: dict[str, Any] = {}
+    if file.exists():
+        recorder, log = Recorder.reopen(folder)
+        known = {"logged": log.first_attempts, "pending": log.pending, "batches": log.pooled}
+    else:
+        recorder = Recorder.create(folder, header_of(design, observer, label, **more))
+    pool = pool or ResultsPool(design, results, own=label)
+    with recorder:
+        session = Session(design.blocks(observer), Screen(), Person(seed, before), recorder, pool=pool, **known)
+        if isinstance(pool, ResultsPool):
+            pool.note = lambda words: session.note(words, "program")
+        with suppress(Left):
+            session.run()
+    return read_session(file)
+
+
+def asked(log: SessionLog) -> list[tuple[str, str]]:
+    """Return the pairs that were asked about, in their order."""
+    pairs = [answer for answer in log.first_attempts if answer.kind == "active_pairs"]
+    return [(str(answer.data["first"]), str(answer.data["second"])) for answer in pairs]
