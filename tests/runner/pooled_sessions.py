@@ -98,6 +98,7 @@ def sit(
     with recorder:
         session = Session(design.blocks(observer), Screen(), Person(seed, before), recorder, pool=pool, **known)
         if isinstance(pool, ResultsPool):
+            pool.look()  # as a station does before it begins
             pool.note = lambda words: session.note(words, "program")
         with suppress(Left):
             session.run()

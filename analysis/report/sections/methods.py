@@ -20,6 +20,9 @@ from analysis.report.sections.shown import clipping_rows, timing_facts
 from analysis.report.summary import Answered, Summary
 from analysis.report.words import counted, fixed, key_words, listed, plain
 
+_POOLED = {
+    "active_pairs": "compared pairs of {stimuli} stimuli that were chosen by the earlier answers of all observers",
+}
 _DESIGNS = {
     "all_pairs": "compared pairs of {stimuli} stimuli",
     "active_pairs": "compared pairs of {stimuli} stimuli that were chosen by earlier answers",
@@ -163,7 +166,8 @@ def _design(sessions: Sequence[SessionLog]) -> str:
     header = sessions[0].header
     kinds = list(dict.fromkeys(trial.kind for session in sessions for trial in session.trials))
     stimuli = len(header.stimuli)
-    done = [words.format(stimuli=stimuli) for kind, words in _DESIGNS.items() if kind in kinds]
+    designs = _DESIGNS | (_POOLED if any(session.pooled for session in sessions) else {})
+    done = [words.format(stimuli=stimuli) for kind, words in designs.items() if kind in kinds]
     parts = [f"Observers {listed(done)}." if done else ""]
     parts.append(f"They were asked: “{header.question}”" if header.question else "")
     parts += [*_interface(header), *_pair_design(sessions)]
