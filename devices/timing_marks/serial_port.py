@@ -61,7 +61,7 @@ class SerialPort:
 
 def _not_opened(port: str, error: Exception) -> Finding:
     """Return why ``port`` cannot be opened and what to do, in words."""
-    why = str(error)
+    why = getattr(error, "strerror", None) or str(error)
     there = ", ".join(sorted(each.device for each in comports())) or "none"
     number = getattr(error, "errno", None)
     # The second is what pyserial says of a locked port, the third what Windows says of one that is open elsewhere.

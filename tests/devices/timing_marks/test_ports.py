@@ -12,6 +12,7 @@ from importlib.util import find_spec
 from typing import Any
 
 import pytest
+from serial import SerialException
 
 from devices.timing_marks import (
     LslMarksSpec,
@@ -91,6 +92,36 @@ def test_a_file_is_no_serial_port(tmp_path: Any) -> None:
     with pytest.raises(MarkError, match="the serial port cannot be opened"):
         open_mark_port(serial(str(file)))
     assert file.read_text() == ""
+
+
+SERIAL_REFUSALS = {
+    (
+        None,
+        "could not open port 'COM4': PermissionError(13, 'Access is denied.', None, 5)",
+    ): "in use by another program",
+    (None, "could not open port 'COM4': FileNotFoundError(2, 'The system cannot find it.', None, 2)"): "no such serial",
+    (errno.EACCES, "could not open port /dev/ttyUSB0: Permission denied"): "this user may not open the serial port",
+    (errno.EBUSY, "could not open port /dev/ttyUSB0: Device or resource busy"): "in use by another program",
+    (
+        errno.EIO,
+        "could not open port /dev/ttyS0: Input/output error",
+    ): "cannot be opened: could not open port /dev/ttyS0",
+}
+
+
+@pytest.mark.parametrize(("number", "words"), SERIAL_REFUSALS)
+def test_each_refusal_of_a_serial_port_is_explained(
+    number: int | None, words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What pyserial raises under Linux, and in its own words under Windows."""
+
+    def refuse(*_: object, **__: object) -> None:
+        raise SerialException(number, words) if number else SerialException(words)
+
+    monkeypatch.setattr("devices.timing_marks.serial_port.serial.Serial", refuse)
+    with pytest.raises(MarkError, match=SERIAL_REFUSALS[number, words]) as refused:
+        open_mark_port(serial("/dev/ttyUSB0"))
+    assert refused.value.findings[0].remedy
 
 
 def test_a_port_that_nobody_reads_never_blocks_and_works_again(terminal: Any) -> None:
