@@ -15,6 +15,7 @@ from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -198,30 +199,33 @@ class Study:
         path.write_text(text.replace(old, new))
 
 
-@pytest.fixture
-def study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Study:
-    """Four pictures (two stereo, two flat), a display of 640 × 480, a rig, an experiment."""
+def write_study(folder: Path) -> Study:
+    """Write four pictures (two stereo, two flat), a display of 640 × 480, a rig, an experiment."""
     import numpy as np
 
     from stimuli.pictures.exr_write import write_exr
     from stimuli.pictures.stereo_image import StereoImage
 
-    monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "cache"))
     rng = np.random.default_rng(4)
     names = ("one", "two", "three", "four")
     for index, name in enumerate(names):
         left, right = (rng.uniform(1, 20, (40, 80, 3)).astype(np.float32) for _ in range(2))
-        write_exr(tmp_path / f"{name}.exr", StereoImage(left, right) if index < 2 else StereoImage.flat(left))
+        write_exr(folder / f"{name}.exr", StereoImage(left, right) if index < 2 else StereoImage.flat(left))
     pictures = "".join(f"  - {{name: {name}, file: {name}.exr}}\n" for name in names)
-    (tmp_path / "recipe.yaml").write_text(f"schema_version: 1\nkind: pictures\nstimuli:\n{pictures}")
-    (tmp_path / "display.yaml").write_text(DISPLAY.format(width=640, height=480))
-    (tmp_path / "rig.yaml").write_text(
-        "schema_version: 1\ndisplay: display.yaml\nmode: side-by-side\ndistance_mm: 700\n"
-    )
-    (tmp_path / "small.yaml").write_text(EXPERIMENT)
+    (folder / "recipe.yaml").write_text(f"schema_version: 1\nkind: pictures\nstimuli:\n{pictures}")
+    (folder / "display.yaml").write_text(DISPLAY.format(width=640, height=480))
+    (folder / "rig.yaml").write_text("schema_version: 1\ndisplay: display.yaml\nmode: side-by-side\ndistance_mm: 700\n")
+    (folder / "small.yaml").write_text(EXPERIMENT)
     scores = "".join(f"  {name}: {{score: {index + 1}}}\n" for index, name in enumerate(names))
-    (tmp_path / "observers.yaml").write_text(f"schema_version: 1\nkind: bradley_terry\nstimuli:\n{scores}")
-    return Study(tmp_path)
+    (folder / "observers.yaml").write_text(f"schema_version: 1\nkind: bradley_terry\nstimuli:\n{scores}")
+    return Study(folder)
+
+
+@pytest.fixture
+def study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Study:
+    """Four pictures, a display, a rig and an experiment, as `write_study` writes them, and a cache of their own."""
+    monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "cache"))
+    return write_study(tmp_path)
 
 
 class Person:
@@ -399,6 +403,17 @@ def person(xvfb: str, study: Study) -> Iterator[Person]:
     if someone.process is not None and someone.process.poll() is None:
         someone.process.kill()
         someone.process.communicate()
+
+
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Build the figures of a page without drawing them, which takes longer than all else: for tests of other parts."""
+
+    def save(_: object, out: Any, **__: object) -> None:
+        svg = '<svg viewBox="0 0 1 1"></svg>'
+        out.write(svg.encode() if isinstance(out, io.BytesIO) else svg)
+
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", save)
 
 
 @pytest.fixture

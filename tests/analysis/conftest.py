@@ -51,7 +51,7 @@ def clip_cost(percent: float) -> dict[str, float]:
     }
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def make_session() -> Maker:
     def make(
         observer: str = "01",

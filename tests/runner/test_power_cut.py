@@ -53,9 +53,14 @@ def _counts(log: SessionLog) -> dict[str, int]:
     return {kind: count(log) for kind, (_, count) in KINDS.items()}
 
 
+# Each byte of each kind: tests/stress.
 @pytest.mark.parametrize("last", KINDS)
 def test_a_cut_at_any_byte_of_the_last_record(tmp_path: Path, last: str) -> None:
-    folder = tmp_path / "s"
+    cut_the_last(tmp_path / "s", last, step=7)
+
+
+def cut_the_last(folder: Path, last: str, step: int) -> None:
+    """Cut the last record at each ``step``-th byte and at its first and last ones, and go on from there."""
     with Recorder.create(folder, HEADER) as recorder:
         for kind in BEFORE:
             KINDS[kind][0](recorder)
@@ -64,7 +69,8 @@ def test_a_cut_at_any_byte_of_the_last_record(tmp_path: Path, last: str) -> None
     content = (folder / FILE_NAME).read_bytes()
     after = _counts(read_session(folder / FILE_NAME))
     assert after == {**before, last: before[last] + 1}
-    for cut in range(content[:-1].rindex(b"\n") + 1, len(content)):
+    first, end = content[:-1].rindex(b"\n") + 1, len(content)
+    for cut in (cut for cut in range(first, end) if cut < first + 4 or cut >= end - 4 or cut % step == 0):
         (folder / FILE_NAME).write_bytes(content[:cut])
         whole = cut >= len(content) - 1  # only the line's end is missing
         recorder, log = Recorder.reopen(folder)

@@ -15,7 +15,13 @@ import numpy as np
 import pytest
 
 from devices.characterise.choose import Characterisation, characterise
-from devices.characterise.example_displays import liquid_crystal_XYZ, noisy, table_c1_codes, thesis_display
+from devices.characterise.example_displays import (
+    THESIS_CURVES,
+    liquid_crystal_XYZ,
+    noisy,
+    table_c1_codes,
+    thesis_display,
+)
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from devices.display.model import DisplayModel
@@ -46,6 +52,20 @@ def _off(found: Characterisation, truth: np.ndarray) -> float:
     """Mean ΔE00 of the chosen model on fresh codes, against light without noise."""
     white = found.patches.white
     return float(delta_e_2000(xyz_to_lab(found.chosen.model.xyz(FRESH), white), xyz_to_lab(truth, white)).mean())
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_the_thesis_s_display_is_gog_within_1_percent_and_a_liquid_crystal_one_is_not(seed: int) -> None:
+    found = characterise(Measurements(CODES, noisy(thesis_display().xyz(CODES), 0.002, seed))).chosen
+    assert found.name == "gog"
+    for curve, (gain, offset, gamma) in zip(found.model.curves, THESIS_CURVES, strict=True):
+        assert isinstance(curve, ToneCurve)
+        assert curve.gain == pytest.approx(gain / (gain + offset), rel=0.01)
+        assert curve.gamma == pytest.approx(gamma, rel=0.01)
+    choice = characterise(Measurements(CODES, noisy(liquid_crystal_XYZ(CODES), 0.002, seed)))
+    assert choice.chosen.name in ("table", "plvc", "residual")
+    gog = next(one for one in choice.candidates if one.name == "gog")
+    assert gog.held_out.mean > choice.chosen.held_out.mean + 0.2
 
 
 @pytest.mark.parametrize("seed", range(40))

@@ -127,6 +127,7 @@ def test_without_groups_json_is_what_it_was(sessions: list[SessionLog]) -> None:
     assert "items" in printed
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_every_table_is_there_by_group_and_for_all(tmp_path: Path) -> None:
     report = write_report(scenes(), tmp_path / "report.html", csv_folder=tmp_path / "csv")
     files = {file.stem for file in (tmp_path / "csv").iterdir()}
@@ -168,6 +169,7 @@ def test_the_figure_has_a_panel_for_each_group_on_the_same_rows() -> None:
     assert all(own.count(f">{scene} {codec}<") == 1 for scene in SCENES for codec in names)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_one_scene_that_separates_is_named_and_the_others_stay() -> None:
     report = report_of(best="church jxl")
     assert report.groups is not None
@@ -177,6 +179,7 @@ def test_one_scene_that_separates_is_named_and_the_others_stay() -> None:
     assert "In church, where separation was complete" in page_of(best="church jxl")
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_stimuli_with_nothing_in_common_have_no_pooled_scale() -> None:
     report = report_of(factor="image")
     assert report.groups is not None
@@ -186,6 +189,7 @@ def test_stimuli_with_nothing_in_common_have_no_pooled_scale() -> None:
     assert "There is no pooled scale" in page_of(factor="image")
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_page_says_how_pairs_were_compared() -> None:
     page = page_of(best="church jxl")
     assert "Stimuli were compared within each of 3 groups (scene) only" in page

@@ -20,6 +20,7 @@ from analysis.report.words import chance, counted, fixed, listed
 Maker = Callable[..., SessionLog]
 Sessions = Callable[..., list[SessionLog]]
 DOCS = Path(__file__).parents[3] / "docs"
+pytestmark = pytest.mark.usefixtures("undrawn")
 
 
 def methods(sessions: list[SessionLog], rule: Filter | None = None, **wishes: object) -> tuple[str, tuple[str, ...]]:

@@ -134,6 +134,7 @@ def test_items_that_share_no_scale_still_make_a_page(make_session: Maker, tmp_pa
     assert "nan" not in Tags(page).text.lower()
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_header_without_clipping_leaves_the_section_out(make_session: Maker, tmp_path: Path) -> None:
     session = make_session(names="ab", answers=[("a", "b"), ("b", "a")], stimuli=({"name": "a"}, {"name": "b"}))
     write_report([session], tmp_path / "report.html")

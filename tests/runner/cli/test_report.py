@@ -82,6 +82,7 @@ def test_the_page_lies_in_the_first_folder(results: Path) -> None:
     assert (results / "report.html").is_file()
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_json_holds_every_part_and_no_nan(results: Path) -> None:
     told = json.loads(run(results, "--json").stdout)
     assert told["report"] == str(results / "report.html")
@@ -91,6 +92,7 @@ def test_json_holds_every_part_and_no_nan(results: Path) -> None:
     assert told["intervals"]["kind"] == told["covariance"] == "shrinkage"
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_observers_are_left_out_by_name_and_the_page_says_so(results: Path) -> None:
     done = run(results, "--without", "02", "--without", "04", "--json")
     told = json.loads(done.stdout)
@@ -115,6 +117,7 @@ def test_what_cannot_be_asked_is_told(results: Path, arguments: tuple[str, ...],
     assert not (results / "report.html").exists()
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_tables_and_pdf_are_written_beside_the_page(results: Path, tmp_path: Path) -> None:
     if find_browser() is None:
         pytest.skip("no Chromium is installed: nothing is printed")
@@ -172,6 +175,7 @@ def test_printed_pages_keep_headings_with_what_follows_and_tables_whole(tmp_path
     assert all(any(line.startswith("Observer Flags") for line in lines) for lines in reached)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_pictures_are_taken_for_what_they_are_worth(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
     monkeypatch.setattr("runner.reports.results.find_shown", lambda header, file: asked.append(file))
@@ -188,6 +192,7 @@ def test_pictures_are_taken_for_what_they_are_worth(results: Path, monkeypatch: 
     assert not asked
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_experiment_of_a_study_s_folder_is_found(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
     monkeypatch.setattr("runner.reports.results.find_shown", lambda header, file: asked.append(file))
@@ -197,6 +202,7 @@ def test_the_experiment_of_a_study_s_folder_is_found(results: Path, monkeypatch:
     assert asked == [study]
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_an_experiments_name_leads_out_of_no_folder(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for file in results.rglob("session.jsonl"):
         file.write_text(file.read_text().replace('"experiment": "small"', '"experiment": "../../small"'))

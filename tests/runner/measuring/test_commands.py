@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +34,7 @@ RIG = "schema_version: 1\ndisplay: display.yaml\nmode: row-interleaved\ndistance
 SIMULATED = ["--instrument", "simulated", "--backend", "egl", "--settle", "0"]
 
 
-@pytest.fixture(autouse=True)
+@pytest.fixture(autouse=True, scope="module")
 def egl() -> None:
     try:
         open_surface("egl", (8, 8)).close()
@@ -46,6 +47,22 @@ def folder(tmp_path: Path) -> Path:
     (tmp_path / "display.yaml").write_text(DISPLAY)
     (tmp_path / "rig.yaml").write_text(RIG)
     return tmp_path
+
+
+@pytest.fixture(scope="module")
+def measured_once(egl: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder in which the greys have been measured."""
+    folder = tmp_path_factory.mktemp("measured")
+    (folder / "display.yaml").write_text(DISPLAY)
+    (folder / "rig.yaml").write_text(RIG)
+    assert _measure(folder, "--set", "grey").exit_code == 0
+    return folder
+
+
+@pytest.fixture
+def measured(measured_once: Path, tmp_path: Path) -> Path:
+    """That folder, copied for a test that goes on from there."""
+    return Path(shutil.copytree(measured_once, tmp_path / "measured"))
 
 
 def _run(*arguments: str | Path) -> Result:
@@ -83,11 +100,10 @@ def test_a_measurement_from_a_rig_is_the_model_with_noise(folder: Path) -> None:
     assert "left)" in result.stderr
 
 
-def test_a_window_without_a_screen_serves_as_well(folder: Path) -> None:
-    assert _measure(folder, "--set", "grey").exit_code == 0
-    result = _measure(folder, "--set", "grey", "--backend", "null", file="null.jsonl")
+def test_a_window_without_a_screen_serves_as_well(measured: Path) -> None:
+    result = _measure(measured, "--set", "grey", "--backend", "null", file="null.jsonl")
     assert result.exit_code == 0, result.output
-    np.testing.assert_array_equal(read_csv(folder / "null.csv").XYZ, read_csv(folder / "m.csv").XYZ)
+    np.testing.assert_array_equal(read_csv(measured / "null.csv").XYZ, read_csv(measured / "m.csv").XYZ)
 
 
 def test_a_measurement_gone_on_with_by_another_instrument_says_so(folder: Path) -> None:
@@ -194,21 +210,20 @@ def test_a_person_who_leaves_is_told_how_to_go_on(folder: Path) -> None:
     assert len(read_session(folder / "m.jsonl").readings) == 2
 
 
-def test_again_reads_the_named_patches_alone(folder: Path) -> None:
-    _measure(folder, "--set", "grey")
-    before = read_session(folder / "m.jsonl")
-    result = _measure(folder, "--set", "grey", "--again", "white#2", "--again", "grey250",
+def test_again_reads_the_named_patches_alone(measured: Path) -> None:
+    before = read_session(measured / "m.jsonl")
+    result = _measure(measured, "--set", "grey", "--again", "white#2", "--again", "grey250",
                       "--instrument-option", "noise=0", "--instrument-option", "drift_per_hour=1000")  # fmt: skip
     assert result.exit_code == 0, result.output
-    after = read_session(folder / "m.jsonl")
+    after = read_session(measured / "m.jsonl")
     changed = {
         after.steps[place].label
         for place in after.readings
         if after.readings[place].reading != before.readings[place].reading
     }
     assert changed == {"white#2", "grey250"}
-    assert len(read_csv(folder / "m.csv")) == 39
-    wrong = _measure(folder, "--set", "grey", "--again", "whit")
+    assert len(read_csv(measured / "m.csv")) == 39
+    wrong = _measure(measured, "--set", "grey", "--again", "whit")
     assert "did you mean 'white'" in str(wrong.exception)
 
 
@@ -222,18 +237,16 @@ def test_again_reads_the_named_patches_alone(folder: Path) -> None:
         (["--resume", "--mode", "flat"], "other 'mode'"),
     ],
 )
-def test_another_measurement_is_not_gone_on_with(folder: Path, more: list[str], words: str) -> None:
-    _measure(folder, "--set", "grey")
-    before = (folder / "m.jsonl").read_bytes()
-    result = _measure(folder, "--set", "grey", *more)
+def test_another_measurement_is_not_gone_on_with(measured: Path, more: list[str], words: str) -> None:
+    before = (measured / "m.jsonl").read_bytes()
+    result = _measure(measured, "--set", "grey", *more)
     assert isinstance(result.exception, InputError)
     assert words in str(result.exception)
-    assert (folder / "m.jsonl").read_bytes() == before
+    assert (measured / "m.jsonl").read_bytes() == before
 
 
-def test_what_was_finished_has_nothing_left_to_resume(folder: Path) -> None:
-    _measure(folder, "--set", "grey")
-    result = _measure(folder, "--set", "grey", "--resume", "--json")
+def test_what_was_finished_has_nothing_left_to_resume(measured: Path) -> None:
+    result = _measure(measured, "--set", "grey", "--resume", "--json")
     assert result.exit_code == 0
     assert json.loads(result.stdout)["taken"] == 0
 

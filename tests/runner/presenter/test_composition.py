@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -79,13 +80,15 @@ def compose(mode: str, views: dict[Eye, Floats], at: tuple[int, int] = (0, 0)) -
     return screen
 
 
-def reference(mode: str, picture: StereoImage, models: EyeModels, at: tuple[int, int] = (0, 0), **place: Any) -> Floats:
-    """The whole frame in 8-bit codes, not rounded."""
+def wanted_codes(mode: str, picture: StereoImage, models: EyeModels) -> dict[Eye, Floats]:
+    """A picture's 8-bit codes for each eye, not rounded."""
     box = HALF_MODES.get(mode, (1, 1))
-    views = {
-        eye: view(area_px(mode), models.eye(eye).code(averaged(picture.eye(eye), box)) * 255.0, **place) for eye in EYES
-    }
-    return compose(mode, views, at)
+    return {eye: models.eye(eye).code(averaged(picture.eye(eye), box)) * 255.0 for eye in EYES}
+
+
+def reference(mode: str, codes: dict[Eye, Floats], at: tuple[int, int] = (0, 0), **place: Any) -> Floats:
+    """The whole frame in 8-bit codes, not rounded."""
+    return compose(mode, {eye: view(area_px(mode), codes[eye], **place) for eye in EYES}, at)
 
 
 def full_ramps(colour_ramps: Ramps, display: DisplayModel, size_px: tuple[int, int]) -> NDArray[np.float32]:
@@ -94,20 +97,32 @@ def full_ramps(colour_ramps: Ramps, display: DisplayModel, size_px: tuple[int, i
     return np.tile(ramps, (-(-size_px[1] // 480), -(-size_px[0] // 320), 1))[: size_px[1], : size_px[0]]
 
 
+@pytest.fixture(scope="module")
+def ramps_in(model: MakeModel, colour_ramps: Ramps) -> Callable[[str], tuple[StereoImage, EyeModels, Floats]]:
+    """Ramps that fill the screen in a mode, the models that show them, and the reference, made once for a mode."""
+
+    @cache
+    def make(mode: str) -> tuple[StereoImage, EyeModels, Floats]:
+        models = EyeModels(model(2.4, 0.05, 0.003), model(2.8, 0.3, 0.01, -0.05))
+        width, height = area_px(mode)
+        across, down = HALF_MODES.get(mode, (1, 1))
+        size_px = width * across, height * down
+        picture = StereoImage(*(full_ramps(colour_ramps, models.eye(eye), size_px) for eye in EYES))
+        return picture, models, reference(mode, wanted_codes(mode, picture, models))
+
+    return make
+
+
 @pytest.mark.parametrize("mode", PER_EYE)
 def test_every_pixel_is_the_rounded_reference(
-    surface: Surface, mode: str, model: MakeModel, colour_ramps: Ramps
+    surface: Surface, mode: str, ramps_in: Callable[[str], tuple[StereoImage, EyeModels, Floats]]
 ) -> None:
-    models = EyeModels(model(2.4, 0.05, 0.003), model(2.8, 0.3, 0.01, -0.05))
-    width, height = area_px(mode)
-    across, down = HALF_MODES.get(mode, (1, 1))
-    size_px = width * across, height * down
-    picture = StereoImage(*(full_ramps(colour_ramps, models.eye(eye), size_px) for eye in EYES))
+    picture, models, expected = ramps_in(mode)
     with Presenter(surface, find_mode(mode), models, lambda _: picture) as presenter:
         presenter.show(Scene((Picture("ramps"),)))
         shown = presenter.capture()["screen"]
         work = presenter.counters
-    error = shown - reference(mode, picture, models)
+    error = shown - expected
     assert np.abs(error).max() <= 0.501
     assert np.abs(error.mean(axis=(0, 1))).max() < 0.1  # the ramps dwell at halfway codes, which round one way
     assert (work.frames_drawn, work.uploads, work.colour_passes) == (1, 2, 2)
@@ -120,12 +135,13 @@ def test_pictures_stand_where_the_reference_has_them(
 ) -> None:
     picture = random_stereo(size_px[1], size_px[0])
     across, down = HALF_MODES.get(mode, (1, 1))
+    codes = wanted_codes(mode, picture, same_models)
     with Presenter(egl, find_mode(mode), same_models, lambda _: picture) as presenter:
         for offset_px, aperture_px in (((0, 0), None), ((14, -30), None), ((-14, 6), (44, 20))):
             presenter.show(Scene((Picture("a", offset_px, aperture_px),)))
             on_signal = (offset_px[0] // across, offset_px[1] // down)
             cut = aperture_px and (aperture_px[0] // across, aperture_px[1] // down)
-            expected = reference(mode, picture, same_models, offset_px=on_signal, aperture_px=cut)
+            expected = reference(mode, codes, offset_px=on_signal, aperture_px=cut)
             assert np.abs(presenter.capture()["screen"] - expected).max() <= 0.501
 
 
@@ -138,7 +154,8 @@ def test_parity_counts_from_the_panels_first_pixel(
     picture = random_stereo(120, 160)
     with Presenter(egl, find_mode(mode), same_models, lambda _: picture) as presenter:
         presenter.show(Scene((Picture("a"),)))
-        assert np.abs(presenter.capture()["screen"] - reference(mode, picture, same_models, at)).max() <= 0.501
+        expected = reference(mode, wanted_codes(mode, picture, same_models), at)
+        assert np.abs(presenter.capture()["screen"] - expected).max() <= 0.501
 
 
 @pytest.mark.parametrize("mode", PER_EYE)
@@ -253,5 +270,6 @@ def test_black_stays_where_no_picture_is_after_a_scene_that_filled_the_screen(
             assert presenter.capture()["screen"].any(axis=2).mean() > 0.99
             presenter.show(Scene((Picture("part"),)))
             presenter.show(Scene((Picture("part", (0, 1)),)))
-            expected = reference(mode, pictures["part"], same_models, offset_px=(0, 1))
+            codes = wanted_codes(mode, pictures["part"], same_models)
+            expected = reference(mode, codes, offset_px=(0, 1))
             assert np.abs(presenter.capture()["screen"] - expected).max() <= 0.501

@@ -26,6 +26,21 @@ def study(tmp_path: Path) -> Path:
     return copy_experiment(shipped_experiment("dynamic_range"), tmp_path / "study").experiment
 
 
+@pytest.fixture(scope="module")
+def one_session(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The results of one simulated observer."""
+    folder = tmp_path_factory.mktemp("one")
+    study = copy_experiment(shipped_experiment("dynamic_range"), folder / "study").experiment
+    simulate(study, OBSERVERS, ["01"], results=folder / "results")
+    return folder / "results"
+
+
+@pytest.fixture
+def results(one_session: Path, tmp_path: Path) -> Path:
+    """Those results in a folder of the test's own."""
+    return Path(shutil.copytree(one_session, tmp_path / "results"))
+
+
 def kept(results: Path) -> list[Path]:
     return sorted(results.glob("dynamic_range/configuration/*/configuration.json"))
 
@@ -106,10 +121,9 @@ def test_where_nothing_can_be_kept_no_session_begins(study: Path, tmp_path: Path
     assert not list(session_files(results))
 
 
-def test_an_export_carries_the_files_and_can_be_exported_again(study: Path, tmp_path: Path) -> None:
-    simulate(study, OBSERVERS, ["01"], results=tmp_path / "results")
-    (listed,) = kept(tmp_path / "results")
-    for number, place in enumerate([tmp_path / "results", tmp_path / "bids0", tmp_path / "results"]):
+def test_an_export_carries_the_files_and_can_be_exported_again(results: Path, tmp_path: Path) -> None:
+    (listed,) = kept(results)
+    for number, place in enumerate([results, tmp_path / "bids0", results]):
         folder = tmp_path / f"bids{number % 2}"
         export_dataset([place], folder)
         copy = folder / "sourcedata" / "dynamicrange" / "configuration" / listed.parent.name
@@ -120,11 +134,10 @@ def test_an_export_carries_the_files_and_can_be_exported_again(study: Path, tmp_
 @pytest.mark.parametrize(
     "names", ['["../../sub-01"]', '{"../../../secret.txt": "0"}', "7", "null", '["/etc/hostname"]']
 )
-def test_a_changed_list_names_no_file_elsewhere(study: Path, tmp_path: Path, names: str) -> None:
-    simulate(study, OBSERVERS, ["01"], results=tmp_path / "results")
-    (tmp_path / "results" / "secret.txt").write_text("secret")
-    (listed,) = kept(tmp_path / "results")
+def test_a_changed_list_names_no_file_elsewhere(results: Path, names: str) -> None:
+    (results / "secret.txt").write_text("secret")
+    (listed,) = kept(results)
     listed.write_text(f'{{"experiment": 3, "files": {names}}}', encoding="utf-8")
-    (log,) = session_files(tmp_path / "results")
+    (log,) = session_files(results)
     assert list(kept_files(log).values()) == [listed]
-    assert kept_experiments(tmp_path / "results", "dynamic_range") == []
+    assert kept_experiments(results, "dynamic_range") == []

@@ -29,7 +29,28 @@ PANEL = ["--panel", "1920x1080,0.2768,120,8"]
 @pytest.fixture
 def thesis(tmp_path: Path) -> Path:
     path = tmp_path / "thesis.csv"
+    _write_thesis(path)
+    return path
+
+
+def _write_thesis(path: Path) -> None:
     write_csv(Measurements(CODES, noisy(thesis_display().xyz(CODES), 0.002, 1), mode="quad-buffered"), path)
+
+
+@pytest.fixture(scope="module")
+def gog_text(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The display file of the thesis's display as a GOG, fitted once."""
+    folder = tmp_path_factory.mktemp("fitted")
+    _write_thesis(folder / "thesis.csv")
+    _run("fit", str(folder / "thesis.csv"), "--model", "gog", "-o", str(folder / "d.yaml"), *PANEL)
+    return (folder / "d.yaml").read_text(encoding="utf-8")
+
+
+@pytest.fixture
+def gog(gog_text: str, tmp_path: Path) -> Path:
+    """That file in a folder of the test's own."""
+    path = tmp_path / "d.yaml"
+    path.write_text(gog_text, encoding="utf-8")
     return path
 
 
@@ -98,12 +119,12 @@ def test_a_mode_is_added_and_nothing_else_changes(thesis: Path, tmp_path: Path) 
     path = tmp_path / "d.yaml"
     before = (Path(__file__).parents[4] / "configs" / "displays" / "asus_vg248qe.yaml").read_text()
     path.write_text(before)
-    _run("fit", str(thesis), "--mode", "flat", "-o", str(path))
+    _run("fit", str(thesis), "--model", "gog", "--mode", "flat", "-o", str(path))
     after = path.read_text()
     assert after.startswith(before.rstrip("\n"))
     assert set(read_display(path).modes) == {"quad-buffered", "side-by-side", "flat"}
     with pytest.raises(DeviceError, match="holds a characterisation for both eyes already"):
-        _run("fit", str(thesis), "--mode", "flat", "-o", str(path))
+        _run("fit", str(thesis), "--model", "gog", "--mode", "flat", "-o", str(path))
     assert path.read_text() == after
     assert not list(tmp_path.glob("*.part"))
 
@@ -114,7 +135,7 @@ def test_either_eye_is_fitted_by_itself(tmp_path: Path) -> None:
     file, path = tmp_path / "both.csv", tmp_path / "d.yaml"
     table = Measurements(codes, noisy(XYZ, 0.002, 1), eye=("left",) * 120 + ("right",) * 120, mode="quad-buffered")
     write_csv(table, file)
-    _run("fit", str(file), "-o", str(path), *PANEL)
+    _run("fit", str(file), "--model", "gog", "-o", str(path), *PANEL)
     models = read_display(path).models("quad-buffered")
     share = models.right.white_XYZ_cd_m2 / models.left.white_XYZ_cd_m2
     np.testing.assert_allclose(share, 0.9, atol=0.005)
@@ -130,7 +151,7 @@ def test_the_eyes_come_one_after_the_other(thesis: Path, tmp_path: Path) -> None
     assert not read_display(path).lacking
     assert "gogo" in path.read_text()
     with pytest.raises(DeviceError, match="holds a characterisation of the left eye already"):
-        _run("fit", str(thesis), "--eye", "left", "-o", str(path))
+        _run("fit", str(thesis), "--model", "gog", "--eye", "left", "-o", str(path))
     _run("fit", str(thesis), "--model", "table", "--eye", "left", "-o", str(path), "--replace")
     text = path.read_text()
     assert "table fitted" in text
@@ -166,22 +187,18 @@ def test_plvc_is_written_and_read_and_converts_as_it_was_fitted(tmp_path: Path) 
         ("", "no red"),
     ],
 )
-def test_convert_names_what_is_wrong(thesis: Path, tmp_path: Path, given: str, says: str) -> None:
-    path = tmp_path / "d.yaml"
-    _run("fit", str(thesis), "--model", "gog", "-o", str(path), *PANEL)
+def test_convert_names_what_is_wrong(gog: Path, given: str, says: str) -> None:
     with pytest.raises(DeviceError, match=says):
-        _run("convert", "--display", str(path), "--mode", "quad-buffered", "--to", "xyz", given=given)
+        _run("convert", "--display", str(gog), "--mode", "quad-buffered", "--to", "xyz", given=given)
 
 
-def test_colours_outside_the_gamut_are_counted(thesis: Path, tmp_path: Path) -> None:
-    path = tmp_path / "d.yaml"
-    _run("fit", str(thesis), "--model", "gog", "-o", str(path), *PANEL)
-    arguments = ["display", "convert", "--display", str(path), "--mode", "quad-buffered", "--to", "code"]
+def test_colours_outside_the_gamut_are_counted(gog: Path) -> None:
+    arguments = ["display", "convert", "--display", str(gog), "--mode", "quad-buffered", "--to", "code"]
     result = CliRunner().invoke(group, arguments, input="X,Y,Z\n100,0,0\n1,1,1\n")
     assert "1 of 2 colours lie outside the gamut" in result.stderr
 
 
-def test_tagged_readings_give_parts_and_those_of_no_use_are_told(thesis: Path, tmp_path: Path) -> None:
+def test_tagged_readings_give_parts_and_those_of_no_use_are_told(gog_text: str, tmp_path: Path) -> None:
     display = thesis_display()
     grey, dark = [0.5] * 3, display.xyz([0, 0, 0])
     rows = [
@@ -203,7 +220,7 @@ def test_tagged_readings_give_parts_and_those_of_no_use_are_told(thesis: Path, t
     assert "1 reading at angles" in told
     with pytest.raises(DeviceError, match="no such display file yet"):
         _run("fit", str(file), "--model", "none", "-o", str(path), *PANEL)
-    _run("fit", str(thesis), "--model", "gog", "-o", str(path), *PANEL)
+    path.write_text(gog_text, encoding="utf-8")
     written = _run("fit", str(file), "--model", "none", "-o", str(path), "--json")
     assert json.loads(written)["parts"]["crosstalk"]["value"] == pytest.approx(3)
     display_file = read_display(path)
