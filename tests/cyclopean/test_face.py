@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ from analysis.records.results import read_results
 from analysis.records.session_record import Header, Trial
 from analysis.scaling import GroupedScores, Scores
 from documents import InputError
+from tests.conftest import write_study
 
 ROOT = Path(__file__).parents[2]
 Study = Any  # tests/conftest.py
@@ -33,10 +34,13 @@ def _command(request: pytest.FixtureRequest) -> Callable[..., subprocess.Complet
     return run
 
 
-@pytest.fixture
-def results(study: Study) -> Path:
-    """Sessions of three simulated observers who compared all pairs of four pictures."""
-    return cyclopean.simulate(study.experiment, study.folder / "observers.yaml", study.results, observers=3)
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Sessions of three simulated observers who compared all pairs of four pictures; nothing is to be written there."""
+    study = write_study(tmp_path_factory.mktemp("study"))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("CYCLOPEAN_CACHE", str(study.folder / "cache"))
+        yield cyclopean.simulate(study.experiment, study.observers, study.results, observers=3)
 
 
 def test_the_names_are_there_and_lazy() -> None:
@@ -152,8 +156,8 @@ def test_the_demonstration_writes_its_report(tmp_path: Path, monkeypatch: pytest
     assert len(shown.to_frame()) == 10
 
 
-def test_the_report_is_written(results: Path) -> None:
-    page = cyclopean.report(results, output=results / "page.html")
+def test_the_report_is_written(results: Path, tmp_path: Path) -> None:
+    page = cyclopean.report(results, output=tmp_path / "page.html")
     assert "<svg" in page.read_text(encoding="utf-8")
 
 

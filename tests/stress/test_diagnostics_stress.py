@@ -20,6 +20,7 @@ from devices.diagnostics.stability import drift
 from devices.diagnostics.warm_up import warm_up
 from devices.display.display_file import EyeModels
 from devices.measurements import Measurements
+from tests.devices.diagnostics import test_drift as planted
 from tests.devices.diagnostics import test_hostile_readings as hostile
 from tests.devices.diagnostics import test_warm_up_places as places
 from tests.devices.diagnostics.simulated import MODEL, characterisation, crosstalk_readings, one_patch
@@ -40,6 +41,12 @@ def test_noise_alone_is_corrected_for_drift_in_little_more_than_one_of_a_hundred
     for noise in (0.0005, 0.002, 0.02):
         seen = sum(estimate_drift(characterisation(seed, noise)).seen for seed in range(RUNS))
         assert seen <= 27, noise  # more in 1 of 4000 at 1.3 %
+
+
+@pytest.mark.parametrize("name", planted.COURSES)
+@pytest.mark.parametrize("seed", range(3))
+def test_a_planted_drift_is_removed_to_a_small_fraction(name: str, seed: int) -> None:
+    planted.removed_to_a_small_fraction(name, seed)
 
 
 def test_places_that_warm_up_alike_are_called_different_in_one_of_a_hundred_runs() -> None:
