@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from curves import is_quick, program, seconds
+from curves import program, seconds, sized
 from numpy.typing import NDArray
 from promises import Promise, times_as_fast, worst
 
@@ -21,7 +21,8 @@ from analysis.thresholds import FUNCTIONS, Choices, QuestPlus, Staircase, fit_th
 Floats = NDArray[np.float64]
 X = np.linspace(-2, 0, 41)
 SLOPES, LAPSES = (2.0, 3.0, 4.0, 5.0), (0.0, 0.01, 0.02, 0.03, 0.04)
-SLOPE, LAPSE, OBSERVERS = 3.5, 0.02, 40
+SLOPE, LAPSE = 3.5, 0.02
+OBSERVERS = sized(40, 4)
 BIAS = 0.02
 TRIALS = (25, 50, 100, 200)
 SHAPE = FUNCTIONS["weibull"]
@@ -145,7 +146,7 @@ def run() -> dict[str, object]:
         ("normal", 5.0, 0.5),
         ("weibull", 3.5, None),
     ):
-        median, mean = biases(function, slope, guess, 10 if is_quick() else 200)
+        median, mean = biases(function, slope, guess, sized(200, 3))
         farthest = max(farthest, abs(median))
         task = "yes or no" if guess is None else "forced choice"
         for series, bias in (("bias of the median", median), ("bias of the mean", mean)):

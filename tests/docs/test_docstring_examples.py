@@ -28,10 +28,16 @@ def _modules_with_examples() -> list[str]:
     return modules
 
 
+@pytest.fixture(scope="module")
+def cache_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """One cache of stimuli for all examples: many simulate the same shipped experiment."""
+    return tmp_path_factory.mktemp("cache")
+
+
 @pytest.mark.parametrize("module", _modules_with_examples())
-def test_examples_run(module: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_examples_run(module: str, monkeypatch: pytest.MonkeyPatch, cache_folder: Path) -> None:
     monkeypatch.chdir(ROOT)
-    monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setenv("CYCLOPEAN_CACHE", str(cache_folder))
     done = doctest.testmod(importlib.import_module(module), optionflags=FLAGS)
     assert done.attempted
     assert not done.failed

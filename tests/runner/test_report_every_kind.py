@@ -86,11 +86,19 @@ def vars_of(trial: Trial) -> dict[str, Any]:
     return {name: getattr(trial, name) for name in Trial.__slots__}
 
 
+# All with their figures: tests/stress.
 @pytest.mark.parametrize("observers", [1, 4])
 @pytest.mark.parametrize(("kind", "variant"), VARIANTS)
 def test_sessions_of_every_kind_make_a_page_or_a_clear_refusal(
-    kind: str, variant: int, observers: int, tmp_path: Path
+    kind: str, variant: int, observers: int, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
+    """Figures are drawn of each with one observer, and of the first variant with more."""
+    if observers > 1 and variant:
+        request.getfixturevalue("undrawn")
+    make_a_page(kind, variant, observers, tmp_path)
+
+
+def make_a_page(kind: str, variant: int, observers: int, tmp_path: Path) -> None:
     sessions = [log_of(tmp_path, kind, variant, f"{number:02d}") for number in range(1, observers + 1)]
     report = write_report(sessions, tmp_path / "report.html", csv_folder=tmp_path / "tables")
     json.dumps(report.to_json(), allow_nan=False)

@@ -21,7 +21,7 @@ from runner.session.station import Station
 from stimuli.build.recipe_to_set import build_set
 
 ROOT = Path(__file__).parents[2]
-SMALL_MM = [24, 16]
+SMALL_MM = [12, 8]
 EXPOSURES_S = (1.3, 1.6, 2, 2.5, 3, 4)
 
 

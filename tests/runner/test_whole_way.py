@@ -48,14 +48,15 @@ def taken(drawn: Drawn, folder: Path, *, page: bool) -> bool:
         shutil.rmtree(place, ignore_errors=True)
 
 
+# More of both: tests/stress.
 @given(drawn=mixed_experiments())
-@settings(max_examples=20, suppress_health_check=UNCHECKED)
+@settings(max_examples=12, suppress_health_check=UNCHECKED)
 def test_experiments_of_all_kinds_mixed(drawn: Drawn, folder: Path) -> None:
     taken(drawn, folder, page=False)
 
 
 @given(drawn=mutants())
-@settings(max_examples=20, suppress_health_check=UNCHECKED)
+@settings(max_examples=12, suppress_health_check=UNCHECKED)
 def test_experiments_that_were_edited_without_rules(drawn: Drawn, folder: Path) -> None:
     taken(drawn, folder, page=False)
 

@@ -25,9 +25,9 @@ def plan_of() -> MakePlan:
     return make
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def scheduler() -> Iterator[str]:
-    """The address of a scheduler with two workers, as a lab would have."""
+    """The address of a scheduler with two workers, as a lab would have; it works also while nothing asks it to."""
     from distributed import LocalCluster
 
     with LocalCluster(

@@ -57,6 +57,7 @@ def test_figures_of_every_kind_of_answer_have_files(kind: str, request: pytest.F
     assert len(list((tmp_path / "figures").glob("*.svg"))) == page.count("<figcaption>")
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_what_is_there_is_replaced_only_if_asked_for(sessions: list[SessionLog], tmp_path: Path) -> None:
     figures, page = tmp_path / "figures", tmp_path / "report.html"
     figures.mkdir()
@@ -77,6 +78,7 @@ def test_figures_are_the_same_every_time(sessions: list[SessionLog], tmp_path: P
         assert file.read_bytes() == (tmp_path / "two" / file.name).read_bytes()
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_scales_whose_names_are_one_file_name_have_two(rating: Sessions, tmp_path: Path) -> None:
     one, other = rating(scale="how bright?"), rating(scale="how bright!")
     both = [

@@ -44,6 +44,12 @@ class Page(HTMLParser):
         self.text += data
 
 
+@pytest.fixture(scope="module")
+def described(make_session: Maker) -> Report:
+    """The report on the twenty observers of ``sessions``, made once."""
+    return describe([make_session(f"{number:02d}") for number in range(1, 21)])
+
+
 def keys(report: Report) -> list[str]:
     return [section.key for section in sections_of(report, {}, {})]
 
@@ -80,6 +86,7 @@ def test_one_observer_of_each_kind_makes_a_page(preferring: Sessions, choosing: 
         assert "nan" not in re.findall(r"[a-z]+", text.lower())
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_all_kinds_in_one_session_stand_on_one_page(make_session: Maker, rating: Sessions) -> None:
     answers = [("a", "b"), ("b", "c"), ("c", "a"), ("b", "a")]
     sessions = [
@@ -106,6 +113,7 @@ def test_complete_sessions_that_ask_nothing_are_reported_without_scores(make_ses
     assert any(note.startswith("There are no scores") for note in report.notes)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_unanimous_observers_leave_doubt(preferring: Sessions) -> None:
     report = describe(preferring(6, chance=1.0))
     section = next(one for one in sections_of(report, {}, {}) if one.key == "preferences")
@@ -114,13 +122,16 @@ def test_unanimous_observers_leave_doubt(preferring: Sessions) -> None:
     assert table.rows[-1][-1] == pytest.approx((6 / (6 + 1.959963984540054**2), 1.0))
 
 
-def test_whoever_is_left_out_is_named_with_the_rule(sessions: list[SessionLog], tmp_path: Path) -> None:
+@pytest.mark.usefixtures("undrawn")
+def test_whoever_is_left_out_is_named_with_the_rule(
+    sessions: list[SessionLog], described: Report, tmp_path: Path
+) -> None:
     report = write_report(sessions, tmp_path / "report.html", rule=Filter(without=("07",)))
     text = Page((tmp_path / "report.html").read_text(encoding="utf-8")).text
     assert report.pairs is not None
     assert "07" not in report.pairs.observers
     assert text.count("Left out: 07 (by hand).") == 2  # beside the table of observers, and in Methods
-    assert "No observer was left out." in Page(render(describe(sessions))).text
+    assert "No observer was left out." in Page(render(described)).text
 
 
 def test_what_people_wrote_stays_text(make_session: Maker, preferring: Sessions, rating: Sessions) -> None:
@@ -144,9 +155,10 @@ def test_what_people_wrote_stays_text(make_session: Maker, preferring: Sessions,
         assert HOSTILE in page.text
 
 
-def test_pictures_stand_on_the_page_per_eye_with_words_for_each(sessions: list[SessionLog]) -> None:
+@pytest.mark.usefixtures("undrawn")
+def test_pictures_stand_on_the_page_per_eye_with_words_for_each(described: Report) -> None:
     small = {"2.1 stereo": {"left": png("red"), "right": png("blue")}, "no stimulus": {"both": png("red")}}
-    page = Page(render(describe(sessions), {}, small))
+    page = Page(render(described, {}, small))
     beside, *pictures = [attributes for tag, attributes in page.tags if tag == "img"]
     assert beside["alt"] == ""  # the name stands beside it
     assert str(beside["src"]).startswith("data:image/jpeg;base64,")
@@ -161,13 +173,13 @@ def png(colour: str) -> bytes:
     return out.getvalue()
 
 
-def test_the_picture_beside_a_score_is_that_of_its_stimulus(sessions: list[SessionLog], rating: Sessions) -> None:
-    report = describe(sessions)
-    assert report.pairs is not None
-    names = [item.name for item in report.pairs.scores.items]
+@pytest.mark.usefixtures("undrawn")
+def test_the_picture_beside_a_score_is_that_of_its_stimulus(described: Report) -> None:
+    assert described.pairs is not None
+    names = [item.name for item in described.pairs.scores.items]
     colours = [(40 + 20 * place, 10, 200 - 15 * place) for place in range(len(names))]
     small = {name: {"left": png(f"rgb{colour}")} for name, colour in zip(names, colours, strict=True)}
-    table = next(one for one in sections_of(report, {}, small) if one.key == "scores").tables()[0]
+    table = next(one for one in sections_of(described, {}, small) if one.key == "scores").tables()[0]
     assert [row[0] for row in table.rows] == names == list(table.pictures)
     for name, colour in zip(names, colours, strict=True):
         with Image.open(io.BytesIO(base64.b64decode(table.pictures[name].split(",")[1]))) as image:
@@ -176,19 +188,19 @@ def test_the_picture_beside_a_score_is_that_of_its_stimulus(sessions: list[Sessi
         assert middle == pytest.approx(colour, abs=8)  # JPEG
 
 
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize("damaged", [b"", b"x", b"\x89PNG\r\n\x1a\n", png("red")[:-30], b"<svg onload='x()'/>"])
-def test_a_picture_that_cannot_be_shown_is_left_out_and_named(sessions: list[SessionLog], damaged: bytes) -> None:
+def test_a_picture_that_cannot_be_shown_is_left_out_and_named(described: Report, damaged: bytes) -> None:
     small = {"2.1 stereo": {"left": png("red"), "right": damaged}, "2.1 mono": {"both": png("blue")}}
-    page = Page(render(describe(sessions), {}, small))
+    page = Page(render(described, {}, small))
     assert [one["alt"] for tag, one in page.tags if tag == "img"] == ["", "2.1 mono, both eyes"]
     assert "There is no picture of 2.1 stereo" in page.text
-    assert not [
-        tag for tag, _ in Page(render(describe(sessions), {}, {"2.1 stereo": {"left": damaged}})).tags if tag == "img"
-    ]
+    alone = Page(render(described, {}, {"2.1 stereo": {"left": damaged}}))
+    assert not [tag for tag, _ in alone.tags if tag == "img"]
 
 
-def test_the_page_can_be_heard(sessions: list[SessionLog], choosing: Sessions) -> None:
-    for report in (describe(sessions), describe(choosing())):
+def test_the_page_can_be_heard(described: Report, choosing: Sessions) -> None:
+    for report in (described, describe(choosing())):
         page = Page(render(report))
         for tag, attributes in page.tags:
             if tag == "svg":
@@ -208,6 +220,7 @@ def test_the_sign_test_is_the_exact_binomial_one(count: int, of: int) -> None:
     assert sign_test(count, of) == pytest.approx(float(binomtest(count, of).pvalue), rel=1e-9)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_vision_tests_stand_on_every_report(preferring: Sessions) -> None:
     sessions = preferring(2)
     outcome = {"passed": False, "threshold": None, "estimate": 310.0, "pass_mark": 200.0, "unit": "arcsec"}

@@ -145,6 +145,7 @@ def test_the_page_fits_its_window(page: str, width: int, tmp_path: Path) -> None
     assert int(found[1]) <= width
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_command_writes_the_page_and_tells_the_verdicts(files: Path) -> None:
     told = _run(files / "panel.csv", "--display", files / "display.yaml", "--without-glasses", files / "bare.csv")
     assert told.exit_code == 0, told.output
@@ -154,6 +155,7 @@ def test_the_command_writes_the_page_and_tells_the_verdicts(files: Path) -> None
     assert "All " in told.output
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_json_holds_every_diagnosis(files: Path) -> None:
     words = ("--display", files / "display.yaml", "--mode", "flat", "-o", files / "out/page.html", "--json")
     told = _run(files / "clipped.csv", *words)
@@ -181,6 +183,7 @@ def test_wrong_input_is_told_for_all_files_at_once(files: Path) -> None:
     assert "named twice" in str(twice)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_mode_is_never_guessed(files: Path) -> None:
     error = _error(files / "bare.csv", "--display", files / "display.yaml")
     assert "--mode" in str(error)
@@ -191,6 +194,7 @@ def test_a_mode_is_never_guessed(files: Path) -> None:
     assert "not characterised" in str(unknown)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_failed_check_says_why_in_the_terminal(files: Path) -> None:
     told = _run(files / "clipped.csv", "--display", files / "display.yaml", "--mode", "flat", "-o", files / "out.html")
     failed = [
@@ -250,6 +254,7 @@ def test_minus_signs_stand_before_numbers_only() -> None:
     assert typeset("-5 % to +3, gray@-10deg, 8-bit") == "−5 % to +3, gray@-10deg, 8-bit"
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_measurement_is_read_as_it_was_kept(files: Path) -> None:
     words = ["--mode", "flat", "--instrument", "simulated", "--backend", "null", "--settle", "0", "--set", "grey"]
     options = ["--instrument-option", "noise=0.001", "-o", str(files / "panel.jsonl")]
