@@ -21,6 +21,7 @@ from devices.diagnostics.content import dynamic_contrast
 from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, Panel, Table, numbers
 from devices.diagnostics.readings import CHANNELS, cable_colours, means, primaries, uv, xy
 from devices.diagnostics.signal_path import NOT_MEASURED
+from devices.errors import DeviceError
 from devices.measurements import Measurements
 
 Floats = NDArray[np.float64]
@@ -213,7 +214,10 @@ def standard_primaries(measurements: Measurements) -> Diagnosis:
     of: dict[str, Floats] = {}
     for name, space in _SPACES.items():
         standard = rgb_to_xyz_matrix(*space, D65_XY)
-        of[name] = bradford_matrix(standard.sum(axis=1), white / white[1]) @ standard
+        try:
+            of[name] = bradford_matrix(standard.sum(axis=1), white / white[1]) @ standard
+        except DeviceError:
+            return STANDARD.unjudged("What red, green and blue add up to is no white: it is too saturated.")
         distances[name] = float(np.linalg.norm(uv(of[name].T) - corners, axis=1).max())
     nearest = min(distances, key=lambda name: distances[name])
     value = distances[nearest]

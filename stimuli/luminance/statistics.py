@@ -187,13 +187,19 @@ def _mean_and_deviation(values: NDArray[np.float32]) -> tuple[float, float]:
 def _ends(values: NDArray[np.float32]) -> tuple[float, float, float, float]:
     """Return the least, the two robust percentiles (nearest, as ``np.percentile``), and the most of ``values`` (n,).
 
-    Only what lies beyond bounds that every 64th value suggests is sorted: a quarter of the time of sorting all.
+    Only what lies beyond bounds that every 64th value suggests is copied and sorted: a quarter of the time of sorting
+    all, and little memory even where most of the picture has one value.
     """
     last = values.size - 1
     low, high = (round(percent / 100 * last) for percent in ROBUST_PERCENTILES)
     some = np.sort(values[::_SOME])
     inside = min(4 * low // _SOME + 8, some.size - 1)
-    dark, bright = np.sort(values[values <= some[inside]]), np.sort(values[values >= some[-1 - inside]])
-    if dark.size <= low or bright.size <= last - high:
-        dark = bright = np.sort(values)
-    return float(dark[0]), float(dark[low]), float(bright[high - last - 1]), float(bright[-1])
+    dark, bright = some[inside], some[-1 - inside]
+    if np.count_nonzero(values <= dark) <= low or np.count_nonzero(values >= bright) <= last - high:
+        whole = np.sort(values)
+        return float(whole[0]), float(whole[low]), float(whole[high]), float(whole[-1])
+    darker, brighter = np.sort(values[values < dark]), np.sort(values[values > bright])[::-1]
+    least, most = (beyond[0] if beyond.size else bound for beyond, bound in ((darker, dark), (brighter, bright)))
+    at_low = darker[low] if low < darker.size else dark
+    at_high = brighter[last - high] if last - high < brighter.size else bright
+    return float(least), float(at_low), float(at_high), float(most)

@@ -72,7 +72,8 @@ BLOCKS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "trials: 6, until: {correct: 0.5, of: 2}, "
             "block: {kind: all_pairs, stimuli: [a, b, c, d], catch: {every: 2, pairs: [[a, b]]}}",
             f"trials: 2, block: {{kind: rating, ratings: [{_SCALE}]}}",
-            "trials: 3, until: {correct: 0.5, of: 2}, block: {kind: screening, tests: [{test: near_acuity}]}",
+            "trials: 3, until: {correct: 0.5, of: 2}, "
+            "block: {kind: screening, tests: [{test: near_acuity, pass_logmar: 0.3}]}",
         ),
         "screening": (
             "tests: [{test: stereo_acuity, pass_arcsec: 200, levels_arcsec: [400, 200], repeats: 2, required: 1}, "

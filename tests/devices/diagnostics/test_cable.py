@@ -120,6 +120,16 @@ def test_a_conversion_that_is_exact_gives_the_primaries_of_a_standard() -> None:
     assert _value(standard_primaries(read_cable(MODEL, QUIET, 1))) > 0.004
 
 
+def test_primaries_that_add_up_to_no_white_are_not_judged() -> None:
+    """One reading with a wild Z: the eye cannot adapt to the sum of the three."""
+    table = read_cable(MODEL, QUIET, 1)
+    wild = np.array(table.XYZ)
+    wild[np.all(table.codes == [0, 0, 1], axis=1), 2] = 1e30
+    found = standard_primaries(replace(table, XYZ=wild))
+    assert found.passed is None
+    assert "no white" in found.words
+
+
 def test_a_conversion_for_another_tone_response_changes_channels_with_their_level() -> None:
     found = channel_constancy(converted(2, WIDE, None))
     assert found.passed is False

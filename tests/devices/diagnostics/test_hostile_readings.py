@@ -93,6 +93,15 @@ def test_any_readings_of_the_set_cable_get_an_answer(table: Measurements) -> Non
     check_cable_answers(table)
 
 
+def test_a_wild_reading_of_a_primary_gets_an_answer() -> None:
+    """Of this table one reading of full blue has a Z of 1e30."""
+    table = cable_table(0.5, 3)
+    rng = np.random.default_rng(7)
+    wild, rows = np.array(table.XYZ), rng.random(len(table)) < 0.1
+    wild[rows] = rng.choice([0.0, -1.0, 1e-30, 1e30, 5.0], (int(rows.sum()), 3))
+    check_cable_answers(replace(table, XYZ=wild))
+
+
 def check_cable_answers(table: Measurements) -> None:
     """Assert that every check of what codes pass on their way answers in finite numbers."""
     for one in (check(table) for check in CHECKS):
