@@ -30,7 +30,7 @@ from runner.blocks.orders import Pair
 from runner.blocks.pair_choice import Gain, GroupedChooser, PairChooser, shared_out
 from runner.blocks.pair_groups import PairGroups, group_faults, pair_groups
 from runner.blocks.pair_views import SimultaneousView, Ties
-from runner.blocks.pooled_choice import PooledChooser
+from runner.blocks.pooled_choice import PooledChooser, pooled_batch
 from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.tasks import Compare
@@ -227,7 +227,7 @@ class ActivePairsSpec(BlockSpec):
             setting.pair_layout(),
             setting.own_seed,
             self._trials(sizes),
-            self.batch or _most_at_once(sizes),
+            self.batch or (pooled_batch(max(sizes, default=0)) if self.pool == "results" else _most_at_once(sizes)),
             gain=self.gain,
             break_every=self.break_every,
             fixation_s=self.fixation_s,

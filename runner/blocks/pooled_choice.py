@@ -31,6 +31,16 @@ Floats = NDArray[np.float64]
 GRAIN = 0.1
 """The share by which gains may differ and still count as equal."""
 _DIGITS = 6  # of the posterior in the record
+_LEAST_BATCH = 5
+
+
+def pooled_batch(stimuli: int) -> int:
+    """Return how many pairs of ``stimuli`` are chosen at a time where nothing is said.
+
+    A sixth as many as stimuli, but 5 at least where as many do not share one: few enough that what others answer
+    meanwhile counts soon (docs/pooled_pairs.md has the errors of both).
+    """
+    return max(1, min(stimuli // 2, max(_LEAST_BATCH, stimuli // 6)))
 
 
 @dataclass(slots=True)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from runner.blocks.pair_choice import Gain
-from runner.blocks.pooled_choice import PooledChooser
+from runner.blocks.pooled_choice import PooledChooser, pooled_batch
 from runner.ports import PooledAnswers
 
 Floats = NDArray[np.float64]
@@ -52,7 +52,7 @@ def pooled_study(
     seed
         What orders and answers follow.
     batch
-        Pairs chosen at a time, as in `ActivePairsSpec`; half as many as stimuli if None.
+        Pairs chosen at a time, as in `ActivePairsSpec`; `pooled_batch` if None.
     gain
         What pairs are chosen by.
     at_once
@@ -76,7 +76,7 @@ def pooled_study(
     for begin in range(0, observers, at_once):
         sitting = [
             _Observer(
-                PooledChooser(names, (tuple(range(n)),), (trials,), batch or max(1, n // 2), f"{seed}/{number}", gain),
+                PooledChooser(names, (tuple(range(n)),), (trials,), batch or pooled_batch(n), f"{seed}/{number}", gain),
                 theta[number],
                 trials,
                 wins[number],

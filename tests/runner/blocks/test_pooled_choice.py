@@ -16,10 +16,10 @@ from pydantic import ValidationError
 
 from analysis.scaling import learnt_posterior, updated_posterior
 from documents import InputError
-from runner.blocks.active_pairs import ActivePairsSpec
+from runner.blocks.active_pairs import ActivePairs, ActivePairsSpec
 from runner.blocks.incomplete_pairs import designs
 from runner.blocks.pair_choice import gains
-from runner.blocks.pooled_choice import GRAIN, PooledChooser
+from runner.blocks.pooled_choice import GRAIN, PooledChooser, pooled_batch
 from runner.blocks.setting import Stimuli
 from runner.ports import PooledAnswers
 from runner.reports.pooled_studies import pooled_study
@@ -42,7 +42,7 @@ def nobody() -> PooledAnswers:
 def others() -> PooledAnswers:
     """Return the answers of other observers to stimuli of which the later are the better."""
     theta = np.tile(np.linspace(-3, 3, 20), (3, 1))
-    return PooledAnswers(pooled_study(theta, 100, seed="1").sum(axis=0), {"one": 300})
+    return PooledAnswers(pooled_study(theta, 100, seed="1", batch=10).sum(axis=0), {"one": 300})
 
 
 def test_it_begins_with_a_path_where_nobody_linked_the_stimuli_and_with_the_best_pairs_where_they_did() -> None:
@@ -174,3 +174,12 @@ def test_the_error_is_below_that_of_a_balanced_design() -> None:
     pooled, balanced = (np.sqrt((errors(6, 3, pooled=way) ** 2).mean()) for way in (True, False))
     print(f"{pooled:.3f} against {balanced:.3f} nats")
     assert pooled < 0.9 * balanced
+
+
+@pytest.mark.parametrize(("more", "batch"), [("pool: results", 3), ("pool: results, batch: 2", 2), ("batch: 2", 2)])
+def test_a_batch_is_a_sixth_of_the_stimuli_but_at_least_five_or_as_named(tmp_path: Path, more: str, batch: int) -> None:
+    assert [pooled_batch(stimuli) for stimuli in (2, 3, 6, 10, 20, 30, 60, 600)] == [1, 1, 3, 5, 5, 5, 10, 100]
+    design = experiment(tmp_path, f"kind: active_pairs, trials: 14, {more}")
+    (block,) = design.blocks("01")
+    assert isinstance(block, ActivePairs)
+    assert block.batch == batch
