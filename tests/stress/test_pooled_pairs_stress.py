@@ -15,7 +15,7 @@ from runner.reports.pooled_studies import pooled_study
 pytestmark = pytest.mark.stress
 Floats = NDArray[np.float64]
 STIMULI, OBSERVERS, TRIALS_PER_STIMULUS, SPREAD_NATS = 60, 15, 10, 2.0
-STUDIES = 36  # a ratio of two errors has a standard error of 0.04 with twelve
+STUDIES = 24  # the ratio of the two errors has a standard error of 0.03
 
 
 def truth(study: int, count: int) -> Floats:
