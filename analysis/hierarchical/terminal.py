@@ -8,12 +8,13 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from analysis.hierarchical.result import GroupScores, HierarchicalFit
-from documents.text import clean_console, counted
+from documents.text import clean_console, counted, print_rows
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 COLUMNS = ("group", "observer", "item", "theta", "sd")
+PREDICTED = ("item", "over", "P", "95 %", "typical", "95 % of observers", "share")
 LEVEL = 0.05
 
 
@@ -43,14 +44,14 @@ def print_fit(fit: HierarchicalFit, console: Console | None = None) -> None:
     for group in fit.groups:
         if group.name:
             console.print(Text(group.name, style="bold"))
-        _print_rows(_score_rows(fit, group), console)
+        print_rows(["item", fit.unit, "se", "JND", "class"], _score_rows(fit, group), console, words=(0, 4))
     for line in summary_lines(fit):
         console.print(Text(line, style="dim"))
     for group in fit.groups:
         console.print(
             Text(f"a new observer, items next to each other{f', {group.name}' if group.name else ''}", style="bold")
         )
-        _print_rows(_prediction_rows(fit, group), console)
+        print_rows(PREDICTED, _prediction_rows(fit, group), console, words=(0, 1))
 
 
 def summary_lines(fit: HierarchicalFit) -> list[str]:
@@ -116,7 +117,7 @@ def observer_table(fit: HierarchicalFit) -> str:
 
 def _score_rows(fit: HierarchicalFit, group: GroupScores) -> list[list[str]]:
     classes = fit.classes(group.name)
-    rows = [["item", fit.unit, "se", "JND", "class"]]
+    rows = []
     for place in group.order:
         theta, label = float(group.theta[place]), classes.labels[place] if classes else "–"
         rows.append([group.items[place], f"{theta:.3f}", f"{group.se[place]:.3f}", f"{theta / fit.jnd:.2f}", label])
@@ -124,7 +125,7 @@ def _score_rows(fit: HierarchicalFit, group: GroupScores) -> list[list[str]]:
 
 
 def _prediction_rows(fit: HierarchicalFit, group: GroupScores) -> list[list[str]]:
-    rows = [["item", "over", "P", "95 %", "typical", "95 % of observers", "share"]]
+    rows = []
     names = [group.items[place] for place in group.order]
     for first, second in pairwise(names):
         new = fit.predict(first, second, group.name)
@@ -132,15 +133,3 @@ def _prediction_rows(fit: HierarchicalFit, group: GroupScores) -> list[list[str]
         share = "–" if new.share is None else f"{new.share:.2f}"
         rows.append([first, second, *own, f"{new.lowest:.3f} – {new.highest:.3f}", share])
     return rows
-
-
-def _print_rows(rows: list[list[str]], console: Console) -> None:
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(box=None, header_style="bold", padding=(0, 1))
-    for place, head in enumerate(rows[0]):
-        table.add_column(head, justify="right" if head not in ("item", "over", "class") else "left", no_wrap=place > 1)
-    for row in rows[1:]:
-        table.add_row(*(Text(cell) for cell in row))
-    console.print(table)

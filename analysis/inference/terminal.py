@@ -12,7 +12,7 @@ from analysis.inference.folds import ModelComparison, compare_models
 from analysis.inference.tost import Equivalence, equivalence
 from analysis.inference.triples import Transitivity, transitivity
 from analysis.scaling.scores import Scores
-from documents.text import clean_console, counted
+from documents.text import clean_console, counted, print_rows
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -125,7 +125,7 @@ def _pairs(result: PairProbabilities, console: Console) -> None:
         cells = [pair.first, pair.second, *_chance(pair.first_preferred)]
         cells += _chance(pair.tie) if pair.tie else []
         rows.append([*cells, f"{pair.difference / result.jnd:.2f}", "–" if pair.p is None else f"{pair.p:.2g}"])
-    _print(heads, rows, console)
+    print_rows(heads, rows, console, words=(0, 1))
 
 
 def _chance(chance: Chance) -> list[str]:
@@ -138,7 +138,8 @@ def _equivalence(result: Equivalence, console: Console) -> None:
         verdict = f"{pair.verdict}, yet different from 0" if pair.verdict == "equivalent" and pair.is_different else ""
         numbers = [f"{pair.difference:.3f}", f"{pair.p_equivalent:.2g}", f"{pair.p_different:.2g}"]
         rows.append([pair.first, pair.second, *numbers, verdict or pair.verdict])
-    _print(["item", "and", "difference", "p (equivalent)", "p (different)", "verdict"], rows, console)
+    headings = ["item", "and", "difference", "p (equivalent)", "p (different)", "verdict"]
+    print_rows(headings, rows, console, words=(0, 1, 5))
 
 
 def _transitivity(result: Transitivity, console: Console) -> None:
@@ -147,7 +148,8 @@ def _transitivity(result: Transitivity, console: Console) -> None:
         for triple in result.broken[:MOST_LINES]
     ]
     if rows:
-        _print(["a", "b", "c", "a over b", "b over c", "a over c", "what"], rows, console, texts=3)
+        headings = ["a", "b", "c", "a over b", "b over c", "a over c", "what"]
+        print_rows(headings, rows, console, words=(0, 1, 2, 6))
 
 
 def _residuals(result: PairResiduals, console: Console) -> None:
@@ -155,7 +157,7 @@ def _residuals(result: PairResiduals, console: Console) -> None:
         [pair.first, pair.second, f"{pair.observed:.2f}", f"{pair.expected:.2f}", _z(pair.z), _p(pair.p_adjusted)]
         for pair in result.pairs[: max(MOST_LINES, len(result.flagged))]
     ]
-    _print(["item", "over", "observed", "expected", "z", "p"], rows, console)
+    print_rows(["item", "over", "observed", "expected", "z", "p"], rows, console, words=(0, 1))
 
 
 def _models(result: ModelComparison, console: Console) -> None:
@@ -163,7 +165,7 @@ def _models(result: ModelComparison, console: Console) -> None:
         [model.name, f"{model.per_answer:.4f}", f"{model.difference:.3f}", f"{model.difference_se:.3f}"]
         for model in result.models
     ]
-    _print(["model", "log p per answer", "per observer, against the best", "se"], rows, console, texts=1)
+    print_rows(["model", "log p per answer", "per observer, against the best", "se"], rows, console)
     _say([f"{name} is left out: {why}" for name, why in result.left_out], console)
 
 
@@ -174,12 +176,13 @@ def _multiverse(result: Multiverse, console: Console) -> None:
         for pair in unsure[:MOST_LINES]
     ]
     if rows:
-        _print(["item", "and", "what", "stands"], rows, console)
-    _print(["item", "class", "stands"], [[i.name, i.label, f"{i.stands:.0%}"] for i in result.by_item], console)
+        print_rows(["item", "and", "what", "stands"], rows, console, words=(0, 1, 2))
+    items = [[item.name, item.label, f"{item.stands:.0%}"] for item in result.by_item]
+    print_rows(["item", "class", "stands"], items, console, words=(0, 1))
     people = [line for line in result.choices if line.choice == "left_out" and line.value != NOBODY]
     lines = [line for line in result.choices if line.choice != "left_out"] + people[:3]
     rows = [[line.choice.replace("_", " "), line.value, f"{line.stands:.1%}"] for line in lines]
-    _print(["choice", "value", "conclusions that stand"], rows, console)
+    print_rows(["choice", "value", "conclusions that stand"], rows, console, words=(0, 1))
     if result.skipped:
         name, why = result.skipped[0]
         _say(
@@ -194,20 +197,6 @@ def _z(value: float | None) -> str:
 
 def _p(value: float | None) -> str:
     return "–" if value is None else f"{value:.2g}"
-
-
-def _print(heads: Sequence[str], rows: Sequence[Sequence[str]], console: Console, texts: int = 2) -> None:
-    """Print a table whose first columns, ``texts`` of them, and last one if it is a text are aligned to the left."""
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(box=None, header_style="bold", padding=(0, 1))
-    for place, head in enumerate(heads):
-        words = place < texts or head in ("verdict", "what")
-        table.add_column(head, justify="left" if words else "right", no_wrap=not words)
-    for row in rows:
-        table.add_row(*(Text(cell, overflow="fold") for cell in row))
-    console.print(table)
 
 
 def _say(lines: Sequence[str], console: Console) -> None:

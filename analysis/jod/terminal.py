@@ -8,7 +8,7 @@ import numpy as np
 
 from analysis.jod.outliers import ObserverLikelihood
 from analysis.jod.scale import JodScale, JodScales
-from documents.text import clean_console, counted
+from documents.text import clean_console, counted, print_rows
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -36,24 +36,19 @@ def print_jod(scales: JodScales, console: Console | None = None) -> None:
      a       25  100  -1.000     –  –
     ...
     """
-    from rich.table import Table
     from rich.text import Text
 
     console = console or clean_console()
     for name, scale in scales.scales:
         if name:
             console.print(Text(name, style="bold"))
-        table = Table(box=None, header_style="bold", padding=(0, 1))
-        table.add_column("item")
-        for head in ("wins", "of", "JOD", f"{100 * scale.level:g} %"):
-            table.add_column(head, justify="right", no_wrap=True)
-        table.add_column("class")
+        rows = []
         for item in scale.items:
             ends = "–" if item.low is None or item.high is None else f"{item.low:.3f} to {item.high:.3f}"
             jod = "–" if item.jod is None else f"{item.jod:.3f}"
-            numbers = [f"{item.wins:g}", f"{item.comparisons:g}", jod, ends]
-            table.add_row(Text(item.name, overflow="fold"), *map(Text, numbers), Text(item.label or "–"))
-        console.print(table)
+            rows.append([item.name, f"{item.wins:g}", f"{item.comparisons:g}", jod, ends, item.label or "–"])
+        headings = ("item", "wins", "of", "JOD", f"{100 * scale.level:g} %", "class")
+        print_rows(headings, rows, console, words=(0, 5))
         for line in _lines(scale):
             console.print(Text(line, style="dim"))
     for line in _observer_lines(scales.observers):

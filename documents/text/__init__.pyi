@@ -5,6 +5,7 @@ from .terminal import clean_console as clean_console
 from .terminal import clean_streams as clean_streams
 from .terminal import own_stream as own_stream
 from .terminal import plain_table as plain_table
+from .terminal import print_rows as print_rows
 from .terminal import print_table as print_table
 from .terminal import say as say
 from .words import counted as counted

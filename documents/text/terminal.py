@@ -10,7 +10,7 @@ from __future__ import annotations
 import io
 import re
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, TextIO, cast
 
@@ -203,6 +203,45 @@ def plain_table(texts: Sequence[str], numbers: Sequence[str] = ()) -> Table:
     for heading in numbers:
         table.add_column(heading, justify="right")
     return table
+
+
+def print_rows(
+    headings: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    console: Console | None = None,
+    *,
+    words: Collection[int] = (0,),
+) -> None:
+    """Print a table without lines whose columns are words, aligned left, or numbers, aligned right and never broken.
+
+    Parameters
+    ----------
+    headings
+        Headings of the columns.
+    rows
+        The cells of each row, as they are: brackets are no markup.
+    console
+        Where to print; standard output if None.
+    words
+        The numbers, from 0, of the columns of words.
+
+    Examples
+    --------
+    >>> print_rows(["stimulus", "score"], [["a", "0.75"], ["b", "-0.75"]])
+     stimulus  score
+     a          0.75
+     b         -0.75
+    """
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=None, header_style="bold", padding=(0, 1))
+    for number, heading in enumerate(headings):
+        are_words = number in words
+        table.add_column(heading, justify="left" if are_words else "right", no_wrap=not are_words)
+    for row in rows:
+        table.add_row(*(Text(cell, overflow="fold") for cell in row))
+    (console or clean_console()).print(table)
 
 
 def print_table(table: Table, console: Console | None = None) -> None:

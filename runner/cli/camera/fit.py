@@ -168,25 +168,16 @@ def _triple(text: str, option: str) -> tuple[float, float, float]:
 
 
 def _print(fit: CameraFit, notes: tuple[str, ...]) -> None:
-    from rich.table import Table
-    from rich.text import Text
-
-    from documents.text import clean_console
+    from documents.text import print_rows
     from runner.reports.camera.page import sentence
 
-    console = clean_console()
-    table = Table(box=None)
-    for name in ("patch", "X", "Y", "Z", "X est.", "Y est.", "Z est.", "ΔE00", "left out"):
-        table.add_column(name, justify="left" if name == "patch" else "right", no_wrap=True)
+    rows = []
     for patch in fit.patches:
         held = patch.held_out_delta_e
-        table.add_row(
-            Text(patch.name),
-            *(f"{value:.4g}" for value in (*patch.XYZ, *patch.estimated_XYZ)),
-            f"{patch.delta_e:.2f}",
-            "not fitted" if patch.left_out_reason else "–" if held is None else f"{held:.2f}",
-        )
-    console.print(table)
+        numbers = (f"{value:.4g}" for value in (*patch.XYZ, *patch.estimated_XYZ))
+        left_out = "not fitted" if patch.left_out_reason else "–" if held is None else f"{held:.2f}"
+        rows.append([patch.name, *numbers, f"{patch.delta_e:.2f}", left_out])
+    print_rows(("patch", "X", "Y", "Z", "X est.", "Y est.", "Z est.", "ΔE00", "left out"), rows)
     model = fit.model
     for axis, row, offset in zip("XYZ", model.matrix.tolist(), model.offset_XYZ.tolist(), strict=True):
         shift = f" {offset:+.5g}" if model.form == "affine" else ""

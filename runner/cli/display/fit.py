@@ -218,17 +218,14 @@ def _print_table(
     title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], console: Console, words: int = 1
 ) -> None:
     """Print a table whose first ``words`` columns are text; of several, the first stands only where it changes."""
-    from rich.table import Table
+    from documents.text import print_rows
 
-    table = Table(box=None)
-    for number, name in enumerate(columns):
-        table.add_column(name, justify="left" if number < words else "right", no_wrap=True)
-    before = ""
+    shown, before = [], ""
     for row in rows:
-        table.add_row("" if words > 1 and row[0] == before else row[0], *row[1:])
+        shown.append(["" if words > 1 and row[0] == before else row[0], *row[1:]])
         before = row[0]
     click.echo(title)
-    console.print(table)
+    print_rows(columns, shown, console, words=range(words))
 
 
 def _print_candidates(candidates: Sequence[Candidate], chosen: str, console: Console) -> None:

@@ -82,20 +82,16 @@ def command(
 
 
 def _print_table(found: ObserverMetamerism) -> None:
-    from rich.table import Table
+    from documents.text import clean_console, print_rows
 
-    from documents.text import clean_console
-
-    table = Table(box=None)
-    columns = ("object", "median", "90 %", "95 %", "worst", "seen by", *found.standard_delta_e_00)
-    for number, name in enumerate(columns):
-        table.add_column(name, justify="left" if number in (0, 5) else "right", no_wrap=True)
+    rows = []
     for index, name in enumerate(found.objects):
         if name in found.outside:
-            table.add_row(name, *["–"] * 4, "outside the gamut")
+            rows.append([name, *["–"] * 4, "outside the gamut"])
             continue
         of = found.summary(index)
         numbers = [f"{of[key]:.2f}" for key in ("median", "p90", "p95", "worst")]
         standard = [f"{values[index]:.2f}" for values in found.standard_delta_e_00.values()]
-        table.add_row(name, *numbers, str(of["worst_observer"]), *standard)
-    clean_console(width=160).print(table)
+        rows.append([name, *numbers, str(of["worst_observer"]), *standard])
+    headings = ("object", "median", "90 %", "95 %", "worst", "seen by", *found.standard_delta_e_00)
+    print_rows(headings, rows, clean_console(width=160), words=(0, 5))
