@@ -1,7 +1,8 @@
 """The session engine as a state machine: whatever is done to it, and to its disk and its clock, no answer is lost.
 
-An observer's presses, the experimenter's notes and marks, kills at any byte of a line, faults of the disk and a clock
-that is set, in any order. The session runs in a thread that waits for each press.
+An observer's presses and clicks, storms of presses that answer nothing, the experimenter's notes and marks, kills at
+any byte of a line, faults of the disk and a clock that is set, in any order, through one block or two of different
+kinds. The session runs in a thread that waits for each press.
 """
 
 from __future__ import annotations
@@ -41,17 +42,17 @@ from documents.files import durable_log
 from runner.blocks.block import Block
 from runner.errors import SessionError
 from runner.observers.simulated import key_for, plain_key
-from runner.ports import Ask, Holding, KeyPress, WindowClosed
+from runner.ports import MOST_IGNORED, Ask, Holding, Ignored, KeyPress, WindowClosed
 from runner.presenter.scene import Scene
 from runner.session.clocks import SteadyClock
 from runner.session.folders import Recorder
 from runner.session.session import Left, Session
-from tests.runner.every_kind import VARIANTS, Fickle, blocks_of
+from tests.runner.every_kind import VARIANTS, Fickle, experiment, written
 
 MOST_ASKS = 3000
 START = datetime(2026, 3, 1, 12, tzinfo=UTC)
 # Of how a trial came about, which may differ where a session was stopped.
-CIRCUMSTANCES = ("timed", "interruptions", "ignored", "clipping")
+CIRCUMSTANCES = ("timed", "interruptions", "ignored", "ignored_more", "clipping")
 
 
 class Killed(BaseException):
@@ -59,10 +60,11 @@ class Killed(BaseException):
 
 
 @lru_cache
-def _blocks(kind: str, variant: int) -> tuple[Block, ...]:
+def _blocks(*variants: tuple[str, int]) -> tuple[Block, ...]:
     folder = Path(tempfile.mkdtemp())
+    words = "kind: instructions, text: Look."
     try:
-        return blocks_of(folder, kind, variant)
+        return experiment(folder, words, *(written(*variant) for variant in variants), words).blocks("01")
     finally:
         shutil.rmtree(folder)
 
@@ -210,11 +212,15 @@ class Sitting:
         press = self._presses.get()
         if isinstance(press, BaseException):
             raise press
-        key, seconds = press
-        return KeyPress(key, onset_s + seconds)
+        key, seconds, storm = press
+        ignored = tuple(Ignored(key, -0.1 - number, "before") for number in range(min(storm, MOST_IGNORED)))
+        return KeyPress(key, onset_s + seconds, ignored, storm - len(ignored))
 
     def press(self, press: Any) -> None:
-        """Press a key after some seconds, or end the session by an exception; wait for what is asked next."""
+        """Press a key after some seconds and a storm of others, or end the session by an exception.
+
+        Wait for what is asked next.
+        """
         self._presses.put(press)
         self.ask = self._asks.get()
 
@@ -239,9 +245,12 @@ class SessionMachine(RuleBasedStateMachine):
         self.patch.setattr(durable_log, "os", self.disk)
         self.patch.setattr(durable_log, "_open", lambda file: Stream(file, self.disk))
 
-    @initialize(variant=st.sampled_from(VARIANTS), seed=st.integers(0, 9))
-    def begin(self, variant: tuple[str, int], seed: int) -> None:
-        self.blocks = _blocks(*variant)
+    @initialize(
+        variants=st.lists(st.sampled_from(VARIANTS), min_size=1, max_size=2, unique_by=lambda one: one[0]),
+        seed=st.integers(0, 9),
+    )
+    def begin(self, variants: list[tuple[str, int]], seed: int) -> None:
+        self.blocks = _blocks(*variants)
         self.person = Fickle(seed)
         clock = self.clocks.steady()
         stimuli = tuple({"name": name, "factors": {}, "flat": True} for name in "abcdef")
@@ -290,15 +299,23 @@ class SessionMachine(RuleBasedStateMachine):
     stopped = precondition(lambda self: self.sitting is None and not self.complete)
 
     @runs
-    @rule(which=st.integers(0, 20), seconds=st.sampled_from([0.2, 1.0, 7.5]))
-    def press(self, which: int, seconds: float) -> None:
-        """Press something that means something: an answer, an entry of the menu, a letter."""
+    @rule(
+        which=st.integers(0, 20),
+        seconds=st.sampled_from([0.2, 1.0, 7.5]),
+        by_mouse=st.booleans(),
+        storm=st.sampled_from([0, 0, 1, MOST_IGNORED, 1400]),
+    )
+    def press(self, which: int, seconds: float, by_mouse: bool, storm: int) -> None:
+        """Press or click something that means something: an answer, an entry of the menu, a letter."""
         ask = self.asked
         assert ask is not None
         meanings = sorted({*ask.keys.values(), *ask.targets})
-        key = "text x" if ask.typing and which % 3 else key_for(ask, meanings[which % len(meanings)])
+        meaning = meanings[which % len(meanings)]
+        key = "text x" if ask.typing and which % 3 else key_for(ask, meaning)
+        if by_mouse and meaning in ask.targets:
+            key = f"click {meaning}"
         self.clocks.passed_s += seconds
-        self._press((key, seconds))
+        self._press((key, seconds, storm))
 
     @runs
     @rule(presses=st.integers(1, 12))
@@ -308,12 +325,12 @@ class SessionMachine(RuleBasedStateMachine):
             if self.asked is None:
                 return
             self.clocks.passed_s += 1.0
-            self._press((self.person.respond(self.asked, 0.0).key, 1.0))
+            self._press((self.person.respond(self.asked, 0.0).key, 1.0, 0))
 
     @runs
     @rule(key=st.sampled_from(["escape", "escape", "f12"]))
     def interrupt(self, key: str) -> None:
-        self._press((key, 0.5))
+        self._press((key, 0.5, 0))
 
     @runs
     @rule(words=st.sampled_from(["dim", "Lampe Ä \u2028", "n" * 300]))
@@ -433,7 +450,7 @@ class SessionMachine(RuleBasedStateMachine):
             if self.sitting is None:
                 self.resume("", 0.0)
             elif self.asked is not None:
-                self._press((plain_key(self.asked), 1.0))
+                self._press((plain_key(self.asked), 1.0, 0))
         raise AssertionError("the session has no end")
 
     def _compare(self, log: SessionLog) -> None:
