@@ -136,6 +136,9 @@ def xyz_spec(width: int, height: int, views: tuple[str, ...], observer: str, exa
     return spec
 
 
+# Level 1: of pictures with grain, half of the time of level 4, OpenEXR's own, and files 2 % larger. Reading takes as
+# long.
+_ZIP = "zip:1"
 # OpenImageIO writes the time of day into a file that has none; equal pictures must make equal files.
 _NO_TIME = "0000:00:00 00:00:00"
 
@@ -165,7 +168,7 @@ def write_pixel_rows(
     """
     import OpenImageIO as oiio
 
-    spec.attribute("compression", "zip")
+    spec.attribute("compression", _ZIP)
     spec.attribute("DateTime", _NO_TIME)
     try:
         with whole_file(path, keep_suffix=True, make_folder=False) as draft:
