@@ -18,6 +18,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from documents.files.regular import refuse_to_replace
 from documents.platform import is_alive, rename
 
 
@@ -47,7 +48,7 @@ def whole_file(path: Path, *, keep_suffix: bool = False, make_folder: bool = Tru
     Raises
     ------
     OSError
-        If there is no folder, or the draft cannot be put in place of ``path``.
+        If there is no folder, ``path`` is a pipe, a device or a socket, or the draft cannot be put in its place.
 
     Examples
     --------
@@ -62,6 +63,7 @@ def whole_file(path: Path, *, keep_suffix: bool = False, make_folder: bool = Tru
         path.parent.mkdir(parents=True, exist_ok=True)
     elif not path.parent.is_dir():
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path.parent))
+    refuse_to_replace(path)
     suffix = path.suffix if keep_suffix else ""
     _remove_left(path)
     draft = _beside(path, f"part{suffix}")

@@ -7,6 +7,7 @@ more, so that nothing can be put in its place in between.
 
 from __future__ import annotations
 
+import errno
 import os
 import stat
 from io import BufferedReader
@@ -25,6 +26,24 @@ _KINDS = (
 _STEP = 1 << 16
 # Waits for no writer of a pipe, and makes no terminal this process's own. Windows has neither, and text mode instead.
 _FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0) | getattr(os, "O_BINARY", 0)
+
+
+class NotAFileError(OSError):
+    """What a new file was to take the place of is a pipe, a device or a socket."""
+
+
+def refuse_to_replace(path: Path) -> None:
+    """Raise NotAFileError if ``path``, or what it links to, is a pipe, a device or a socket.
+
+    A draft that is renamed to it would take its place: whoever may write to ``/dev`` would lose ``/dev/null``.
+    """
+    try:
+        mode = os.stat(path).st_mode
+    except OSError:
+        return
+    for is_kind, name, _ in _KINDS[1:]:
+        if is_kind(mode):
+            raise NotAFileError(errno.EINVAL, f"it is {name}, not a file", str(path))
 
 
 def open_regular(

@@ -7,6 +7,7 @@ import os
 import shutil
 from pathlib import Path
 
+from documents.files.regular import NotAFileError
 from documents.findings import Finding
 
 _FULL = {errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)}
@@ -53,6 +54,8 @@ def unwritable(
         why, remedy = f"the folder {folder} may only be read", elsewhere
     elif caught.errno == errno.EFBIG:
         why, remedy = f"files in the folder {folder} may not become as large", elsewhere
+    elif isinstance(caught, NotAFileError):
+        why, remedy = str(caught.strerror), "name a file"
     else:
         why, remedy = caught.strerror or str(caught), f"look at the disk of the folder {folder}, or {elsewhere}"
     return Finding(f"the {what} cannot be written: {why}", str(path), remedy=remedy)

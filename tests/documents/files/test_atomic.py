@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
 import subprocess
 import sys
 from contextlib import suppress
@@ -12,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from documents.files.atomic import whole_file, whole_folder, write_whole
+from documents.files.room import unwritable
 
 
 def test_a_file_is_written_with_its_folder_and_nothing_beside_it(tmp_path: Path) -> None:
@@ -75,6 +77,7 @@ KILLED = """
 import os, signal, sys
 import os
 import signal
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -142,3 +145,31 @@ def test_drafts_of_others_stay(tmp_path: Path) -> None:
         write_whole(file, "second")
         assert {path.name for path in tmp_path.iterdir()} == {alive, "page.html", *others}
     assert file.read_text() == "first"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pipes and devices among its files")
+@pytest.mark.parametrize("linked", [False, True])
+@pytest.mark.parametrize("kind", ["a pipe", "a device", "a socket"])
+def test_a_pipe_a_device_or_a_socket_is_not_replaced(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, linked: bool
+) -> None:
+    """Whoever may write to /dev, as in a container, would lose /dev/null to ``-o /dev/null``."""
+    monkeypatch.chdir(tmp_path)
+    place = tmp_path / "page.html"
+    with socket.socket(socket.AF_UNIX) as made:
+        if kind == "a device":
+            place.symlink_to(os.devnull)
+        elif kind == "a pipe":
+            os.mkfifo(place)
+        else:
+            made.bind(place.name)
+    if linked:
+        (tmp_path / "link.html").symlink_to(place)
+        place = tmp_path / "link.html"
+    before = place.stat().st_mode, place.lstat().st_mode
+    with pytest.raises(OSError, match=f"it is {kind}, not a file") as refused:
+        write_whole(place, "new")
+    assert (place.stat().st_mode, place.lstat().st_mode) == before
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["link.html", "page.html"][1 - linked :]
+    words = f"{place}: the page cannot be written: it is {kind}, not a file (name a file)"
+    assert str(unwritable(refused.value, place, "page")) == words
