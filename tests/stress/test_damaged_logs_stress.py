@@ -40,9 +40,7 @@ def test_of_flipped_bits_only_what_is_recorded_once_is_believed(tmp_path: Path) 
     assert believed <= 20
 
 
-def test_whatever_reads_two_thousand_damaged_logs_comes_to_its_end(
-    tmp_path: Path, cyclopean: Callable[..., Any]
-) -> None:
-    for name, mutant in made(range(20_000, 22_000)):
+def test_whatever_reads_a_thousand_damaged_logs_comes_to_its_end(tmp_path: Path, cyclopean: Callable[..., Any]) -> None:
+    for name, mutant in made(range(20_000, 21_000)):
         if read(mutant.content, tmp_path) is not None:
             use(put(mutant.content, tmp_path, name), cyclopean)
