@@ -19,7 +19,7 @@ from promises import Promise, worst
 
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
-from devices.compensation.dither import dither_codes, dither_tables, dither_thresholds, tabled_dither_codes
+from devices.compensation.dither import ENTRIES, dither_codes, dither_tables, dither_thresholds, tabled_dither_codes
 from devices.display.display_file import read_display
 from devices.display.model import DisplayModel
 from runner.presenter.colour_pass import ColourPass, release_codes
@@ -132,7 +132,11 @@ def run() -> dict[str, object]:
         rows += pass_rows(surface, model, picture)
     means = [
         worst(rows, series=series, parameter=way)
-        for series, way in (("dithered light", ""), ("colour pass", "dithered"))
+        for series, way in (
+            ("dithered light", "closed form"),
+            ("dithered light, tables", f"{ENTRIES} entries"),
+            ("colour pass", "dithered"),
+        )
     ]
     promise = Promise("luminance of the mean over the mask, relative", max(means), 1e-3, "error")
     return {"title": f"Dithering {SIZE_PX} × {SIZE_PX} pixels to 8 bits", "rows": rows, "promises": [promise]}
