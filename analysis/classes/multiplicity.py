@@ -102,10 +102,18 @@ def _holm(p: Floats) -> Floats:
 
 
 def benjamini_hochberg(p: Floats) -> Floats:
-    """Return Benjamini and Hochberg's step-up adjusted p values of each row. Shapes (..., m) to (..., m)."""
-    from scipy.stats import false_discovery_control
+    """Return Benjamini and Hochberg's step-up adjusted p values of each row. Shapes (..., m) to (..., m).
 
-    return np.asarray(false_discovery_control(p, axis=-1))
+    `scipy.stats.false_discovery_control`, its twin in the tests, takes six times as long for 45 pairs, and a second to
+    import.
+    """
+    order = np.argsort(p, axis=-1)
+    count = p.shape[-1]
+    steps = np.take_along_axis(p, order, axis=-1) * (count / np.arange(1, count + 1))
+    least = np.minimum.accumulate(steps[..., ::-1], axis=-1)[..., ::-1]
+    adjusted = np.empty_like(steps)
+    np.put_along_axis(adjusted, order, np.minimum(least, 1.0), axis=-1)
+    return np.asarray(adjusted)
 
 
 def single_step(absolute_z: Floats, covariance: Floats, most_samples: int = MAXZ_SAMPLES) -> Floats:

@@ -36,7 +36,7 @@ class Order:
         self._session = Session(factors, own_keys=bool(self.header.interface.keys))
         # What the gamut clip costs each stimulus, as it was stated first; None where it was not.
         self.costs: dict[str, Any] = {stimulus["name"]: stimulus.get("clipping") for stimulus in line["stimuli"]}
-        self._asked: dict[Place, tuple[Any, ...]] = {}
+        self._first: dict[Place, TrialRecord] = {}
         self._attempts: dict[Place, int] = {}
         self._pooled = PooledBatches()
         self._last: Place = (-1, -1)
@@ -68,7 +68,7 @@ class Order:
     def mark(self, line: dict[str, Any]) -> MarkRecord:
         """Take a mark."""
         mark = read_fields(MarkRecord, line)
-        if (mark.block, mark.trial) not in self._asked:
+        if (mark.block, mark.trial) not in self._first:
             raise RecordError(f"it marks trial {mark.trial} of block {mark.block}, which was not answered before")
         return mark
 
@@ -121,15 +121,15 @@ class Order:
             if place not in ((block, number + 1), (block + 1, 0)) or (number < 0 and place != (0, 0)):
                 follows = f"trial {number} of block {block}" if number >= 0 else "the header"
                 raise RecordError(f"trial {trial.trial} of block {trial.block} does not follow {follows}")
-            self._asked[place] = _asked(trial)
+            self._first[place] = trial
             self._last = place
         else:
-            asked = self._asked.get(place)
-            if asked is None:
+            first = self._first.get(place)
+            if first is None:
                 raise RecordError(f"attempt {trial.attempt} is at a trial that was not answered before")
             if trial.attempt != self._attempts[place] + 1:
                 raise RecordError(f"attempt {trial.attempt} follows attempt {self._attempts[place]}")
-            if _asked(trial) != asked and not self._changed:
+            if _asked(trial) != _asked(first) and not self._changed:
                 raise RecordError("it asks something else than the attempt before")
         self._attempts[place] = trial.attempt
 
