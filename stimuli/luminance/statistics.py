@@ -195,10 +195,11 @@ def _ends(values: NDArray[np.float32]) -> tuple[float, float, float, float]:
     some = np.sort(values[::_SOME])
     inside = min(4 * low // _SOME + 8, some.size - 1)
     dark, bright = some[inside], some[-1 - inside]
-    if np.count_nonzero(values <= dark) <= low or np.count_nonzero(values >= bright) <= last - high:
+    darker, brighter = np.sort(values[values < dark]), np.sort(values[values > bright])[::-1]
+    too_few = darker.size <= low and np.count_nonzero(values <= dark) <= low
+    if too_few or (brighter.size <= last - high and np.count_nonzero(values >= bright) <= last - high):
         whole = np.sort(values)
         return float(whole[0]), float(whole[low]), float(whole[high]), float(whole[-1])
-    darker, brighter = np.sort(values[values < dark]), np.sort(values[values > bright])[::-1]
     least, most = (beyond[0] if beyond.size else bound for beyond, bound in ((darker, dark), (brighter, bright)))
     at_low = darker[low] if low < darker.size else dark
     at_high = brighter[last - high] if last - high < brighter.size else bright
