@@ -1,6 +1,7 @@
-"""Large results: 500 sessions or 200 stimuli in a report, 19,850 trials resumed, each within time and memory.
+"""Large results: 500 sessions or 200 stimuli in a report, 19,850 trials resumed: time in proportion, and memory.
 
-Times are of the processor, and generous: a busy machine takes up to twice what a quiet one does.
+Seconds depend on the machine: `benchmarks/large_results.py` has them. Here a result is beside a part of it, in one run,
+so that what grows faster than the result is seen on any.
 """
 
 from __future__ import annotations
@@ -17,27 +18,41 @@ pytestmark = [
     pytest.mark.stress,
     pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the peak of memory is read from /proc"),
 ]
-MOST_S, MOST_RESUMED_S, MOST_MB = 16.0, 8.0, 400.0
+MOST_MB = 400.0
+SLACK = 1.5
 
 
-@pytest.mark.parametrize(("observers", "stimuli", "repeats"), [(500, 10, 2), (1, 200, 1)])
-def test_a_report_on_large_results(tmp_path: Path, observers: int, stimuli: int, repeats: int) -> None:
-    write_sessions(tmp_path / "results", observers, stimuli, repeats)
-    taken, peak_mb = measured(["report", "results"], tmp_path)
-    print(f"{taken:.1f} s, {peak_mb} MB")
-    assert (tmp_path / "results" / "report.html").is_file()
-    assert taken <= MOST_S
-    assert peak_mb is not None
-    assert peak_mb <= MOST_MB
+@pytest.mark.parametrize(
+    ("whole", "part", "trials"),
+    [((500, 10, 2), (125, 10, 2), 4.0), ((1, 200, 1), (1, 100, 1), 4.0)],
+    ids=["sessions", "stimuli"],
+)
+def test_a_report_on_large_results_takes_no_longer_than_its_share(
+    tmp_path: Path, whole: tuple[int, int, int], part: tuple[int, int, int], trials: float
+) -> None:
+    """Of ``trials`` times as many trials, the start of the program included in both."""
+    taken = {}
+    for name, size in (("whole", whole), ("part", part)):
+        write_sessions(tmp_path / name / "results", *size)
+        taken[name], peak_mb = measured(["report", "results"], tmp_path / name)
+        print(f"{name}: {taken[name]:.1f} s, {peak_mb} MB")
+        assert (tmp_path / name / "results" / "report.html").is_file()
+        assert peak_mb is not None
+        assert peak_mb <= MOST_MB
+    assert taken["whole"] <= SLACK * trials * taken["part"]
 
 
 def test_a_long_session_is_resumed(tmp_path: Path) -> None:
-    words = write_stopped_session(tmp_path / "pictures", 200, 50)
-    taken, peak_mb = measured(words, tmp_path)
-    print(f"{taken:.1f} s, {peak_mb} MB")
-    (log,) = read_results(tmp_path / "results")
-    assert log.complete
-    assert len(log.trials) == 19_900
-    assert taken <= MOST_RESUMED_S
-    assert peak_mb is not None
-    assert peak_mb <= MOST_MB
+    """19,850 trials, beside a quarter of them."""
+    taken = {}
+    for stimuli, missing in ((200, 50), (100, 50)):
+        folder = tmp_path / str(stimuli)
+        words = write_stopped_session(folder / "pictures", stimuli, missing)
+        taken[stimuli], peak_mb = measured(words, folder)
+        print(f"{stimuli} stimuli: {taken[stimuli]:.1f} s, {peak_mb} MB")
+        (log,) = read_results(folder / "results")
+        assert log.complete
+        assert len(log.trials) == stimuli * (stimuli - 1) // 2
+        assert peak_mb is not None
+        assert peak_mb <= MOST_MB
+    assert taken[200] <= SLACK * 4 * taken[100]
