@@ -22,6 +22,7 @@ from stimuli.build.recipe_to_set import build_set
 
 ROOT = Path(__file__).parents[2]
 SMALL_MM = [12, 8]
+SMALL_PIXELS = 43 * 29  # at the panel's 0.2768 mm per pixel
 EXPOSURES_S = (1.3, 1.6, 2, 2.5, 3, 4)
 
 

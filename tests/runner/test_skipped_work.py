@@ -1,6 +1,6 @@
 """What the shipped experiments read, decode, upload, shade, draw and compute, counted: no more than they need.
 
-Pictures are small, 87 x 58 pixels of three floats; all else is as shipped. A change that does needless work, such as a
+Pictures are small, 43 x 29 pixels of three floats; all else is as shipped. A change that does needless work, such as a
 second upload of a flat picture, a cost computed again or a picture read for nothing, changes a count. One that does
 less work changes it too: write the new count here.
 """
@@ -19,10 +19,9 @@ from click.testing import CliRunner
 from runner.cli.main import group
 from stimuli.build import stimulus_set
 from stimuli.pictures.exr_read import read_exr
-from tests.runner.test_shipped_experiments import copied
+from tests.runner.test_shipped_experiments import SMALL_PIXELS, copied
 
-PIXELS = 87 * 58
-BYTES = 12 * PIXELS
+BYTES = 12 * SMALL_PIXELS
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +48,7 @@ class Needed:
             "uploads": views,
             "bytes_uploaded": views * BYTES,
             "colour_passes": views,
-            "pixels_shaded": views * PIXELS,
+            "pixels_shaded": views * SMALL_PIXELS,
             "texts_rasterised": self.texts,
             "frames_drawn": self.frames,
             "frames_redrawn": 0,
