@@ -16,6 +16,7 @@ from devices.colour.ciede2000_terms import SCRATCH, TERMS, fast_delta_e, fast_te
 from devices.colour.spaces import checked_white, lab_planes
 from devices.errors import DeviceError
 from documents import in_threads
+from documents.compiled import loops
 
 Floats = NDArray[np.float64]
 Planes = Sequence[Floats]
@@ -71,16 +72,10 @@ def delta_e_2000(lab1: ArrayLike, lab2: ArrayLike) -> Floats:
     2.0425
     """
     first, second, shape = _pairs(lab1, lab2)
-    out = np.empty(len(first))
-
-    def keep(part: slice, terms: Planes, scratch: Planes) -> None:
-        fast_delta_e(terms, out[part], scratch)
-
-    _by_blocks(first, second, None, keep)
-    return out.reshape(shape)
+    return _differences(first, second, None, len(first)).reshape(shape)
 
 
-def delta_e_2000_of_xyz(xyz1: ArrayLike, xyz2: ArrayLike, white_xyz: ArrayLike) -> Floats:
+def delta_e_2000_of_xyz(xyz1: ArrayLike, xyz2: ArrayLike, white_xyz: ArrayLike, *, of: int | None = None) -> Floats:
     """Return the CIEDE2000 difference, shape (...), between XYZ, shape (..., 3), broadcast together, against a white.
 
     The same as `delta_e_2000` of `xyz_to_lab` of both, in three quarters of the time: CIELAB stays in the processor's
@@ -92,6 +87,9 @@ def delta_e_2000_of_xyz(xyz1: ArrayLike, xyz2: ArrayLike, white_xyz: ArrayLike) 
         XYZ in one unit, shape (..., 3), broadcast together.
     white_xyz
         XYZ of the white, shape (3,), in the same unit.
+    of
+        The number of colours in all, if these are a part of a picture's: that of its pixels decides whether compiled
+        loops do it, and all its parts are then done in one way.
 
     Returns
     -------
@@ -110,13 +108,7 @@ def delta_e_2000_of_xyz(xyz1: ArrayLike, xyz2: ArrayLike, white_xyz: ArrayLike) 
     """
     white = checked_white(white_xyz)
     first, second, shape = _pairs(xyz1, xyz2)
-    out = np.empty(len(first))
-
-    def keep(part: slice, terms: Planes, scratch: Planes) -> None:
-        fast_delta_e(terms, out[part], scratch)
-
-    _by_blocks(first, second, white, keep)
-    return out.reshape(shape)
+    return _differences(first, second, white, of or len(first)).reshape(shape)
 
 
 def delta_e_2000_parts(lab1: ArrayLike, lab2: ArrayLike) -> ColourDifference:
@@ -146,12 +138,13 @@ def delta_e_2000_parts(lab1: ArrayLike, lab2: ArrayLike) -> ColourDifference:
     first, second, shape = _pairs(lab1, lab2)
     parts = np.empty((8, len(first)))
 
-    def keep(part: slice, terms: Planes, scratch: Planes) -> None:
+    def work(part: slice, planes: Floats, n: int) -> None:
+        terms, scratch = _terms(planes, n, None)
         fast_delta_e(terms, parts[0, part], scratch)
         for term, values in zip(parts[1:], terms, strict=True):
             term[part] = values
 
-    _by_blocks(first, second, None, keep)
+    _by_blocks(first, second, work)
     return ColourDifference(*parts.reshape(8, *shape))
 
 
@@ -168,33 +161,62 @@ def _floats(lab: ArrayLike) -> NDArray[np.floating]:
     return values if values.dtype in (np.float32, np.float64) else values.astype(np.float64)
 
 
+def _differences(first: NDArray[np.floating], second: NDArray[np.floating], white: Floats | None, of: int) -> Floats:
+    """Return ΔE00 of colours (n, 3), a part ``of`` so many: of CIELAB, or of XYZ if with a white."""
+    out = np.empty(len(first))
+
+    def in_numpy(part: slice, planes: Floats, n: int) -> None:
+        terms, scratch = _terms(planes, n, white)
+        fast_delta_e(terms, out[part], scratch)
+
+    compiled = loops("devices.colour.ciede2000_loops", of)
+    if compiled is None:
+        _by_blocks(first, second, in_numpy)
+        return out
+
+    def in_loops(part: slice, planes: Floats, n: int) -> None:
+        left = np.empty(n, dtype=np.bool_)
+        if white is not None:
+            compiled.lab_of_xyz(planes, n, white)
+        compiled.delta_e(planes, n, out[part], left)
+        if left.any():
+            places = np.flatnonzero(left)
+            out[part][places] = _differences(first[part][places], second[part][places], white, 0)
+
+    _by_blocks(first, second, in_loops)
+    return out
+
+
+def _terms(planes: Floats, n: int, white: Floats | None) -> tuple[Planes, Planes]:
+    """Return the terms of colours, (6, n) in the first planes, and planes to write over; XYZ if with a white."""
+    labs, rest = planes[:6, :n], list(planes[6:, :n])
+    if white is not None:
+        for lab in (labs[:3], labs[3:]):
+            for plane, values in zip(lab, lab_planes(list(lab), white), strict=True):
+                plane[:] = values
+    terms, scratch = rest[:TERMS], rest[TERMS:]
+    fast_terms(labs, terms, scratch)
+    return terms, scratch
+
+
 def _by_blocks(
-    first: NDArray[np.floating],
-    second: NDArray[np.floating],
-    white: Floats | None,
-    keep: Callable[[slice, Planes, Planes], None],
+    first: NDArray[np.floating], second: NDArray[np.floating], work: Callable[[slice, Floats, int], None]
 ) -> None:
-    """Call ``keep`` with the terms of each block of colours (n, 3), and planes to write over; XYZ if with a white.
+    """Call ``work`` with each part of colours (n, 3), with planes of which the first six hold it, and with its size.
 
     Many colours are shared among threads.
     """
     count = len(first)
     unused: list[Floats] = []
 
-    def work(share: slice) -> None:
+    def take(share: slice) -> None:
         # Memory that a thread has used already: new memory must be cleared by the system, page by page.
         planes = unused.pop() if unused else np.empty((6 + TERMS + SCRATCH, min(_BLOCK, count)))
         for start in range(share.start, share.stop, _BLOCK):
             part = slice(start, min(start + _BLOCK, share.stop))
-            labs, rest = planes[:6, : part.stop - start], list(planes[6:, : part.stop - start])
-            terms, scratch = rest[:TERMS], rest[TERMS:]
-            labs[:3], labs[3:] = first[part].T, second[part].T
-            if white is not None:
-                for lab in (labs[:3], labs[3:]):
-                    for plane, values in zip(lab, lab_planes(list(lab), white), strict=True):
-                        plane[:] = values
-            fast_terms(labs, terms, scratch)
-            keep(part, terms, scratch)
+            n = part.stop - part.start
+            planes[:3, :n], planes[3:6, :n] = first[part].T, second[part].T
+            work(part, planes, n)
         unused.append(planes)
 
-    in_threads(work, [slice(start, min(start + _SHARE, count)) for start in range(0, count, _SHARE)])
+    in_threads(take, [slice(start, min(start + _SHARE, count)) for start in range(0, count, _SHARE)])

@@ -25,13 +25,13 @@ TERMS = 7
 # Planes of scratch that `fast_terms` needs.
 SCRATCH = 10
 # Hues are nearly opposite where the cosine between them is below this.
-_OPPOSITE = -0.9
+OPPOSITE = -0.9
 # Chroma beyond this, such as of a broken pixel, is left to the plain terms: its fourth power is no number.
-_HUGE = 1e60
+HUGE = 1e60
 # A chroma that is as good as none, and the product of two, whose square is no underflow.
-_NO_CHROMA, _NO_PRODUCT = 1e-70, 1e-150
+NO_CHROMA, NO_PRODUCT = 1e-70, 1e-150
 # Hues are not opposite if the product of the chroma is below this: one is then as good as neutral, or both are.
-_NO_OPPOSITE = 1e-60
+NO_OPPOSITE = 1e-60
 
 _C6, _S6, _C30, _C63, _S63 = (
     math.cos(math.radians(6)),
@@ -40,10 +40,10 @@ _C6, _S6, _C30, _C63, _S63 = (
     math.cos(math.radians(63)),
     math.sin(math.radians(63)),
 )
-# T = _T_EVEN(cos h) + sin h · _T_ODD(cos h), lowest power first.
-_T_EVEN = (1 - 0.24 - 0.2 * _C63, -0.17 * _C30 - 0.96 * _C6, 0.48 + 1.6 * _C63, 1.28 * _C6, -1.6 * _C63)
-_T_ODD = (-0.17 * 0.5 + 0.32 * _S6, 0.8 * _S63, -1.28 * _S6, -1.6 * _S63)
-_C275, _S275 = math.cos(math.radians(275)), math.sin(math.radians(275))
+# T = T_EVEN(cos h) + sin h · T_ODD(cos h), lowest power first.
+T_EVEN = (1 - 0.24 - 0.2 * _C63, -0.17 * _C30 - 0.96 * _C6, 0.48 + 1.6 * _C63, 1.28 * _C6, -1.6 * _C63)
+T_ODD = (-0.17 * 0.5 + 0.32 * _S6, 0.8 * _S63, -1.28 * _S6, -1.6 * _S63)
+COSINE_275, SINE_275 = math.cos(math.radians(275)), math.sin(math.radians(275))
 # exp(−(angle / 25°)²) to the power of 1/16, in sin²(angle / 4): interpolated at 13 Chebyshev points of 0 to 1/2. Its
 # 16th power is within 2e-14 everywhere.
 GAUSSIAN_16TH = (
@@ -62,7 +62,7 @@ GAUSSIAN_16TH = (
     1.7133983824353378e-05,
 )
 # −2 sin(60° f) / f in f², for f from 0 to 1: the next term is below 1e-16.
-_TWICE_SINE = tuple(-2 * (-1) ** k * math.radians(60.0) ** (2 * k + 1) / math.factorial(2 * k + 1) for k in range(9))
+TWICE_SINE = tuple(-2 * (-1) ** k * math.radians(60.0) ** (2 * k + 1) / math.factorial(2 * k + 1) for k in range(9))
 
 
 def fast_terms(labs: Floats, terms: Sequence[Floats], scratch: Sequence[Floats]) -> None:
@@ -98,26 +98,26 @@ def fast_terms(labs: Floats, terms: Sequence[Floats], scratch: Sequence[Floats])
     np.multiply(C1, C2, u)
     np.add(u, dot, t)
     t *= 2.0
-    np.maximum(t, _NO_PRODUCT**2, out=t)
+    np.maximum(t, NO_PRODUCT**2, out=t)
     np.sqrt(t, t)
     np.add(cross, cross, dH)
     dH /= t
-    some_C1, some_C2 = np.maximum(C1, _NO_CHROMA, out=S_C), np.maximum(C2, _NO_CHROMA, out=S_H)
+    some_C1, some_C2 = np.maximum(C1, NO_CHROMA, out=S_C), np.maximum(C2, NO_CHROMA, out=S_H)
     np.multiply(A1, some_C2, x)
     np.multiply(A2, some_C1, t)
     x += t
     np.multiply(b1, some_C2, y)
     np.multiply(b2, some_C1, t)
     y += t
-    np.multiply(u, _OPPOSITE, t)
-    t -= _NO_OPPOSITE
+    np.multiply(u, OPPOSITE, t)
+    t -= NO_OPPOSITE
     opposite = np.flatnonzero(dot < t)
     if len(opposite):
         vectors = [plane[opposite] for plane in (A1, b1, some_C1, A2, b2, some_C2)]
         stored = [planes[axis][opposite] for axis in (1, 2, 4, 5)]
         dH[opposite], x[opposite], y[opposite] = _opposite_hues(vectors, stored, dot[opposite], cross[opposite])
     _length(x, y, u, t)
-    np.maximum(u, _NO_PRODUCT, out=u)
+    np.maximum(u, NO_PRODUCT, out=u)
     np.divide(1.0, u, u)
     cosine, sine = np.multiply(x, u, x), np.multiply(y, u, y)
 
@@ -125,9 +125,9 @@ def fast_terms(labs: Floats, terms: Sequence[Floats], scratch: Sequence[Floats])
     np.subtract(C2, C1, dC)
     C_bar = np.add(C1, C2, C1)
     C_bar *= 0.5
-    _polynomial(cosine, _T_ODD, S_H)
+    _polynomial(cosine, T_ODD, S_H)
     S_H *= sine
-    S_H += _polynomial(cosine, _T_EVEN, t)
+    S_H += _polynomial(cosine, T_EVEN, t)
     S_H *= C_bar
     S_H *= 0.015
     S_H += 1.0
@@ -166,9 +166,9 @@ def fast_delta_e(terms: Sequence[Floats], delta_e: Floats, scratch: Sequence[Flo
 
 def _taken_huge(labs: Floats) -> tuple[NDArray[np.intp], list[Floats]] | None:
     """Return where colours (6, n) are huge, and what they are; 0 then stands in their place. None if there are none."""
-    if np.maximum.reduce(labs, axis=None) <= _HUGE and np.minimum.reduce(labs, axis=None) >= -_HUGE:
+    if np.maximum.reduce(labs, axis=None) <= HUGE and np.minimum.reduce(labs, axis=None) >= -HUGE:
         return None
-    places = np.flatnonzero(np.fmax.reduce(np.abs(labs), axis=0) > _HUGE)
+    places = np.flatnonzero(np.fmax.reduce(np.abs(labs), axis=0) > HUGE)
     beyond = list(labs[:, places])
     labs[:, places] = 0.0
     return places, beyond
@@ -192,8 +192,8 @@ def _opposite_hues(
 def _rotation(cosine: Floats, sine: Floats, C_bar: Floats, R_T: Floats, t: Floats, u: Floats) -> None:
     """Write R_T for a mean hue and a mean chroma; ``t`` and ``u`` are written over."""
     # sin²(θ / 4) = ½ − ½ cos(θ / 2), and cos(θ / 2) = √(½ + ½ cos θ), of the angle θ from 275°.
-    np.multiply(cosine, 0.5 * _C275, u)
-    np.multiply(sine, 0.5 * _S275, t)
+    np.multiply(cosine, 0.5 * COSINE_275, u)
+    np.multiply(sine, 0.5 * SINE_275, t)
     u += t
     u += 0.5
     np.maximum(u, 0.0, out=u)
@@ -206,7 +206,7 @@ def _rotation(cosine: Floats, sine: Floats, C_bar: Floats, R_T: Floats, t: Float
     # The paper's hue goes from 0 to 360°: of 0 to 90° it is 185° or more away, however short the way is through 0°.
     t *= (cosine <= 0.0) | (sine < 0.0)
     np.multiply(t, t, u)
-    _polynomial(u, _TWICE_SINE, R_T)
+    _polynomial(u, TWICE_SINE, R_T)
     R_T *= t
     R_T /= _per_root_of_seventh_share(C_bar, u, t)
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from documents.compiled import loops
 from stimuli.align.homography import mapped
 from stimuli.pictures.rows import Floats, Floats32
 
@@ -29,7 +30,7 @@ class Warped:
     negative_px: int
 
 
-def warp(picture: Floats32, matrix: ArrayLike, size_px: tuple[int, int]) -> Warped:
+def warp(picture: Floats32, matrix: ArrayLike, size_px: tuple[int, int], *, of: int | None = None) -> Warped:
     """Return ``picture`` (height, width, channels) as it lies before a homography, of ``size_px`` across and down.
 
     In linear light, by a cubic spline; what lies outside takes the nearest edge's light and is counted; where
@@ -43,6 +44,9 @@ def warp(picture: Floats32, matrix: ArrayLike, size_px: tuple[int, int]) -> Warp
         The homography, (3, 3), from places x and y of the outcome to places of ``picture``, in pixels.
     size_px
         Width and height of the outcome, in pixels.
+    of
+        The number of pixels in all, if these are a part of a picture: it decides whether compiled loops do it, and all
+        parts are then done in one way.
 
     Returns
     -------
@@ -60,10 +64,12 @@ def warp(picture: Floats32, matrix: ArrayLike, size_px: tuple[int, int]) -> Warp
     matrix = np.asarray(matrix, dtype=np.float64)
     planes = [np.asarray(picture[:, :, channel], dtype=np.float32) for channel in range(picture.shape[2])]
     size = picture.shape[:2]
-    parts = _shifted(planes, matrix, size_px) if is_shift(matrix) else _mapped(planes, matrix, size_px)
     warped = np.empty((height, width, len(planes)), dtype=np.float32)
-    for rows, channel, part in parts:
-        warped[rows, :, channel] = part
+    if is_shift(matrix):
+        _shift(planes, matrix, warped, of or width * height)
+    else:
+        for rows, channel, part in _mapped(planes, matrix, size_px):
+            warped[rows, :, channel] = part
     below = np.zeros((height, width), dtype=np.bool_)
     for channel, plane in enumerate(planes):
         if plane.min() >= 0.0:
@@ -123,15 +129,21 @@ def _mapped(planes: list[Floats32], matrix: Floats, size_px: tuple[int, int]) ->
             yield rows, channel, part
 
 
-def _shifted(planes: list[Floats32], matrix: Floats, size_px: tuple[int, int]) -> Iterator[tuple[slice, int, Floats32]]:
-    width, height = size_px
+def _shift(planes: list[Floats32], matrix: Floats, warped: Floats32, of: int) -> None:
+    """Write shifted planes into the channels of ``warped`` (height, width, channels), a part ``of`` so many pixels."""
+    height, width = warped.shape[:2]
     columns = _Taps.at(np.arange(width) + matrix[0, 2], planes[0].shape[1])
-    down = np.arange(height) + matrix[1, 2]
+    rows = _Taps.at(np.arange(height) + matrix[1, 2], planes[0].shape[0])
+    compiled = loops("stimuli.align.warping_loops", of)
     for channel, plane in enumerate(planes):
         spline = _spline(plane)
+        if compiled is not None:
+            taps = rows.first, rows.weights, columns.first, columns.weights
+            compiled.between_pixels(spline, *taps, warped, channel)
+            continue
         for band in _bands(height):
-            rows = _Taps.at(down[band], planes[0].shape[0])
-            yield band, channel, columns.along(rows.along(spline).T).T
+            part = _Taps(rows.first[band], rows.weights[:, band])
+            warped[band, :, channel] = columns.along(part.along(spline).T).T
 
 
 @dataclass(frozen=True, eq=False, slots=True)

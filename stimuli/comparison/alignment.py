@@ -106,7 +106,7 @@ def resample(
         top, bottom = _rows_seen(alignment.matrix, first, last, width, rendering.shape[0])
         source = rendering[top:bottom]
         turned = _down(-top) @ alignment.matrix @ _down(first)
-        moved.write(first, warp(source, turned, (width, last - first)).picture)
+        moved.write(first, warp(source, turned, (width, last - first), of=width * height).picture)
         with turn:
             done += last - first
             rows_done(done, height)

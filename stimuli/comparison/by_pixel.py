@@ -114,7 +114,9 @@ def histogram(
     counts = np.zeros(BINS, dtype=np.int64)
     for band in bands(delta_e.shape):
         values = delta_e[band].ravel() if compared is None else delta_e[band][compared[band]]
-        counts += np.histogram(np.minimum(values, HIGHEST, dtype=np.float64), BINS, (0.0, HIGHEST))[0]
+        # In double precision the product is exact, so that no value falls on the wrong side of an edge.
+        bins = np.multiply(np.minimum(values, HIGHEST), BINS / HIGHEST, dtype=np.float64).astype(np.intp)
+        counts += np.bincount(np.minimum(bins, BINS - 1, out=bins), minlength=BINS)
     return counts, np.linspace(0.0, HIGHEST, BINS + 1)
 
 

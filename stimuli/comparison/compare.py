@@ -13,6 +13,7 @@ import numpy as np
 
 from devices.colour_matching import mixed_observers
 from documents import Finding, in_threads
+from documents.compiled import compiler
 from stimuli.comparison.areas import inside, window
 from stimuli.comparison.both_eyes import register_eyes
 from stimuli.comparison.by_pixel import overview, seen_regions, summarise
@@ -128,7 +129,9 @@ def compare_pictures(
     eyes = {eye: replace(result, masks=None) for eye, result in eyes.items()}
     seen_at = options.viewing
     viewing = {} if seen_at is None else {"pixel_pitch_mm": seen_at.pixel_pitch_mm, "distance_mm": seen_at.distance_mm}
-    record = {**viewing, **(settings or {})}
+    height, width = next(iter(photo_picture.views.values())).xyz.shape[:2]
+    how = {"compiled_loops": by} if (by := compiler(height * width)) else {}
+    record = {**viewing, **how, **(settings or {})}
     return Comparison(
         photo_picture,
         rendering_picture,

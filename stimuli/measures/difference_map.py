@@ -57,7 +57,7 @@ def difference_map(
         if not all(np.isfinite(picture).all() for picture in rows):
             return int(np.count_nonzero(~np.logical_and(*(np.isfinite(picture).all(axis=-1) for picture in rows))))
         first, second = (picture if filtered else np.maximum(picture, 0.0) for picture in rows)
-        out[band] = delta_e_2000_of_xyz(first, second, white_XYZ)
+        out[band] = delta_e_2000_of_xyz(first, second, white_XYZ, of=height * width)
         return 0
 
     bad = sum(over_bands(compare, photo.shape, rows_done))

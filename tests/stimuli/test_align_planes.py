@@ -17,6 +17,7 @@ from stimuli.align.toe_in import focal_px, keystone, rectify_toe_in, toe_in_homo
 from stimuli.align.warping import warp
 from stimuli.errors import StimulusError
 from stimuli.pictures.stereo_image import Eye
+from tests.compiled_loops import not_in_numpy
 
 Floats = NDArray[np.float64]
 Floats32 = NDArray[np.float32]
@@ -183,3 +184,16 @@ def test_a_shift_along_rows_and_columns_is_the_shift_at_once(shift_px: tuple[flo
     plain = warp(picture, matrix * 2.0, (100, 300))  # the same homography, and not seen as a shift
     np.testing.assert_allclose(quick.picture, plain.picture, rtol=0, atol=2e-6 * picture.max())
     assert quick.outside_px == plain.outside_px
+
+
+@pytest.mark.parametrize("shift", [(0.4, 24.3), (-7.25, 3.0), (300.5, -2.0)])
+def test_a_compiled_shift_is_that_of_numpy(shift: tuple[float, float]) -> None:
+    """Also beyond the edges, and where light would fall below 0."""
+    light = np.random.default_rng(4).uniform(0.0, 9.0, (70, 90, 3)).astype(np.float32)
+    matrix = np.array([[1.0, 0.0, shift[0]], [0.0, 1.0, shift[1]], [0.0, 0.0, 1.0]])
+    slow = warp(light, matrix, (80, 75))
+    with not_in_numpy("stimuli.align.warping_loops"):
+        fast = warp(light, matrix, (80, 75))
+    np.testing.assert_allclose(fast.picture, slow.picture, rtol=0, atol=4e-6)
+    assert fast.outside_px == slow.outside_px
+    assert fast.picture.min() >= 0.0

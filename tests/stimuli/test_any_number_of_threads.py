@@ -27,6 +27,7 @@ from stimuli.recipes.recipe import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
 from stimuli.sparkle.flakes import scatter_flakes
 from stimuli.sparkle.studio import sparkle_map
+from tests.compiled_loops import compiled_if_there
 
 RNG = np.random.default_rng(0)
 WHITE = np.array([95.0, 100.0, 109.0])
@@ -44,6 +45,11 @@ def seen() -> NDArray[Any]:
 def seen_difference() -> NDArray[Any]:
     first, second = (SeenPicture(picture, 40.0, WHITE) for picture in XYZ)
     return difference_map(first, second, WHITE, filtered=True)
+
+
+def compiled_difference() -> NDArray[Any]:
+    with compiled_if_there():
+        return difference_map(XYZ[0], XYZ[1], WHITE)
 
 
 def resampled() -> NDArray[Any]:
@@ -87,6 +93,7 @@ USERS: tuple[Callable[[], NDArray[Any]], ...] = (
     lambda: delta_e_2000_of_xyz(XYZ[0], XYZ[1], WHITE),
     lambda: delta_e_2000_parts(LABS[0], LABS[1]).S_H,
     lambda: difference_map(XYZ[0], XYZ[1], WHITE),
+    compiled_difference,
     seen,
     seen_difference,
     resampled,

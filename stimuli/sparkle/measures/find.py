@@ -12,12 +12,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from documents.compiled import loops
 from documents.text import counted
 from stimuli.errors import StimulusError
 from stimuli.sparkle.measures.background import Background, Floats, Luminance, local_background
 
 # The least distance of two peaks.
 SEPARATION_PX = 2
+# Where another pixel may be brighter: down and across.
+OFFSETS = tuple(
+    (down, across)
+    for down in range(-SEPARATION_PX, SEPARATION_PX + 1)
+    for across in range(-SEPARATION_PX, SEPARATION_PX + 1)
+    if 0 < down * down + across * across <= SEPARATION_PX**2
+)
 # Rows whose background is in memory at a time.
 _ROWS = 256
 # A threshold that half the picture exceeds does not separate sparkles from what lies between them.
@@ -73,14 +81,13 @@ def find_peaks(luminance_cd_m2: Luminance, threshold: Threshold, *, window_px: i
     checked(luminance_cd_m2)
     if window_px < 4:
         raise StimulusError(f"windows need at least 4 px, not {window_px}")
-    columns = luminance_cd_m2.shape[1]
     background = local_background(luminance_cd_m2, window_px)
     place = _above(luminance_cd_m2, background, threshold)
     peak = _is_peak(luminance_cd_m2, place)
-    area = _areas(place, columns)
+    area = _areas(place, *luminance_cd_m2.shape)
     sizes = np.bincount(area, minlength=1)
     peaks = np.bincount(area[peak], minlength=len(sizes))
-    row, column = np.divmod(place[peak], columns)
+    row, column = np.divmod(place[peak], luminance_cd_m2.shape[1])
     return Peaks(
         row,
         column,
@@ -125,27 +132,30 @@ def _above(luminance: Luminance, background: Background, threshold: Threshold) -
 
 def _is_peak(luminance: Luminance, place: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Return which places have nothing brighter near them; of equals, the first is the peak."""
+    peak = np.ones(len(place), dtype=np.bool_)
+    if (compiled := loops("stimuli.sparkle.measures.sparkle_loops", luminance.size)) is not None:
+        compiled.is_peak(np.ascontiguousarray(luminance), place, peak)
+        return peak
     height, width = luminance.shape
     row, column = np.divmod(place, width)
     light = luminance[row, column]
-    peak = np.ones(len(place), dtype=np.bool_)
-    reach = range(-SEPARATION_PX, SEPARATION_PX + 1)
-    for down in reach:
-        for across in reach:
-            if down * down + across * across > SEPARATION_PX**2 or (down, across) == (0, 0):
-                continue
-            # Only what may still be a peak is compared on.
-            left = np.flatnonzero(peak)
-            near_row = np.clip(row[left] + down, 0, height - 1)
-            near_column = np.clip(column[left] + across, 0, width - 1)
-            near = luminance[near_row, near_column]
-            earlier = near_row * width + near_column < place[left]
-            peak[left] = (near < light[left]) | ((near == light[left]) & ~earlier)
+    for down, across in OFFSETS:
+        # Only what may still be a peak is compared on.
+        left = np.flatnonzero(peak)
+        near_row = np.clip(row[left] + down, 0, height - 1)
+        near_column = np.clip(column[left] + across, 0, width - 1)
+        near = luminance[near_row, near_column]
+        earlier = near_row * width + near_column < place[left]
+        peak[left] = (near < light[left]) | ((near == light[left]) & ~earlier)
     return peak
 
 
-def _areas(place: NDArray[np.int64], width: int) -> NDArray[np.int64]:
+def _areas(place: NDArray[np.int64], height: int, width: int) -> NDArray[np.int64]:
     """Return the number of the area that each place belongs to; places touch along sides and corners."""
+    if (compiled := loops("stimuli.sparkle.measures.sparkle_loops", height * width)) is not None:
+        area = np.empty(len(place), dtype=np.int64)
+        compiled.areas(place, width, area)
+        return area
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 

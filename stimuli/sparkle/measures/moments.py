@@ -15,19 +15,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from documents.compiled import loops
 from stimuli.sparkle.measures.background import Floats, Luminance
 from stimuli.sparkle.measures.find import Peaks
 
 # Full width at half maximum of a Gaussian, in standard deviations.
 FWHM_PER_SD = 2.0 * np.sqrt(2.0 * np.log(2.0))
-_REACH = 6  # px around a peak that are weighed
+REACH = 6  # px around a peak that are weighed
 _BLOCK = 2048  # peaks at a time: few enough for the processor's cache
-_ROUNDS = 40
-_WIDEST = 2.5  # px: wider does not fit into the reach
+ROUNDS = 40
+WIDEST = 2.5  # px: wider does not fit into the reach
 # A narrower weight would fall between the pixels that it is to weigh.
-_LEAST_WEIGHT = 1.2
+LEAST_WEIGHT = 1.2
 # How far, in px, a sparkle may lie from its brightest pixel: a neighbour draws farther.
-_FARTHEST = 1.0
+FARTHEST = 1.0
+# Variance, in px², of a pixel, which the moments hold, and the least that is left of a sparkle's own.
+PIXEL_VARIANCE, LEAST_VARIANCE = 1 / 12, 0.01
 # Sparkles this near take part in one another's light, and how often it is taken away and they are fitted again.
 _NEIGHBOURS_PX = 9.0
 _NEIGHBOUR_ROUNDS = 3
@@ -59,23 +62,19 @@ def sparkle_moments(luminance_cd_m2: Luminance, peaks: Peaks) -> Moments:
     What reaches beyond the picture is left out of both the light and the weight's own moments, so that the background
     subtracted there is none.
     """
-    fitted = np.empty((4, len(peaks)))
-    fits = np.zeros(len(peaks), dtype=np.bool_)
-    neighbours = _neighbours(peaks)
+    everyone, neighbours = np.arange(len(peaks)), _neighbours(peaks)
+    fitted, fits = np.zeros((4, len(peaks))), np.zeros(len(peaks), dtype=np.bool_)
+    fitted[2] = 1.0
     rest_px = np.full(len(peaks), _REST_PX)
     rest_px[neighbours.of] = _ROUGH_REST_PX
-    for part in _parts(len(peaks)):
-        light = _light(luminance_cd_m2, peaks, part)
-        unmoved = np.zeros(light.shape[2])
-        fitted[:, part], fits[part] = _fit(light, unmoved, unmoved, unmoved + 1.0, rest_px[part])
-    fitted[0] += peaks.row
-    fitted[1] += peaks.column
-    rest_px[:] = _ROUGH_REST_PX
+    _fit_in_place(luminance_cd_m2, peaks, _Neighbours.none(everyone), fitted, rest_px, fitted, fits)
     for done in range(_NEIGHBOUR_ROUNDS):
-        if done == _NEIGHBOUR_ROUNDS - 1:
-            rest_px[:] = _REST_PX
-        _again_without_neighbours(luminance_cd_m2, peaks, neighbours, fitted, fits, rest_px)
-    return Moments(fitted[0], fitted[1], fitted[2], fitted[3], fits)
+        rest_px[:] = _REST_PX if done == _NEIGHBOUR_ROUNDS - 1 else _ROUGH_REST_PX
+        around = _around(peaks, fitted, fits)
+        unfit = neighbours.of[~fits[neighbours.of]]
+        fitted[:3, unfit] = np.array([0.0, 0.0, 1.0])[:, None]
+        _fit_in_place(luminance_cd_m2, peaks, neighbours, around, rest_px, fitted, fits)
+    return Moments(fitted[0] + peaks.row, fitted[1] + peaks.column, fitted[2], fitted[3], fits)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -86,6 +85,12 @@ class _Neighbours:
     first: NDArray[np.int64]
     counts: NDArray[np.int64]
     others: NDArray[np.int64]
+
+    @classmethod
+    def none(cls, of: NDArray[np.int64]) -> _Neighbours:
+        """Return sparkles that have no others near."""
+        nothing = np.zeros(len(of), dtype=np.int64)
+        return cls(of, nothing, nothing, nothing[:0])
 
 
 def _neighbours(peaks: Peaks) -> _Neighbours:
@@ -98,28 +103,51 @@ def _neighbours(peaks: Peaks) -> _Neighbours:
     pairs = np.concatenate([pairs, pairs[:, ::-1]])
     pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
     of, first, counts = np.unique(pairs[:, 0], return_index=True, return_counts=True)
-    return _Neighbours(of, first, counts, pairs[:, 1])
+    return _Neighbours(of, first, counts, pairs[:, 1].copy())
 
 
 def _parts(count: int) -> Iterator[slice]:
     yield from (slice(start, min(start + _BLOCK, count)) for start in range(0, count, _BLOCK))
 
 
-def _again_without_neighbours(
+def _around(peaks: Peaks, fitted: Floats, fits: NDArray[np.bool_]) -> Floats:
+    """Return row, column, width and light of sparkles, (4, n), as their neighbours see them."""
+    # What fits no Gaussian has, for its neighbours, the usual width.
+    usual = float(np.median(fitted[2, fits])) if fits.any() else 1.0
+    excess = peaks.luminance_cd_m2 - peaks.background_cd_m2
+    sd = np.where(fits, fitted[2], usual)
+    flux = np.where(fits, fitted[3], 2 * np.pi * (usual**2 + PIXEL_VARIANCE) * excess)
+    return np.stack([fitted[0] + peaks.row, fitted[1] + peaks.column, sd, flux])
+
+
+def _fit_in_place(
     luminance: Luminance,
     peaks: Peaks,
     neighbours: _Neighbours,
+    around: Floats,
+    rest_px: Floats,
     fitted: Floats,
     fits: NDArray[np.bool_],
-    rest_px: Floats,
 ) -> None:
-    """Fit again, in place and from where they are, the sparkles with others near, without these others' light."""
-    row, column, sd, flux = fitted.copy()
-    # What fits no Gaussian has, for its neighbours, the usual width.
-    usual = float(np.median(sd[fits])) if fits.any() else 1.0
-    excess = peaks.luminance_cd_m2 - peaks.background_cd_m2
-    sd = np.where(fits, sd, usual)
-    flux = np.where(fits, flux, 2 * np.pi * (usual**2 + 1 / 12) * excess)
+    """Fit sparkles, from where they are in ``fitted`` (4, n), in place, without the light of their neighbours.
+
+    Places there are offsets from the peaks; the neighbours are as ``around`` says.
+    """
+    compiled = loops("stimuli.sparkle.measures.sparkle_loops", luminance.size)
+    if compiled is not None:
+        places = (np.ascontiguousarray(luminance), peaks.row, peaks.column, peaks.background_cd_m2)
+        compiled.fit(
+            *places,
+            neighbours.of,
+            rest_px,
+            neighbours.first,
+            neighbours.counts,
+            neighbours.others,
+            around,
+            fitted,
+            fits,
+        )
+        return
     for part in _parts(len(neighbours.of)):
         # Those with most neighbours first: who has a k-th one stands before all who have none.
         order = part.start + np.argsort(-neighbours.counts[part], kind="stable")
@@ -127,12 +155,9 @@ def _again_without_neighbours(
         light = _light(luminance, peaks, here)
         for k in range(counts[0]):
             few = int(np.searchsorted(-counts, -k))
-            _take_away(light[:, :, :few], neighbours.others[first[:few] + k], here[:few], peaks, row, column, sd, flux)
-        down = np.where(fits[here], row[here] - peaks.row[here], 0.0)
-        across = np.where(fits[here], column[here] - peaks.column[here], 0.0)
-        fitted[:, here], fits[here] = _fit(light, down, across, np.where(fits[here], sd[here], 1.0), rest_px[here])
-        fitted[0, here] += peaks.row[here]
-        fitted[1, here] += peaks.column[here]
+            _take_away(light[:, :, :few], neighbours.others[first[:few] + k], here[:few], peaks, around)
+        down, across, sd = fitted[:3, here]
+        fitted[:, here], fits[here] = _fit(light, down, across, sd, rest_px[here])
 
 
 def _take_away(
@@ -140,17 +165,15 @@ def _take_away(
     other: NDArray[np.int64],
     mine: NDArray[np.int64],
     peaks: Peaks,
-    row: Floats,
-    column: Floats,
-    sd: Floats,
-    flux: Floats,
+    around: Floats,
 ) -> None:
     """Take from the light (k, k, n) around sparkles ``mine``, in place, the Gaussian of one other for each."""
     from scipy.special import ndtr
 
-    edges = np.arange(-_REACH, _REACH + 2)[:, None] - 0.5
+    row, column, sd, flux = around
+    edges = np.arange(-REACH, REACH + 2)[:, None] - 0.5
     # Integrated over each pixel, whose own width the moments hold.
-    width = np.sqrt(np.maximum(sd[other] ** 2 - 1 / 12, 0.01))
+    width = np.sqrt(np.maximum(sd[other] ** 2 - PIXEL_VARIANCE, LEAST_VARIANCE))
     down = np.diff(ndtr((edges + (peaks.row[mine] - row[other])) / width), axis=0)
     across = np.diff(ndtr((edges + (peaks.column[mine] - column[other])) / width), axis=0)
     down, across = (down * flux[other]).astype(np.float32), across.astype(np.float32)
@@ -181,7 +204,7 @@ def _light(luminance: Luminance, peaks: Peaks, part: slice | NDArray[np.int64]) 
 
     Peaks lie along the last axis, so that sums over a patch are sums of vectors.
     """
-    near = patches(luminance, peaks.row[part], peaks.column[part], _REACH)
+    near = patches(luminance, peaks.row[part], peaks.column[part], REACH)
     light = np.subtract(near.transpose(1, 2, 0), peaks.background_cd_m2[part].astype(np.float32), order="C")
     light[np.isnan(light)] = 0.0
     return light
@@ -195,15 +218,15 @@ def _fit(
     The fit begins at the offsets and width given, (n,) each, and ends where a round changes them by less than
     ``rest_px`` (n,). Sums over a patch are in single precision, as its light is: they err by a millionth.
     """
-    offsets = np.arange(-_REACH, _REACH + 1.0)[:, None]
+    offsets = np.arange(-REACH, REACH + 1.0)[:, None]
     n = light.shape[2]
     down, across, sd, flux = down_px.copy(), across_px.copy(), sd_px.copy(), np.zeros(n)
     fits = np.zeros(n, dtype=np.bool_)
     moving, weighed = np.arange(n), light
-    for _ in range(_ROUNDS):
+    for _ in range(ROUNDS):
         vertical = (offsets - down[moving]).astype(np.float32)
         horizontal = (offsets - across[moving]).astype(np.float32)
-        variance = np.maximum(sd[moving], _LEAST_WEIGHT) ** 2
+        variance = np.maximum(sd[moving], LEAST_WEIGHT) ** 2
         steepness = (-0.5 / variance).astype(np.float32)
         along = np.exp(vertical**2 * steepness)
         beside = np.exp(horizontal**2 * steepness)
@@ -238,7 +261,7 @@ def _fit(
         moved = np.abs(step_down) + np.abs(step_across) + np.abs(new_sd - sd[moving])
         sd[moving] = new_sd
         flux[moving] = total * share
-        near = good & (np.hypot(down[moving], across[moving]) < _FARTHEST) & (new_sd < _WIDEST)
+        near = good & (np.hypot(down[moving], across[moving]) < FARTHEST) & (new_sd < WIDEST)
         at_rest = near & (moved < rest_px[moving])
         fits[moving[at_rest]] = True
         left = np.flatnonzero(near & ~at_rest)
@@ -254,11 +277,11 @@ def _fit(
 
 def _vertices(light: Luminance) -> tuple[Floats, Floats]:
     """Return where parabolas through the middle pixels of patches (k, k, n) are highest, from the middle, (n,) each."""
-    middle = light[_REACH, _REACH]
+    middle = light[REACH, REACH]
     tops = []
     for before, after in (
-        (light[_REACH - 1, _REACH], light[_REACH + 1, _REACH]),
-        (light[_REACH, _REACH - 1], light[_REACH, _REACH + 1]),
+        (light[REACH - 1, REACH], light[REACH + 1, REACH]),
+        (light[REACH, REACH - 1], light[REACH, REACH + 1]),
     ):
         bend = 2 * (2 * middle - before - after)
         top = np.divide(after - before, bend, out=np.zeros_like(bend), where=bend > 0)

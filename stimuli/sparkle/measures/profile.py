@@ -6,13 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from documents.compiled import loops
 from stimuli.sparkle.measures.background import Floats, Luminance
 from stimuli.sparkle.measures.find import Peaks
 from stimuli.sparkle.measures.moments import Moments, patches
 
 # "An 8-pixel neighborhood around a sparkle point".
 REACH_PX = 8
-_BIN_PX = 0.5
+BIN_PX = 0.5
+RINGS = round(REACH_PX / BIN_PX)
 _BLOCK = 2048
 
 
@@ -40,35 +42,48 @@ def radial_profile(luminance_cd_m2: Luminance, peaks: Peaks, moments: Moments) -
     inside = np.minimum(moments.row_px, moments.column_px) >= REACH_PX
     inside &= (moments.row_px <= height - 1 - REACH_PX) & (moments.column_px <= width - 1 - REACH_PX)
     chosen = np.flatnonzero(inside & moments.fits & (peaks.peaks_in_area == 1))
-    rings = round(REACH_PX / _BIN_PX)
+    if len(chosen) == 0:
+        nothing = np.full(RINGS, np.nan)
+        middles = np.asarray(BIN_PX * (np.arange(RINGS) + 0.5), dtype=np.float64)
+        return Profile(middles, nothing, nothing, 0, np.nan, np.nan)
+    places = moments.row_px[chosen], moments.column_px[chosen], peaks.background_cd_m2[chosen]
+    means, number, radii = _rings(luminance_cd_m2, *places)
+    return _mean(means, radii / np.maximum(number, 1))
+
+
+def _rings(
+    luminance: Luminance, row_px: Floats, column_px: Floats, background: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Return the mean light in rings around each place, (n, k), as a share of that within 1 px.
+
+    And, (k,) each, how many pixels there are in each ring of all places, and the sum of their radii.
+    """
+    means, number, radii = np.empty((len(row_px), RINGS)), np.zeros(RINGS), np.zeros(RINGS)
+    if (compiled := loops("stimuli.sparkle.measures.sparkle_loops", luminance.size)) is not None:
+        compiled.rings(np.ascontiguousarray(luminance), row_px, column_px, background, means, number, radii)
+        return means, number, radii
     offsets = np.arange(-REACH_PX - 1, REACH_PX + 2)
-    number, radii = np.zeros(rings), np.zeros(rings)
-    means = []
-    for start in range(0, len(chosen), _BLOCK):
-        part = chosen[start : start + _BLOCK]
-        row = np.round(moments.row_px[part]).astype(np.int64)
-        column = np.round(moments.column_px[part]).astype(np.int64)
-        light = np.nan_to_num(patches(luminance_cd_m2, row, column, REACH_PX + 1), nan=0.0)
-        light -= peaks.background_cd_m2[part].astype(np.float32)[:, None, None]
-        down = ((row - moments.row_px[part])[:, None] + offsets).astype(np.float32)
-        across = ((column - moments.column_px[part])[:, None] + offsets).astype(np.float32)
+    for start in range(0, len(row_px), _BLOCK):
+        part = slice(start, start + _BLOCK)
+        row = np.round(row_px[part]).astype(np.int64)
+        column = np.round(column_px[part]).astype(np.int64)
+        light = np.nan_to_num(patches(luminance, row, column, REACH_PX + 1), nan=0.0)
+        light -= background[part].astype(np.float32)[:, None, None]
+        down = ((row - row_px[part])[:, None] + offsets).astype(np.float32)
+        across = ((column - column_px[part])[:, None] + offsets).astype(np.float32)
         radius = np.sqrt((down**2)[:, :, None] + (across**2)[:, None, :])
-        ring = np.minimum((radius * np.float32(1 / _BIN_PX)).astype(np.int64), rings)
-        key = (ring + (rings + 1) * np.arange(len(part))[:, None, None]).ravel()
-        size = len(part) * (rings + 1)
-        counts = np.bincount(key, minlength=size).reshape(-1, rings + 1)[:, :rings]
-        sums = np.bincount(key, light.ravel(), minlength=size).reshape(-1, rings + 1)[:, :rings]
+        ring = np.minimum((radius * np.float32(1 / BIN_PX)).astype(np.int64), RINGS)
+        key = (ring + (RINGS + 1) * np.arange(len(row))[:, None, None]).ravel()
+        size = len(row) * (RINGS + 1)
+        counts = np.bincount(key, minlength=size).reshape(-1, RINGS + 1)[:, :RINGS]
+        sums = np.bincount(key, light.ravel(), minlength=size).reshape(-1, RINGS + 1)[:, :RINGS]
         # A sparkle's scale is its light within 1 px, where it is brightest and noise counts least.
         scale = sums[:, :2].sum(axis=1) / np.maximum(counts[:, :2].sum(axis=1), 1)
         scaled = np.divide(sums, counts, out=np.full(sums.shape, np.nan), where=counts > 0)
-        means.append(scaled / scale[:, None])
+        means[part] = scaled / scale[:, None]
         number += counts.sum(axis=0)
-        radii += np.bincount(ring.ravel(), radius.ravel(), minlength=rings + 1)[:rings]
-    if not means:
-        nothing = np.full(rings, np.nan)
-        middles = np.asarray(_BIN_PX * (np.arange(rings) + 0.5), dtype=np.float64)
-        return Profile(middles, nothing, nothing, 0, np.nan, np.nan)
-    return _mean(np.concatenate(means), radii / np.maximum(number, 1))
+        radii += np.bincount(ring.ravel(), radius.ravel(), minlength=RINGS + 1)[:RINGS]
+    return means, number, radii
 
 
 def _mean(each: Floats, radius_px: Floats) -> Profile:
@@ -78,10 +93,12 @@ def _mean(each: Floats, radius_px: Floats) -> Profile:
     share = np.where(finite, each, 0.0).sum(axis=0) / np.maximum(n, 1)
     scatter = np.where(finite, (each - share) ** 2, 0.0).sum(axis=0) / np.maximum(n - 1, 1)
     se = np.where(n > 1, np.sqrt(scatter / np.maximum(n, 1)), np.nan)
-    centre = _centre(radius_px, share)
-    share, se = share / centre, se / centre
-    share[n == 0] = np.nan
-    half, half_se = _half_width(radius_px, share, se)
+    # One sparkle alone has no pixel in some rings.
+    known = n > 0
+    centre = _centre(radius_px[known], share[known])
+    share, se = (share / centre, se / centre) if centre > 0 else (np.full(len(n), np.nan), np.full(len(n), np.nan))
+    share[~known] = np.nan
+    half, half_se = _half_width(radius_px[known], share[known], se[known])
     return Profile(radius_px, share, se, len(each), half, half_se)
 
 

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.colour import delta_e_2000, delta_e_2000_parts
+from devices.colour import delta_e_2000, delta_e_2000_of_xyz, delta_e_2000_parts, xyz_to_lab
 from devices.colour.ciede2000_plain import plain_delta_e, plain_terms
 from devices.colour.ciede2000_terms import GAUSSIAN_16TH
+from tests.compiled_loops import compiled_if_there, not_in_numpy
 
 Floats = NDArray[np.float64]
 NAMES = ("delta_L", "delta_C", "delta_H", "S_L", "S_C", "S_H", "R_T")
@@ -20,7 +21,10 @@ def assert_like_the_twin(first: Floats, second: Floats) -> None:
     fast = delta_e_2000_parts(first, second)
     for name, expected in zip(NAMES, terms, strict=True):
         np.testing.assert_allclose(getattr(fast, name), expected, rtol=1e-11, atol=1e-11, err_msg=name)
-    np.testing.assert_allclose(fast.delta_e, plain_delta_e(*terms), rtol=1e-11, atol=1e-11)
+    plain = plain_delta_e(*terms)
+    np.testing.assert_allclose(fast.delta_e, plain, rtol=1e-11, atol=1e-11)
+    with compiled_if_there():
+        np.testing.assert_allclose(delta_e_2000(first, second), plain, rtol=1e-11, atol=1e-11)
 
 
 def colours(rng: np.random.Generator, hue: Floats, chroma: Floats) -> Floats:
@@ -96,3 +100,35 @@ def test_the_polynomial_is_the_gaussian() -> None:
     square = np.sin(np.radians(angle) / 4.0) ** 2
     power = np.polynomial.Polynomial(GAUSSIAN_16TH)(square) ** 16
     np.testing.assert_allclose(power, np.exp(-((angle / 25.0) ** 2)), rtol=0.0, atol=5e-14)
+
+
+def test_compiled_differences_of_xyz_are_those_of_numpy() -> None:
+    """Also of dark and negative light, of the same colours, and of light beyond what single precision holds."""
+    rng = np.random.default_rng(5)
+    white = np.array([96.4, 100.0, 82.5])
+    first = rng.uniform(0, 100, (50_000, 3))
+    second = first * rng.uniform(0.5, 1.5, first.shape)
+    first[::11] *= 1e-4
+    second[::7] = first[::7]
+    first[::13], second[1::13] = 0.0, -3.0
+    first[5], second[6], first[7], second[8] = 1e40, 1e120, -1e120, 1e-300
+    first[9, 1] = np.nan
+    slow = delta_e_2000_of_xyz(first, second, white)
+    with not_in_numpy("devices.colour.ciede2000_loops"):
+        fast = delta_e_2000_of_xyz(first, second, white)
+    np.testing.assert_allclose(fast, slow, rtol=1e-11, atol=1e-11)
+    assert np.isnan(fast[9])
+    np.testing.assert_allclose(slow[20:], delta_e_2000(*xyz_to_lab([first[20:], second[20:]], white)), atol=1e-11)
+
+
+def test_parts_of_a_large_picture_are_done_as_the_whole_is() -> None:
+    """Without this, the last bits of a pixel would depend on how the picture was cut."""
+    rng = np.random.default_rng(6)
+    first, second = rng.uniform(0, 100, (2, 1000, 3))
+    white = np.array([96.4, 100.0, 82.5])
+    with not_in_numpy("devices.colour.ciede2000_loops", from_pixels=1000):
+        whole = delta_e_2000_of_xyz(first, second, white)
+        parts = [
+            delta_e_2000_of_xyz(first[k : k + 100], second[k : k + 100], white, of=1000) for k in range(0, 1000, 100)
+        ]
+    assert np.array_equal(np.concatenate(parts), whole)

@@ -329,3 +329,11 @@ def test_thresholds_that_cannot_be() -> None:
             Threshold(times, above)
     with pytest.raises(StimulusError, match="pixels_per_mm"):
         PixelScale(pixels_per_mm=0)
+
+
+def test_the_profile_of_one_sparkle_between_four_pixels() -> None:
+    """No pixel lies in its innermost ring: the centre follows from the next ones."""
+    measures = measure_sparkles(planted((64, 64), np.array([[30.5, 30.5]]), 400.0, 1.0))
+    assert measures.profile.sparkles == 1
+    assert math.isnan(measures.profile.share[0])
+    assert measures.half_width_px.value == pytest.approx(FWHM_PER_SD / 2 * on_pixels(1.0), rel=0.05)
