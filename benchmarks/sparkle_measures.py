@@ -25,10 +25,10 @@ SD_PX, BASE, PEAK = 1.0, 10.0, 60.0
 PLAIN = "scikit-image, SciPy"
 
 
-def planted(noise: float) -> tuple[Picture, Floats]:
+def planted(noise: float, sparkles: int = SPARKLES) -> tuple[Picture, Floats]:
     """Return the picture, its light falling off to the right, and the sparkles' places (n, 2)."""
     random = np.random.default_rng(2)
-    places = random.uniform(10, np.array(SHAPE) - 10, (SPARKLES, 2))
+    places = random.uniform(10, np.array(SHAPE) - 10, (sparkles, 2))
     picture = np.full(SHAPE, BASE)
     offsets = np.arange(-6, 7)
     for row, column in places:

@@ -65,10 +65,10 @@ def compiler(pixels: int) -> str | None:
 
 @cache
 def _numba() -> str | None:
-    """Return Numba's name and version; None if it is not installed, or does not go with the NumPy that is."""
+    """Return Numba's name and version; None if it is not installed, or cannot be loaded beside what else is."""
     try:
         import numba
-    except ImportError:
+    except Exception:  # such as a version that does not go with this NumPy
         return None
     return f"Numba {numba.__version__}"
 

@@ -11,8 +11,8 @@ With observer s moving the strengths by d_s (n,), C the model's covariance and H
 
   with ν degrees of freedom, one less than observers if they answered alike, and is then multiplied by 1 − 2/(ν + 1):
   few observers cannot show that they differ about a few items only, and too large a λ then reports false differences
-  (`benchmarks/coverage.py`). With two observers the factor is that of three, 1/3: the sandwich of two is zero for every
-  contrast about which they happen to agree, and reports false differences in 6 to 8 % of studies.
+  (`benchmarks/interval_coverage.py`). With two observers the factor is that of three, 1/3: the sandwich of two is zero
+  for every contrast about which they happen to agree, and reports false differences in 6 to 8 % of studies.
 
 The degrees of freedom of a contrast's variance follow Satterthwaite [Satterthwaite1946]: twice the square of its mean
 over its variance, by the moments of a Wishart matrix.

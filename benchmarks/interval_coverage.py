@@ -1,6 +1,6 @@
 """How often intervals contain the truth, tests report a false difference and find a true one, and the time of each.
 
-    python benchmarks/coverage.py [STUDIES]
+    python benchmarks/interval_coverage.py [STUDIES]
 
 Time is for all values of one study with 1000 replicates; the draws, which the kinds share, are counted in each. The
 error is the distance of the share of 95 % intervals that contain the truth from 0.95.
@@ -160,4 +160,4 @@ def _covered(name: str, each: list[Coverage], times: dict[str, float]) -> Iterat
 
 
 if __name__ == "__main__":
-    program("coverage", lambda: run(*numbers()))
+    program("interval_coverage", lambda: run(*numbers()))

@@ -1,0 +1,100 @@
+"""Loops that Numba compiles, beside their twins in NumPy: run time against the difference, with one thread.
+
+Colour differences of XYZ have colour-science beside them. The first call, in which a loop is compiled or loaded, is not
+counted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+from curves import Row, program, seconds, sized, times_faster
+from numpy.typing import NDArray
+from promises import Promise
+from sparkle_measures import planted
+
+from devices.colour import delta_e_2000_of_xyz
+from documents import at_most_threads
+from documents.compiled import compiler, without_compiled_loops
+from stimuli.align.warping import warp
+from stimuli.sparkle.measures.measure import measure_sparkles
+
+Floats = NDArray[np.float64]
+Work = Callable[[], Floats]
+
+COLOURS = sized(1_000_000, 20_000)
+LARGE = 10**9  # of a picture of so many pixels, what is measured here is a part
+WHITE = np.array([96.4, 100.0, 82.5])
+# How many times as fast as its twin each loop must be, and the most that it may differ.
+LIMITS = {"ΔE00 of XYZ": (2.0, 1e-10), "sparkles": (1.3, 1e-3), "shift": (1.2, 1e-5)}
+
+
+def run() -> dict[str, object]:
+    """Time all three; the error is the largest difference from the twin, that of sparkles in pixels."""
+    rows: list[Row] = []
+    promises = []
+    rng = np.random.default_rng(0)
+    first = rng.uniform(1.0, 100.0, (COLOURS, 3))
+    second = first * rng.uniform(0.8, 1.2, first.shape)
+    light = rng.uniform(0.0, 9.0, (sized(304, 64), sized(7360, 200), 3)).astype(np.float32)
+    shift = np.array([[1.0, 0.0, 0.4], [0.0, 1.0, 24.3], [0.0, 0.0, 1.0]])
+    # As dense as on a car paint, and of more than four megapixels.
+    picture = np.tile(planted(0.1, sized(15_000, 600))[0], sized((2, 1), (6, 6)))
+    works: dict[str, Work] = {
+        "ΔE00 of XYZ": lambda: delta_e_2000_of_xyz(first, second, WHITE, of=LARGE),
+        "sparkles": lambda: _places(picture),
+        "shift": lambda: np.asarray(warp(light, shift, (light.shape[1], light.shape[0] - 48), of=LARGE).picture),
+    }
+    with at_most_threads(1):
+        for name, compiled in works.items():
+            plain = partial(_in_numpy, compiled)
+            apart = float(np.nanmax(np.abs(compiled() - plain())))
+            ratio = times_faster(compiled, plain, rounds=sized(5, 1))
+            for way, work in ((compiler(LARGE) or "NumPy", compiled), ("NumPy", plain)):
+                error = apart if work is compiled else 0.0
+                note = f"{ratio:.1f} × as fast as NumPy" if work is compiled else ""
+                taken = seconds(work, repeats=3)
+                rows.append({"series": way, "parameter": name, "seconds": taken, "error": error, "note": note})
+            least, most = LIMITS[name]
+            promises.append(Promise(f"{name}: difference from the twin in NumPy", apart, most, "error"))
+            promises.append(_beside(name, ratio, least))
+        rows.append(_colour_science(first, second, works["ΔE00 of XYZ"]))
+    return {"title": "Compiled loops beside their twins in NumPy", "rows": rows, "promises": promises}
+
+
+def _beside(name: str, ratio: float, least: float) -> Promise:
+    what = f"{name}: beside NumPy"
+    if compiler(LARGE) is None:
+        return Promise(what, None, least, "ratio", "at least", "×", "Numba is not installed")
+    return Promise(what, ratio, least, "ratio", "at least", "×")
+
+
+def _in_numpy(work: Work) -> Floats:
+    with without_compiled_loops():
+        return work()
+
+
+def _places(picture: NDArray[np.float32]) -> Floats:
+    found = measure_sparkles(picture).moments
+    return np.stack([found.row_px, found.column_px], axis=-1)
+
+
+def _colour_science(first: Floats, second: Floats, ours: Work) -> Row:
+    import colour
+
+    def theirs() -> Floats:
+        # As shares of the white, so that their white is ours.
+        labs = (colour.XYZ_to_Lab(xyz / WHITE[1], colour.XYZ_to_xy(WHITE)) for xyz in (first, second))
+        return np.asarray(colour.delta_E(*labs, method="CIE 2000"))
+
+    ratio = times_faster(ours, theirs, rounds=sized(3, 1))
+    error = float(np.abs(ours() - theirs()).max())
+    note = f"ours is {ratio:.1f} × as fast, and differs by {error:.0e}"
+    row = {"series": "colour-science", "parameter": "ΔE00 of XYZ", "seconds": seconds(theirs, repeats=3), "note": note}
+    return {**row, "error": 0.0}
+
+
+if __name__ == "__main__":
+    program("compiled_loops", run)
