@@ -127,13 +127,7 @@ class _Sums:
         if flags is not None:
             full = flags[own, self.columns][mask]
             self.saturated += int(np.count_nonzero(full.any(axis=1) if full.ndim == 2 else full))
-        row = np.arange(rows.start - self.rows.start, rows.stop - self.rows.start) // self.cell_px
-        column = np.arange(self.columns.stop - self.columns.start) // self.cell_px
-        cell = (row[:, None] * self.cells[1] + column)[mask]
-        size = self.cells[0] * self.cells[1]
-        self.cell_pixels += np.bincount(cell, minlength=size).reshape(self.cells)
-        for channel in range(3):
-            self.cell_sums[channel] += np.bincount(cell, planes[channel], size).reshape(self.cells)
+        self._add_cells(rows, planes, mask)
         # Parts are joined as in [Chan1983], so that nothing cancels.
         mean = planes.mean(axis=1)
         apart = mean - self.mean
@@ -143,6 +137,24 @@ class _Sums:
         self.squares += planes.sum(axis=1) + apart**2 * (self.pixels * count / total)
         self.mean += apart * (count / total)
         self.pixels = total
+
+    def _add_cells(self, rows: slice, planes: Floats, mask: Mask) -> None:
+        """Take in the cells' sums of planes (3, n): the pixels in ``mask`` of some rows."""
+        first, last = rows.start - self.rows.start, rows.stop - self.rows.start
+        row, column = np.arange(first, last) // self.cell_px, np.arange(mask.shape[1]) // self.cell_px
+        if planes.shape[1] == mask.size:
+            # Every pixel lies inside: sums along lines take a quarter of the time of sums by each pixel's cell.
+            columns, lines = (np.flatnonzero(np.diff(cells, prepend=-1)) for cells in (column, row))
+            sums = np.add.reduceat(planes.reshape(3, *mask.shape), columns, axis=2)
+            here = slice(row[0], row[-1] + 1)
+            self.cell_sums[:, here] += np.add.reduceat(sums, lines, axis=1)
+            self.cell_pixels[here] += np.outer(np.bincount(row - row[0]), np.bincount(column))
+            return
+        cell = (row[:, None] * self.cells[1] + column)[mask]
+        size = self.cells[0] * self.cells[1]
+        self.cell_pixels += np.bincount(cell, minlength=size).reshape(self.cells)
+        for channel in range(3):
+            self.cell_sums[channel] += np.bincount(cell, planes[channel], size).reshape(self.cells)
 
     def result(self) -> AreaMean:
         sd = np.sqrt(self.squares / (self.pixels - 1)) if self.pixels > 1 else np.zeros(3)

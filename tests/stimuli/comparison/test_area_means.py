@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from stimuli.comparison import areas
 from stimuli.comparison.areas import area_means, inside
 from stimuli.errors import StimulusError
 from stimuli.pictures import rows
@@ -29,6 +30,23 @@ def test_bands_give_the_means_of_the_whole(monkeypatch: pytest.MonkeyPatch) -> N
     assert whole.covariance_XYZ is not None
     assert got.covariance_XYZ is not None
     np.testing.assert_allclose(got.covariance_XYZ, whole.covariance_XYZ, rtol=1e-10)
+
+
+@pytest.mark.parametrize("outline", [SQUARE + [2, 9], SQUARE[:, ::-1] * [0.9, 1.1] + [3, 5], TRIANGLE])
+def test_sums_of_cells_are_those_of_their_pixels(outline: np.ndarray) -> None:
+    """Rows come a few at a time, and cells begin and end within them."""
+    picture = np.random.default_rng(3).gamma(2.0, 5.0, (80, 70, 3)).astype(np.float32)
+    sums = areas._Sums(outline, picture.shape)
+    for start in range(sums.rows.start, sums.rows.stop, 7):
+        band = slice(start, min(start + 7, sums.rows.stop))
+        sums.add(band, picture[band], None)
+    mask = inside(outline, sums.rows, sums.columns)
+    light = np.where(mask[..., None], picture[sums.rows, sums.columns], 0.0).astype(np.float64)
+    side = sums.cell_px
+    for row, column in np.ndindex(sums.cells):
+        cell = slice(row * side, (row + 1) * side), slice(column * side, (column + 1) * side)
+        assert sums.cell_pixels[row, column] == mask[cell].sum()
+        np.testing.assert_allclose(sums.cell_sums[:, row, column], light[cell].sum(axis=(0, 1)), rtol=1e-13)
 
 
 def test_float32_light_is_summed_in_float64() -> None:
