@@ -11,6 +11,7 @@ from typing import Annotated, Any, ClassVar, TypeVar, get_args
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, ValidationError
 
+SCHEMA_VERSION = 1  # of a session's log
 _LONGEST = 1e9  # s: longer than anybody sits
 _MOST = 2**53
 _DEEPEST = 24

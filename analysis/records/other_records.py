@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import ConfigDict, Field, Strict
 
 from analysis.records.fields import (
+    SCHEMA_VERSION,
     XYZ,
     Count,
     Fields,
@@ -27,7 +28,6 @@ from analysis.records.fields import (
     read_fields,
 )
 
-SCHEMA_VERSION = 1
 _Size = Annotated[tuple[Count, Count], Strict(False)]
 _Share = Annotated[float, Field(gt=0, lt=1)]
 

@@ -22,17 +22,18 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from analysis.errors import ResultsError
-from analysis.records.fields import HalfCharacterError, RecordError, of_whole_characters
-from analysis.records.order import Order
-from analysis.records.other_records import SCHEMA_VERSION, HeaderRecord
-from analysis.records.pooled_batches import PooledBatch
-from analysis.records.trial_kinds import NEWER
-from analysis.records.trial_record import TrialRecord
+from analysis.records.fields import SCHEMA_VERSION, HalfCharacterError, RecordError, of_whole_characters
 from documents import Finding, count_work
 from documents.files import MOST_LOG_BYTES, RESTORE, DamagedLineError, LogState, open_regular, read_lines
+
+if TYPE_CHECKING:  # the models of all records: only who reads a log needs them
+    from analysis.records.order import Order
+    from analysis.records.other_records import HeaderRecord
+    from analysis.records.pooled_batches import PooledBatch
+    from analysis.records.trial_record import TrialRecord
 
 FILE_NAME = "session.jsonl"
 
@@ -429,6 +430,8 @@ class RecordReader:
         kind = line.get("record") if isinstance(line, dict) else None
         order = self._order
         if order is None:
+            from analysis.records.order import Order
+
             if kind != "session":
                 raise RecordError("a session begins with its header")
             self._order = Order(line)
@@ -465,6 +468,8 @@ class RecordReader:
         elif kind == "end":
             order.end(line)
         else:
+            from analysis.records.trial_kinds import NEWER
+
             known = "session, trial, note, mark, resume, window, clipping, pool, end"
             raise RecordError(f"there is no record '{kind}' in this version, which has {known}", NEWER)
 
