@@ -8,6 +8,7 @@ it; only what a console itself writes, colours and the progress bar, passes as i
 from __future__ import annotations
 
 import io
+import os
 import re
 import sys
 from collections.abc import Collection, Iterable, Sequence
@@ -167,6 +168,10 @@ def say(*parts: str | tuple[str, str], errors: bool = False) -> None:
     >>> say(("warning:", "yellow"), " the screen is dim")
     warning: the screen is dim
     """
+    stream = sys.stderr if errors else sys.stdout
+    if not (stream.isatty() or "FORCE_COLOR" in os.environ):
+        print(visible("".join(part if isinstance(part, str) else part[0] for part in parts)), file=stream)
+        return
     from rich.text import Text
 
     clean_console(errors=errors).print(Text.assemble(*parts), soft_wrap=True)

@@ -116,7 +116,7 @@ def command(
     looking: dict[bool | None, ScreenCheck] = {None: "if present", True: "required", False: "skip"}
     all_checked = []
     for file in files:
-        with progress_bar(quiet=as_json or not sys.stderr.isatty()) as step:
+        with progress_bar(quiet=as_json) as step:
             options = CheckOptions(
                 results,
                 looking[screen],

@@ -130,7 +130,7 @@ def command(context: click.Context, /, photo: str, rendering: str, as_json: bool
         raise click.UsageError("--experiment needs --rig RIG.yaml: an experiment is run on one")
     compare_options = _compare_options(options)
     try:
-        with progress_bar(as_json or not sys.stderr.isatty()) as step:
+        with progress_bar(as_json) as step:
             report = report_comparison(
                 Path(photo),
                 Path(rendering),

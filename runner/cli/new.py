@@ -118,7 +118,7 @@ def _write(folder: Path, pictures: tuple[Path, ...], options: StudyOptions, as_j
     from runner.cli.progress import progress_bar
     from runner.studies import new_study
 
-    with _writing(folder), progress_bar(quiet=as_json or not sys.stderr.isatty()) as step:
+    with _writing(folder), progress_bar(quiet=as_json) as step:
         made = new_study(folder, pictures, options, progress=step)
     if as_json:
         click.echo(json.dumps(made.to_json()))

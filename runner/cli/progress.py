@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -16,8 +17,12 @@ Step = Callable[[str, int, int], None]
 def progress_bar(quiet: bool = False) -> Iterator[Step]:
     """Yield a function that takes what is being done, how much of it is done, and of how much.
 
-    A bar is there from the first step of its work to the last, so that lines can be printed before and after.
+    A bar is there from the first step of its work to the last, so that lines can be printed before and after. Where
+    the error stream is no terminal there is none, and neither where it is to be ``quiet``.
     """
+    if quiet or not sys.stderr.isatty():
+        yield lambda what, done, of: None
+        return
     bar: Progress | None = None
     tasks: dict[str, TaskID] = {}
     last: tuple[str, int, int] | None = None
@@ -28,7 +33,7 @@ def progress_bar(quiet: bool = False) -> Iterator[Step]:
             return  # reported already
         last = what, done, of
         if bar is None:
-            bar = _bar(quiet)
+            bar = _bar()
             bar.start()
         if what not in tasks:
             tasks[what] = bar.add_task(what, total=of)
@@ -49,10 +54,10 @@ def progress_bar(quiet: bool = False) -> Iterator[Step]:
         stop()
 
 
-def _bar(quiet: bool) -> Progress:
+def _bar() -> Progress:
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
     from documents.text import clean_console
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    return Progress(*columns, console=clean_console(errors=True), disable=quiet)
+    return Progress(*columns, console=clean_console(errors=True))

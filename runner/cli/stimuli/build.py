@@ -54,7 +54,6 @@ def command(
     With a rig, the percentages of pixels that its display cannot show bright enough are reported too.
     """
     import json
-    import sys
     from pathlib import Path
 
     from devices.display import read_rig
@@ -65,7 +64,7 @@ def command(
     if (rig_file is None) == (pixel_pitch_mm is None):
         raise click.UsageError("Name the display: --rig RIG.yaml, or --pixel-pitch-mm MM.")
     rig = None if rig_file is None else read_rig(Path(rig_file), ask_monitor=primary_monitor)
-    with progress_bar(as_json or not sys.stderr.isatty()) as step:
+    with progress_bar(as_json) as step:
         report = build_report(
             Path(recipe),
             rig=rig,

@@ -40,7 +40,6 @@ def command(
     measured at the sparkles of the shortest exposure: long exposures fill the sensor, and the contrast falls.
     """
     import json
-    import sys
     from pathlib import Path
 
     from devices.display import read_rig
@@ -60,7 +59,7 @@ def command(
     rig = None if rig_file is None else read_rig(Path(rig_file), ask_monitor=primary_monitor)
     pitch_mm = pixel_pitch_mm if rig is None else rig.display.panel.pixel_pitch_mm
     assert pitch_mm is not None
-    with progress_bar(as_json or not sys.stderr.isatty()) as step:
+    with progress_bar(as_json) as step:
         setup = None if rig is None else DisplaySetup.of(rig)
         built = build_set(Path(recipe), pitch_mm, step, setup=setup)
     chosen = [name.strip() for name in names.split(",")] if names else []
