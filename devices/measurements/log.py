@@ -14,7 +14,6 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from devices.display.gamma_table import GammaTable
 from devices.errors import MeasuringError
 from devices.instruments.instrument import Reading
 from devices.patches.arrangement import Place
@@ -261,6 +260,8 @@ def _check_facts(header: Mapping[str, Any]) -> None:
             raise ValueError(f"the header has no number '{name}'")
     datetime.fromisoformat(header["begun_utc"])
     if "gamma_table" in header:
+        from devices.display.gamma_table import GammaTable
+
         GammaTable.from_json(header["gamma_table"])
 
 

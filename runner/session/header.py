@@ -12,18 +12,20 @@ import subprocess
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from analysis.records import Header
-from devices.display import Plvc, Rig
 from documents import Finding, InputError
 from documents.files import read_regular, write_whole
 from documents.platform import state_folder
-from runner.blocks.block import Block
 from runner.errors import SessionError
-from runner.protocol.experiment import Experiment, ExperimentSpec
 from runner.session.clocks import SteadyClock
-from stimuli.build import StimulusSet
+
+if TYPE_CHECKING:  # `software` is all that many want of this module
+    from devices.display import Rig
+    from runner.blocks.block import Block
+    from runner.protocol.experiment import Experiment, ExperimentSpec
+    from stimuli.build import StimulusSet
 
 _NOTABLE = ("cyclopean", "numpy", "moderngl", "glfw", "OpenImageIO", "scipy")
 
@@ -33,6 +35,8 @@ def _digest(value: object) -> str:
 
 
 def _display_digest(rig: Rig) -> str:
+    from devices.display import Plvc
+
     models = rig.models
     numbers: list[object] = [
         [model.black_XYZ_cd_m2.tolist(), model.primaries_XYZ_cd_m2.tolist(), [asdict(c) for c in model.curves]]
