@@ -12,6 +12,8 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.series.agreement import ranks
+
 Floats = NDArray[np.float64]
 CorrelationKind = Literal["pearson", "spearman", "kendall"]
 KINDS: tuple[CorrelationKind, ...] = get_args(CorrelationKind)
@@ -50,9 +52,7 @@ def direction(values: Floats, kind: CorrelationKind) -> Floats:
 
 def mean_ranks(values: Floats) -> Floats:
     """Return the ranks, from 1, of each row; ties have the mean of theirs. Shapes (..., n) to (..., n)."""
-    from scipy.stats import rankdata
-
-    return np.asarray(rankdata(_plain(values), axis=-1), dtype=np.float64)
+    return ranks(_plain(values))
 
 
 def signs(values: Floats) -> NDArray[np.int8]:

@@ -41,6 +41,20 @@ class Coefficient:
         return json_fields(self)
 
 
+def ranks(values: Floats) -> Floats:
+    """Return the ranks, from 1, of each row; ties have the mean of theirs. Shapes (..., n) to (..., n)."""
+    order, place = np.argsort(values, axis=-1, kind="stable"), np.arange(values.shape[-1])
+    risen = np.take_along_axis(values, order, axis=-1)
+    first, last = np.ones((2, *values.shape), dtype=bool)
+    first[..., 1:] = last[..., :-1] = risen[..., 1:] != risen[..., :-1]
+    lowest = np.maximum.accumulate(np.where(first, place, 0), axis=-1)
+    highest = np.minimum.accumulate(np.where(last, place, len(place))[..., ::-1], axis=-1)[..., ::-1]
+    found = np.empty(values.shape)
+    np.put_along_axis(found, order, (lowest + highest) / 2 + 1, axis=-1)
+    found[np.isnan(values).any(axis=-1)] = np.nan
+    return found
+
+
 def kendall_w(ratings: Floats) -> float | None:
     """Return Kendall's coefficient of concordance, corrected for ties [Kendall1939].
 
@@ -53,14 +67,12 @@ def kendall_w(ratings: Floats) -> float | None:
     -------
     0 to 1; None where every observer rates all objects equally, or there is only one observer or object.
     """
-    from scipy.stats import rankdata
-
     m, n = ratings.shape
     if m < 2 or n < 2:
         return None
-    ranks = rankdata(ratings, axis=1)
-    sums = ranks.sum(axis=0)
-    ties = sum(float((count**3 - count).sum()) for count in (np.unique(row, return_counts=True)[1] for row in ranks))
+    each = ranks(ratings)
+    sums = each.sum(axis=0)
+    ties = sum(float((count**3 - count).sum()) for count in (np.unique(row, return_counts=True)[1] for row in each))
     most = m * m * (n**3 - n) - m * ties
     return min(1.0, float(12 * ((sums - sums.mean()) ** 2).sum() / most)) if most > 0 else None
 

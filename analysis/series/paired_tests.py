@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.classes.multiplicity import holm
-from analysis.series.agreement import kendall_w, kendall_w_p
+from analysis.series.agreement import kendall_w, kendall_w_p, ranks
 from analysis.series.observer_means import Estimate, means
 from documents.text import json_fields
 
@@ -141,11 +141,11 @@ def nemenyi_p(ratings: Floats) -> Floats:
     √2 times the distance of mean ranks, over √(k (k + 1) / (6 S)), by the studentised range distribution of k. There is
     no correction for ties: with many ties the test is conservative.
     """
-    from scipy.stats import rankdata, studentized_range
+    from scipy.stats import studentized_range
 
     observers, k = ratings.shape
-    ranks = rankdata(ratings, axis=1).mean(axis=0)
-    q = np.abs(ranks[:, None] - ranks) * np.sqrt(2) / np.sqrt(k * (k + 1) / (6 * observers))
+    each = ranks(ratings).mean(axis=0)
+    q = np.abs(each[:, None] - each) * np.sqrt(2) / np.sqrt(k * (k + 1) / (6 * observers))
     p = np.ones((k, k))
     for a, b in combinations(range(k), 2):
         p[a, b] = p[b, a] = float(studentized_range.sf(q[a, b], k, np.inf))

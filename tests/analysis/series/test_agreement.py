@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from scipy.stats import friedmanchisquare, spearmanr
+from numpy.typing import NDArray
+from scipy.stats import friedmanchisquare, rankdata, spearmanr
 
 from analysis.series.agreement import (
     fleiss_kappa,
@@ -17,6 +18,7 @@ from analysis.series.agreement import (
     kendall_w,
     kendall_w_p,
     krippendorff_alpha,
+    ranks,
     with_jackknife,
 )
 
@@ -32,6 +34,12 @@ EXAMPLE_C = np.array(
 )
 # Shrout and Fleiss (1979), Table 2: six targets, four judges.
 SHROUT = np.array([[9, 2, 5, 8], [6, 1, 3, 2], [8, 4, 6, 8], [7, 1, 2, 6], [10, 5, 6, 9], [6, 2, 4, 7]], float).T
+
+
+@given(arrays(np.float64, (2, 3, 6), elements=st.sampled_from([0.0, 0.1, 1.0, 2.0, float("inf"), -float("inf"), NAN])))
+def test_ranks_are_those_of_scipy(values: NDArray[np.float64]) -> None:
+    for held in (values, values[..., :1], values[0, 0], values[:, :0]):
+        np.testing.assert_array_equal(ranks(held), rankdata(held, axis=-1))
 
 
 def test_krippendorff_s_own_example() -> None:
