@@ -55,14 +55,14 @@ _RAMPS: tuple[tuple[str, Colour], ...] = (("red", "red"), ("green", "green"), ("
 
 def simple_gamma(levels: Floats, light: Floats) -> tuple[float, float]:
     """Return the gamma for which levels^gamma is nearest ``light``, both (k,) in 0..1, and its R²."""
-    from scipy.optimize import minimize_scalar
-
-    def left(gamma: float) -> float:
-        return float(((levels**gamma - light) ** 2).sum())
-
-    gamma = float(minimize_scalar(left, bounds=(0.2, 8.0), method="bounded", options={"xatol": 1e-10}).x)
+    low, high = 0.2, 8.0
+    for _ in range(11):  # each grid is ten times as fine as the one before
+        grid = np.linspace(low, high, 21)
+        left = ((levels ** grid[:, None] - light) ** 2).sum(axis=1)
+        best = int(left.argmin())
+        low, high = grid[max(best - 1, 0)], grid[min(best + 1, 20)]
     spread = float(((light - light.mean()) ** 2).sum())
-    return gamma, 1 - left(gamma) / spread if spread > 0 else float("nan")
+    return float(grid[best]), 1 - float(left[best]) / spread if spread > 0 else float("nan")
 
 
 def tone_response(measurements: Measurements) -> Diagnosis:

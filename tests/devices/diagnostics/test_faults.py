@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
 
 from devices.diagnostics.channels import additivity, channel_constancy, headroom, simple_gamma, tone_response
 from devices.diagnostics.colours import chromaticities, primary_colours, spectral_overlap
@@ -203,6 +204,14 @@ def test_simple_gamma_of_an_exact_curve() -> None:
     gamma, fit = simple_gamma(levels, levels**2.2)
     assert gamma == pytest.approx(2.2, abs=1e-6)
     assert fit == pytest.approx(1.0, abs=1e-9)
+
+
+def test_simple_gamma_is_that_of_scipy_s_search() -> None:
+    levels = np.linspace(0.05, 1, 20)
+    light = levels**2.2 + np.random.default_rng(3).normal(0, 0.02, 20)
+    known = minimize_scalar(lambda gamma: ((levels**gamma - light) ** 2).sum(), bounds=(0.2, 8.0), method="bounded")
+    assert simple_gamma(levels, light)[0] == pytest.approx(known.x, abs=1e-4)  # as near as that search comes
+    assert simple_gamma(levels, np.append(np.zeros(19), 1.0))[0] == 8.0
 
 
 def test_headroom_finds_a_clipped_top() -> None:
