@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import MappingProxyType
 from typing import Literal, get_args
 
 import numpy as np
@@ -15,6 +16,14 @@ from documents import Finding
 Floats = NDArray[np.float64]
 Adjust = Literal["none", "holm", "bh", "maxz"]
 ADJUSTMENTS: tuple[Adjust, ...] = get_args(Adjust)
+ADJUSTMENT_NAMES = MappingProxyType(
+    {
+        "none": "no correction for the number of pairs",
+        "holm": "Holm's correction",
+        "bh": "Benjamini and Hochberg's correction",
+        "maxz": "the single-step maximum of z",
+    }
+)
 
 MAXZ_SEED = 20160
 MAXZ_SAMPLES = 200_000

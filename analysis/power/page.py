@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.classes.multiplicity import ADJUSTMENT_NAMES
 from analysis.power.groups import GroupsNeeded, parts_of
 from analysis.power.plan import Plan
 from analysis.power.results import Needed
 from analysis.power.tables import size_rows
-from analysis.report.page import ADJUSTMENT_NAMES
 from documents.files import write_whole
 from documents.pages import DEEP, INK, drawing, page_environment, short, svg_of
 

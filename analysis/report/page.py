@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from analysis.classes.multiplicity import Adjust
+from analysis.classes.multiplicity import ADJUSTMENT_NAMES, Adjust
 from analysis.observers.filters import Filter
 from analysis.records.session_record import SessionLog
 from analysis.report.blocks import Section, Table, write_csv_files, write_figure_files
@@ -129,14 +129,6 @@ def _page(report: Report, sections: tuple[Section, ...]) -> str:
     }
     environment.filters.update(filters)
     return environment.get_template("report.html.j2").render(report=report, header=report.header, sections=sections)
-
-
-ADJUSTMENT_NAMES: Mapping[str, str] = {
-    "none": "no correction for the number of pairs",
-    "holm": "Holm's correction",
-    "bh": "Benjamini and Hochberg's correction",
-    "maxz": "the single-step maximum of z",
-}
 
 
 def sections_of(report: Report, published: Published, thumbnails: Thumbnails) -> tuple[Section, ...]:

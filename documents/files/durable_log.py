@@ -13,13 +13,14 @@ import threading
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import Any, BinaryIO, Protocol, TypeVar
-
-from filelock import FileLock, Timeout
+from typing import TYPE_CHECKING, Any, BinaryIO, Protocol, TypeVar
 
 from documents.files.atomic import whole_file
 from documents.files.chain import COUNT, EMPTY, LogState, sealed
 from documents.platform import sync_folder
+
+if TYPE_CHECKING:
+    from filelock import FileLock
 
 
 class LogInUseError(Exception):
@@ -191,6 +192,8 @@ def _set_aside(file: Path, tail: bytes, torn_file: Path) -> None:
 
 
 def _locked(file: Path) -> FileLock:
+    from filelock import FileLock, Timeout
+
     lock = FileLock(file, thread_local=False)  # a log may be closed by another thread than opened it
     try:
         lock.acquire(timeout=0)

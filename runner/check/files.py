@@ -9,7 +9,6 @@ from types import MappingProxyType
 from typing import Any
 
 from analysis.records import FILE_NAME
-from devices.camera import read_camera
 from devices.display import (
     EYES,
     Display,
@@ -33,10 +32,8 @@ from runner.check.experiment import (
 from runner.check.machine import check_screen
 from runner.check.report import CheckOptions, CheckReport
 from runner.check.timing_marks import check_timing_marks
-from runner.observers.observer_file import KINDS, ScoredObserverSpec, read_observer
 from runner.presenter.modes.registry import MODES
 from runner.presenter.surfaces.screens import primary_monitor
-from stimuli.comparison import read_regions
 from stimuli.pictures import is_ordinary
 from stimuli.recipes import read_recipe
 
@@ -122,6 +119,8 @@ def check_verification(report: CheckReport, options: CheckOptions) -> None:
 
 def check_camera(report: CheckReport, options: CheckOptions) -> None:
     """Check a camera file."""
+    from devices.camera import read_camera
+
     camera = read_camera(report.file)
     exposure, zone = camera.exposure, camera.safe_luminance_cd_m2
     report.facts.update(
@@ -141,6 +140,8 @@ def check_camera(report: CheckReport, options: CheckOptions) -> None:
 
 def check_regions(report: CheckReport, options: CheckOptions) -> None:
     """Check a file of regions to compare; only the comparison finds out whether they lie inside the pictures."""
+    from stimuli.comparison import read_regions
+
     regions = read_regions(report.file)
     report.facts.update(
         {
@@ -153,6 +154,8 @@ def check_regions(report: CheckReport, options: CheckOptions) -> None:
 
 def check_recipe_or_observers(report: CheckReport, options: CheckOptions) -> None:
     """Check a recipe, or a file of simulated observers."""
+    from runner.observers.observer_file import KINDS, ScoredObserverSpec, read_observer
+
     kind = str(read_yaml(report.file).data.get("kind"))
     if nearest(kind, KINDS):
         spec = read_observer(report.file)

@@ -13,15 +13,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from os.path import isabs
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from documents import Finding, InputError
 from documents.files import beside, looked_for, whole_folder
 from documents.text import did_you_mean
 from documents.yaml import read_yaml
 from runner.errors import SessionError
-from runner.observers.observer_file import read_observer
-from runner.protocol.experiment import Experiment, read_experiment
-from stimuli.recipes import read_recipe
+
+if TYPE_CHECKING:
+    from runner.protocol.experiment import Experiment
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,6 +133,8 @@ def copy_experiment(experiment: str | Path, folder: str | Path) -> CopiedExperim
     ...     copied.experiment.relative_to(place).as_posix(), [file.stem for file in copied.observers]
     ('my_study/experiments/dynamic_range.yaml', ['careless', 'image_based', 'table_4_4'])
     """
+    from runner.protocol.experiment import read_experiment
+
     read, folder = read_experiment(experiment), Path(folder)
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         remedy = "nothing is overwritten: name a folder that is not there yet"
@@ -163,6 +166,8 @@ def copy_experiment(experiment: str | Path, folder: str | Path) -> CopiedExperim
 
 def named_files(experiment: Experiment) -> Iterator[tuple[Path, bool]]:
     """Yield every file that the experiment consists of, its own first, and whether an absolute path leads there."""
+    from stimuli.recipes import read_recipe
+
     rig, recipe = Path(experiment.rig.file), experiment.recipe_file
     of_rig = read_yaml(rig).data
     named = [(experiment.file, experiment.spec.rig), (experiment.file, experiment.spec.stimuli)]
@@ -177,6 +182,8 @@ def named_files(experiment: Experiment) -> Iterator[tuple[Path, bool]]:
 
 def _observers(experiment: Experiment) -> Iterator[Path]:
     """Yield the shipped simulated observers who can answer a shipped experiment."""
+    from runner.observers.observer_file import read_observer
+
     shipped = shipped_folder()
     if experiment.file.resolve().parent != (shipped / "experiments").resolve():
         return

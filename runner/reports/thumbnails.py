@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +14,11 @@ from analysis.records import Header
 from devices.colour import srgb
 from devices.display import DisplayModel, PanelSpec
 from documents import InputError
-from runner.protocol.experiment import Experiment, read_experiment
 from runner.session.header import hashes
 from stimuli.build import StimulusSet, find_cached
+
+if TYPE_CHECKING:
+    from runner.protocol.experiment import Experiment
 
 Floats = NDArray[np.float64]
 LARGE_PX, SMALL_PX, FEW = 200, 96, 16
@@ -29,6 +32,8 @@ def find_shown(header: Header, file: Path) -> tuple[Experiment, StimulusSet] | N
     stimuli = find_cached(str(header.hashes.get("stimuli")), file)
     if stimuli is None:
         return None
+    from runner.protocol.experiment import read_experiment
+
     try:
         mode = header.display.get("mode")
         panel = PanelSpec.model_validate(header.display.get("panel"))

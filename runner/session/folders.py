@@ -14,8 +14,6 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from filelock import FileLock, Timeout
-
 from analysis.errors import ResultsError
 from analysis.records import (
     FILE_NAME,
@@ -116,6 +114,8 @@ def is_running(folder: Path) -> bool:
     file = folder / ".lock"
     if not file.exists():
         return False
+    from filelock import FileLock, Timeout
+
     try:
         with FileLock(file).acquire(timeout=0):
             return False

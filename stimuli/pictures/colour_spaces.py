@@ -18,7 +18,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from devices.colour import D65_XY, DISPLAY_P3_PRIMARIES_XY, SRGB_PRIMARIES_XY, rgb_to_xyz_matrix, srgb_decoded
 from devices.errors import DeviceError
-from devices.profiles import profile_encoding
 from stimuli.errors import StimulusError
 
 Floats = NDArray[np.float64]
@@ -99,6 +98,8 @@ def embedded_encoding(data: bytes, path: Path) -> Encoding:
     StimulusError
         If the profile is damaged, or not one of RGB.
     """
+    from devices.profiles import profile_encoding
+
     try:
         read = profile_encoding(data, str(path))
     except DeviceError as error:
