@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from analysis.observers.responses import TOO_FAST_S
 from analysis.records.session_record import Trial
 
+TOO_FAST_S = 0.2
 FEWEST_TRIALS = 10
 STRIKING_SHARE = 0.5
 PAGES = ("instructions", "break")

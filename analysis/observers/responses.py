@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from analysis.classes.classes import levels
 from analysis.comparisons.comparisons import Comparisons
 from analysis.comparisons.session_comparisons import KINDS, is_comparison
+from analysis.observers.haste import TOO_FAST_S
 from analysis.records.results import sessions_by_observer
 from analysis.records.session_record import SessionLog, Trial
 
 Floats = NDArray[np.float64]
-TOO_FAST_S = 0.2
 FEWEST_ANSWERS = 8  # of a trend
 
 

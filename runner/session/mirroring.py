@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
-from analysis.records import FILE_NAME, copy_in_mirror
+from analysis.records import FILE_NAME
 from documents import Finding
 from documents.files import Mirror
 from runner.errors import SessionError
@@ -30,6 +30,8 @@ def start_mirror(recorder: Recorder, folder: Path, note: Callable[[str, str], No
 
     What goes wrong is noted once in the session's log, by ``note``, and never stops the session.
     """
+
+    from analysis.records import copy_in_mirror
 
     def beside() -> Iterator[tuple[Path, Path]]:
         experiment = recorder.folder.absolute().parents[1]
