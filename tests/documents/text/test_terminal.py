@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 import sys
 
 import click
@@ -50,6 +51,22 @@ def test_colours_of_the_program_pass_and_those_of_names_do_not(monkeypatch: pyte
     screen = screen_of(monkeypatch)
     say(("warning:", "yellow"), f" {ESCAPE}name\nFORGED")
     assert screen.getvalue() == "\x1b[33mwarning:\x1b[0m [31mname FORGED\n"
+
+
+@pytest.mark.parametrize("errors", [False, True])
+def test_a_line_says_the_same_without_a_terminal(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], errors: bool
+) -> None:
+    for name, value in (("FORCE_COLOR", "1"), ("TERM", "xterm"), ("COLUMNS", "40")):
+        monkeypatch.setenv(name, value)
+    parts = ("warning:", "yellow"), f" [bold] {ESCAPE}name\nFORGED :smile: " + 60 * "long "
+    say(*parts, errors=errors)
+    coloured = capsys.readouterr()[errors]
+    monkeypatch.delenv("FORCE_COLOR")
+    say(*parts, errors=errors)
+    plain = capsys.readouterr()[errors]
+    assert coloured.startswith("\x1b[33mwarning:")
+    assert plain == re.sub(r"\x1b\[\d+m", "", coloured)
 
 
 def test_cells_of_tables_are_clean_and_on_one_line(monkeypatch: pytest.MonkeyPatch) -> None:

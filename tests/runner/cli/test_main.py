@@ -47,6 +47,16 @@ def test_the_help_imports_nothing_heavy() -> None:
     assert [name for name in heavy if f"'{name}'" in imported] == []
 
 
+def test_a_start_looks_for_no_plugins_and_seldom_for_cycles() -> None:
+    code = (
+        "import gc, importlib.metadata, sys\nimportlib.metadata.entry_points = None\n"
+        "from runner.cli.main import main\nsys.argv = ['cyclopean', 'schema', 'rig']\n"
+        "try: main()\nfinally: print(gc.get_threshold()[0], file=sys.stderr)"
+    )
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (told.returncode, told.stderr) == (0, "10000\n")
+
+
 def test_an_unknown_command_is_answered_with_the_nearest() -> None:
     result = CliRunner().invoke(group, ["shew"])
     assert result.exit_code == 2

@@ -17,7 +17,7 @@ Study = Any  # tests/conftest.py
 HEAVY = {
     *("PIL", "colour", "cv2", "dask", "distributed", "glfw", "jinja2", "matplotlib", "moderngl", "numpy", "pandas"),
     *("pydantic", "rawpy", "rich", "scipy", "scipy.optimize", "scipy.stats", "skimage", "spectral", "yaml"),
-    # Of our own the models of all kinds of blocks, of recipes and of records, and the page of the report.
+    # Of our own: the models of all kinds of blocks, of recipes and of records, and the page of the report.
     *("runner.protocol.experiment", "stimuli.recipes.recipe", "analysis.records.order", "analysis.report.page"),
 }
 STUDY = {"runner.protocol.experiment", "stimuli.recipes.recipe"}
