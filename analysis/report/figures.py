@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from analysis.report.summary import Summary
 from analysis.report.words import percent
 from analysis.scaling.scores import ItemScore
-from documents.pages import DEEP, FAINT, INK, Drawing, drawing, drawn, rows_only, short
+from documents.pages import DEEP, FAINT, INK, Drawing, drawing, drawn, row_names, rows_only, short
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,10 +28,7 @@ def draw_scores(summary: Summary, width_in: float) -> Drawing:
     items = summary.scores.items
     with drawing("scores", width_in, 0.75 + ROW_IN * len(items)) as (figure, axes):
         _scores(axes, summary, [item.name for item in items])
-        axes.set_yticks(range(len(items)), [short(item.name) for item in items])
-        axes.yaxis.set_label_coords(
-            0.0, 0.5
-        )  # there is none: else its place is computed from all names, again and again
+        row_names(axes, {row: short(item.name) for row, item in enumerate(items)})
         axes.set_xlabel("log₁₀ score")
         return drawn(figure, f"Scores of {len(items)} stimuli with 95 % intervals")
 
@@ -76,7 +73,7 @@ def draw_group_scores(
             beside = (
                 (names if number % across == 0 else ("",) * len(names)) if common else [str(item) for item in items]
             )
-            panel.set_yticks(range(len(items)), [short(name) for name in beside])
+            row_names(panel, {row: short(name) for row, name in enumerate(beside)})
             panel.xaxis.set_major_locator(MaxNLocator(4 if width_in / across > 2 else 2))
             if number + across >= len(groups):
                 panel.tick_params(labelbottom=True)
@@ -115,16 +112,12 @@ def _scores(axes: Axes, summary: Summary, names: Sequence[str | None], height: i
         list(scores.values()), shown, s=95, marker="o", facecolors="none", edgecolors=INK, linewidths=1.1, zorder=5
     )
     axes.set_ylim((len(names) if height is None else height) - 0.4, -0.6)
-    beside = axes.secondary_yaxis("right")
-    beside.set_yticks(list(items), [_few(item.label or "–") for item in items.values()], fontweight="bold")
-    beside.tick_params(length=0)
-    beside.set_ylabel("class", rotation=0, ha="left", va="bottom", color=INK)
-    beside.yaxis.set_label_coords(1.01, 1.0)
+    classes = {row: _few(item.label or "–") for row, item in items.items()}
+    row_names(axes, classes, "right", fontweight="bold", color="black")
+    axes.text(1.01, 1.0, "class", transform=axes.transAxes, ha="left", va="bottom", color=INK)
     axes.hlines(list(items), 0, 1, transform=axes.get_yaxis_transform(), color=FAINT, linewidth=0.7, zorder=1)
-    axes.tick_params(axis="y", length=0, colors=INK)
     axes.tick_params(axis="x", colors=INK)
-    for spines in (axes.spines, beside.spines):
-        spines[["top", "right", "left"]].set_visible(False)
+    axes.spines[["top", "right", "left"]].set_visible(False)
     axes.spines["bottom"].set_color(INK)
 
 
@@ -180,14 +173,17 @@ def draw_classes(summary: Summary, width_in: float) -> Drawing:
     count = len(classes.members)
     with drawing("classes", width_in, 0.55 + 0.31 * len(scores.items)) as (figure, axes):
         axes.hlines(range(len(scores.items)), -0.6, count - 0.4, color=FAINT, linewidth=0.7, zorder=1)
+        bars: list[tuple[int, float, float, str, float]] = []  # class, ends, colour and width
+        dots: list[tuple[int, int]] = []
         for number, members in enumerate(classes.members):
             rows = sorted(row_of[item] for item in members)
             (colour,) = class_colours(str(number + 1))
-            axes.plot([number] * 2, [rows[0], rows[-1]], color=colour, linewidth=1.5, zorder=2)
-            for first, last in runs(rows):
-                ends = [first - BEYOND, last + BEYOND]
-                axes.plot([number] * 2, ends, color=colour, linewidth=10, solid_capstyle="butt", zorder=2)
-            axes.plot([number] * len(rows), rows, "o", color="white", markeredgecolor=INK, markersize=6, zorder=3)
+            bars.append((number, rows[0], rows[-1], colour, 1.5))
+            bars += [(number, first - BEYOND, last + BEYOND, colour, 10) for first, last in runs(rows)]
+            dots += [(number, row) for row in rows]
+        at, first_row, last_row, colours, widths = zip(*bars, strict=True)
+        axes.vlines(at, first_row, last_row, colors=colours, linewidth=widths, capstyle="butt", zorder=2)
+        axes.plot(*zip(*dots, strict=True), "o", color="white", markeredgecolor=INK, markersize=6, zorder=3)
         if stability is not None:
             for row, (item, below) in enumerate(zip(scores.order, scores.order[1:], strict=False)):
                 place = {name: index for index, name in enumerate(stability.items)}
@@ -195,8 +191,7 @@ def draw_classes(summary: Summary, width_in: float) -> Drawing:
                 share = float(stability.shared[place[names[item]], place[names[below]]])
                 axes.text(count - 0.25, row + 0.5, percent(share), va="center", ha="left", fontsize=8.5, color=INK)
             axes.text(count - 0.25, -0.75, "share a class", va="bottom", ha="left", fontsize=8.5, color=INK)
-        axes.set_yticks(range(len(scores.items)), [short(item.name) for item in scores.items])
-        axes.yaxis.set_label_coords(0.0, 0.5)
+        row_names(axes, {row: short(item.name) for row, item in enumerate(scores.items)})
         axes.set_ylim(len(scores.items) - 0.4, -0.6)
         axes.set_xlim(-0.6, count + (0.9 if stability is not None else -0.4))
         axes.xaxis.tick_top()

@@ -10,6 +10,7 @@ from .svg import WIDE_IN as WIDE_IN
 from .svg import Drawing as Drawing
 from .svg import drawing as drawing
 from .svg import drawn as drawn
+from .svg import row_names as row_names
 from .svg import rows_only as rows_only
 from .svg import short as short
 from .svg import svg_of as svg_of

@@ -6,16 +6,17 @@ import io
 import re
 import unicodedata
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from documents.work import count_work
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.text import Text
 
 INK = "#23282d"
 FAINT = "#d8dde1"
@@ -125,13 +126,13 @@ class Drawing:
             A PDF file of one page, the same for the same figure.
         """
         from matplotlib import rc_context
+        from matplotlib.backends.backend_pdf import FigureCanvasPdf
 
         out = io.BytesIO()
         style: dict[str, Any] = {"pdf.fonttype": 42, "hatch.linewidth": self.hatch_pt}
-        with rc_context(style), without_drawing_warnings():  # type: ignore[arg-type]  # as above
-            self.figure.savefig(
-                out, format="pdf", metadata={"Title": self.label, "Creator": "cyclopean", "CreationDate": None}
-            )
+        facts = {"Title": self.label, "Creator": "cyclopean", "CreationDate": None}
+        with rc_context(style), _drawn_once(self.figure):  # type: ignore[arg-type]  # as above
+            FigureCanvasPdf(self.figure).print_pdf(out, metadata=facts)  # type: ignore[no-untyped-call]
         return out.getvalue()
 
 
@@ -159,17 +160,30 @@ def drawn(figure: Figure, label: str) -> Drawing:
     """
     from markupsafe import escape
     from matplotlib import rcParams
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
 
     count_work("figures_drawn")
     out = io.StringIO()
-    with without_drawing_warnings():
-        figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+    with _drawn_once(figure):
+        facts = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+        FigureCanvasSVG(figure).print_svg(out, metadata=facts)  # type: ignore[no-untyped-call]
     svg = out.getvalue()
     body = re.sub(r"<metadata>.*?</metadata>", "", svg[svg.index("<svg") :], flags=re.DOTALL)
     head, rest = body.split(">", 1)
     view = re.search(r'viewBox="[^"]*"', head)
     element = f'<svg {view.group(0) if view else ""} role="img" aria-label="{escape(label)}">{rest.rstrip()}'
     return Drawing(element, label, figure, rcParams["hatch.linewidth"])
+
+
+@contextmanager
+def _drawn_once(figure: Figure) -> Iterator[None]:
+    """Write a figure by its canvas, which draws it once, the layout included: ``savefig`` would draw it twice."""
+    dpi = figure.dpi
+    try:
+        with without_drawing_warnings():
+            yield
+    finally:
+        figure.dpi = dpi  # a canvas of vectors leaves 72
 
 
 def svg_of(figure: Figure, label: str) -> str:
@@ -237,6 +251,48 @@ def rows_only(axes: Axes, rows: int) -> None:
     axes.tick_params(axis="x", colors=INK)
     axes.spines[["top", "right", "left"]].set_visible(False)
     axes.spines["bottom"].set_color(INK)
+
+
+def row_names(axes: Axes, names: Mapping[int, str], side: Literal["left", "right"] = "left", **style: Any) -> None:
+    """Write names beside rows where labels of ticks would stand, each measured once; the y axis gets no ticks.
+
+    A tick is made of three lines and two texts, and each layout measures them all several times.
+
+    Parameters
+    ----------
+    axes
+        The axes to change.
+    names
+        The name of each row, by the row's y; no two lines of text.
+    side
+        Beside which edge of the axes they stand.
+    **style
+        Properties of the text, such as ``fontweight``.
+
+    Examples
+    --------
+    >>> with drawing("scores", 4.0, 2.0) as (figure, axes):
+    ...     row_names(axes, {0: "plate", 1: "sphere"})
+    >>> [(text.get_text(), text.get_in_layout()) for text in axes.texts]
+    [('plate', False), ('sphere', True)]
+    """
+    from matplotlib.textpath import text_to_path
+
+    axes.set_yticks([])
+    beside = axes.get_yaxis_text1_transform if side == "left" else axes.get_yaxis_text2_transform
+    place, vertical, horizontal = beside(_NAME_PT)
+    look = {"transform": place, "va": vertical, "ha": horizontal, "color": INK, **style}
+    texts = [axes.text(float(side == "right"), row, name, in_layout=False, **look) for row, name in names.items()]
+
+    def width(text: Text) -> float:
+        return text_to_path.get_text_width_height_descent(text.get_text(), text.get_fontproperties(), False)[0]
+
+    if texts:
+        with without_drawing_warnings():
+            max(texts, key=width).set_in_layout(True)
+
+
+_NAME_PT = 3.5  # between a name and the axes
 
 
 def short(name: str, longest: int = LONGEST_NAME) -> str:
