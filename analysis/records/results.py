@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -94,31 +93,23 @@ def _no_search_for_cycles() -> Iterator[None]:
 
 
 class _Shared:
-    """Names and clipping costs that trials have in common, each kept once: half the memory of many sessions.
-
-    What a stimulus clips stands in every trial that shows it.
-    """
+    """Clipping costs that sessions have in common, each kept once: they stand in every trial that shows a stimulus."""
 
     def __init__(self) -> None:
         self._costs: dict[str, Any] = {}
 
     def within(self, session: SessionLog) -> SessionLog:
-        """Let the trials of ``session`` share what they have in common with those before; return it."""
+        """Let the trials of ``session`` share costs with those before; return it."""
         for trial in session.answers:
-            data = trial.data
-            if not isinstance(data, dict):
-                continue
-            kept = {sys.intern(key): sys.intern(value) if type(value) is str else value for key, value in data.items()}
-            clipping = kept.get("clipping")
+            clipping = trial.data.get("clipping")
             if isinstance(clipping, dict):
-                kept["clipping"] = {name: self._shared(name, costs) for name, costs in clipping.items()}
-            data.clear()
-            data.update(kept)
+                for name, costs in clipping.items():
+                    clipping[name] = self._shared(name, costs)
         return session
 
     def _shared(self, name: str, costs: Any) -> Any:
         known = self._costs.setdefault(name, costs)
-        return known if known == costs else costs
+        return known if known is costs or known == costs else costs
 
 
 def sessions_by_observer(sessions: Iterable[SessionLog]) -> dict[str, list[SessionLog]]:

@@ -105,6 +105,15 @@ class ChainReader:
 
     def look(self, raw: bytes) -> Link:
         """Return ``raw``, the next line without its line end, and what is wrong with it; it is not taken yet."""
+        if len(self._before) == 1:
+            body, number = raw[:-_SUFFIX], self._expected[0]
+            chain = _next(self._before[0], body)
+            if raw.endswith(b',"%s":%d%s%s"}' % (NUMBER.encode(), number, _KEY, chain.encode())):
+                return Link(body, number, chain, (chain,))
+        return self._look_closely(raw)
+
+    def _look_closely(self, raw: bytes) -> Link:
+        """Look as `look` does at a line that need not be the one that is due."""
         body, stated = raw[:-_SUFFIX], raw[-_SUFFIX:]
         numbered = _NUMBERED.search(body[-24:])
         has_chain = stated.startswith(_KEY) and stated.endswith(b'"}') and _HEX.fullmatch(stated[len(_KEY) : -2])

@@ -9,6 +9,8 @@ from io import IOBase
 from pathlib import Path
 from typing import Any
 
+from pydantic_core import from_json
+
 from documents.files.chain import CHAIN, COUNT, NUMBER, RESTORE, ChainReader, Link, LogState
 from documents.findings import Finding, InputError
 
@@ -132,10 +134,21 @@ def _is_torn(chain: ChainReader, link: Link, raw: bytes, number: int) -> bool:
     return link.fault is not None
 
 
+def parsed(raw: bytes) -> Any:
+    """Return what `json.loads` returns, or raise what it raises, in less than half of the time.
+
+    Equal texts of different lines are one object. The faster reader takes less: what it refuses is read again.
+    """
+    try:
+        return from_json(raw)
+    except ValueError:
+        return json.loads(raw)
+
+
 def _value(raw: bytes, link: Link, number: int) -> Any:
     """Return the line's value; what was added to it is taken off and checked."""
     try:
-        value = json.loads(raw)
+        value = parsed(raw)
     except _REFUSED as error:
         raise DamagedLineError(number, error) from error
     if link.chain is None and isinstance(value, dict) and NUMBER in value and CHAIN in value:
