@@ -197,6 +197,8 @@ def main() -> None:
     _ready_streams()
     _start_soon()
     prefer_one_blas_thread()
+    # Records and figures stay until the end: the usual 700, 10, 10 would look through all of them again and again.
+    gc.set_threshold(5_000, 20, 50)
     try:
         group(prog_name="cyclopean")
     except Exception as error:
