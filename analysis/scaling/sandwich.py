@@ -99,11 +99,12 @@ class Contributions:
         for start in range(0, number, size):
             part = along[start : start + size]
             q = np.einsum("kr,srt->kst", part, moved, optimize=True)
-            together = -(q @ q.transpose(0, 2, 1))
-            together[:, np.arange(people), np.arange(people)] += np.einsum(
-                "kr,srt,kt->ks", part, squares, part, optimize=True
-            )
-            trace, total = np.einsum("kss->k", together), (together**2).sum(axis=(1, 2))
+            own = np.einsum("kst,kst->ks", q, q)
+            diagonal = np.einsum("kr,srt,kt->ks", part, squares, part, optimize=True) - own
+            # Of Q Qᵀ and Qᵀ Q, which have the same squares in all, the smaller.
+            gram = q.transpose(0, 2, 1) @ q if people > rank else q @ q.transpose(0, 2, 1)
+            trace, across = diagonal.sum(axis=1), (gram**2).sum(axis=(1, 2)) - (own**2).sum(axis=1)
+            total = (diagonal**2).sum(axis=1) + across
             freedom[start : start + size] = np.divide(trace**2, total, out=np.ones_like(trace), where=total > 0)
         return np.maximum(freedom, FEWEST_FREE)
 

@@ -11,6 +11,7 @@ import pytest
 from analysis.comparisons.comparisons import Comparisons
 from analysis.scaling.fitting import fit_model
 from analysis.scaling.laws import Davidson, Logistic, Model, Probit
+from analysis.scaling.sandwich import FEWEST_FREE, MOST_LEVERAGE, Contributions
 
 Drawer = Callable[..., Comparisons]
 THETA = np.array([0.7, 0.0, -0.3, -0.4])
@@ -78,3 +79,31 @@ def test_observers_who_repeat_themselves_widen_it(draw: Drawer) -> None:
     copied = replace(comparisons, count=comparisons.count * 4)
     ratio = fit_model(copied, covariance="sandwich").se / fit_model(copied, covariance="model").se
     assert (ratio > 1.6).all()
+
+
+@pytest.mark.parametrize(("people", "rank"), [(3, 5), (6, 6), (40, 3), (2, 1)])
+def test_degrees_of_freedom_are_those_of_every_two_observers(people: int, rank: int) -> None:
+    """Written out: P_st = k_s 1(s = t) u K_s/(1 − K_s) u − u K_s (1 − K_s)^(−1/2) K_t (1 − K_t)^(−1/2) u."""
+    rng = np.random.default_rng(people)
+    factors = rng.normal(size=(people, rank, rank))
+    leverages = factors @ factors.transpose(0, 2, 1)
+    values, vectors = np.linalg.eigh(leverages.sum(axis=0))
+    half = vectors / np.sqrt(values) @ vectors.T
+    leverages = half @ leverages @ half
+    root = rng.normal(size=(rank + 1, rank))
+    found = Contributions(np.zeros((people, rank + 1)), None, root, leverages, np.full(people, 1 / people))
+    rows = rng.normal(size=(5, rank + 1))
+    expected = []
+    for u in rows @ root:
+        together = np.zeros((people, people))
+        moved, own = [], []
+        for one in leverages:
+            shares, axes = np.linalg.eigh(one)
+            shares = np.clip(shares, 0, MOST_LEVERAGE)
+            moved.append(axes @ np.diag(shares / np.sqrt(1 - shares)) @ axes.T @ u)
+            own.append(u @ axes @ np.diag(shares / (1 - shares)) @ axes.T @ u)
+        for s in range(people):
+            for t in range(people):
+                together[s, t] = (own[s] if s == t else 0) - moved[s] @ moved[t]
+        expected.append(max(np.trace(together) ** 2 / (together**2).sum(), FEWEST_FREE))
+    np.testing.assert_allclose(found.degrees_of_freedom(lambda: rows, len(rows)), expected, rtol=1e-10)
