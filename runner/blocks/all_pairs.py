@@ -195,6 +195,7 @@ class AllPairs(Block):
     def steps(self) -> Steps:
         """Ask for every pair and record each answer."""
         view, trials = self.view, self.comparisons()
+        keys, targets = view.keys, view.targets  # the same for every pair
         if isinstance(view, SequenceView):
             yield replace(sequence_page(self.style), upcoming=view.pair(trials[0].first, trials[0].second))
         for number, trial in enumerate(trials):
@@ -209,10 +210,10 @@ class AllPairs(Block):
                 (
                     yield Ask(
                         scene,
-                        view.keys,
+                        keys,
                         view.pair(following.first, following.second) if following else None,
                         Compare(trial.first, trial.second, self.reference),
-                        view.targets,
+                        targets,
                     )
                 )
             )

@@ -252,7 +252,8 @@ class Session:
 
     def _as_asked(self, ask: Ask) -> Ask:
         """Return ``ask`` with the experiment's keys, and with the progress if it is wanted."""
-        return replace(self.style.interface.listening(ask), scene=self._with_progress(ask.scene))
+        ask, scene = self.style.interface.listening(ask), self._with_progress(ask.scene)
+        return ask if scene is ask.scene else replace(ask, scene=scene)
 
     def _with_progress(self, scene: Scene) -> Scene:
         number, trial = self._place
@@ -395,8 +396,8 @@ class Session:
             data["timing_marks"] = state.timing_marks
         if state.window_lost:
             data["window_lost"] = True
-        events = tuple(state.events)
-        trial = Trial(block, number, draft.kind, events, draft.response_time_s, self.utc(), data)
+        events, utc = tuple(state.events), state.past[0].utc if state.past else ""
+        trial = Trial(block, number, draft.kind, events, draft.response_time_s, utc, data)
         state.events, state.timed, state.timing_marks, state.interruptions = [], [], [], 0
         state.ignored, state.ignored_more, state.window_lost = [], 0, bool(self._away)
         if state.past:
