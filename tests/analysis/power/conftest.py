@@ -1,8 +1,8 @@
-"""Plans to simulate, and a scheduler to simulate them on."""
+"""Plans to simulate."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -23,18 +23,3 @@ def plan_of() -> MakePlan:
         return Plan(names, strengths, every, differing_pairs(strengths), **fields)  # type: ignore[arg-type]  # keywords by name
 
     return make
-
-
-@pytest.fixture(scope="module")
-def scheduler() -> Iterator[str]:
-    """The address of a scheduler with two workers, as a lab would have; it works also while nothing asks it to."""
-    from distributed import LocalCluster
-
-    with LocalCluster(
-        n_workers=2,
-        threads_per_worker=1,
-        host="127.0.0.1",
-        dashboard_address="127.0.0.1:0",
-        worker_dashboard_address="127.0.0.1:0",
-    ) as cluster:
-        yield cluster.scheduler_address

@@ -1,4 +1,4 @@
-"""Blocks of work here, in processes and on a scheduler; what goes wrong there is said."""
+"""Blocks of work here and in processes, and schedulers that do not answer; what goes wrong there is said."""
 
 from __future__ import annotations
 
@@ -33,15 +33,12 @@ if __name__ == "__main__":
 """
 
 
-def test_results_stand_in_the_order_of_the_blocks(scheduler: str) -> None:
+def test_results_stand_in_the_order_of_the_blocks() -> None:
     blocks, told = list(range(20)), []
     expected = [math.factorial(block) for block in blocks]
     assert compute(math.factorial, blocks, workers=1, done=lambda *of: told.append(of)) == expected
     assert told == [(done, 20) for done in range(1, 21)]
     assert compute(math.factorial, blocks) == expected
-    told.clear()
-    assert compute(math.factorial, blocks, scheduler=scheduler, done=lambda *of: told.append(of)) == expected
-    assert told == [(done, 20) for done in range(1, 21)]
 
 
 def test_nothing_is_started_for_no_work_or_a_little() -> None:
@@ -52,10 +49,9 @@ def test_nothing_is_started_for_no_work_or_a_little() -> None:
     assert started == [False, False]
 
 
-def test_what_the_work_raises_comes_through(scheduler: str) -> None:
-    for where in ({"workers": 1}, {"scheduler": scheduler}):
-        with pytest.raises(ValueError, match=r"math domain error|nonnegative"):
-            compute(math.sqrt, [4.0, -1.0], **where)
+def test_what_the_work_raises_comes_through() -> None:
+    with pytest.raises(ValueError, match=r"math domain error|nonnegative"):
+        compute(math.sqrt, [4.0, -1.0], workers=1)
 
 
 def test_a_block_that_kills_every_worker_is_given_up() -> None:
