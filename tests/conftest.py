@@ -40,11 +40,12 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_collection() -> Generator[None, object, object]:
-    """Look for garbage while tests run, not among the thousands of things that collecting makes for good."""
+    """Look for garbage while tests run, never among the million things that collecting makes for good."""
     gc.disable()
     try:
         return (yield)
     finally:
+        gc.freeze()
         gc.enable()
 
 
@@ -358,15 +359,20 @@ class Person:
         return sum(trial.kind == "all_pairs" for file in files for trial in read_session(file).trials)
 
     def until(self, come_true: Callable[[], object], what: str, looked_s: float = LOOKED_S) -> None:
-        """Wait for something to come true, much longer than it takes, for the machine may be busy; and look at it."""
+        """Wait for something to come true, much longer than it takes, for the machine may be busy; and look at it.
+
+        Each pause is longer than the one before: a look at the screen takes as much of the processor as the pause.
+        """
         end = time.monotonic() + PATIENCE_S
+        pause_s = 0.05
         while time.monotonic() < end:
             if come_true():
                 time.sleep(looked_s)
                 return
             if self.process is not None and self.process.poll() is not None:
                 break
-            time.sleep(0.05)
+            time.sleep(pause_s)
+            pause_s = min(1.3 * pause_s, 0.25)
         if come_true():
             return
         told = self.leave()
