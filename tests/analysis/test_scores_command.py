@@ -119,6 +119,7 @@ def test_the_table_for_people_shows_scores_and_classes(call: Call) -> None:
     assert "class" in done.stdout
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_report_lands_in_the_first_folder_and_says_where(call: Call, make_session: Maker, tmp_path: Path) -> None:
     for number in range(1, 13):
         write_log(make_session(f"{number:02d}"), tmp_path / f"station{number % 2}" / f"sub-{number:02d}")

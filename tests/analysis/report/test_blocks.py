@@ -48,6 +48,7 @@ def test_numbers_stand_in_full_and_intervals_make_two_columns() -> None:
     ]
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_every_table_is_a_file_and_nothing_is_left_half_written(sessions: list[SessionLog], tmp_path: Path) -> None:
     report = write_report(sessions, tmp_path / "report.html", csv_folder=tmp_path / "tables")
     names = {file.name for file in (tmp_path / "tables").iterdir()}

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from itertools import combinations
 
+import pytest
 from rich.console import Console
 
 from analysis.records.session_record import SessionLog, Trial
@@ -23,6 +24,7 @@ def printed(report: Report) -> str:
     return out.getvalue()
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_sound_study_fails_nothing(make_session: Maker) -> None:
     names = "abcdef"
     answers = [*combinations(names, 2)]
@@ -32,6 +34,7 @@ def test_a_sound_study_fails_nothing(make_session: Maker) -> None:
     assert 'class="failed"' not in render(report)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_each_failure_has_a_reason_and_a_remedy_everywhere(make_session: Maker) -> None:
     """Circular preferences, always the first position, a vision test that was not passed, frames that were missed."""
     circle = [("a", "b"), ("b", "c"), ("c", "d"), ("d", "a"), ("a", "c"), ("b", "d")] * 4

@@ -7,6 +7,8 @@ from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
+import pytest
+
 from analysis.records.session_record import Note, SessionLog, Trial
 from analysis.report.page import write_report
 
@@ -28,6 +30,7 @@ class _Tags(HTMLParser):
         self.attributes |= {name for name, _ in attrs}
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_notes_and_typed_answers_are_inert(make_session: Maker, tmp_path: Path) -> None:
     answers = [("a", "b"), ("b", "a"), ("a", "b")]
     plain = make_session(names="ab", answers=answers)

@@ -17,7 +17,8 @@ from PIL import Image
 
 from analysis.records.session_record import SessionLog
 from analysis.report.figures import CLASS_COLOURS, draw_scores
-from analysis.report.page import write_report
+from analysis.report.page import render, write_report
+from analysis.report.report import Report, describe
 from analysis.report.summary import summarise
 from analysis.report.words import plain
 
@@ -61,9 +62,22 @@ def open_in_browser(page: Path, tmp_path: Path, *options: str) -> str:
     return subprocess.run(command, capture_output=True, text=True, timeout=60, check=True).stdout
 
 
-def test_the_page_asks_for_nothing_outside_itself(sessions: list[SessionLog], tmp_path: Path) -> None:
-    write_report(sessions, tmp_path / "report.html")
-    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+@pytest.fixture(scope="module")
+def described(make_session: Maker) -> Report:
+    """The report on the twenty observers of ``sessions``, made once."""
+    return describe([make_session(f"{number:02d}") for number in range(1, 21)])
+
+
+@pytest.fixture(scope="module")
+def written(described: Report, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Its page, drawn once."""
+    page = tmp_path_factory.mktemp("written") / "report.html"
+    page.write_text(render(described, {"2.1 stereo": (0.2574, "1")}), encoding="utf-8")
+    return page
+
+
+def test_the_page_asks_for_nothing_outside_itself(written: Path) -> None:
+    page = written.read_text(encoding="utf-8")
     assert "http" not in page
     assert "@import" not in page
     assert not re.search(r"url\((?!#)", page)
@@ -74,13 +88,11 @@ def test_the_page_asks_for_nothing_outside_itself(sessions: list[SessionLog], tm
             assert value.startswith(("#", "data:,", "data:image/png;base64,"))
 
 
-def test_the_page_loads_and_shows_every_stimulus(sessions: list[SessionLog], tmp_path: Path) -> None:
-    page = tmp_path / "report.html"
-    report = write_report(sessions, page, published={"2.1 stereo": (0.2574, "1")})
-    assert report.pairs is not None
-    document = open_in_browser(page, tmp_path, "--dump-dom")
+def test_the_page_loads_and_shows_every_stimulus(described: Report, written: Path, tmp_path: Path) -> None:
+    assert described.pairs is not None
+    document = open_in_browser(written, tmp_path, "--dump-dom")
     shown = Tags(document).text
-    for item in report.pairs.scores.items:
+    for item in described.pairs.scores.items:
         assert item.score is not None
         assert shown.count(item.name) >= 4  # both pictures, the table, the matrix
         assert f"{item.score:.4f}" in shown
@@ -116,10 +128,9 @@ def test_text_from_people_stays_text(make_session: Maker, tmp_path: Path) -> Non
     assert "<script" not in document
 
 
-def test_the_browser_draws_the_page(sessions: list[SessionLog], tmp_path: Path) -> None:
-    page, picture = tmp_path / "report.html", tmp_path / "page.png"
-    write_report(sessions, page)
-    open_in_browser(page, tmp_path, f"--screenshot={picture}", "--window-size=1000,1200")
+def test_the_browser_draws_the_page(written: Path, tmp_path: Path) -> None:
+    picture = tmp_path / "page.png"
+    open_in_browser(written, tmp_path, f"--screenshot={picture}", "--window-size=1000,1200")
     with Image.open(picture) as image:
         pixels = np.asarray(image.convert("RGB")).reshape(-1, 3)
     best = np.array([int(CLASS_COLOURS[0][at : at + 2], 16) for at in (1, 3, 5)])
@@ -143,8 +154,9 @@ def test_a_header_without_clipping_leaves_the_section_out(make_session: Maker, t
 
 def test_the_picture_is_the_same_every_time(sessions: list[SessionLog]) -> None:
     summary = summarise(sessions)
-    assert draw_scores(summary, 6.0).svg == draw_scores(summary, 6.0).svg
-    assert "<text" in draw_scores(summary, 6.0).svg
+    svg = draw_scores(summary, 6.0).svg
+    assert svg == draw_scores(summary, 6.0).svg
+    assert "<text" in svg
 
 
 def test_values_of_a_header_become_words() -> None:

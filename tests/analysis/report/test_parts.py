@@ -20,6 +20,7 @@ from analysis.records.session_record import Note, SessionLog, Trial
 from analysis.report.page import render, sections_of, write_report
 from analysis.report.report import Report, describe
 from analysis.report.sections.ratings import sign_test
+from analysis.report.words import listed
 
 Maker = Callable[..., SessionLog]
 Sessions = Callable[..., list[SessionLog]]
@@ -54,6 +55,7 @@ def keys(report: Report) -> list[str]:
     return [section.key for section in sections_of(report, {}, {})]
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_only_preferences_make_a_report(preferring: Sessions) -> None:
     report = describe(preferring())
     assert keys(report) == ["preferences", "clipping", "timing", "methods"]
@@ -63,6 +65,7 @@ def test_only_preferences_make_a_report(preferring: Sessions) -> None:
     assert "Stereo has" in Page(render(report)).text
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_only_choices_from_series_make_a_report(choosing: Sessions) -> None:
     report = describe(choosing())
     assert keys(report)[:5] == ["series", "series-ratings", "steps", "series-tests", "series-agreement"]
@@ -189,13 +192,15 @@ def test_the_picture_beside_a_score_is_that_of_its_stimulus(described: Report) -
 
 
 @pytest.mark.usefixtures("undrawn")
-@pytest.mark.parametrize("damaged", [b"", b"x", b"\x89PNG\r\n\x1a\n", png("red")[:-30], b"<svg onload='x()'/>"])
-def test_a_picture_that_cannot_be_shown_is_left_out_and_named(described: Report, damaged: bytes) -> None:
-    small = {"2.1 stereo": {"left": png("red"), "right": damaged}, "2.1 mono": {"both": png("blue")}}
-    page = Page(render(described, {}, small))
-    assert [one["alt"] for tag, one in page.tags if tag == "img"] == ["", "2.1 mono, both eyes"]
-    assert "There is no picture of 2.1 stereo" in page.text
-    alone = Page(render(described, {}, {"2.1 stereo": {"left": damaged}}))
+def test_a_picture_that_cannot_be_shown_is_left_out_and_named(described: Report) -> None:
+    damaged = (b"", b"x", b"\x89PNG\r\n\x1a\n", png("red")[:-30], b"<svg onload='x()'/>")
+    assert described.pairs is not None
+    whole, *names = [item.name for item in described.pairs.scores.items]
+    one_eye = {name: {"left": png("red"), "right": right} for name, right in zip(names, damaged, strict=True)}
+    page = Page(render(described, {}, {**one_eye, whole: {"both": png("blue")}}))
+    assert [one["alt"] for tag, one in page.tags if tag == "img"] == ["", f"{whole}, both eyes"]
+    assert f"There is no picture of {listed(names)}." in page.text
+    alone = Page(render(described, {}, {name: {"left": left} for name, left in zip(names, damaged, strict=True)}))
     assert not [tag for tag, _ in alone.tags if tag == "img"]
 
 

@@ -72,6 +72,7 @@ def figures(summary: Summary) -> list[str]:
     return [block.name for block in scores_section(summary, {}).blocks if isinstance(block, Figure)]
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_it_stands_in_the_section_of_scores_and_is_left_out_where_it_would_mislead(
     summary: Summary, monkeypatch: pytest.MonkeyPatch
 ) -> None:

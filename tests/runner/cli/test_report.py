@@ -75,6 +75,7 @@ def run(*arguments: object) -> Result:
     return CliRunner().invoke(report.command, [str(argument) for argument in arguments])
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_page_lies_in_the_first_folder(results: Path) -> None:
     done = run(results)
     assert done.exit_code == 0, done.output
@@ -128,6 +129,7 @@ def test_tables_and_pdf_are_written_beside_the_page(results: Path, tmp_path: Pat
     assert head == ("stimulus,class,score,log10_score,log10_score_low,log10_score_high,se_nats,wins,comparisons")
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_figures_are_written_and_not_replaced_unasked(results: Path, tmp_path: Path) -> None:
     figures = tmp_path / "figures"
     done = run(results, "--figures", figures)

@@ -78,6 +78,7 @@ def test_a_changed_file_is_kept_in_a_folder_of_its_own(study: Path, tmp_path: Pa
     assert first.items() <= after.items()
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_comment_is_no_change_that_the_report_notes(study: Path, tmp_path: Path) -> None:
     results = tmp_path / "results"
     simulate(study, OBSERVERS, ["01"], results=results)
@@ -87,6 +88,7 @@ def test_a_comment_is_no_change_that_the_report_notes(study: Path, tmp_path: Pat
     assert not [note for note in report.notes if "changed between sessions" in note]
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_report_shows_pictures_by_the_files_that_were_kept(study: Path, tmp_path: Path) -> None:
     results = tmp_path / "results"
     spec = study.read_text(encoding="utf-8").replace("name: dynamic_range", "name: a_study_of_mine")
