@@ -27,8 +27,8 @@ PATIENCE_S = 120.0  # a busy machine takes ten times as long as a quiet one
 LOOKED_S = 0.3  # what is pressed sooner after a scene's onset, or after the same key, answers nothing
 
 # No example has a deadline: how long one takes says how busy the machine is. `make test` tries the same examples every
-# time, so that a failure belongs to the change before it; `make stress` looks for new ones.
-settings.register_profile("patient", deadline=None, derandomize=True)
+# time, so that a failure belongs to the change before it; `make stress` looks for new ones, and for more.
+settings.register_profile("patient", deadline=None, derandomize=True, max_examples=40)
 settings.register_profile("searching", deadline=None)
 
 

@@ -217,11 +217,8 @@ def test_what_is_wrong_is_said_in_a_line(cyclopean: Cyclopean, words: list[str],
     assert "Traceback" not in told.stderr
 
 
-def test_a_shell_is_told_what_is_wrong() -> None:
-    code = "from runner.cli.main import main; main()"
-    words = [sys.executable, "-c", code, "power", THESIS, "--power", "1.5"]
-    told = subprocess.run(words, capture_output=True, text=True, cwd=ROOT)
-    assert told.returncode == 2
+def test_a_shell_is_told_what_is_wrong(cyclopean: Cyclopean) -> None:
+    told = cyclopean("power", THESIS, "--power", "1.5", expect=2)
     assert told.stdout == ""
     (line,) = told.stderr.splitlines()
     assert "the power is 1.5" in line

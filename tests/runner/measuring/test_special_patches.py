@@ -269,6 +269,7 @@ def test_patches_of_one_area_on_one_grey_are_measured_and_fitted(folder: Path) -
     assert dim.XYZ[np.all(dim.codes == 1, axis=1), 1].mean() == pytest.approx(0.5 * white, rel=0.01)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_simulated_panel_of_six_bits_is_reported_as_that(folder: Path) -> None:
     planted = ("--instrument-option", "panel_bits=6", "--instrument-option", "picture_level_limit=0.4")
     result = _measure(folder, "--set", "cable", *planted)
