@@ -18,6 +18,7 @@ Floats = NDArray[np.float64]
 CorrelationKind = Literal["pearson", "spearman", "kendall"]
 KINDS: tuple[CorrelationKind, ...] = get_args(CorrelationKind)
 TIED = 1e-10  # of the largest value
+_FEW = 20
 _BLOCK_NUMBERS = 4_000_000
 
 
@@ -52,7 +53,16 @@ def direction(values: Floats, kind: CorrelationKind) -> Floats:
 
 def mean_ranks(values: Floats) -> Floats:
     """Return the ranks, from 1, of each row; ties have the mean of theirs. Shapes (..., n) to (..., n)."""
-    return ranks(_plain(values))
+    plain = _plain(values)
+    if plain.shape[-1] > _FEW or np.isnan(plain).any():
+        return ranks(plain)
+    # Few values are compared each with each: in less than half the time that sorting many short rows takes.
+    each = np.ascontiguousarray(np.moveaxis(plain, -1, 0))
+    twice = np.ones(each.shape, dtype=np.int32)
+    for one in each:
+        twice += one < each
+        twice += one <= each
+    return np.moveaxis(twice / 2, 0, -1)
 
 
 def signs(values: Floats) -> NDArray[np.int8]:

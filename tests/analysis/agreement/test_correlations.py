@@ -8,9 +8,16 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from analysis.agreement.correlations import KINDS, CorrelationKind, correlation, direction
+from analysis.agreement.correlations import KINDS, CorrelationKind, correlation, direction, mean_ranks
 
 PEERS: dict[str, Any] = {"pearson": stats.pearsonr, "spearman": stats.spearmanr, "kendall": stats.kendalltau}
+
+
+@pytest.mark.parametrize("count", [1, 2, 20, 21])
+def test_ranks_are_scipys_for_few_values_and_many(count: int) -> None:
+    values = np.rint(np.random.default_rng(5).normal(0, 3, (50, 2, count)))
+    values[:7, :, 0] = np.inf
+    assert np.array_equal(mean_ranks(values), stats.rankdata(values, axis=-1))
 
 
 @pytest.mark.parametrize("kind", KINDS)
