@@ -107,7 +107,7 @@ def _sit(folder: Path, blocks: tuple[Block, ...], seed: int, told: int, waits_af
 def _round(folder: Path, blocks: tuple[Block, ...], rng: random.Random, *, waiting: bool) -> list[Any]:
     """Let a session run for a moment, kill it, and return what it told."""
     read, write = os.pipe()
-    wanted = rng.randint(1, 2) if waiting else rng.randint(0, 4)
+    wanted = rng.randint(1, 3) if waiting else rng.randint(0, 8)
     seed = rng.randrange(10**9)
     child = os.fork()
     if child == 0:

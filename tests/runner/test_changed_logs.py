@@ -117,6 +117,7 @@ def test_logs_that_fit_are_listed(study: Study) -> None:
     assert "folder holds no session.jsonl" in study.cyclopean("verify", study.folder / "cache", expect=2).stderr
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_log_without_checksums_is_resumed_and_reported_with_a_note(study: Study, unchained: Any) -> None:
     run = ["run", study.experiment, "--observer", "01", "--results", study.results, "--simulate", study.observers]
     study.cyclopean(*run)

@@ -90,6 +90,7 @@ def asked(study: Study, *words: object) -> list[object]:
 PHOTOGRAPHS = ("--photograph", "church-0", "--photograph", "beach-0")
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_measure_of_blur_agrees_with_observers_who_see_blur(
     study: Study, cyclopean: Cyclopean, tmp_path: Path
 ) -> None:

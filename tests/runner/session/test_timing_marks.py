@@ -356,6 +356,7 @@ def test_the_export_describes_the_marks(study: Study) -> None:
     assert json.loads(sidecar.read_text())["GraphicsSystem"]["timing_marks"][0]["port"] == port
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_report_counts_trials_without_their_marks(study: Study, failing: Any) -> None:
     failing({5: MarkError(Finding("full", "COM7")), 6: MarkError(Finding("full", "COM7"))})
     run(study)
