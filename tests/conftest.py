@@ -22,6 +22,7 @@ import pytest
 from hypothesis import settings
 
 from analysis.records.session_record import SessionLog, read_session, session_files
+from tests.forked import Forked, Server
 
 PATIENCE_S = 120.0  # a busy machine takes ten times as long as a quiet one
 LOOKED_S = 0.3  # what is pressed sooner after a scene's onset, or after the same key, answers nothing
@@ -232,10 +233,11 @@ def study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Study:
 class Person:
     """Someone at the keyboard and the mouse of the display ``screen``."""
 
-    def __init__(self, screen: str, study: Study) -> None:
+    def __init__(self, screen: str, study: Study, server: Server) -> None:
         self.screen = screen
         self.study = study
-        self.process: subprocess.Popen[str] | None = None
+        self.server = server
+        self.process: Forked | subprocess.Popen[str] | None = None
         self.before = ""  # Python to run in the session's process before it
         self._pointer_px = (0, 0)
 
@@ -262,13 +264,7 @@ class Person:
         code = f"{self.before}\nfrom runner.cli.main import main; main()"
         environment = {**os.environ, "DISPLAY": self.screen}
         environment.pop("WAYLAND_DISPLAY", None)
-        self.process = subprocess.Popen(
-            [sys.executable, "-c", code, "run", *self.words, *more],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            env=environment,
-        )
+        self.process = self.server.start(code, ["run", *self.words, *more], environment)
 
     def press(self, *keys: str) -> None:
         """Press keys one after the other."""
@@ -399,12 +395,20 @@ class Person:
         return subprocess.run(["xdotool", *words], env=environment, check=True, capture_output=True, text=True).stdout
 
 
+@pytest.fixture(scope="session")
+def forked() -> Iterator[Server]:
+    """The process that persons' sessions are forked from."""
+    server = Server()
+    yield server
+    server.close()
+
+
 @pytest.fixture
-def person(xvfb: str, study: Study) -> Iterator[Person]:
+def person(xvfb: str, study: Study, forked: Server) -> Iterator[Person]:
     """Someone who can sit down to the study."""
     if shutil.which("xdotool") is None:
         pytest.skip("xdotool is not installed (package xdotool)")
-    someone = Person(xvfb, study)
+    someone = Person(xvfb, study, forked)
     yield someone
     if someone.process is not None and someone.process.poll() is None:
         someone.process.kill()

@@ -15,6 +15,7 @@ from devices.display import GammaTable
 from runner.presenter.surfaces.identity_tables import tables_folder
 from runner.presenter.surfaces.screens import monitors
 from tests.conftest import Person
+from tests.forked import Server
 
 Study = Any  # tests/conftest.py
 pytestmark = pytest.mark.window
@@ -27,12 +28,13 @@ def person(
     load_table: Callable[[float], None],
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
+    forked: Server,
 ) -> Iterator[Person]:
     if shutil.which("xdotool") is None:
         pytest.skip("xdotool is not installed (package xdotool)")
     monkeypatch.setenv("CYCLOPEAN_STATE", str(tmp_path / "state"))
     study.edit("rig.yaml", "distance_mm: 700\n", "distance_mm: 700\ngamma_table: identity\n")
-    someone = Person(gamma_server, study)
+    someone = Person(gamma_server, study, forked)
     yield someone
     if someone.process is not None and someone.process.poll() is None:
         someone.process.kill()
