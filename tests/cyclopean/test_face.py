@@ -149,6 +149,7 @@ def test_results_are_exported(results: Path, tmp_path: Path) -> None:
     assert described["Name"] == "Four pictures"
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_demonstration_writes_its_report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "cache"))
     shown = cyclopean.demo(tmp_path / "demo", observers=2)

@@ -78,7 +78,7 @@ def test_focus_and_minimising_are_recorded_and_marked_in_their_trials(person: Pe
 def mortal(person: Person) -> Iterator[subprocess.Popen[bytes]]:
     """An X server of the person's own, which may be killed."""
     read, write = os.pipe()
-    options = ["-screen", "0", "640x480x24", "-nolisten", "tcp"]
+    options = ["-screen", "0", "640x480x24", "-nolisten", "tcp", "-noreset"]
     server = subprocess.Popen(["Xvfb", "-displayfd", str(write), *options], pass_fds=[write], stderr=subprocess.DEVNULL)
     os.close(write)
     with os.fdopen(read) as told:

@@ -36,7 +36,7 @@ def separated_by_hand(agreeing: NDArray[np.float64]) -> bool:
     st.lists(st.tuples(st.integers(-2, 2), st.integers(-2, 2)), min_size=3, max_size=5, unique=True),
     st.lists(st.tuples(st.integers(0, 4), st.integers(0, 4)), min_size=1, max_size=7),
 )
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 def test_the_programme_finds_what_the_plane_shows(columns: list[tuple[int, int]], pairs: list[tuple[int, int]]) -> None:
     n = len(columns)
     answers = [Answer(f"{one % n}", f"{other % n}") for one, other in pairs if one % n != other % n]

@@ -46,7 +46,7 @@ def _read(data: bytes) -> None:
         assert np.all(np.isfinite(model_of_profile(made, 100.0).model.xyz(np.eye(3))))
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(st.sampled_from(sorted(whole_profiles())), st.data())
 def test_changed_bytes_give_a_reading_or_a_refusal(name: str, data: st.DataObject) -> None:
     whole = bytearray(whole_profiles()[name])

@@ -194,6 +194,7 @@ def test_a_photograph_s_own_rgb_at_its_own_exposure(cyclopean: Cyclopean, region
         assert row["rendering_rgb"] == pytest.approx(mean.XYZ.tolist(), rel=2e-3, abs=2e-4)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_command_prints_it_in_the_terminal_in_json_and_on_the_page(
     cyclopean: Cyclopean, regions_yaml: Path, tmp_path: Path
 ) -> None:

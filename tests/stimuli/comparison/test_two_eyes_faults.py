@@ -148,6 +148,7 @@ def test_eyes_and_pictures_may_be_exchanged() -> None:
     assert mirrored["eye contrast"].difference == pytest.approx(-one["eye contrast"].difference, abs=0.05)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_limits_can_be_set(tmp_path: Path, cyclopean: Cyclopean) -> None:
     regions = tmp_path / "regions.yaml"
     text = "schema_version: 1\nregions:\n  - {kind: plate}\nlimits: {depth_scale: 0.5, registration_residual_px: 2}\n"
