@@ -186,7 +186,7 @@ def _start_soon() -> None:
     """Spare each command what its start would only waste.
 
     Classes, records and figures are made by the thousand and stay: to search them for cycles again and again takes a
-    tenth of the time. To look for plugins, pydantic would read what every installed package says of itself; we have none.
+    tenth of the time. To look for plugins, pydantic would read what every installed package says of itself.
     """
     gc.set_threshold(10_000, 20, 50)
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
