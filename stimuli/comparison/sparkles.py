@@ -19,7 +19,7 @@ from stimuli.comparison.evidence import SparklePair
 from stimuli.comparison.eye_identity import local_contrast
 from stimuli.comparison.regions import Region
 from stimuli.comparison.sharpness import blurred
-from stimuli.pictures.rows import Floats32, Mask, RowFile
+from stimuli.pictures.rows import Floats32, Mask, RowFile, bands
 from stimuli.sparkle.measures.find import Peaks, Threshold
 from stimuli.sparkle.measures.measure import Estimate, SparkleMeasures, measure_sparkles, mutual_nearest
 
@@ -149,7 +149,10 @@ def _matched(photo: Peaks, rendering: Peaks, shift_px: tuple[float, float]) -> i
 
 def _filled(picture: RowFile, rows: slice, columns: slice, mask: Mask) -> Floats32:
     """Return the luminance of a window; outside of the area it is the area's median, which has no sparkles."""
-    plane = np.ascontiguousarray(picture[rows][:, columns, 1])
+    plane = np.empty((rows.stop - rows.start, columns.stop - columns.start), dtype=np.float32)
+    # A few rows at a time: only one of their three channels is kept.
+    for band in bands((len(plane), *picture.shape[1:])):
+        plane[band] = picture[rows.start + band.start : rows.start + band.stop][:, columns, 1]
     if not mask.all():
         plane[~mask] = np.median(plane[mask])
     return plane
