@@ -200,7 +200,7 @@ def _on_method(estimate: Estimate) -> list[str]:
             + ("With so few observers, classes, consistency" if few else "Classes, consistency")
             + " and order effects do not have the properties that they have for pairs drawn at random."
             + " Intervals treat all answers as independent: where observers differ, they are too narrow. In simulation "
-            "with observers who differ by 0.7 nats, 95 % intervals contained 68 to 77 % of the true differences."
+            "with observers who differ by 0.7 nats, 95 % intervals contained 66 to 77 % of the true differences."
             * (len(comparisons.observers) > 1)
         ]
     if not plain.separated:

@@ -55,13 +55,22 @@ def test_the_error_is_at_most_eight_tenths_of_a_balanced_designs(at_once: int) -
     assert pooled <= 0.8 * balanced
 
 
-@pytest.mark.parametrize(("between", "least", "most"), [(0.0, 0.93, 0.98), (0.7, 0.4, 0.85)])
+def endless(wins: Floats, theta: Floats, between: float) -> Floats:
+    """Return the scores that endless observers of that kind would give, asked about the same pairs as often."""
+    node, weight = np.polynomial.hermite_e.hermegauss(31)
+    own = (theta[:, None] - theta)[..., None] + np.sqrt(2) * between * node
+    share = (weight / weight.sum() / (1 + np.exp(-own))).sum(axis=-1)
+    # So many that the prior says nothing.
+    return learnt_posterior(200 * (wins + wins.T) * share).theta
+
+
+@pytest.mark.parametrize(("between", "least", "most", "least_endless"), [(0.0, 0.9, 0.98, 0.9), (0.7, 0.4, 0.85, 0.85)])
 def test_intervals_cover_where_observers_are_alike_and_are_too_narrow_where_they_differ(
-    between: float, least: float, most: float
+    between: float, least: float, most: float, least_endless: float
 ) -> None:
     """A limit that docs/pooled_pairs.md and the report state: 20 stimuli, 15 observers, intervals of differences."""
     first, second = np.triu_indices(20, 1)
-    covered, by_bootstrap = [], []
+    covered, of_endless, by_bootstrap = [], [], []
     for study in range(20):
         rng = np.random.default_rng([study, 7])
         theta = rng.normal(0, SPREAD_NATS, 20)
@@ -70,7 +79,11 @@ def test_intervals_cover_where_observers_are_alike_and_are_too_narrow_where_they
         mean, variance = (part[first, second] for part in learnt_posterior(wins.sum(axis=0)).contrasts())
         off = np.abs(mean - theta[first] + theta[second])
         covered.append((off < 1.96 * np.sqrt(variance)).mean())
+        usual = endless(wins.sum(axis=0), theta, between)
+        of_endless.append((np.abs(mean - usual[first] + usual[second]) < 1.96 * np.sqrt(variance)).mean())
         drawn = [learnt_posterior(wins[rng.integers(OBSERVERS, size=OBSERVERS)].sum(axis=0)).theta for _ in range(60)]
         by_bootstrap.append((off < 2.145 * np.std([d[first] - d[second] for d in drawn], axis=0, ddof=1)).mean())
-    print(f"{between} nats between observers: coverage {np.mean(covered):.3f}, bootstrap {np.mean(by_bootstrap):.3f}")
+    told = {"mean strengths": covered, "endless observers": of_endless, "mean strengths, bootstrap": by_bootstrap}
+    print(f"{between} nats between observers:", {name: round(float(np.mean(each)), 3) for name, each in told.items()})
     assert least < np.mean(covered) < most
+    assert np.mean(of_endless) > least_endless
