@@ -13,7 +13,11 @@ from analysis.bootstrap.stability import Stability, class_stability
 from analysis.classes.multiplicity import Adjust
 from analysis.comparisons.comparisons import Comparisons
 from analysis.report.words import COVARIANCE_WORDS
+from analysis.scaling.clustered import by_observer
+from analysis.scaling.counts import count_pairs
+from analysis.scaling.laws import LOGISTIC
 from analysis.scaling.learnt_prior import Posterior, learnt_posterior
+from analysis.scaling.newton import Point
 from analysis.scaling.result import TWO_SIDED_95, CovarianceChoice, CovarianceKind, Fit
 from analysis.scaling.scores import Scores, classes_of, rescored, score
 from analysis.scaling.separation import compared_groups
@@ -91,9 +95,9 @@ def estimate_scores(
     method: ScoreMethod = "ml"
     linked = len(compared_groups(comparisons.wins)) == 1
     if chosen and linked:
-        scores, learnt = _under_prior(comparisons, alpha, adjust)
-        limits = learnt.log10_score_limits()[list(scores.order)]
-        return Estimate(scores, plain, "learnt_prior", learnt.prior_sd, "model", limits, None)
+        scores, learnt = _under_prior(comparisons, alpha, adjust, _possible(covariance, comparisons))
+        limits = learnt.log10_score_limits(wider=_student_to_normal(scores.fit))[list(scores.order)]
+        return Estimate(scores, plain, "learnt_prior", learnt.prior_sd, scores.fit.covariance_kind, limits, None)
     if plain.separated and linked:
         firth: CovarianceChoice = "model" if covariance == "model" else "auto"
         scores, method = score(comparisons, alpha=alpha, adjust=adjust, method="firth", covariance=firth), "firth"
@@ -118,13 +122,25 @@ def _resampled(comparisons: Comparisons, method: ScoreMethod) -> Replicates | No
     return resample(comparisons, method="firth" if method == "firth" else "ml")
 
 
-def _under_prior(comparisons: Comparisons, alpha: float, adjust: Adjust) -> tuple[Scores, Posterior]:
+def _under_prior(
+    comparisons: Comparisons, alpha: float, adjust: Adjust, choice: CovarianceChoice
+) -> tuple[Scores, Posterior]:
+    """Return scores and their posterior under the learnt prior, as wide as observers differ.
+
+    With two observers or more, the covariance is the posterior's, ``scaled`` by how much more observers' answers vary
+    than the law says: pairs that follow from the answers leave too little for a sandwich.
+    """
     scores = score(comparisons, alpha=alpha, adjust=adjust, method="firth")
-    learnt = learnt_posterior(comparisons.wins)
+    learnt, clustered = learnt_posterior(comparisons.wins), None
+    if choice != "model":
+        without = np.zeros((1, 1))
+        point = Point(learnt.theta[None], without, without)
+        clustered = by_observer("scaled", *count_pairs(comparisons), LOGISTIC, point, learnt.covariance)
+        learnt = replace(learnt, covariance=clustered.joint)
     fitted = replace(
         scores.fit,
-        covariance_kind="model",
-        clustered=None,
+        covariance_kind="model" if clustered is None else "scaled",
+        clustered=clustered,
         method="map",
         prior_sd=learnt.prior_sd,
         theta=learnt.theta,
@@ -134,6 +150,14 @@ def _under_prior(comparisons: Comparisons, alpha: float, adjust: Adjust) -> tupl
         converged=learnt.converged,
     )
     return rescored(scores, fitted, classes_of(fitted, alpha=alpha, adjust=adjust)), learnt
+
+
+def _student_to_normal(fit: Fit) -> float:
+    """Return how many times as wide as by the normal law intervals are, by the median of the degrees of freedom."""
+    from scipy.special import stdtrit
+
+    free = fit.pair_freedom
+    return 1.0 if free is None else float(stdtrit(float(np.median(free)), 0.975)) / TWO_SIDED_95
 
 
 def _log10_interval(scores: Scores) -> Floats:

@@ -190,6 +190,14 @@ def _on_fit(estimate: Estimate, fits: OneScale | None) -> list[str]:
     return notes
 
 
+# By whether the posterior is scaled by how much observers differ.
+_WIDTH_UNDER_PRIOR = {
+    True: " Intervals and classes allow for observers who differ: the posterior is scaled by how much more their answers "
+    "vary than the law says.",
+    False: " Intervals treat all answers as independent: where observers differ, they are too narrow.",
+}
+
+
 def _on_method(estimate: Estimate) -> list[str]:
     plain, comparisons = estimate.plain, estimate.scores.comparisons
     if estimate.method == "learnt_prior":
@@ -199,9 +207,7 @@ def _on_method(estimate: Estimate) -> list[str]:
             "whose standard deviation is learnt from the answers: maximum likelihood would overestimate differences. "
             + ("With so few observers, classes, consistency" if few else "Classes, consistency")
             + " and order effects do not have the properties that they have for pairs drawn at random."
-            + " Intervals treat all answers as independent: where observers differ, they are too narrow. In simulation "
-            "with observers who differ by 0.7 nats, 95 % intervals contained 66 to 77 % of the true differences."
-            * (len(comparisons.observers) > 1)
+            + _WIDTH_UNDER_PRIOR[estimate.covariance == "scaled"]
         ]
     if not plain.separated:
         return []

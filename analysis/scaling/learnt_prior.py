@@ -64,15 +64,16 @@ class Posterior:
         """Return mean and variance of θ_i − θ_j, each of shape (n, n)."""
         return self.theta[:, None] - self.theta[None, :], contrast_variances(self.covariance)
 
-    def log10_score_limits(self, level: float = 0.95) -> Floats:
+    def log10_score_limits(self, level: float = 0.95, wider: float = 1.0) -> Floats:
         """Return the limits of log10 scores, shape (n, 2): quantiles of `DRAWS` draws from a fixed seed.
 
-        Scores are shares of a sum of exponentials. Where strengths are not well known, that is far from linear.
+        Scores are shares of a sum of exponentials. Where strengths are not well known, that is far from linear. Draws
+        lie ``wider`` times as far from the mean as the covariance says.
         """
         n = len(self.theta)
         mean_too = self.covariance + np.trace(self.covariance) / n**2  # scores do not depend on the mean strength
         normal = np.random.default_rng(SEED).standard_normal((DRAWS, n))
-        drawn = self.theta + normal @ np.linalg.cholesky(mean_too).T
+        drawn = self.theta + wider * normal @ np.linalg.cholesky(mean_too).T
         drawn -= np.logaddexp.reduce(drawn, axis=1, keepdims=True)
         tail = (1 - level) / 2
         return np.asarray(np.quantile(drawn / np.log(10), [tail, 1 - tail], axis=0).T)

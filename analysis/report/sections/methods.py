@@ -294,7 +294,8 @@ def _pairs(summary: Summary, whole: Answered, adjustment: str, cited: Citations)
     if whole.comparisons.ties:
         parts.append(f"{counted(whole.comparisons.ties, 'tie')} were left out of the scores.")
     parts.append(
-        "95 % intervals are quantiles of that posterior."
+        "95 % intervals are quantiles of that posterior"
+        + (", scaled by how much observers differ." if estimate.covariance == "scaled" else ".")
         if estimate.method == "learnt_prior"
         else "95 % intervals follow by the delta method from the same covariance as the classes"
         + (", with Student's t." if estimate.covariance != "model" else ".")

@@ -114,6 +114,28 @@ def test_pairs_chosen_by_the_answers_are_scored_under_the_learnt_prior(make_sess
     assert np.isfinite(summary.log10_interval).all()
 
 
+def test_intervals_under_the_learnt_prior_are_as_wide_as_observers_differ(make_session: Maker) -> None:
+    """Three of six observers always choose the other way; one observer alone has the posterior's own."""
+    one, other = (("a", "b"), ("b", "c"), ("a", "c")), (("b", "a"), ("c", "b"), ("c", "a"))
+    sessions = [
+        make_session(observer=f"{number:02d}", names=("a", "b", "c"), answers=4 * (one if number % 2 else other))
+        for number in range(6)
+    ]
+    chosen = [
+        replace(each, answers=tuple(replace(trial, kind="active_pairs") for trial in each.answers)) for each in sessions
+    ]
+    scaled, model = (summarise(chosen, covariance=kind).estimate for kind in ("auto", "model"))
+    assert (scaled.covariance, model.covariance) == ("scaled", "model")
+    assert scaled.scores.fit.theta.tolist() == model.scores.fit.theta.tolist()
+    factor = scaled.scores.fit.covariance / model.scores.fit.covariance
+    assert factor.min() == pytest.approx(factor.max())
+    assert factor.min() > 2
+    wide, narrow = (np.diff(each.log10_interval, axis=1) for each in (scaled, model))
+    assert (wide > 1.2 * narrow).all()
+    alone = summarise(chosen[:1]).estimate
+    assert (alone.covariance, alone.scores.fit.clustered) == ("model", None)
+
+
 def test_stability_uses_the_same_standard_errors_as_the_classes(make_session: Maker) -> None:
     wishes: tuple[CovarianceKind, ...] = ("model", "scaled", "sandwich", "shrinkage")
     for wish in wishes:
