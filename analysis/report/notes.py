@@ -192,8 +192,8 @@ def _on_fit(estimate: Estimate, fits: OneScale | None) -> list[str]:
 
 # By whether the posterior is scaled by how much observers differ.
 _WIDTH_UNDER_PRIOR = {
-    True: " Intervals and classes allow for observers who differ: the posterior is scaled by how much more their answers "
-    "vary than the law says.",
+    True: " Intervals and classes allow for observers who differ: the posterior is scaled by how much more their "
+    "answers vary than the law says.",
     False: " Intervals treat all answers as independent: where observers differ, they are too narrow.",
 }
 
