@@ -89,6 +89,7 @@ def test_a_folder_that_may_not_be_written_is_one_clear_message(tmp_path: Path) -
     code = (
         "import os, sys; from pathlib import Path\n"
         "from runner.session.folders import Recorder; from runner.errors import SessionError\n"
+        "import filelock\n"  # loaded only where a lock is taken, when the packages' folder may be closed to that user
         "if os.geteuid() == 0: os.setuid(int(sys.argv[2]))\n"
         "try: Recorder.reopen(Path(sys.argv[1]))\n"
         "except SessionError as error: print(error)"
