@@ -132,10 +132,10 @@ def test_a_window_alternates_at_its_refresh_while_a_key_is_awaited_and_counts_wh
         later.join()
         work = presenter.counters
         alternated = work.frames_alternated + work.frames_missed
-        # Frames go by from somewhere within `show` on, which takes long on a busy machine. Of each late frame whole
-        # refreshes are counted as missed: up to half of one too many.
-        assert 0.85 * waited_s * rate_hz < alternated < 1.15 * shown_s * rate_hz + 0.5 * work.frames_missed
-        assert work.frames_alternated < 1.15 * shown_s * rate_hz
+        # Frames go by from somewhere within `show` on, which takes long on a busy machine. No screen holds a swap back
+        # here: a frame that takes a quarter of a refresh to draw is taken for one that was held, and the next follows
+        # after another quarter, so that a slow machine shows up to twice as many.
+        assert 0.85 * waited_s * rate_hz < alternated < 2.1 * shown_s * rate_hz
         assert work.frames_alternated > 0.5 * waited_s * rate_hz
         assert busy_s < 0.8 * waited_s  # it sleeps between frames
         missed = work.frames_missed
