@@ -132,7 +132,7 @@ class Drawing:
         style: dict[str, Any] = {"pdf.fonttype": 42, "hatch.linewidth": self.hatch_pt}
         facts = {"Title": self.label, "Creator": "cyclopean", "CreationDate": None}
         with rc_context(style), _drawn_once(self.figure):  # type: ignore[arg-type]  # as above
-            FigureCanvasPdf(self.figure).print_pdf(out, metadata=facts)  # type: ignore[no-untyped-call]
+            FigureCanvasPdf(self.figure).print_pdf(out, metadata=facts)  # type: ignore[no-untyped-call]  # untyped there
         return out.getvalue()
 
 
@@ -166,7 +166,7 @@ def drawn(figure: Figure, label: str) -> Drawing:
     out = io.StringIO()
     with _drawn_once(figure):
         facts = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-        FigureCanvasSVG(figure).print_svg(out, metadata=facts)  # type: ignore[no-untyped-call]
+        FigureCanvasSVG(figure).print_svg(out, metadata=facts)  # type: ignore[no-untyped-call]  # untyped there
     svg = out.getvalue()
     body = re.sub(r"<metadata>.*?</metadata>", "", svg[svg.index("<svg") :], flags=re.DOTALL)
     head, rest = body.split(">", 1)

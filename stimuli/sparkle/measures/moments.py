@@ -199,7 +199,7 @@ def patches(luminance_cd_m2: Luminance, row: NDArray[np.int64], column: NDArray[
     return light
 
 
-def _light(luminance: Luminance, peaks: Peaks, part: slice | NDArray[np.int64]) -> Luminance:
+def _light(luminance: Luminance, peaks: Peaks, part: NDArray[np.int64]) -> Luminance:
     """Return the light above the background around peaks, shape (k, k, n); 0 beyond the picture.
 
     Peaks lie along the last axis, so that sums over a patch are sums of vectors.
