@@ -218,8 +218,8 @@ def test_level_cameras_are_seldom_straightened() -> None:
 @pytest.mark.parametrize("roll_deg", [0.02, 0.1, 0.5, 1.0, 1.5])
 def test_rolls_of_any_size_come_back(roll_deg: float) -> None:
     errors = []
-    for pair in range(10):
-        scale = 1 + 0.004 * (pair - 5) / 5
+    for pair in range(5):
+        scale = 1 + 0.004 * (2 * pair - 4) / 4
         left, right = turned(0.0, 1.0, 2 * pair), turned(roll_deg, scale, 2 * pair + 1)
         # Beyond half a degree the views may agree in too few places to begin by themselves.
         made = straighten(left, right, offset_px=(0.0, 0.0) if roll_deg > 0.5 else None)

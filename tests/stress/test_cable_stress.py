@@ -16,7 +16,7 @@ from devices.diagnostics.mixing import added_channels, standard_primaries
 from tests.devices.diagnostics.simulated_cable import CHECKS, WIDE, clean, converted, faulty, narrow
 
 pytestmark = pytest.mark.stress
-CLEAN, FAULTY = 400, 40
+CLEAN, FAULTY = 200, 20
 
 
 def test_fewer_than_one_display_in_a_hundred_without_fault_is_blamed_by_any_check() -> None:

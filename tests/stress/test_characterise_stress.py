@@ -100,7 +100,7 @@ def test_every_swap_of_channels_or_coordinates_is_refused(order: tuple[int, int,
 
 
 @pytest.mark.parametrize("share", [0.01, 0.05, 0.1, 0.2, 0.3])
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_wrong_readings_never_bend_a_model_without_a_word(share: float, seed: int) -> None:
     display = thesis_display()
     rng = np.random.default_rng(seed)
@@ -152,8 +152,6 @@ def _readings(display: str, more: int) -> Measurements:
     ("display", "more", "most"),
     [
         ("interaction", 0, 2.5),
-        ("smooth", 0, 2.5),
-        ("interaction", 1949, 1.6),
         ("smooth", 1949, 1.6),
         ("not undone", 1949, 1.6),
     ],

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from tests.runner.generated_experiments import experiments, what_check_calls_right_opens
 
 pytestmark = pytest.mark.stress
-EXAMPLES = 200
+EXAMPLES = 80
 
 
 def test_what_check_calls_right_opens(tmp_path_factory: pytest.TempPathFactory) -> None:

@@ -88,7 +88,7 @@ def study(random: np.random.Generator, observers: int, within_sd: float, share: 
     )
 
 
-@pytest.mark.parametrize(("observers", "groups", "share"), [(5, 4, 1.0), (8, 12, 1.0), (15, 4, 0.5), (30, 2, 0.5)])
+@pytest.mark.parametrize(("observers", "groups", "share"), [(5, 4, 1.0), (8, 12, 1.0), (30, 2, 0.5)])
 @pytest.mark.parametrize("within_sd", [0.0, 1.5])
 def test_the_test_of_agreement_keeps_its_level(observers: int, groups: int, share: float, within_sd: float) -> None:
     """Of 400 studies without a difference, more than 32 false alarms at 0.05 happen once in 150."""

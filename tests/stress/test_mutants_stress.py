@@ -10,7 +10,7 @@ pytestmark = pytest.mark.stress
 
 MODULE = "tests.stress.foreign_formats"
 # A check of a YAML file reads what it names as well, and takes ten times as long as a table.
-COUNTS = {name: 350 if form.suffix == ".yaml" else 1200 for name, form in formats(MODULE).items()}
+COUNTS = {name: 150 if form.suffix == ".yaml" else 500 for name, form in formats(MODULE).items()}
 
 
 @pytest.mark.parametrize("name", sorted(COUNTS))

@@ -10,8 +10,8 @@ import pytest
 from benchmarks.simulated_studies import Design, decisions
 
 pytestmark = pytest.mark.stress
-STUDIES = 600
-ERROR = 0.009  # standard error of 5 % of 600 studies
+STUDIES = 200
+ERROR = 0.0154  # standard error of 5 % of 200 studies
 EQUAL = np.zeros(10)
 HALVES = np.r_[np.ones(5), -np.ones(5)] / 2
 POPULATIONS: dict[str, dict[str, Any]] = {

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.stress
 @pytest.mark.parametrize("observers", OBSERVERS)
 @pytest.mark.parametrize("spread", SPREADS)
 def test_levels_and_power(observers: int, spread: float) -> None:
-    studies = 300
+    studies = 120
     shares = {str(row["series"]): float(str(row["share"])) for row in levels(observers, spread, studies)}
     most = 0.05 + 3 * np.sqrt(0.05 * 0.95 / studies)
     for name, share in shares.items():

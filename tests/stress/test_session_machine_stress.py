@@ -14,5 +14,5 @@ pytestmark = pytest.mark.stress
 def test_what_is_done_to_a_session_loses_no_answer() -> None:
     run_state_machine_as_test(
         SessionMachine,
-        settings=settings(max_examples=600, stateful_step_count=60, suppress_health_check=list(HealthCheck)),
+        settings=settings(max_examples=250, stateful_step_count=60, suppress_health_check=list(HealthCheck)),
     )

@@ -39,11 +39,11 @@ def answering(right: NDArray[np.float64], rng: np.random.Generator) -> Callable[
     ],
 )
 def test_intervals_cover_and_thresholds_are_unbiased(name: str, slope: float, guess: float | None) -> None:
-    """Of 600 simulated observers (yes/no, where a fit takes longer, 300) with 100 trials by QUEST+.
+    """Of 200 simulated observers (yes/no, where a fit takes longer, 100) with 100 trials by QUEST+.
 
     Three standard errors of a share are allowed.
     """
-    shape, rng, studies = FUNCTIONS[name], np.random.default_rng(5), 300 if guess is None else 600
+    shape, rng, studies = FUNCTIONS[name], np.random.default_rng(5), 100 if guess is None else 200
     covered, errors, medians, means = 0, [], [], []
     for _ in range(studies):
         true = rng.uniform(-1.4, -0.6)

@@ -20,7 +20,7 @@ from tests.stimuli.comparison.two_eye_scenes import Pair, Relief, Sparkles, cont
 
 pytestmark = pytest.mark.stress
 
-REPEATS = 3
+REPEATS = 2
 
 
 def fails(photo: Pair, rendering: Pair) -> list[Reason]:

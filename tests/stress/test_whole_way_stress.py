@@ -16,7 +16,7 @@ from tests.runner.mixed_experiments import mixed_experiments, mutants
 from tests.runner.whole_way import whole_way
 
 pytestmark = pytest.mark.stress
-EXAMPLES = 200
+EXAMPLES = 80
 
 
 @pytest.mark.parametrize(("drawn_from", "fewest"), [(mixed_experiments, EXAMPLES // 5), (mutants, EXAMPLES // 20)])
