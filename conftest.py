@@ -341,6 +341,13 @@ def _regions(folder: Path) -> dict[str, Any]:
     return {"saturated": photo[..., 1] > 1000}
 
 
+def pytest_xdist_auto_num_workers() -> int:
+    """One more than the cores: windows and instruments wait more than they work. With nine, some 5 GB of memory."""
+    from documents.platform import cores
+
+    return min(cores() + 1, 9)
+
+
 # What the snippets of a page take for granted, by the page's name.
 PAGES: Mapping[str, Prepare] = {
     "README": _with_results("dynamic_range"),

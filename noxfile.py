@@ -31,7 +31,7 @@ def demo(session: nox.Session) -> None:
 def test(session: nox.Session) -> None:
     """Run the tests."""
     _install(session)
-    arguments = session.posargs or ["-n", "3", "--dist", "loadfile"]
+    arguments = session.posargs or ["-n", "auto", "--dist", "loadfile"]
     session.run("python", "-m", "pytest", "-m", "not stress and not quad and not vdp", *arguments, env=ONE_THREAD)
 
 

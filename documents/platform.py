@@ -6,6 +6,7 @@ No other module calls these parts of ``os``, ``signal``, ``select``, ``time`` an
 from __future__ import annotations
 
 import errno
+import math
 import os
 import shlex
 import shutil
@@ -31,10 +32,23 @@ def boot_id() -> str:
 
 
 def cores() -> int:
-    """Return how many processor cores this process may use; all cores where the system does not say."""
+    """Return how many processor cores this process may use; all cores where the system does not say.
+
+    In a container that may use the time of fewer cores than it sees, on Linux, so many.
+    """
     if sys.platform == "linux":
-        return len(os.sched_getaffinity(0))
+        return min(len(os.sched_getaffinity(0)), _cores_of_quota())
     return os.cpu_count() or 1
+
+
+def _cores_of_quota(groups: Path = Path("/sys/fs/cgroup")) -> int:
+    """Return the cores whose time the control group, of either version, may use; very many without a limit."""
+    for names in (("cpu.max",), ("cpu/cpu.cfs_quota_us", "cpu/cpu.cfs_period_us")):
+        with suppress(OSError, ValueError):
+            quota, period = " ".join((groups / name).read_text(encoding="ascii") for name in names).split()
+            if quota not in ("max", "-1"):
+                return max(1, math.ceil(int(quota) / int(period)))
+    return sys.maxsize
 
 
 def elapsed_s() -> float:

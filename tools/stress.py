@@ -13,15 +13,12 @@ import subprocess
 import sys
 import time
 
+from documents.platform import cores
+
 # Each worker computes in one thread, as in `make test`: the threads of all would wait for each other.
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 _NOTHING_CHOSEN = 5  # pytest: no test of this part has the words that were asked for
 _SEARCHED = "hypothesis and not stress and not quad and not vdp"
-
-
-def cores() -> int:
-    """Return how many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def parts(words: list[str], workers: int) -> dict[str, list[str]]:

@@ -35,6 +35,26 @@ def test_there_is_a_core_at_least(system: str) -> None:
     assert 1 <= platform.cores() <= (os.cpu_count() or 1)
 
 
+@pytest.mark.parametrize(
+    ("said", "cores"),
+    [
+        ({"cpu.max": "max 100000\n"}, sys.maxsize),
+        ({"cpu.max": "200000 100000\n"}, 2),
+        ({"cpu.max": "150000 100000\n"}, 2),
+        ({"cpu.max": "5000 100000\n"}, 1),
+        ({"cpu.max": "nothing of the kind"}, sys.maxsize),
+        ({"cpu/cpu.cfs_quota_us": "400000\n", "cpu/cpu.cfs_period_us": "100000\n"}, 4),
+        ({"cpu/cpu.cfs_quota_us": "-1\n", "cpu/cpu.cfs_period_us": "100000\n"}, sys.maxsize),
+        ({}, sys.maxsize),
+    ],
+)
+def test_a_container_has_the_cores_whose_time_it_may_use(tmp_path: Path, said: dict[str, str], cores: int) -> None:
+    (tmp_path / "cpu").mkdir()
+    for name, text in said.items():
+        (tmp_path / name).write_text(text)
+    assert platform._cores_of_quota(tmp_path) == cores
+
+
 def test_time_passes(system: str) -> None:
     first = platform.elapsed_s()
     assert platform.elapsed_s() >= first
