@@ -341,6 +341,7 @@ def _regions(folder: Path) -> dict[str, Any]:
     return {"saturated": photo[..., 1] > 1000}
 
 
+@pytest.hookimpl(optionalhook=True)  # pages are tested without pytest-xdist
 def pytest_xdist_auto_num_workers() -> int:
     """One more than the cores: windows and instruments wait more than they work. With nine, some 5 GB of memory."""
     from documents.platform import cores
