@@ -25,7 +25,7 @@ help:
 	@echo "make bench      run time against error, peers beside; ends with what is promised and kept (benchmarks/out)"
 	@echo "make bench-release    the same, and this version's figures into benchmarks/history.jsonl"
 	@echo "make bench-psychopy   trial switch beside PsychoPy, in an environment of its own"
-	@echo "make stress     slow sweeps to the edges, over all cores (STRESS=\"-k cable\": some)"
+	@echo "make stress     slow sweeps to the edges, over all cores (STRESS=\"-k cable\": some; WHOLE=1: more of each)"
 	@echo "make sbom       which packages are installed, as CycloneDX, into sbom.json"
 	@echo "make audit      known vulnerabilities of these packages, where an index can be reached"
 	@echo "make lock       resolve the packages again, into requirements/ (UPGRADE=--upgrade: newest versions)"
@@ -94,7 +94,7 @@ bench-psychopy: test-tools
 	$(BIN)/python benchmarks/trial_switch.py
 
 stress: test-tools
-	@$(BIN)/python tools/stress.py $(STRESS)
+	@STRESS_WHOLE=$(WHOLE) $(BIN)/python tools/stress.py $(STRESS)
 
 dither-mask: env
 	$(BIN)/python -m devices.compensation.dither_mask

@@ -14,9 +14,10 @@ from devices.diagnostics.channels import channel_constancy
 from devices.diagnostics.diagnosis import Diagnosis
 from devices.diagnostics.mixing import added_channels, standard_primaries
 from tests.devices.diagnostics.simulated_cable import CHECKS, WIDE, clean, converted, faulty, narrow
+from tests.stress.how_many import how_many
 
 pytestmark = pytest.mark.stress
-CLEAN, FAULTY = 200, 20
+CLEAN, FAULTY = how_many(200, 400), how_many(20, 40)
 
 
 def test_fewer_than_one_display_in_a_hundred_without_fault_is_blamed_by_any_check() -> None:

@@ -30,6 +30,7 @@ from devices.errors import DeviceError
 from devices.instruments.simulated import Faults, simulated_XYZ
 from devices.measurements import Measurements
 from tests.devices.display.test_residual import smooth
+from tests.stress.how_many import how_many
 
 pytestmark = pytest.mark.stress
 
@@ -100,7 +101,7 @@ def test_every_swap_of_channels_or_coordinates_is_refused(order: tuple[int, int,
 
 
 @pytest.mark.parametrize("share", [0.01, 0.05, 0.1, 0.2, 0.3])
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", range(how_many(2, 4)))
 def test_wrong_readings_never_bend_a_model_without_a_word(share: float, seed: int) -> None:
     display = thesis_display()
     rng = np.random.default_rng(seed)

@@ -8,9 +8,10 @@ import pytest
 from hypothesis import given, settings
 
 from tests.runner.generated_experiments import experiments, what_check_calls_right_opens
+from tests.stress.how_many import how_many
 
 pytestmark = pytest.mark.stress
-EXAMPLES = 80
+EXAMPLES = how_many(80, 200)
 
 
 def test_what_check_calls_right_opens(tmp_path_factory: pytest.TempPathFactory) -> None:

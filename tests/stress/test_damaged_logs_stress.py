@@ -12,18 +12,20 @@ import pytest
 from analysis.records import read_session
 from tests.runner.log_mutants import mutants
 from tests.runner.test_damaged_logs import LOGS, NOT_NOTICED, made, put, read, use, what_counts
+from tests.stress.how_many import how_many
 
 pytestmark = pytest.mark.stress
+MUTANTS = how_many(6000, 12_000)
 
 
 def test_thousands_of_damaged_logs_are_refused_or_say_what_they_said(tmp_path: Path) -> None:
     original = {name: what_counts(read_session(log)) for name, log in LOGS.items()}
     believed: Counter[str] = Counter()
-    for name, mutant in made(range(1000, 7000)):
+    for name, mutant in made(range(1000, 1000 + MUTANTS)):
         damaged = read(mutant.content, tmp_path)
         if damaged is not None and what_counts(damaged) != original[name]:
             believed[mutant.change] += 1
-    assert sum(count for change, count in believed.items() if change not in NOT_NOTICED) <= 6, believed
+    assert sum(count for change, count in believed.items() if change not in NOT_NOTICED) <= MUTANTS // 1000, believed
 
 
 def test_of_flipped_bits_only_what_is_recorded_once_is_believed(tmp_path: Path) -> None:
@@ -41,6 +43,6 @@ def test_of_flipped_bits_only_what_is_recorded_once_is_believed(tmp_path: Path) 
 
 
 def test_whatever_reads_damaged_logs_comes_to_its_end(tmp_path: Path, cyclopean: Callable[..., Any]) -> None:
-    for name, mutant in made(range(20_000, 20_300)):
+    for name, mutant in made(range(20_000, 20_000 + how_many(300, 1000))):
         if read(mutant.content, tmp_path) is not None:
             use(put(mutant.content, tmp_path, name), cyclopean)

@@ -10,9 +10,10 @@ import pytest
 from analysis.records.session_record import FILE_NAME
 from tests.runner.every_kind import VARIANTS
 from tests.runner.killing import check_rounds, killer
+from tests.stress.how_many import how_many
 
 pytestmark = pytest.mark.stress
-KILLS = 400
+KILLS = how_many(400, 1000)
 
 
 def test_hundreds_of_kills_lose_nothing_change_nothing_and_leave_whole_copies(tmp_path: Path) -> None:

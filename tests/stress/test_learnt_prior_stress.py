@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from analysis.scaling.learnt_prior import learnt_posterior
 from runner.blocks.pair_choice import PairChooser
+from tests.stress.how_many import how_many
 from tests.stress.test_pooled_pairs_stress import endless, reported
 
 pytestmark = pytest.mark.stress
@@ -41,7 +42,7 @@ def _studies(count: int, spread: float, studies: int, *, chosen: bool) -> Floats
 
 
 @pytest.mark.parametrize("chosen", [False, True])
-@pytest.mark.parametrize(("count", "studies"), [(10, 60), (20, 30), (60, 8)])
+@pytest.mark.parametrize(("count", "studies"), [(10, how_many(60, 100)), (20, how_many(30, 60)), (60, how_many(8, 24))])
 @pytest.mark.parametrize("spread", [0.5, 1.0, 2.0, 3.0])
 def test_intervals_of_differences_contain_the_truth(count: int, studies: int, spread: float, chosen: bool) -> None:
     """93 to 97 % within two standard errors; more where so few answers leave σ unknown and it is small."""
@@ -82,7 +83,7 @@ def test_three_hundred_items_take_seconds() -> None:
     assert time.process_time() - start_s < 30
 
 
-@pytest.mark.parametrize(("observers", "between"), [(10, 0.0), (5, 0.7), (10, 0.7)])
+@pytest.mark.parametrize(("observers", "between"), [(10, 0.0), (5, 0.7), (10, 0.7), (5, 0.0)][: how_many(3, 4)])
 def test_observers_who_differ_are_in_the_report_and_not_in_the_posterior(observers: int, between: float) -> None:
     """As docs/blocks.md states: 20 items, ten answers an item and observer, pairs chosen for each alone."""
     first, second = np.triu_indices(20, 1)

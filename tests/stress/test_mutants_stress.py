@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import pytest
 
+from tests.stress.how_many import how_many
 from tests.stress.mutants import formats, keys_of, read_all
 
 pytestmark = pytest.mark.stress
 
 MODULE = "tests.stress.foreign_formats"
 # A check of a YAML file reads what it names as well, and takes ten times as long as a table.
-COUNTS = {name: 150 if form.suffix == ".yaml" else 500 for name, form in formats(MODULE).items()}
+COUNTS = {
+    name: how_many(150, 350) if form.suffix == ".yaml" else how_many(500, 1200)
+    for name, form in formats(MODULE).items()
+}
 
 
 @pytest.mark.parametrize("name", sorted(COUNTS))

@@ -17,6 +17,7 @@ from analysis.observers.consistency import consistencies
 from analysis.observers.fit_to_rest import fits_to_rest
 from analysis.observers.table import observers_in_comparisons
 from analysis.observers.tails import Tail
+from tests.stress.how_many import how_many
 
 pytestmark = pytest.mark.stress
 
@@ -65,7 +66,7 @@ def test_p_of_zeta_is_uniform_under_chance(n: int, gaps: float) -> None:
 def test_p_of_u_is_uniform_under_chance(n: int, observers: int, gaps: float) -> None:
     random = np.random.default_rng(n + observers)
     tails = []
-    for _ in range(400):
+    for _ in range(how_many(400, 1000)):
         found = kendall_u(answers(np.zeros(n), observers, random, gaps), shuffles=0)
         assert found is not None
         assert found.chance is not None
@@ -76,7 +77,7 @@ def test_p_of_u_is_uniform_under_chance(n: int, observers: int, gaps: float) -> 
 @pytest.mark.parametrize(("observers", "most"), [(30, 0.055), (15, 0.065), (10, 0.075), (5, 0.1)])
 def test_how_often_anybody_is_called_an_outlier_who_is_none(observers: int, most: float) -> None:
     random = np.random.default_rng(observers)
-    flagged, studies = 0, 500
+    flagged, studies = 0, how_many(500, 1500)
     for _ in range(studies):
         lines = fits_to_rest(answers(random.normal(0, 0.7, 10), observers, random))
         assert all(lines)

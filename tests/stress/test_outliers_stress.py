@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from devices.characterise.example_displays import noisy
 from devices.characterise.patches import patches
 from tests.devices.characterise.test_outliers import CODES, DISPLAYS, doubted_rows
+from tests.stress.how_many import how_many
 
 pytestmark = pytest.mark.stress
 
@@ -35,7 +36,7 @@ def _planted(kind: str, XYZ: Floats, rng: np.random.Generator) -> tuple[Floats, 
 def test_clean_displays_lose_none(display: str) -> None:
     dropped = [
         int(doubted_rows(CODES, noisy(DISPLAYS[display](CODES), 0.002 if seed % 2 else 0.005, seed)).sum())
-        for seed in range(6)
+        for seed in range(how_many(6, 16))
     ]
     assert sum(dropped) == 0
 
@@ -45,7 +46,7 @@ def test_planted_readings_are_found_and_no_others(kind: str) -> None:
     found, to_find, extra = 0, 0, 0
     for display in DISPLAYS.values():
         true = patches(CODES, display(CODES))
-        for seed in range(2):
+        for seed in range(how_many(2, 5)):
             XYZ, rows = _planted(kind, noisy(true.XYZ, 0.002, seed), np.random.default_rng(seed))
             off = true.delta_e_2000(XYZ)
             seen = {row for row in rows if off[row] >= SEEN_DELTA_E}

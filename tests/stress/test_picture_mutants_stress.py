@@ -4,13 +4,21 @@ from __future__ import annotations
 
 import pytest
 
+from tests.stress.how_many import how_many
 from tests.stress.mutants import keys_of, read_all
 
 MODULE = "tests.stress.picture_formats"
 # A build of each is most of the time; what costs less is mutated more.
 NUMBERS = {
-    **{"exr": 400, "png": 300, "jpeg": 300, "webp": 250, "tiff": 400, "dng": 400, "envi": 150},
-    **{"codes": 120, "own": 80},
+    "exr": how_many(400, 1000),
+    "png": how_many(300, 700),
+    "jpeg": how_many(300, 800),
+    "webp": how_many(250, 600),
+    "tiff": how_many(400, 1000),
+    "dng": how_many(400, 1000),
+    "envi": how_many(150, 400),
+    "codes": how_many(120, 300),
+    "own": how_many(80, 200),
 }
 
 

@@ -15,11 +15,12 @@ from analysis.scaling import learnt_posterior
 from analysis.scaling.laplacian import contrast_variances
 from runner.blocks.incomplete_pairs import designs
 from runner.reports.pooled_studies import pooled_study
+from tests.stress.how_many import how_many
 
 pytestmark = pytest.mark.stress
 Floats = NDArray[np.float64]
 STIMULI, OBSERVERS, TRIALS_PER_STIMULUS, SPREAD_NATS = 60, 15, 10, 2.0
-STUDIES = 8
+STUDIES = how_many(8, 24)
 
 
 def truth(study: int, count: int) -> Floats:
@@ -90,7 +91,9 @@ def reported(wins: Floats) -> tuple[Floats, Floats]:
     return fit.theta[order], half[np.ix_(order, order)]
 
 
-@pytest.mark.parametrize(("observers", "between"), [(15, 0.0), (15, 0.7), (5, 0.7)])
+@pytest.mark.parametrize(
+    ("observers", "between"), [(15, 0.0), (15, 0.7), (5, 0.7), (15, 0.4), (5, 0.0)][: how_many(3, 5)]
+)
 def test_the_report_covers_what_endless_observers_would_answer(observers: int, between: float) -> None:
     """As docs/pooled_pairs.md states: 20 stimuli, ten trials per stimulus and observer, intervals of differences."""
     first, second = np.triu_indices(20, 1)

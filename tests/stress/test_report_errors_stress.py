@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from benchmarks.simulated_studies import Design, decisions
+from tests.stress.how_many import how_many
 
 pytestmark = pytest.mark.stress
-STUDIES = 200
-ERROR = 0.0154  # standard error of 5 % of 200 studies
+STUDIES = how_many(200, 600)
+ERROR = (0.05 * 0.95 / STUDIES) ** 0.5  # standard error of 5 %
 EQUAL = np.zeros(10)
 HALVES = np.r_[np.ones(5), -np.ones(5)] / 2
 POPULATIONS: dict[str, dict[str, Any]] = {

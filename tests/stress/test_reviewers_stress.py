@@ -12,6 +12,7 @@ from analysis.inference import compare_models, equivalence, multiverse, pair_pro
 from analysis.scaling import score
 from benchmarks.reviewers import OBSERVERS, SPREADS, levels
 from benchmarks.simulated_studies import Design, as_comparisons
+from tests.stress.how_many import how_many
 
 pytestmark = pytest.mark.stress
 
@@ -19,7 +20,7 @@ pytestmark = pytest.mark.stress
 @pytest.mark.parametrize("observers", OBSERVERS)
 @pytest.mark.parametrize("spread", SPREADS)
 def test_levels_and_power(observers: int, spread: float) -> None:
-    studies = 120
+    studies = how_many(120, 300)
     shares = {str(row["series"]): float(str(row["share"])) for row in levels(observers, spread, studies)}
     most = 0.05 + 3 * np.sqrt(0.05 * 0.95 / studies)
     for name, share in shares.items():

@@ -18,6 +18,7 @@ from runner.blocks.threshold import Threshold, ThresholdTask
 from runner.blocks.threshold_ladders import Ladder
 from runner.blocks.threshold_tracks import QuestPlusSpec
 from runner.ports import Ask
+from tests.stress.how_many import how_many
 
 pytestmark = pytest.mark.stress
 X = np.linspace(-2, 0, 21)
@@ -39,11 +40,12 @@ def answering(right: NDArray[np.float64], rng: np.random.Generator) -> Callable[
     ],
 )
 def test_intervals_cover_and_thresholds_are_unbiased(name: str, slope: float, guess: float | None) -> None:
-    """Of 200 simulated observers (yes/no, where a fit takes longer, 100) with 100 trials by QUEST+.
+    """Of simulated observers (fewer of yes/no, where a fit takes longer) with 100 trials by QUEST+.
 
     Three standard errors of a share are allowed.
     """
-    shape, rng, studies = FUNCTIONS[name], np.random.default_rng(5), 100 if guess is None else 200
+    studies = how_many(100, 300) if guess is None else how_many(200, 600)
+    shape, rng = FUNCTIONS[name], np.random.default_rng(5)
     covered, errors, medians, means = 0, [], [], []
     for _ in range(studies):
         true = rng.uniform(-1.4, -0.6)

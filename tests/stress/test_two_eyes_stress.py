@@ -17,10 +17,11 @@ from stimuli.comparison.two_eyes import measure_two_eyes
 from stimuli.comparison.verdict import Limits, Reason
 from stimuli.comparison.views import Views
 from tests.stimuli.comparison.two_eye_scenes import Pair, Relief, Sparkles, contrasted
+from tests.stress.how_many import how_many
 
 pytestmark = pytest.mark.stress
 
-REPEATS = 2
+REPEATS = how_many(2, 3)
 
 
 def fails(photo: Pair, rendering: Pair) -> list[Reason]:

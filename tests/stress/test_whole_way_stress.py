@@ -14,9 +14,10 @@ from hypothesis.strategies import SearchStrategy
 from tests.runner.generated_experiments import write
 from tests.runner.mixed_experiments import mixed_experiments, mutants
 from tests.runner.whole_way import whole_way
+from tests.stress.how_many import how_many
 
 pytestmark = pytest.mark.stress
-EXAMPLES = 80
+EXAMPLES = how_many(80, 200)
 
 
 @pytest.mark.parametrize(("drawn_from", "fewest"), [(mixed_experiments, EXAMPLES // 5), (mutants, EXAMPLES // 20)])
