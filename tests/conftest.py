@@ -421,11 +421,14 @@ def person(xvfb: str, study: Study, forked: Server) -> Iterator[Person]:
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Build the figures of a page without drawing them, which takes longer than all else: for tests of other parts."""
 
-    def save(_: object, out: Any, **__: object) -> None:
-        svg = '<svg viewBox="0 0 1 1"></svg>'
-        out.write(svg.encode() if isinstance(out, io.BytesIO) else svg)
+    def svg(_: object, out: Any, **__: object) -> None:
+        out.write('<svg viewBox="0 0 1 1"></svg>')
 
-    monkeypatch.setattr("matplotlib.figure.Figure.savefig", save)
+    def pdf(_: object, out: Any, **__: object) -> None:
+        out.write(b"%PDF-")
+
+    monkeypatch.setattr("matplotlib.backends.backend_svg.FigureCanvasSVG.print_svg", svg)
+    monkeypatch.setattr("matplotlib.backends.backend_pdf.FigureCanvasPdf.print_pdf", pdf)
 
 
 @pytest.fixture
