@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from jinja2 import Environment
 
 
+@cache
 def page_environment(*packages: str) -> Environment:
     """Return the environment that looks for templates in each of ``packages`` in turn.
 
@@ -19,7 +21,8 @@ def page_environment(*packages: str) -> Environment:
     Returns
     -------
     jinja2.Environment
-        Escapes what it inserts into HTML; a name that is not defined raises an error.
+        Escapes what it inserts into HTML; a name that is not defined raises an error. It is the same one for the same
+        packages, so that a template is compiled once.
 
     Examples
     --------

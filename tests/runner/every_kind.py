@@ -117,10 +117,15 @@ def written(kind: str, variant: int) -> str:
     return f"kind: {kind}, {BLOCKS[kind][variant]}"
 
 
-def blocks_of(folder: Path, kind: str, variant: int = 0, observer: str = "01") -> tuple[Block, ...]:
-    """Return a block of the kind between two pages of words."""
+def of_kind(folder: Path, kind: str, variant: int = 0) -> Experiment:
+    """Return an experiment with a block of the kind between two pages of words."""
     words = "kind: instructions, text: Look."
-    return experiment(folder, words, written(kind, variant), words).blocks(observer)
+    return experiment(folder, words, written(kind, variant), words)
+
+
+def blocks_of(folder: Path, kind: str, variant: int = 0, observer: str = "01") -> tuple[Block, ...]:
+    """Return its blocks."""
+    return of_kind(folder, kind, variant).blocks(observer)
 
 
 @dataclass(slots=True)

@@ -19,6 +19,7 @@ from analysis.report.page import write_report
 from analysis.report.report import KIND_WORDS, describe
 from runner.ports import Holding
 from runner.presenter.scene import Scene
+from runner.protocol.experiment import Experiment
 from runner.session.session import Session
 from tests.runner import every_kind as EVERY
 from tests.runner.every_kind import VARIANTS
@@ -72,10 +73,9 @@ class Words(HTMLParser):
         self.text += data
 
 
-def log_of(folder: Path, kind: str, variant: int, observer: str) -> SessionLog:
+def log_of(experiment: Experiment, observer: str) -> SessionLog:
     stage = Stage()
-    blocks = EVERY.blocks_of(folder, kind, variant, observer)
-    Session(blocks, stage, EVERY.Fickle(int(observer)), stage).run()
+    Session(experiment.blocks(observer), stage, EVERY.Fickle(int(observer)), stage).run()
     kept = tuple(Trial(**{**vars_of(trial), "data": json.loads(json.dumps(trial.data))}) for trial in stage.trials)
     stimuli = tuple({"name": name, "factors": {}, "flat": True} for name in "abcdef")
     header = Header("every_kind", observer, "s", "t", 0, "Which?", True, stimuli, {}, {}, {}, {}, {})
@@ -86,9 +86,10 @@ def vars_of(trial: Trial) -> dict[str, Any]:
     return {name: getattr(trial, name) for name in Trial.__slots__}
 
 
-# All with their figures: tests/stress.
-@pytest.mark.parametrize("observers", [1, 4])
-@pytest.mark.parametrize(("kind", "variant"), VARIANTS)
+# All with their figures, and by one observer: tests/stress.
+@pytest.mark.parametrize(
+    ("kind", "variant", "observers"), [(*one, count) for one in VARIANTS for count in ((4,) if one[1] else (1, 4))]
+)
 def test_sessions_of_every_kind_make_a_page_or_a_clear_refusal(
     kind: str, variant: int, observers: int, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
@@ -99,7 +100,8 @@ def test_sessions_of_every_kind_make_a_page_or_a_clear_refusal(
 
 
 def make_a_page(kind: str, variant: int, observers: int, tmp_path: Path) -> None:
-    sessions = [log_of(tmp_path, kind, variant, f"{number:02d}") for number in range(1, observers + 1)]
+    experiment = EVERY.of_kind(tmp_path, kind, variant)
+    sessions = [log_of(experiment, f"{number:02d}") for number in range(1, observers + 1)]
     report = write_report(sessions, tmp_path / "report.html", csv_folder=tmp_path / "tables")
     json.dumps(report.to_json(), allow_nan=False)
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
@@ -111,7 +113,7 @@ def make_a_page(kind: str, variant: int, observers: int, tmp_path: Path) -> None
 
 
 def test_sessions_that_stopped_before_an_answer_are_refused(tmp_path: Path) -> None:
-    log = log_of(tmp_path, "instructions", 0, "01")
+    log = log_of(EVERY.of_kind(tmp_path, "instructions", 0), "01")
     assert describe([log]).kinds == ()
     with pytest.raises(ResultsError, match="the results hold no answer"):
         describe([replace(log, complete=False)])

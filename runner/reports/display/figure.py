@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -10,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from devices.diagnostics import Line, Panel
-from documents.pages import MARKERS, SERIES_COLOURS, without_drawing_warnings
+from documents.pages import MARKERS, SERIES_COLOURS, drawing, svg_of
 from documents.text import visible
 
 if TYPE_CHECKING:
@@ -34,16 +33,7 @@ _LONGEST_NAME = 24
 
 def panel_svg(panel: Panel, key: str, description: str) -> str:
     """Return an ``<svg>`` element of ``panel``; ``key`` makes its inner names its own within the page."""
-    from matplotlib import rc_context
-    from matplotlib.figure import Figure
-
-    style = {"svg.fonttype": "none", "svg.hashsalt": key, "text.parse_math": False, "font.size": 10.0}
-    with rc_context(style), without_drawing_warnings():  # type: ignore[arg-type]  # known names to the stubs
-        height_in = EQUAL_HEIGHT_IN if panel.equal else HEIGHT_IN
-        figure = Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
-        figure.patch.set_alpha(0)
-        axes = figure.subplots()
-        axes.patch.set_alpha(0)
+    with drawing(key, WIDTH_IN, EQUAL_HEIGHT_IN if panel.equal else HEIGHT_IN) as (figure, axes):
         for line, look in zip(panel.lines, looks(panel.lines), strict=True):
             _draw(axes, line, look)
         for level in panel.levels:
@@ -63,9 +53,9 @@ def panel_svg(panel: Panel, key: str, description: str) -> str:
         names = [line.name for line in panel.lines if line.name]
         if 1 < len(names) <= _MOST_NAMES:
             axes.legend(frameon=False, fontsize=9)
-        out = io.StringIO()
-        figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
-    return _for_a_page(out.getvalue(), key, description)
+        svg = svg_of(figure, description)
+    svg = re.sub(r'(?<=[ "])id="([^"]+)"', rf'id="{key}-\1"', svg)
+    return re.sub(r'(url\(|xlink:href=")#', rf"\1#{key}-", svg)
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,17 +121,3 @@ def _draw(axes: Axes, line: Line, look: Look) -> None:
 def _short(name: str) -> str:
     seen = visible(name)
     return seen if len(seen) <= _LONGEST_NAME else seen[: _LONGEST_NAME - 1] + "…"
-
-
-def _for_a_page(svg: str, key: str, description: str) -> str:
-    """Drop what only a file of its own needs, and make the names inside the drawing this drawing's own."""
-    from markupsafe import escape
-
-    body = svg[svg.index("<svg") :]
-    body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
-    body = re.sub(r'(?<=[ "])id="([^"]+)"', rf'id="{key}-\1"', body)
-    body = re.sub(r'(url\(|xlink:href=")#', rf"\1#{key}-", body)
-    head, rest = body.split(">", 1)
-    view = re.search(r'viewBox="[^"]*"', head)
-    box = view.group(0) if view else ""
-    return f'<svg {box} xmlns:xlink="http://www.w3.org/1999/xlink" role="img" aria-label="{escape(description)}">{rest}'

@@ -58,10 +58,13 @@ class Tags(HTMLParser):
 
 @pytest.fixture(scope="module")
 def verdicts() -> Verdicts:
+    """Of both sets; a figure that each of them has is drawn of the first."""
     clipped = characterisation(2, light=lambda codes: MODEL.xyz(np.minimum(codes, 0.9)))
     hostile = replace(clipped, name=tuple(f"{HOSTILE} {name}" for name in clipped.name))
     special = crosstalk_readings({"left": 0.02, "right": 0.08})
     found = examine([MeasuredSet("panel.csv", hostile), MeasuredSet("special.csv", special)])
+    first = {one.name: one for one in reversed(found)}
+    found = tuple(one if one is first[one.name] else replace(one, series=()) for one in found)
     return Verdicts("panel.csv, special.csv", found, ("<b>codes</b> were assumed",))
 
 
