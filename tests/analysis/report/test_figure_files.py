@@ -12,7 +12,9 @@ import pytest
 
 from analysis.errors import ResultsError
 from analysis.records.session_record import SessionLog
-from analysis.report.page import write_report
+from analysis.report.blocks import write_figure_files
+from analysis.report.page import render, sections_of, write_report
+from analysis.report.report import Report, describe
 
 Maker = Callable[..., SessionLog]
 Sessions = Callable[..., list[SessionLog]]
@@ -26,11 +28,25 @@ def observed(make_session: Maker) -> list[SessionLog]:
 
 
 @pytest.fixture(scope="module")
+def described(observed: list[SessionLog]) -> Report:
+    """The report on them."""
+    return describe(observed)
+
+
+@pytest.fixture(scope="module")
 def written(observed: list[SessionLog], tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with their report and its figures, written once."""
     folder = tmp_path_factory.mktemp("written")
     assert write_report(observed, folder / "report.html", figure_folder=folder / "figures").pairs is not None
     return folder
+
+
+@pytest.fixture
+def fontless(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draw PDF files without the letters of their fonts, which take longer than all else."""
+    monkeypatch.setattr(
+        "matplotlib.backends.backend_pdf.PdfFile.writeFonts", lambda file: file.writeObject(file.fontObject, {})
+    )
 
 
 def test_every_figure_of_the_page_is_a_file_of_both_kinds(written: Path) -> None:
@@ -58,6 +74,7 @@ def test_every_figure_of_the_page_is_a_file_of_both_kinds(written: Path) -> None
         assert b"/FontFile2" in pdf  # letters are text
 
 
+@pytest.mark.usefixtures("fontless")
 @pytest.mark.parametrize("kind", ["choosing", "rating", "preferring"])
 def test_figures_of_every_kind_of_answer_have_files(kind: str, request: pytest.FixtureRequest, tmp_path: Path) -> None:
     sessions: list[SessionLog] = request.getfixturevalue(kind)()
@@ -69,7 +86,8 @@ def test_figures_of_every_kind_of_answer_have_files(kind: str, request: pytest.F
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_what_is_there_is_replaced_only_if_asked_for(sessions: list[SessionLog], tmp_path: Path) -> None:
+def test_what_is_there_is_replaced_only_if_asked_for(make_session: Maker, tmp_path: Path) -> None:
+    sessions = [make_session("01")]
     figures, page = tmp_path / "figures", tmp_path / "report.html"
     figures.mkdir()
     (figures / "classes.svg").write_text("drawn by hand")
@@ -82,10 +100,13 @@ def test_what_is_there_is_replaced_only_if_asked_for(sessions: list[SessionLog],
     assert (figures / "classes.svg").read_text(encoding="utf-8").startswith("<?xml")
 
 
-def test_figures_are_the_same_every_time(observed: list[SessionLog], written: Path, tmp_path: Path) -> None:
-    write_report(observed, tmp_path / "report.html", figure_folder=tmp_path / "again")
-    for file in (written / "figures").iterdir():
-        assert file.read_bytes() == (tmp_path / "again" / file.name).read_bytes()
+def test_figures_are_the_same_every_time(described: Report, written: Path, tmp_path: Path) -> None:
+    again = [figure for section in sections_of(described, {}, {}) for figure in section.figures()]
+    for figure in again:
+        svg = (written / "figures" / f"{figure.name}.svg").read_text(encoding="utf-8")
+        assert figure.wide.svg_file() == svg
+    (ranking,) = write_figure_files(again[1:2], tmp_path)[1:]
+    assert ranking.read_bytes() == (written / "figures" / "ranking.pdf").read_bytes()
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -104,7 +125,10 @@ def test_names_in_other_scripts_and_with_marks_make_whole_files(make_session: Ma
     names = ("<script>x()</script>", "משטח א", "塗装 $x_1$ & co")
     answers = [(a, b) for a in names for b in names if a != b] * 2
     sessions = [make_session(f"{number}", names=names, answers=answers) for number in range(3)]
-    write_report(sessions, tmp_path / "report.html", figure_folder=tmp_path / "figures")
-    text = "".join(ElementTree.parse(tmp_path / "figures/scores.svg").getroot().itertext())
+    report = describe(sessions)
+    scores = sections_of(report, {}, {})[0].figures()[:1]
+    svg, pdf = write_figure_files(scores, tmp_path)
+    text = "".join(ElementTree.parse(svg).getroot().itertext())
     assert all(name in text for name in names)
-    assert "<script" not in (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert pdf.read_bytes().rstrip().endswith(b"%%EOF")
+    assert "<script" not in render(report)
