@@ -13,6 +13,7 @@ from devices.display import PanelSpec, ReportedMonitor, read_display
 
 Cyclopean = Callable[..., "CompletedProcess[str]"]
 PANEL = ("--panel", "1920x1080,0.2768,60,10")
+SMALL = ("--panel", "192x108,0.2768,60,10")  # each patch is soon drawn
 
 
 @pytest.mark.parametrize("kind", ["srgb", "gamma2.2", "bt1886", "display-p3"])
@@ -72,7 +73,7 @@ def test_a_mode_that_is_measured_goes_into_the_file_and_the_others_stay_nominal(
     tmp_path: Path, cyclopean: Cyclopean
 ) -> None:
     file, readings = tmp_path / "monitor.yaml", tmp_path / "readings.csv"
-    cyclopean("display", "new", "-o", file, *PANEL)
+    cyclopean("display", "new", "-o", file, *SMALL)
     before = file.read_text()
     made = cyclopean("display", "measure", file, "--mode", "side-by-side", "-o", tmp_path / "readings.jsonl",
                      "--instrument", "simulated", "--backend", "egl", "--settle", "0", "--set", "table_c1",
@@ -99,9 +100,10 @@ def test_in_python_it_has_its_white_its_black_and_its_name(tmp_path: Path, cyclo
         assert row["source"].startswith("nominal, not measured: sRGB")
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_readings_are_compared_with_its_light_black_included(tmp_path: Path, cyclopean: Cyclopean) -> None:
     file, readings = tmp_path / "monitor.yaml", tmp_path / "readings.csv"
-    cyclopean("display", "new", "-o", file, "--black-cd-m2", "1", *PANEL)
+    cyclopean("display", "new", "-o", file, "--black-cd-m2", "1", *SMALL)
     measuring = ("--instrument", "simulated", "--backend", "egl", "--settle", "0", "--set", "grey")
     cyclopean("display", "measure", file, "--mode", "flat", "-o", tmp_path / "readings.jsonl", *measuring)
     words = ("display", "report", readings, "--display", file, "-o", tmp_path / "page.html")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from devices.characterise import choose, display_fit
 from devices.characterise.example_displays import liquid_crystal_XYZ, noisy, table_c1_codes, thesis_display
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
@@ -24,6 +26,27 @@ from runner.cli.main import group
 
 CODES = table_c1_codes()
 PANEL = ["--panel", "1920x1080,0.2768,120,8"]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def fitted_once() -> Iterator[None]:
+    """The same readings are fitted once, however many commands ask for it: only the model that is chosen differs."""
+
+    def once(fit: Callable[..., Any]) -> Callable[..., Any]:
+        known: dict[Any, Any] = {}
+
+        def fitted(codes: np.ndarray, XYZ: np.ndarray, *more: Any, **options: Any) -> Any:
+            key = (codes.tobytes(), XYZ.tobytes(), more, *options.items())
+            if key not in known:
+                known[key] = fit(codes, XYZ, *more, **options)
+            return known[key]
+
+        return fitted
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(choose, "screen", once(choose.screen))
+        patch.setattr(display_fit, "thesis_fits", once(display_fit.thesis_fits))
+        yield
 
 
 @pytest.fixture
