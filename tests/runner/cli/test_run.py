@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 import shlex
-import signal
 import subprocess
-import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +16,7 @@ from filelock import FileLock
 
 from analysis.records.session_record import read_session, session_files
 from runner.errors import SessionError
+from tests.forked import Server
 
 Study = Any  # tests/conftest.py
 
@@ -275,14 +275,14 @@ def test_a_results_folder_that_cannot_be_made_is_refused(study: Study) -> None:
     assert "the results folder cannot be written" in told.stderr
 
 
-def test_killed_while_drawing_for_real(study: Study) -> None:
+def test_killed_while_drawing_for_real(study: Study, forked: Server) -> None:
     """The whole program, killed with SIGKILL at several moments, then resumed to its end."""
     study.edit("small.yaml", "break_every: 4", "break_every: 4, repeats: 40")
-    command = [sys.executable, "-c", "from runner.cli.main import main; main()", "run", str(study.experiment)]
-    command += ["--observer", "01", "--simulate", str(study.observers), "--results", str(study.results), "--json"]
+    words = ["run", str(study.experiment), "--observer", "01", "--simulate", str(study.observers)]
+    words += ["--results", str(study.results), "--json"]
     seen: list[int] = []
     for more in ([], ["--resume"], ["--resume"]):
-        process = subprocess.Popen([*command, *more], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        process = forked.start("from runner.cli.main import main; main()", [*words, *more], {**os.environ})
         enough = (seen[-1] if seen else 0) + 5
         until = time.monotonic() + 60
         while time.monotonic() < until and process.poll() is None:
@@ -290,8 +290,8 @@ def test_killed_while_drawing_for_real(study: Study) -> None:
             if files and files[0].read_bytes().count(b'"all_pairs"') >= enough:
                 break
             time.sleep(0.002)
-        process.send_signal(signal.SIGKILL)
-        process.wait()
+        process.kill()
+        process.communicate()
         seen.append(len(_answered(study.results)))
     assert seen[0] < seen[1] < seen[2] < 240
     before = _answered(study.results)

@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,87 +23,75 @@ HEAVY = {
 }
 STUDY = {"runner.protocol.experiment", "stimuli.recipes.recipe"}
 RECORDED = Path(__file__).parents[1] / "recorded"
-# One process loads the program and divides for each command, which then imports only what is its own.
+# One process loads the program and divides for each chain. Each step of a chain may import what those before it may, or
+# more, so that it does not matter which of them imports it.
 EACH = """
 import contextlib, io, json, os, sys
 from runner.cli.main import main
-found = {}
-for name, words in json.loads(sys.argv[1]).items():
-    read, write = os.pipe()
-    if not os.fork():
-        sys.argv = ["cyclopean", *words]
-        said = io.StringIO()
-        status = 0
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
-            try:
-                main()
-            except SystemExit as left:
-                status = left.code or 0
-        os.write(write, json.dumps([status and said.getvalue(), sorted(sys.modules)]).encode())
+for chain in json.loads(sys.argv[1]):
+    if not (child := os.fork()):
+        for step in chain:
+            said = io.StringIO()
+            status = 0
+            with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+                if isinstance(step, str):
+                    exec(step)
+                else:
+                    sys.argv = ["cyclopean", *step]
+                    try:
+                        main()
+                    except SystemExit as left:
+                        status = left.code or 0
+            print(json.dumps([status and said.getvalue(), sorted(sys.modules)]), flush=True)
         os._exit(0)
-    os.close(write)
-    with os.fdopen(read) as pipe:
-        found[name] = json.load(pipe)
-    os.wait()
-print(json.dumps(found))
+    os.waitpid(child, 0)
 """
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the system cannot divide a process")
-def test_a_command_imports_no_heavy_library_that_it_does_not_need(study: Study, tmp_path: Path) -> None:
+def test_no_heavy_library_is_imported_that_is_not_needed(study: Study, tmp_path: Path) -> None:
     table = tmp_path / "table.csv"
     table.write_text("winner,loser,count\n" + "".join(f"{a},{b},3\n" for a in "abc" for b in "abc" if a != b))
     new = ("-o", str(tmp_path / "new.yaml"), "--white-cd-m2", "120", "--panel", "1920x1080,0.2768")
-    results = tmp_path / "results"
+    results = str(tmp_path / "results")
     shutil.copytree(RECORDED / "results", results)
     geometry = ["--sensor-mm", "36x24", "--pixels", "7360x4912", "--focal-mm", "105", "--distance-mm", "700"]
     reader = {"numpy", "pydantic", "yaml"}
-    allowed = {
-        ("completion", "bash"): set[str](),
-        ("camera", "geometry", *geometry): {"numpy"},
-        ("scores", str(table)): {"numpy", "rich", "scipy"},
-        ("schema", "experiment"): reader | STUDY,
-        ("schema", "rig"): reader,
-        ("verify", str(results)): {"pydantic", "analysis.records.order"},
-        ("seal", str(results), "--replace"): {"pydantic", "analysis.records.order"},
-        ("display", "new", *new): reader,
-        ("check", str(study.experiment)): reader | STUDY | {"PIL"},
-    }
-    commands = {" ".join(words[:2]): words for words in allowed}
-    done = subprocess.run(
-        [sys.executable, "-c", EACH, json.dumps(commands)], capture_output=True, text=True, check=True, timeout=600
+    correlate = (
+        "from analysis.agreement.correlations import KINDS, correlation\n"
+        "import numpy as np\n"
+        "[correlation(np.arange(5.0), np.arange(5.0), kind) for kind in KINDS]"
     )
-    found = json.loads(done.stdout)
-    for name, words in commands.items():
-        error, modules = found[name]
-        assert not error, (name, error)
-        assert HEAVY & set(modules) <= allowed[words], name
-
-
-@pytest.mark.parametrize(
-    ("code", "allowed"),
-    [
-        ("import runner.check.doctor", {"glfw", "numpy", "pydantic", "yaml"}),
-        ("import runner.reports.results", {"numpy", "pydantic", "yaml", "analysis.report.page"}),
-        (
-            "import runner.reports.power, analysis.power; analysis.power.write_page",
-            {"numpy", "pydantic", "yaml", *STUDY},
-        ),
-        (
-            "from analysis.agreement.correlations import KINDS, correlation\n"
-            "import numpy as np\n"
-            "[correlation(np.arange(5.0), np.arange(5.0), kind) for kind in KINDS]",
-            {"numpy", "pydantic"},
-        ),
-        (
-            "from devices.diagnostics.channels import simple_gamma\n"
-            "import numpy as np\n"
-            "simple_gamma(np.linspace(0.1, 1, 5), np.linspace(0.1, 1, 5) ** 2)",
-            {"numpy"},
-        ),
-    ],
-)
-def test_what_a_command_works_with_imports_no_heavy_library_that_it_does_not_need(code: str, allowed: set[str]) -> None:
-    command = [sys.executable, "-c", f"{code}\nimport json, sys\nprint(json.dumps(sorted(sys.modules)))"]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert HEAVY & set(json.loads(done.stdout)) <= allowed
+    gamma = (
+        "from devices.diagnostics.channels import simple_gamma\n"
+        "import numpy as np\n"
+        "simple_gamma(np.linspace(0.1, 1, 5), np.linspace(0.1, 1, 5) ** 2)"
+    )
+    # Commands, and Python that commands run.
+    chains: list[list[tuple[Sequence[str], set[str]]]] = [
+        [
+            (("completion", "bash"), set()),
+            (("camera", "geometry", *geometry), {"numpy"}),
+            (gamma, {"numpy"}),
+            (correlate, {"numpy", "pydantic"}),
+            (("schema", "rig"), reader),
+            (("display", "new", *new), reader),
+            (("schema", "experiment"), reader | STUDY),
+            ("import runner.reports.power, analysis.power; analysis.power.write_page", reader | STUDY),
+            (("check", str(study.experiment)), reader | STUDY | {"PIL"}),
+        ],
+        [
+            (("verify", results), {"pydantic", "analysis.records.order"}),
+            (("seal", results, "--replace"), {"pydantic", "analysis.records.order"}),
+        ],
+        [(("scores", str(table)), {"numpy", "rich", "scipy"})],
+        [("import runner.check.doctor", reader | {"glfw"})],
+        [("import runner.reports.results", reader | {"analysis.report.page"})],
+    ]
+    steps = json.dumps([[step for step, _ in chain] for chain in chains])
+    done = subprocess.run([sys.executable, "-c", EACH, steps], capture_output=True, text=True, timeout=600)
+    told = [json.loads(line) for line in done.stdout.splitlines()]
+    assert len(told) == sum(map(len, chains)), done.stderr
+    for (step, allowed), (error, modules) in zip((one for chain in chains for one in chain), told, strict=True):
+        assert not error, (step, error)
+        assert HEAVY & set(modules) <= allowed, step
