@@ -8,13 +8,16 @@ which it tells ``process NUMBER`` and, on a line of its own, ``gone``: to start 
 
 from __future__ import annotations
 
+import io
 import os
 import random
 import sys
 import time
 import traceback
+from contextlib import redirect_stdout
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from analysis.records.session_record import FILE_NAME, Header
 from runner.blocks.all_pairs import AllPairs
@@ -89,5 +92,8 @@ def fork(folder: Path) -> None:
 
 
 if __name__ == "__main__":
+    # What a session imports and reads once is there before processes are forked: not each does it again.
+    with TemporaryDirectory() as scratch, redirect_stdout(io.StringIO()):
+        main(Path(scratch) / "s")
     for line in sys.stdin:
         fork(Path(line.rstrip("\n")))

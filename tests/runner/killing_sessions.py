@@ -15,6 +15,7 @@ import signal
 import sys
 import time
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from analysis.records import check_log
@@ -162,6 +163,10 @@ def main(folder: Path, kind: str, variant: int, seed: int) -> None:
 
 
 if __name__ == "__main__":
+    # What a session imports and reads once is there before processes are forked: not each does it again.
+    with TemporaryDirectory() as scratch, open(os.devnull, "wb") as nowhere:
+        _sit(Path(scratch) / "s", blocks_of(Path(scratch), "all_pairs"), 0, nowhere.fileno(), 0)
+        read_session(Path(scratch) / "s" / FILE_NAME)
     for line in sys.stdin:
         folder, *words = json.loads(line)
         main(Path(folder), *words)
