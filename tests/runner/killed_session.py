@@ -19,7 +19,7 @@ from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from analysis.records.session_record import FILE_NAME, Header
+from analysis.records.session_record import FILE_NAME, Header, read_session
 from runner.blocks.all_pairs import AllPairs
 from runner.blocks.layout import PairLayout
 from runner.blocks.message import Message
@@ -95,5 +95,6 @@ if __name__ == "__main__":
     # What a session imports and reads once is there before processes are forked: not each does it again.
     with TemporaryDirectory() as scratch, redirect_stdout(io.StringIO()):
         main(Path(scratch) / "s")
+        read_session(Path(scratch) / "s" / FILE_NAME)
     for line in sys.stdin:
         fork(Path(line.rstrip("\n")))
