@@ -179,7 +179,7 @@ def characterise(
     chosen, reason, candidates = _chosen_of(judged, model)
     before = None
     if screened.wrong.any():
-        other, _, _ = _chosen_of(screened.all_kept, model)
+        other, _, _ = _chosen_of(screened.all_kept, model, undone=False)
         before = None if keep_all else AllKept(other.name, other.held_out)
         notes.append(_on_wrong(readings, screened, before, chosen, keep_all=keep_all))
     names = tuple(readings.name[i] for i in np.flatnonzero(~wrong))
@@ -284,12 +284,15 @@ def _no_model(asked: str, chosen: Candidate, why: tuple[str, str] | None) -> Fin
     return Finding(problem, remedy="check the range of the codes and the order of the rows, or measure again")
 
 
-def _chosen_of(judged: CrossValidation, asked: str) -> tuple[Candidate, str, tuple[Candidate, ...]]:
-    candidates = tuple(_candidate(name, judged) for name in NAMES if name in judged.fits)
+def _chosen_of(
+    judged: CrossValidation, asked: str, *, undone: bool = True
+) -> tuple[Candidate, str, tuple[Candidate, ...]]:
+    """Return the choice, why, and all; how well each is undone takes as long as all else, and is told if ``undone``."""
+    candidates = tuple(_candidate(name, judged, undone=undone) for name in NAMES if name in judged.fits)
     return (*_choose(candidates, asked), candidates)
 
 
-def _candidate(name: Name, judged: CrossValidation) -> Candidate:
+def _candidate(name: Name, judged: CrossValidation, *, undone: bool) -> Candidate:
     fit, data = judged.fits[name], judged.patches
     model = fit.model
     unusable = ""
@@ -309,8 +312,8 @@ def _candidate(name: Name, judged: CrossValidation) -> Candidate:
         fit.fitted.standard_errors if fit.fitted else {},
         fit.fitted.at_bound if fit.fitted else (),
         unusable,
-        None if unusable else table_error_codes(model),
-        None if unusable else inversion_error_codes(model),
+        table_error_codes(model) if undone and not unusable else None,
+        inversion_error_codes(model) if undone and not unusable else None,
     )
 
 

@@ -76,3 +76,11 @@ def test_a_reading_off_by_a_fifth_and_swapped_rows_are_found_and_no_others(displ
     swapped = noisy(DISPLAYS[display](CODES), 0.002, 2)
     swapped[[18, 70]] = swapped[[70, 18]]
     assert np.flatnonzero(doubted_rows(CODES, swapped)).tolist() == [18, 70]
+
+
+def test_a_fifth_of_wrong_readings_is_found_to_the_last() -> None:
+    XYZ = noisy(DISPLAYS["additive"](CODES), 0.002, 1)
+    rng = np.random.default_rng(6)
+    rows = rng.choice(120, 24, replace=False)
+    XYZ[rows] *= rng.uniform(1.5, 3, (24, 3))
+    assert np.flatnonzero(doubted_rows(CODES, XYZ)).tolist() == sorted(rows.tolist())
