@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 from pathlib import Path
 
@@ -23,7 +22,6 @@ from shop.price import PRICE
 def cost(pieces):
     return pieces * PRICE
 """
-_ASKED = "from documents.compiled import loops; print(loops('shop.shop_loops', 10**9).cost(3))"
 
 
 def test_small_pictures_and_those_who_forbid_it_are_left_to_numpy() -> None:
@@ -41,8 +39,12 @@ def test_without_numba_or_with_one_that_does_not_go_with_numpy(monkeypatch: pyte
         compiled._numba.cache_clear()
 
 
-def test_what_was_compiled_is_kept_until_a_file_of_its_folder_changes(tmp_path: Path) -> None:
+def test_what_was_compiled_is_kept_until_a_file_of_its_folder_changes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     pytest.importorskip("numba")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
     shop = tmp_path / "shop"
     shop.mkdir()
     (shop / "__init__.py").touch()
@@ -51,10 +53,11 @@ def test_what_was_compiled_is_kept_until_a_file_of_its_folder_changes(tmp_path: 
     def asked(price: int, time: int) -> int:
         (shop / "price.py").write_text(f"PRICE = {price}", encoding="utf-8")
         os.utime(shop / "price.py", (time, time))
-        path = os.pathsep.join([str(tmp_path), str(Path(__file__).parents[2])])
-        environment = {**os.environ, "PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1"}
-        ran = subprocess.run([sys.executable, "-c", _ASKED], env=environment, capture_output=True, check=True)
-        return int(ran.stdout)
+        for name in [name for name in sys.modules if name.partition(".")[0] == "shop"]:
+            monkeypatch.delitem(sys.modules, name)  # as in another process
+        module = loops("shop.shop_loops", 10**9)
+        assert module is not None
+        return int(module.cost(3))
 
     assert asked(2, 1_000_000_000) == 6
     kept = list(shop.rglob("*.nbc"))
