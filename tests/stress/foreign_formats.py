@@ -331,6 +331,7 @@ def _within_mat(change: Callable[[bytes], bytes], base: bytes, rng: random.Rando
     return mat_file(_compressed(changed) if rng.random() < 0.7 else changed)
 
 
+@cache
 def _mat_bombs() -> dict[str, bytes]:
     many = 10**7
     zeros = b"\0" * many
