@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from subprocess import CompletedProcess
 from typing import Any
@@ -34,6 +35,7 @@ regions:
 PATCHES, _ = colorchecker_xyY()
 
 
+@cache
 def spots(
     dx: float = 0.0,
     dy: float = 0.0,
@@ -46,7 +48,7 @@ def spots(
     amplitude: float = 300.0,
     sd_px: float = 0.9,
 ) -> Floats32:
-    """Return a plate of Gaussian sparkles on 20 cd/m², XYZ (height, width, 3), moved and turned about its middle.
+    """Return a plate, to be read only, of Gaussian sparkles on 20 cd/m², XYZ (height, width, 3), moved and turned about its middle.
 
     More sparkles are the same ones and others. Angles are clockwise.
     """
@@ -65,7 +67,9 @@ def spots(
             for axis, length in ((0, width), (1, height))
         )
         plane += (down * light[part, None]).T @ across
-    return coloured(gain * plane)
+    picture = coloured(gain * plane)
+    picture.setflags(write=False)
+    return picture
 
 
 def coloured(luminance: NDArray[np.floating]) -> Floats32:
@@ -88,17 +92,24 @@ def chart(
 ) -> Floats32:
     """Draw a chart of patches (24, 3) between its corners, without stairs at the edges, on a textured table."""
     XYZ = patch_XYZ() if XYZ is None else XYZ
-    to_chart = np.asarray(np.linalg.inv(perspective(COLORCHECKER.outline(), np.asarray(corners, float))))
+    picture = _shares(tuple(np.ravel(corners).tolist()), size) @ np.vstack([XYZ, [2.0, 2.1, 1.7]])
+    rough = np.random.default_rng(seed).standard_normal((size[1], size[0], 1))
+    return np.asarray(picture * (1 + noise * rough), dtype=np.float32)
+
+
+@cache
+def _shares(corners: tuple[float, ...], size: tuple[int, int]) -> NDArray[np.float64]:
+    """Return the share of each pixel (height, width, 25) that each patch of a chart between corners covers, or none."""
+    outline = perspective(COLORCHECKER.outline(), np.reshape(corners, (4, 2)))
+    to_chart = np.asarray(np.linalg.inv(outline))
     fine = 4
     x, y = np.meshgrid((np.arange(size[0] * fine) + 0.5) / fine, (np.arange(size[1] * fine) + 0.5) / fine)
     at = project(to_chart, np.stack([x, y], axis=-1))
     cell, within = np.divmod(at, 1 + COLORCHECKER.gap)
     on_patch = np.all(within < 1, axis=-1) & np.all((cell >= 0) & (cell < [6, 4]), axis=-1)
-    number = np.clip(cell[..., 1] * 6 + cell[..., 0], 0, 23).astype(int)
-    whole = np.where(on_patch[..., None], XYZ[number], [2.0, 2.1, 1.7])
-    picture = whole.reshape(size[1], fine, size[0], fine, 3).mean(axis=(1, 3))
-    rough = np.random.default_rng(seed).standard_normal((size[1], size[0], 1))
-    return np.asarray(picture * (1 + noise * rough), dtype=np.float32)
+    number = np.where(on_patch, cell[..., 1] * 6 + cell[..., 0], 24).astype(int)
+    number = number.reshape(size[1], fine, size[0], fine)
+    return np.stack([(number == patch).mean(axis=(1, 3)) for patch in range(25)], axis=-1)
 
 
 def written(path: Path, left: Floats32, right: Floats32 | None = None) -> Path:

@@ -15,6 +15,7 @@ from tests.stimuli.comparison.scenes import PLATE, RIG, Cyclopean, compared, spo
 NAMES = "delta-e-2000,s-cielab,pu-ssim,pu-psnr"
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_pair_has_a_row_for_each_measure_and_a_figure_for_each_eye(tmp_path: Path, cyclopean: Cyclopean) -> None:
     photo = written(tmp_path / "a.exr", spots(), spots(1.0))
     other = written(tmp_path / "b.exr", spots(gain=1.02), spots(1.0, gain=1.04))
@@ -54,22 +55,19 @@ def test_identical_pictures_have_no_number_for_infinity(tmp_path: Path, cyclopea
     assert [row["both"] for row in found["measures"]] == [0.0, 0.0, 1.0, None]
 
 
-def test_without_measures_there_is_no_table(tmp_path: Path, cyclopean: Cyclopean) -> None:
-    photo = written(tmp_path / "a.exr", spots())
-    assert compared(cyclopean, photo, photo, "--regions", PLATE, "--rig", RIG)["measures"] is None
-
-
-def test_measures_do_not_change_the_verdict(tmp_path: Path, cyclopean: Cyclopean) -> None:
+def test_measures_make_a_table_and_do_not_change_the_verdict(tmp_path: Path, cyclopean: Cyclopean) -> None:
     photo, other = written(tmp_path / "a.exr", spots()), written(tmp_path / "b.exr", spots(gain=1.05))
     words = ("--regions", PLATE, "--rig", RIG)
     plain = compared(cyclopean, photo, other, *words, expect=None)
     measured = compared(cyclopean, photo, other, *words, "--measures", NAMES, expect=None)
     assert measured["verdict"] == plain["verdict"]
+    assert measured["measures"] is not None
+    assert plain["measures"] is None
 
 
 def test_only_pixels_that_count_are_measured(tmp_path: Path) -> None:
     light = spots()
-    spoilt = spots(gain=1.02)
+    spoilt = spots(gain=1.02).copy()
     spoilt[:40] *= 3.0
     regions = tmp_path / "regions.yaml"
     height, width = light.shape[:2]

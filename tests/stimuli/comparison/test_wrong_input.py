@@ -97,9 +97,9 @@ def test_a_chart_upside_down(tmp_path: Path, refused: Refused, which: str) -> No
     upright = written(tmp_path / "a.exr", chart())
     turned = written(tmp_path / "b.exr", chart(patch_XYZ()[::-1]))
     files = (turned, upright) if which == "photograph" else (upright, turned)
-    for registering in ("none", "auto"):
-        line = refused(*files, "--regions", tmp_path / "r.yaml", "--register", registering)
-        assert f"the chart 'chart' lies upside down in the {which}" in line
+    registering = "none" if which == "photograph" else "auto"
+    line = refused(*files, "--regions", tmp_path / "r.yaml", "--register", registering)
+    assert f"the chart 'chart' lies upside down in the {which}" in line
 
 
 def test_a_rendering_turned_round(tmp_path: Path, refused: Refused) -> None:
@@ -121,7 +121,7 @@ def test_two_plates_with_nothing_in_common(tmp_path: Path, refused: Refused) -> 
 def test_values_that_are_no_numbers(tmp_path: Path, refused: Refused, bad: float) -> None:
     import OpenImageIO as oiio
 
-    picture = spots()
+    picture = spots().copy()
     picture[7, 9, 1] = bad
     spec = oiio.ImageSpec(*SIZE, 3, "float")
     spec.channelnames = ("X", "Y", "Z")
