@@ -41,7 +41,7 @@ def sparkles(
     light = rng.lognormal(0.0, 0.7, count) * 20.0
     edges = np.arange(side + 1) - 0.5
     across, down = (np.diff(ndtr((edges - place[:, None]) / sd), axis=1) for place in (x + dx, y + dy))
-    return np.asarray(3.6 + np.einsum("n,ny,nx->yx", light, down, across))
+    return np.asarray(3.6 + (down * light[:, None]).T @ across)
 
 
 def picture(plane: Floats) -> Floats32:

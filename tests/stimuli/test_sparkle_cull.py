@@ -72,7 +72,7 @@ scenes = {
 }
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(**scenes)
 def test_no_flake_that_matters_is_dropped(
     zenith: float,

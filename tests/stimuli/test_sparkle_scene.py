@@ -216,7 +216,7 @@ def test_the_share_of_shared_sparkles_falls_with_the_base_as_the_lobe_says() -> 
     flakes, zero = scatter_flakes(small, 5), np.zeros(1)
     sd = lobe_sd(small, np.radians(LAMP.angular_radius_deg), 0.02)
     shared = []
-    for base_mm in (0.0, 20.0, 45.0, 65.0, 90.0):
+    for base_mm in (0.0, 45.0, 90.0):
         eyes = [replace(CAMERA, interpupillary_distance_mm=base_mm).position_mm(eye) for eye in ("left", "right")]
         one, other = (shade(flakes, small, LAMP, eye).lobe_share for eye in eyes)
         shared.append(float(np.sum(one * other) / np.sqrt(np.sum(one**2) * np.sum(other**2))))

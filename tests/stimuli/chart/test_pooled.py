@@ -91,7 +91,7 @@ def test_noisy_rows_count_less(reference: ReferenceColours, rgb: Floats) -> None
     noise = np.where(np.arange(24)[:, None] % 2 == 0, 0.004, 0.0002) * np.ones(3)
     plain: list[float] = []
     weighed: list[float] = []
-    for _ in range(40):
+    for _ in range(12):
         seen = np.clip(rgb + noise * rng.normal(size=rgb.shape), 1e-4, 0.99)
         for errors, known in ((plain, None), (weighed, noise)):
             colours = Correspondences(seen, reference.XYZ, reference.names, seen > 1, noise_rgb=known)
