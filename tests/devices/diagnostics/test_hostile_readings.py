@@ -39,7 +39,7 @@ def tables(draw: st.DrawFn) -> Measurements:
     return Measurements(np.array(codes), np.array(xyz), tuple(names), time_s, tuple(eyes), "", spectra, waves)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(tables(), st.booleans())
 def test_any_readings_get_an_answer(table: Measurements, against_clean: bool) -> None:
     check_answers(table, against_clean)
@@ -56,7 +56,7 @@ def check_answers(table: Measurements, against_clean: bool) -> None:
         assert one.passed is None or one.value is not None or one.passed is False
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(tables())
 def test_any_readings_as_those_without_glasses(table: Measurements) -> None:
     found = examine([MeasuredSet("a", characterisation())], without_glasses=MeasuredSet("b", table))
@@ -87,7 +87,7 @@ def cable_tables(draw: st.DrawFn) -> Measurements:
     return replace(table, XYZ=changed).select(np.flatnonzero(kept | (np.arange(len(table)) == 0)))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(cable_tables())
 def test_any_readings_of_the_set_cable_get_an_answer(table: Measurements) -> None:
     check_cable_answers(table)

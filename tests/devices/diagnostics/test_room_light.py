@@ -18,6 +18,8 @@ from devices.errors import DeviceError
 from devices.measurements import Measurements
 from devices.patches import PatchEye, find_patches
 
+pytestmark = pytest.mark.usefixtures("fits_kept")
+
 AMBIENT = np.array([0.3, 0.32, 0.27])
 MODEL = DisplayModel(
     np.array([0.05, 0.06, 0.08]),

@@ -83,6 +83,7 @@ def test_tables_keep_them(tmp_path: Path) -> None:
     assert joined([table, _readings("")]).monitor_settings == ""
 
 
+@pytest.mark.usefixtures("fits_kept")
 def test_a_fit_writes_them_into_the_mode_and_the_report_compares(tmp_path: Path) -> None:
     file, table = tmp_path / "d.yaml", tmp_path / "a.csv"
     fit_display(_readings(), model="gog").write(file, PanelSpec.parse("1920x1080,0.2768"))

@@ -55,13 +55,13 @@ def test_a_simulated_instrument_without_faults_reads_the_model() -> None:
 
 
 def test_the_noise_is_as_large_as_said_and_the_same_for_a_seed() -> None:
-    white = [Showing("w", (1.0, 1.0, 1.0), position) for position in range(4000)]
+    white = [Showing("w", (1.0, 1.0, 1.0), position) for position in range(1000)]
     read = np.array([Simulated(MODEL, 7, Faults(noise=0.01)).read(one).XYZ_cd_m2 for one in white])
     share = read / MODEL.xyz([1.0, 1.0, 1.0]) - 1.0
-    assert share.std(axis=0) == pytest.approx([0.01] * 3, rel=0.06)  # 5 standard errors
-    assert abs(share.mean()) < 5 * 0.01 / np.sqrt(12000)
-    again = np.array([Simulated(MODEL, 7, Faults(noise=0.01)).read(one).XYZ_cd_m2 for one in white[::-1]])[::-1]
-    np.testing.assert_array_equal(read, again)
+    assert share.std(axis=0) == pytest.approx([0.01] * 3, rel=0.11)  # 5 standard errors
+    assert abs(share.mean()) < 5 * 0.01 / np.sqrt(3000)
+    again = np.array([Simulated(MODEL, 7, Faults(noise=0.01)).read(one).XYZ_cd_m2 for one in white[99::-1]])[::-1]
+    np.testing.assert_array_equal(read[:100], again)
     other = Simulated(MODEL, 8, Faults(noise=0.01)).read(white[0]).XYZ_cd_m2
     assert other != tuple(read[0])
 

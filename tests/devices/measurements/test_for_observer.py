@@ -15,6 +15,8 @@ from devices.measurements import Measurements, for_observer, read_measurements, 
 from devices.measurements.ti3 import write_ti3
 from documents import InputError
 
+pytestmark = pytest.mark.usefixtures("fits_kept")
+
 WAVES = np.arange(380.0, 781.0, 5.0)
 
 

@@ -110,6 +110,7 @@ def test_tables_with_and_without_areas_are_joined() -> None:
     _same(both.select([2, 3]))
 
 
+@pytest.mark.usefixtures("fits_kept")
 def test_patches_with_a_surround_are_no_part_of_the_fit() -> None:
     clean = characterisation(noise=0.0)
     dim = Measurements(clean.codes, 0.5 * clean.XYZ, clean.name, clean.time_s, area=np.full(len(clean), 0.1))
@@ -148,6 +149,7 @@ def test_a_patch_has_one_area() -> None:
         Patch("a", (0, 0, 0), area=0.0)
 
 
+@pytest.mark.usefixtures("fits_kept")
 def test_a_display_measured_on_one_surround_throughout_is_fitted_so() -> None:
     clean = characterisation(noise=0.0)
     count = len(clean)

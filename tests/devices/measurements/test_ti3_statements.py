@@ -174,7 +174,7 @@ def test_a_calibration_that_lifts_black_stays_the_table_of_the_readings(top: flo
     assert found.gamma_table is not None
     np.testing.assert_allclose(found.gamma_table.shares, curve, atol=2e-5)
     assert "the model holds only while this calibration is loaded" in found.assumptions[0]
-    fit = fit_display(found)
+    fit = fit_display(found, model="table")
     model = fit.eyes["both"].characterisation.chosen.model
     sent = np.stack([np.interp(codes[:, i], STEPS, curve[:, i]) for i in range(3)], axis=1)
     truth, white = thesis_display().xyz(sent), thesis_display().xyz([1.0, 1.0, 1.0])

@@ -35,9 +35,9 @@ LIGHT = np.random.default_rng(5).random((20, 30, 3)).astype(np.float32)
 STATED = ("chromaticities", "chromaticities", floats(0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329))
 
 
-def test_some_hundred_damaged_pictures_are_read_or_refused() -> None:
+def test_some_damaged_pictures_are_read_or_refused() -> None:
     module = "tests.stress.picture_formats"
-    outcome = read_all(module, [(name, number) for name in formats(module) for number in range(15)])
+    outcome = read_all(module, [(name, number) for name in formats(module) for number in range(8)])
     assert not outcome.faults, str(outcome)
 
 
