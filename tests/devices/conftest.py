@@ -7,7 +7,7 @@ import pickle
 import pytest
 
 from devices.characterise import display_fit
-from devices.characterise.choose import Characterisation
+from devices.characterise.choose import Characterisation, characterise
 
 _KEPT: dict[bytes, Characterisation] = {}
 
@@ -15,7 +15,7 @@ _KEPT: dict[bytes, Characterisation] = {}
 @pytest.fixture
 def fits_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let a display be fitted once to the same readings in the same way."""
-    fit = display_fit.characterise
+    fit = characterise
 
     def kept(*words: object, **how: object) -> Characterisation:
         key = pickle.dumps((words, how))

@@ -31,7 +31,7 @@ def spots(places: Floats, size_px: tuple[int, int] = SIZE_PX, sd_px: float = 2.0
     x, y = (np.arange(length)[None, :] for length in size_px)
     light = np.linspace(10.0, 40.0, len(places))
     across, down = (np.exp(-0.5 * ((at - places[:, i : i + 1]) / sd_px) ** 2) for i, at in enumerate((x, y)))
-    plane = 4.0 + np.einsum("n,ny,nx->yx", light, down, across)
+    plane = 4.0 + (down * light[:, None]).T @ across
     return np.repeat(plane[:, :, None], 3, axis=2).astype(np.float32)
 
 

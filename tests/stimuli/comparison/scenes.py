@@ -48,9 +48,9 @@ def spots(
     amplitude: float = 300.0,
     sd_px: float = 0.9,
 ) -> Floats32:
-    """Return a plate, to be read only, of Gaussian sparkles on 20 cd/m², XYZ (height, width, 3), moved and turned about its middle.
+    """Return a plate of Gaussian sparkles on 20 cd/m², XYZ (height, width, 3), moved and turned about its middle.
 
-    More sparkles are the same ones and others. Angles are clockwise.
+    More sparkles are the same ones and others. Angles are clockwise. The picture is kept, and to be read only.
     """
     rng = np.random.default_rng(seed)
     width, height = size

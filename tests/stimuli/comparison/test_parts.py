@@ -178,8 +178,8 @@ def test_the_page(tmp_path: Path, cyclopean: Cyclopean) -> None:
     one = written(tmp_path / "<b>a.exr", chart(), chart(seed=7))
     two = written(tmp_path / "b.exr", chart(1.03 * patch_XYZ(), seed=6), chart(1.03 * patch_XYZ(), seed=8))
     (tmp_path / "r.yaml").write_text(CHART, encoding="utf-8")
-    words = ("--regions", tmp_path / "r.yaml", "--rig", RIG, "--measures", "pu-ssim", "-o", tmp_path / "o.html")
-    cyclopean("compare", one, two, *words, expect=None)
+    asked = ("--regions", tmp_path / "r.yaml", "--rig", RIG, "--measures", "pu-ssim", "-o", tmp_path / "o.html")
+    cyclopean("compare", one, two, *asked, expect=None)
     page = (tmp_path / "o.html").read_text(encoding="utf-8")
     assert "<b>a.exr" not in page
     seen = Ids()

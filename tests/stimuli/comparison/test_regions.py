@@ -27,7 +27,7 @@ def plain_inside(outline: np.ndarray, x: float, y: float) -> bool | None:
 
 
 @given(st.lists(st.tuples(places, places), min_size=3, max_size=8))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 def test_every_pixel_is_told_as_by_the_plain_ray(points: list[Corner]) -> None:
     outline = np.array(points)
     got = inside(outline, slice(0, 20), slice(0, 20))
