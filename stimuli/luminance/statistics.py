@@ -172,16 +172,14 @@ def _mean_and_deviation(values: NDArray[np.float32]) -> tuple[float, float]:
 
     Sums are of differences from a value near the mean: those of equal values are exactly 0.
     """
-    import cv2
-
     near = float(values[::_SOME, ::_SOME].mean(dtype=np.float64))
     differences = np.empty((_ROWS, values.shape[1]))
     first = second = 0.0
     for top in range(0, len(values), _ROWS):
         band = values[top : top + _ROWS]
-        from_near = np.subtract(band, near, out=differences[: len(band)], dtype=np.float64)
-        first += cv2.sumElems(from_near)[0]
-        second += cv2.norm(from_near, cv2.NORM_L2SQR)  # `@` waits for threads of BLAS
+        from_near = np.subtract(band, near, out=differences[: len(band)], dtype=np.float64).ravel()
+        first += float(from_near.sum())
+        second += float(np.einsum("i,i->", from_near, from_near))  # `@` waits for threads of BLAS
     offset = first / values.size
     return near + offset, math.sqrt(max(second / values.size - offset * offset, 0.0))
 
@@ -192,15 +190,12 @@ def _ends(values: NDArray[np.float32]) -> tuple[float, float, float, float]:
     Only what lies beyond bounds that every 64th value suggests is copied and sorted: a quarter of the time of sorting
     all, and little memory even where most of the picture has one value.
     """
-    import cv2
-
     last = values.size - 1
     low, high = (round(percent / 100 * last) for percent in ROBUST_PERCENTILES)
     some = np.sort(values[::_SOME])
     inside = min(4 * low // _SOME + 8, some.size - 1)
     dark, bright = some[inside], some[-1 - inside]
-    between = cv2.inRange(values, float(dark), float(bright))  # both bounds are between
-    beyond = np.sort(values[np.flatnonzero(between.ravel() == 0)])
+    beyond = np.sort(values[np.flatnonzero((values < dark) | (values > bright))])
     darker, brighter = np.split(beyond, [np.searchsorted(beyond, dark)])
     too_few = darker.size <= low and np.count_nonzero(values <= dark) <= low
     if too_few or (brighter.size <= last - high and np.count_nonzero(values >= bright) <= last - high):

@@ -18,6 +18,7 @@ def of_make(target: str) -> list[str]:
         .removeprefix("@")
         .removeprefix("$(ONE_THREAD) ")
         .removeprefix("NO_MKDOCS_2_WARNING=1 ")
+        .removeprefix("STRESS_WHOLE=$(WHOLE) ")
         .removeprefix("$(BIN)/")
         for line in lines[1:]
     ]
