@@ -31,7 +31,7 @@ BLOCKS = {
     "plain": BLOCK,
     "timed": TIMED,
     "ties": replace(BLOCK, ties="both"),
-    "two": replace(BLOCK, stimuli=("a", "b"), batch=1),
+    "two": replace(BLOCK, stimuli=("a", "b"), batch=1, trials_wanted=15),
 }
 
 
@@ -60,7 +60,7 @@ def test_it_keeps_what_every_block_promises(play: Play, block: ActivePairs) -> N
             assert (data["chosen"], data["rejected"]) == (data[data["answer"]], data[other])
         else:
             assert "chosen" not in data
-    for answered in range(0, len(whole.trials) + 1, 3):
+    for answered in range(0, len(whole.trials) + 1, 7):  # a batch of six is left at each of its places
         later = at_random(1)
         for ask in whole.asks[: _asks_before(whole, answered)]:
             later(ask)  # the random answers go on where they stopped

@@ -158,7 +158,7 @@ def errors(observers: int, studies: int, *, pooled: bool) -> Floats:
         theta = rng.normal(0, 2, 40)
         theta -= theta.mean()
         if pooled:
-            wins = pooled_study(np.tile(theta, (observers, 1)), 200, seed=str(study)).sum(axis=0)
+            wins = pooled_study(np.tile(theta, (observers, 1)), 200, seed=str(study), batch=20).sum(axis=0)
         else:
             wins = np.zeros((40, 40))
             for part in designs(40, pairs, 200, str(study), observers):
@@ -170,10 +170,10 @@ def errors(observers: int, studies: int, *, pooled: bool) -> Floats:
 
 
 def test_the_error_is_below_that_of_a_balanced_design() -> None:
-    """Root mean squares over studies; `tests/stress/test_pooled_pairs_stress.py` has what is promised."""
-    pooled, balanced = (np.sqrt((errors(6, 3, pooled=way) ** 2).mean()) for way in (True, False))
+    """Of large batches, which cost little; `tests/stress/test_pooled_pairs_stress.py` has what is promised."""
+    pooled, balanced = (np.sqrt((errors(3, 3, pooled=way) ** 2).mean()) for way in (True, False))
     print(f"{pooled:.3f} against {balanced:.3f} nats")
-    assert pooled < 0.9 * balanced
+    assert pooled < 0.85 * balanced
 
 
 @pytest.mark.parametrize(("more", "batch"), [("pool: results", 3), ("pool: results, batch: 2", 2), ("batch: 2", 2)])

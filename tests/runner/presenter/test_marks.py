@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -27,8 +28,10 @@ CORNERS = {
 }
 
 
-@pytest.mark.parametrize("corner", CORNERS)
-@pytest.mark.parametrize("mode", [name for name in MODES if name not in ("quad-buffered", "flat", "dual-window")])
+@pytest.mark.parametrize(
+    ("mode", "corner"),
+    [*zip([name for name in MODES if name not in ("quad-buffered", "flat", "dual-window")], cycle(CORNERS))],
+)
 def test_the_square_turns_with_each_new_scene_and_covers_nothing_else(
     egl: EglSurface,
     mode: str,
