@@ -79,7 +79,7 @@ def test_leaving_one_out_is_fitting_to_the_others(seen: See, form: Form, loss: L
 
 def test_many_colours_are_left_out_in_groups(seen: See) -> None:
     rng = np.random.default_rng(6)
-    rgb = rng.uniform(0.02, 0.9, (210, 3)) @ np.array([[0.6, 0.3, 0.1], [0.3, 0.5, 0.2], [0.1, 0.2, 0.7]])
+    rgb = rng.uniform(0.02, 0.9, (300, 3)) @ np.array([[0.6, 0.3, 0.1], [0.3, 0.5, 0.2], [0.1, 0.2, 0.7]])
     XYZ = np.maximum(rgb @ np.array([[2.0, 0.8, 0.1], [0.4, 1.5, -0.3], [0.0, -0.3, 2.2]]), 0.01) * 50
     XYZ *= 1 + 0.02 * rng.standard_normal(XYZ.shape)
     white = XYZ[np.argmax(XYZ[:, 1])]
@@ -88,7 +88,7 @@ def test_many_colours_are_left_out_in_groups(seen: See) -> None:
     assert np.all(np.isfinite(out))
     # Nearly what the whole fit says, yet of matrices that have not seen the colour.
     assert 0 < np.abs(out - rgb @ fitted.M.T).max() < 0.05 * XYZ.max()
-    order = rng.permutation(210)
+    order = rng.permutation(300)
     assert left_out_xyz(rgb[order], XYZ[order], "delta-e", white, fitted) == pytest.approx(out[order], rel=1e-5)
 
 
