@@ -44,8 +44,8 @@ def fitted_once() -> Iterator[None]:
         return fitted
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(choose, "screen", once(choose.screen))
-        patch.setattr(display_fit, "thesis_fits", once(display_fit.thesis_fits))
+        for module, name in ((choose, "screen"), (display_fit, "thesis_fits")):
+            patch.setattr(module, name, once(getattr(module, name)))
         yield
 
 
