@@ -16,6 +16,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 
@@ -41,6 +42,7 @@ def cores() -> int:
     return os.cpu_count() or 1
 
 
+@cache
 def _cores_of_quota(groups: Path = Path("/sys/fs/cgroup")) -> int:
     """Return the cores whose time the control group, of either version, may use; very many without a limit."""
     for names in (("cpu.max",), ("cpu/cpu.cfs_quota_us", "cpu/cpu.cfs_period_us")):

@@ -178,6 +178,8 @@ class Mirror:
             log.seek(done)
             while done < wanted:
                 left = memoryview(log.read(min(_CHUNK, wanted - done)))
+                if not left:
+                    raise OSError(errno.EIO, "the log is shorter than it was", str(self._file))
                 while left:
                     written = stream.write(left)
                     left, done = left[written:], done + written

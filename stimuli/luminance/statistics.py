@@ -195,8 +195,10 @@ def _ends(values: NDArray[np.float32]) -> tuple[float, float, float, float]:
     some = np.sort(values[::_SOME])
     inside = min(4 * low // _SOME + 8, some.size - 1)
     dark, bright = some[inside], some[-1 - inside]
-    beyond = np.sort(values[np.flatnonzero((values < dark) | (values > bright))])
-    darker, brighter = np.split(beyond, [np.searchsorted(beyond, dark)])
+    beyond = values < dark
+    beyond |= values > bright
+    ends = np.sort(values[np.flatnonzero(beyond)])
+    darker, brighter = ends[: np.searchsorted(ends, dark)], ends[np.searchsorted(ends, bright, "right") :]
     too_few = darker.size <= low and np.count_nonzero(values <= dark) <= low
     if too_few or (brighter.size <= last - high and np.count_nonzero(values >= bright) <= last - high):
         whole = np.sort(values)

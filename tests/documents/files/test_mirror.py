@@ -179,6 +179,16 @@ def test_a_copy_that_was_cut_within_a_line_goes_on_there(lab: Lab) -> None:
         assert lab.is_whole
 
 
+def test_a_log_that_was_cut_off_is_a_fault_and_is_not_read_for_ever(lab: Lab) -> None:
+    lab.write()
+    lab.until(lambda: lab.is_whole)
+    size = lab.log.size
+    os.truncate(lab.file, size - 9)
+    lab.mirror.follow(size + 100)
+    assert "the log is shorter than it was" in str(lab.mirror.close())
+    assert not lab.mirror._thread.is_alive()
+
+
 def test_a_slow_copy_is_never_waited_for(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
     go_on = threading.Event()
 
@@ -187,9 +197,8 @@ def test_a_slow_copy_is_never_waited_for(lab: Lab, monkeypatch: pytest.MonkeyPat
 
     monkeypatch.setattr(Mirror, "_catch_up", stuck)
     began = time.perf_counter()
-    lab.log.append({"record": "trial"})
     for size in range(10_000):
-        lab.mirror.follow(min(size, lab.log.size))
+        lab.mirror.follow(size)
     assert time.perf_counter() - began < 2  # each of a copy's writes would take 30 s
     assert "is not complete yet" in str(lab.mirror.close(0.05))
     monkeypatch.undo()

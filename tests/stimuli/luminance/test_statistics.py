@@ -111,8 +111,8 @@ def test_what_of_table_4_3_can_be_recomputed() -> None:
     assert full_well == pytest.approx([13.69, 13.09, 15.65], abs=0.005)
 
 
-@pytest.mark.parametrize("size", [1, 2, 63, 64, 500, 501, 1000, 12345])
-@pytest.mark.parametrize("kind", ["random", "even", "steps", "rising"])
+@pytest.mark.parametrize("size", [1, 2, 63, 64, 500, 501, 560, 1000, 12345])
+@pytest.mark.parametrize("kind", ["random", "even", "steps", "rising", "one sample of it the most"])
 def test_the_ends_are_those_of_all_values_sorted(size: int, kind: str) -> None:
     rng = np.random.default_rng(size)
     values = {
@@ -120,6 +120,7 @@ def test_the_ends_are_those_of_all_values_sorted(size: int, kind: str) -> None:
         "even": np.full(size, 2.5),
         "steps": rng.integers(0, 3, size),
         "rising": np.arange(size),
+        "one sample of it the most": np.where(np.arange(size) == (size - 1) // 64 * 64, size, np.arange(size)),
     }[kind].astype(np.float32)
     low, high = np.percentile(values, (0.1, 99.9), method="nearest")
     assert _ends(values) == (values.min(), low, high, values.max())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,7 @@ from devices.measurements import Measurements, PatchEye, write_csv
 from devices.measurements.read import read_measurements
 from devices.measurements.ti3 import write_ti3
 from runner.cli.main import group
+from tests.kept import kept
 
 CODES = table_c1_codes()
 PANEL = ["--panel", "1920x1080,0.2768,120,8"]
@@ -32,20 +33,9 @@ PANEL = ["--panel", "1920x1080,0.2768,120,8"]
 def fitted_once() -> Iterator[None]:
     """The same readings are fitted once, however many commands ask for it: only the model that is chosen differs."""
 
-    def once(fit: Callable[..., Any]) -> Callable[..., Any]:
-        known: dict[Any, Any] = {}
-
-        def fitted(codes: np.ndarray, XYZ: np.ndarray, *more: Any, **options: Any) -> Any:
-            key = (codes.tobytes(), XYZ.tobytes(), more, *options.items())
-            if key not in known:
-                known[key] = fit(codes, XYZ, *more, **options)
-            return known[key]
-
-        return fitted
-
     with pytest.MonkeyPatch.context() as patch:
         for module, name in ((choose, "screen"), (display_fit, "thesis_fits")):
-            patch.setattr(module, name, once(getattr(module, name)))
+            patch.setattr(module, name, kept(getattr(module, name)))
         yield
 
 
