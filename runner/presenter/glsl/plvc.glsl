@@ -10,8 +10,9 @@ uniform ivec2 plvc_steps;         // at most, by eye
 // What the model adds to all this: plvc_residual.glsl, or plvc_alone.glsl where it adds nothing.
 Real3 add_residual(int eye, Real3 T, Real3 light, inout mat3 slopes);
 
-// A step this long is the last: what remains is its square, or 1e-6 of it, which is what the slopes err by.
-const float LAST_STEP = 1e-11;
+// A step this long is the last: what remains is its square, or 1e-6 of it, which is what the slopes err by; at the
+// border of the gamut, where they jump, a tenth of it, which a curve that is flat there still shows.
+const float LAST_STEP = 1e-13;
 // Less than this is what no light was rounded to, and a part of a code where a curve is flat.
 const float NO_LIGHT = 5.7e-14;
 
