@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from devices.compensation import Correction, Crosstalk, GainMap, least_squares
 from devices.display import EYES, Eye, EyeModels
+from devices.display.plvc import Plvc
+from devices.display.residual import Residual
+from devices.display.table_curve import TableCurve
 from runner.presenter.depth import Bits
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.registry import MODES, find_mode
@@ -114,3 +118,27 @@ def test_both_views_in_one_picture(surface: EglSurface, models: EyeModels, bits:
 def test_every_mode(surface: EglSurface, name: str, models: EyeModels, seed: int) -> None:
     both = EyeModels(models.left, models.left) if name == "flat" else models
     _check(worst_in_a_mode(surface, find_mode(name), both, seed))
+
+
+def test_at_the_border_of_the_gamut_where_a_curve_is_almost_flat(surface: EglSurface) -> None:
+    """A step too few there leaves 1e-12 of full light, which such a curve shows as a whole code."""
+    codes = (0.0, 0.25, 0.5, 0.75, 1.0)
+    even, flat = (
+        TableCurve(codes, (0.0, *light, 1.0)) for light in ((0.0625, 0.25, 0.5625), (0.0039297, 0.1407, 0.4727))
+    )
+    model = Plvc(
+        black_XYZ_cd_m2=np.zeros(3),
+        primaries_XYZ_cd_m2=np.array([[128 / 3, 35.0, 20.0], [22.0, 70.0, 8.0], [2.0, 35 / 3, 316 / 3]]),
+        curves=(even, even, flat),
+        XYZ_per_light_cd_m2=np.array(
+            [
+                [[43.0, 21.8, 1.9], [41.9, 22.3, 1.9], [44.6, 22.9, 1.9], [44.2, 21.2, 2.0]],
+                [[33.6, 71.6, 12.3], [37.0, 71.4, 11.2], [34.6, 68.1, 12.3], [34.2, 70.5, 11.5]],
+                [[19.1, 7.9, 108.7], [19.8, 8.2, 106.4], [19.0, 8.2, 107.5], [20.7, 7.7, 111.3]],
+            ]
+        ),
+        mixtures_XYZ_cd_m2=np.zeros((10, 3)),
+        residual=Residual(np.array([[0.56, 0.24, 0.04]]), 1.0, np.array([[-4.72, 3.13, 4.91]])),
+    )
+    for seed in (14, 18, 26, 48):
+        _check(worst_of_an_eye(surface, EyeModels(model, model), None, "left", 10, seed))
