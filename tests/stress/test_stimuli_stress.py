@@ -185,18 +185,23 @@ def test_a_build_of_two_threads_that_is_killed_goes_on_where_it_was(tmp_path: Pa
         f"made = build_set(Path({str(recipe)!r}), 0.6, jobs=2); print(made.rendered, made.digest)"
     )
     command = [sys.executable, "-c", program]
-    delays, rendered, kept = random.Random(2), 0, 0
-    for _ in range(3):
+    drawn, kept = random.Random(2), 0
+
+    def records() -> int:
+        return len(list((tmp_path / "cache").glob(".*/*.json")))
+
+    for third in range(3):
+        wanted = drawn.randint(25 * third + 5, 25 * third + 25)
         child = subprocess.Popen(command, env=environment)
-        time.sleep(delays.uniform(4, 9))
+        while records() < wanted:
+            assert child.poll() is None, "it came to its end before it was killed"
+            time.sleep(0.01)
         child.send_signal(signal.SIGKILL)
         child.wait()
-        records = len(list((tmp_path / "cache").glob(".*/*.json")))
-        assert records >= kept
-        kept = records
+        assert records() >= max(kept, wanted)
+        kept = records()
     said = subprocess.run(command, env=environment, check=True, stdout=subprocess.PIPE, text=True).stdout.split()
-    rendered = int(said[0])
-    assert rendered == 90 - kept
+    assert int(said[0]) == 90 - kept
     assert [folder.name for folder in (tmp_path / "cache").glob(".*/")] == []
     anew = {**environment, "CYCLOPEAN_CACHE": str(tmp_path / "other")}
     again = subprocess.run(command, env=anew, check=True, stdout=subprocess.PIPE, text=True).stdout.split()

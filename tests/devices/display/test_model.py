@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from devices.display.display_file import read_display
@@ -81,13 +81,24 @@ _curves = st.builds(ToneCurve, st.floats(0.6, 1.1), st.floats(-0.1, 0.3), st.flo
 
 
 @given(st.tuples(_curves, _curves, _curves), st.lists(st.sampled_from([0.0, 1.0, 0.3]), min_size=3, max_size=3))
+@example(
+    (
+        ToneCurve(1.03125, 0.265625, 1.59375, 0.0019028489442997239),
+        ToneCurve(1.0918943176931264, 0.25, 1.5, 0.0019028489442997239),
+        ToneCurve(1.0, 0.125, 1.201171875, 0.0),
+    ),
+    [1.0, 1.0, 1.0],
+)
 def test_a_colour_at_a_limit_is_inside_however_it_was_stored(
     curves: tuple[ToneCurve, ToneCurve, ToneCurve], code: list[float]
 ) -> None:
+    """X, Y and Z are each rounded up or down to single precision: less than one unit in the last place."""
     model = DisplayModel(np.array([0.05, 0.06, 0.08]), CRT.primaries_XYZ_cd_m2, curves)
     asked = model.xyz(code)
-    step = np.where(np.random.default_rng(0).random((50, 3)) < 0.5, 1, -1)
-    stored = np.nextafter(asked.astype(np.float32), (asked + step).astype(np.float32)).astype(np.float64)
+    nearest = asked.astype(np.float32)
+    below = np.where(nearest <= asked, nearest, np.nextafter(nearest, np.float32(-np.inf)))
+    up = np.random.default_rng(0).random((50, 3)) < 0.5
+    stored = np.where(up, np.nextafter(below, np.float32(np.inf)), below).astype(np.float64)
     assert model.clipping(np.stack([asked, asked.astype(np.float32)])).any_channel == 0
     assert model.clipping(stored).any_channel == 0
     off = model.primaries_XYZ_cd_m2[:, 0] * 1e-4
