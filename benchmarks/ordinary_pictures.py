@@ -2,9 +2,10 @@
 
 `stimuli build` reads, decodes, makes statistics of XYZ, and keeps the files as they are, hashed. Decoding is what
 OpenImageIO and Pillow take for the same files, in one thread, in the same run. The error is the largest relative
-difference from colour-science's decoding of sRGB in double precision. Processor time stands beside that of the clock,
-which other work on the machine changes more. A pair is then loaded, from its own files and from codes as they are kept
-of other formats: the price of the smaller cache, paid in a thread while another picture is shown.
+difference from colour-science's decoding of sRGB in double precision. The command builds in two threads on two cores,
+which is promised; processor time stands beside that of the clock, which other work changes more. A pair is then loaded,
+from its own files and from codes as they are kept of other formats: the price of the smaller cache, paid in a thread
+while another picture is shown.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ def scene(seed: int) -> NDArray[np.uint8]:
 
 
 def save_pairs(folder: Path, pairs: int) -> list[Path]:
-    """Write so many pairs: four pictures, each file with its own bytes at its end, so that none is known already."""
+    """Write so many pairs, of four pictures with bytes of their own at the end, so all differ; and their recipe."""
     kinds = []
     for seed in range(4):
         with io.BytesIO() as held:
@@ -58,6 +59,9 @@ def save_pairs(folder: Path, pairs: int) -> list[Path]:
         for eye in "LR":
             files.append(folder / f"p{pair}_{eye}.jpg")
             files[-1].write_bytes(kinds[len(files) % 4] + f"{pair}{eye}".encode())
+    lines = [f"  - {{name: p{pair}, left: p{pair}_L.jpg, right: p{pair}_R.jpg}}" for pair in range(pairs)]
+    head = f"schema_version: 1\nkind: pictures\ncolour_space: srgb\nwhite_luminance_cd_m2: {WHITE}\nstimuli:\n"
+    (folder / "recipe.yaml").write_text(head + "\n".join(lines) + "\n", encoding="utf-8")
     return files
 
 
@@ -93,18 +97,20 @@ def run(pairs: int = sized(100, 1)) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         files = save_pairs(folder, pairs)
-        lines = [f"  - {{name: p{pair}, left: p{pair}_L.jpg, right: p{pair}_R.jpg}}" for pair in range(pairs)]
-        head = f"schema_version: 1\nkind: pictures\ncolour_space: srgb\nwhite_luminance_cd_m2: {WHITE}\nstimuli:\n"
-        (folder / "recipe.yaml").write_text(head + "\n".join(lines) + "\n", encoding="utf-8")
         before = os.environ.get("CYCLOPEAN_CACHE")
         seconds: dict[str, list[tuple[float, float]]] = {"OpenImageIO decodes": [], "Pillow decodes": []}
         try:
-            for jobs in (1, 2):
+            (folder / "first").mkdir()
+            save_pairs(folder / "first", 1)
+            os.environ["CYCLOPEAN_CACHE"] = f"{name}/first/cache"
+            build_set(folder / "first" / "recipe.yaml", 0.25)  # no import is timed: `startup.py` does that
+            for turn, jobs in enumerate((1, 2, 1)):
                 seconds["OpenImageIO decodes"].append(both_clocks(lambda: [by_openimageio(file) for file in files]))
                 seconds["Pillow decodes"].append(both_clocks(lambda: [by_pillow(file) for file in files]))
-                os.environ["CYCLOPEAN_CACHE"] = f"{name}/cache{jobs}"
+                os.environ["CYCLOPEAN_CACHE"] = f"{name}/cache{turn}"
                 label = f"stimuli build, {jobs} thread{'s' if jobs > 1 else ''}"
-                seconds[label] = [both_clocks(partial(build_set, folder / "recipe.yaml", 0.25, jobs=jobs))]
+                build = partial(build_set, folder / "recipe.yaml", 0.25, jobs=jobs)
+                seconds.setdefault(label, []).append(both_clocks(build))
             built_set = build_set(folder / "recipe.yaml", 0.25)
             error = relative_error(built_set.load("p0").left, files[0])
             loads = loading(read_coded(built_set.path("p0")), folder)
@@ -124,14 +130,17 @@ def run(pairs: int = sized(100, 1)) -> dict[str, Any]:
                 "seconds": least,
                 "error": error if built else 0.0,
                 "note": beside if built else "",
-                "ratio": used / processor,
+                "ratio": least / clock,
+                "processor ratio": used / processor,
             }
         )
     rows += loads
     rows += conversions()
-    ratio = min(float(row["ratio"]) for row in rows if str(row["series"]).startswith("stimuli build"))
+    builds = [row for row in rows if str(row["series"]).startswith("stimuli build")]
+    whole, processor = (min(float(row[key]) for row in builds) for key in ("ratio", "processor ratio"))
     promises = [
-        Promise("a build beside Pillow's decoding, processor time", ratio, 2.0, "ratio", unit="×"),
+        Promise("a build with two threads beside Pillow's decoding", whole, 2.0, "ratio", unit="×"),
+        Promise("processor time of a build beside that of Pillow's decoding", processor, None, "ratio", unit="×"),
         Promise("an sRGB picture in XYZ, relative error", worst(rows, series="stimuli build"), 1e-6, "error"),
     ]
     return {"title": "Ordinary pictures to stimuli", "rows": rows, "promises": promises}
