@@ -241,6 +241,7 @@ class Person:
         self.server = server
         self.process: Forked | subprocess.Popen[str] | None = None
         self.before = ""  # Python to run in the session's process before it
+        self.timed_s: float | None = 0.05  # how long swaps are timed: with no screen to wait for, all cores are busy then
         self._pointer_px = (0, 0)
 
     def sit_down(self, *more: str) -> None:
@@ -263,7 +264,8 @@ class Person:
         return [str(self.study.experiment), "--observer", "07", "--results", str(self.study.results)]
 
     def _start(self, *more: str) -> None:
-        code = f"{self.before}\nfrom runner.cli.main import main; main()"
+        timed = "" if self.timed_s is None else f"from runner.session import station; station.TIMED_S = {self.timed_s}"
+        code = f"{timed}\n{self.before}\nfrom runner.cli.main import main; main()"
         environment = {**os.environ, "DISPLAY": self.screen}
         environment.pop("WAYLAND_DISPLAY", None)
         self.process = self.server.start(code, ["run", *self.words, *more], environment)

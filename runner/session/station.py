@@ -45,7 +45,7 @@ from stimuli.build import StimulusSet
 
 _CLOCK_NOTED_S = 10.0  # less comes about where a clock is kept right while a session runs
 _ANOTHER_DAY_S = 12 * 3600.0
-_TIMED_S = 1.0  # how long swaps are timed before a session
+TIMED_S = 1.0  # how long swaps are timed before a session
 _UNCHARACTERISED = (
     "the display was not characterised in the mode '{mode}': colours are those of '{other}' and not to be trusted"
 )
@@ -138,7 +138,7 @@ class Station:
             in_turn = CostsInTurn(costs)
             pictures.on_read = in_turn.was_read
             undo.pop_all()
-        timing, timing_remarks = timing_facts(presenter, _TIMED_S, rig.photodiode_verification)
+        timing, timing_remarks = timing_facts(presenter, TIMED_S, rig.photodiode_verification)
         remarks = surface.facts.remarks + timing_remarks + tuple(filter(None, (verdict.refusal, verdict.warning)))
         if rig.nominal:
             remarks += (rig.nominal.remark,)
