@@ -241,7 +241,7 @@ class Person:
         self.server = server
         self.process: Forked | subprocess.Popen[str] | None = None
         self.before = ""  # Python to run in the session's process before it
-        self.timed_s: float | None = 0.05  # how long swaps are timed: with no screen to wait for, all cores are busy then
+        self.timed_s: float | None = 0.05  # how long swaps are timed; all cores are busy then where no screen waits
         self._pointer_px = (0, 0)
 
     def sit_down(self, *more: str) -> None:
