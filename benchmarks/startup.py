@@ -56,11 +56,11 @@ COMMANDS = (
     "help check",
     "completion bash",
     "schema experiment",
-    "new study pictures",
+    "new study{run} pictures",
     f"check {STUDY}",
     "stimuli build study/stimuli.yaml --rig study/rig.yaml",
     "stimuli list",
-    f"run {STUDY} --observer 01 --simulate study/simulated.yaml --results results",
+    f"run {STUDY} --observer 01{{run}} --simulate study/simulated.yaml --results results",
     f"preview {STUDY} -o screens --first 1",
     "verify results",
     "seal results --replace",
@@ -69,7 +69,7 @@ COMMANDS = (
     "agreement results --measures delta-e-2000 --photograph a -o agreement.html",
     "scores table.csv",
     f"power {STUDY} --scores study/simulated.yaml --observers 5 --replicates 20",
-    "display new -o monitor.yaml --white-cd-m2 120 --panel 1920x1080,0.2768",
+    "display new -o monitor{run}.yaml --white-cd-m2 120 --panel 1920x1080,0.2768",
     f"display patches {RIG} --list",
     f"display convert codes.csv --display {DISPLAY} --mode side-by-side --to xyz",
     "display fit readings.csv",
@@ -111,12 +111,15 @@ def _commands() -> dict[str, tuple[float, float]]:
         own |= {"PYTHONPYCACHEPREFIX": str(place / "compiled"), "PYTHONPATH": str(ROOT)}
         own |= {"CYCLOPEAN_CACHE": str(place / "cache"), "CYCLOPEAN_STATE": str(place / "state")}
         for words in sized(COMMANDS, QUICK):
-            # The first run compiles; these write where nothing may be, and import what check and preview compile.
-            repeats = 1 if words.startswith(("new ", "run ", "display new ")) else sized(3, 1)
-            runs = [_measured(words, place, own) for _ in range(repeats)]
+            # The first run compiles. Some write where nothing may be: the later ones of them under other names.
+            runs = [_measured(words.format(run=_number(run)), place, own) for run in range(sized(3, 1))]
             start, whole = (min(values) for values in zip(*runs, strict=True))
             found[f"cyclopean {' '.join(words.split()[: 1 + words.startswith(GROUPS)])}"] = (start, whole)
     return found
+
+
+def _number(run: int) -> str:
+    return str(run) if run else ""
 
 
 def _measured(words: str, place: Path, environment: dict[str, str]) -> tuple[float, float]:

@@ -81,8 +81,8 @@ def mixed_costs(
     """
     limits = mixture.limits
     tolerance = np.maximum(
-        rounding_of(mixture.left, models.left.shown_white_XYZ_cd_m2),
-        rounding_of(mixture.right, models.right.shown_white_XYZ_cd_m2),
+        rounding_of(mixture.left, models.left.shown_white_XYZ_cd_m2, limits),
+        rounding_of(mixture.right, models.right.shown_white_XYZ_cd_m2, limits),
     )
     views: dict[Eye, Pixels] = {"left": left_XYZ.reshape(-1, 3), "right": right_XYZ.reshape(-1, 3)}
 

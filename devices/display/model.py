@@ -26,7 +26,8 @@ Floats = NDArray[np.float64]
 
 Eye = Literal["left", "right"]
 EYES: tuple[Eye, Eye] = ("left", "right")
-# Linear light may leave its limits by this much before it counts as out of gamut, or by more where rounding does.
+# Linear light may leave its limits by this part of what is between them before it counts as out of gamut, or by more
+# where rounding does.
 GAMUT_TOLERANCE = 1e-6
 # Pictures are stored in float32. Half a unit in the last place of each of X, Y and Z, and as much for their sums.
 _ROUNDING = 2.0**-23
@@ -111,7 +112,7 @@ class DisplayModel:
 
         A colour asked for as exactly the light of code 0 or 1 then counts as inside, however it was computed.
         """
-        return rounding_of(self.linear_from_XYZ, self.shown_white_XYZ_cd_m2)
+        return rounding_of(self.linear_from_XYZ, self.shown_white_XYZ_cd_m2, self.limits)
 
     @cached_property
     def shown_white_XYZ_cd_m2(self) -> Floats:
@@ -233,9 +234,13 @@ def normalised_curves(curves: tuple[Curve, Curve, Curve]) -> tuple[Curve, Curve,
     return red, green, blue
 
 
-def rounding_of(linear_from_XYZ: Floats, white_XYZ_cd_m2: Floats) -> Floats:
-    """Return by how much linear light, (3,), may err of XYZ up to ``white_XYZ_cd_m2`` stored in float32."""
-    return np.maximum(GAMUT_TOLERANCE, _ROUNDING * (np.abs(linear_from_XYZ) @ np.abs(white_XYZ_cd_m2)))
+def rounding_of(linear_from_XYZ: Floats, white_XYZ_cd_m2: Floats, limits: tuple[Floats, Floats]) -> Floats:
+    """Return by how much linear light, (3,), may err of XYZ up to ``white_XYZ_cd_m2`` stored in float32.
+
+    At least `GAMUT_TOLERANCE` of what is between ``limits``, so that it is the same light in whatever unit.
+    """
+    stored = _ROUNDING * (np.abs(linear_from_XYZ) @ np.abs(white_XYZ_cd_m2))
+    return np.maximum(GAMUT_TOLERANCE * (limits[1] - limits[0]), stored)
 
 
 def outside_limits(linear: ArrayLike, limits: tuple[Floats, Floats], tolerance: Floats | float) -> Clipping:

@@ -108,6 +108,7 @@ def test_a_colour_at_a_limit_is_inside_however_it_was_stored(
 
 @given(st.tuples(_curves, _curves, _curves), st.integers(0, 2**32 - 1))
 @example((ToneCurve(), ToneCurve(), ToneCurve(1.0, 5e-7, 2.75, 0.03125)), 0)
+@example((ToneCurve(0.7424347523464738, 0.020182255892930014, 2.1, 0.008),) * 3, 1)  # off by 1.2e-6 of the light
 def test_a_normalised_model_is_the_same_display(curves: tuple[ToneCurve, ToneCurve, ToneCurve], seed: int) -> None:
     """A code near zero of a curve without offset hardly changes the light: there the light says what the code is."""
     model = DisplayModel(np.array([0.05, 0.06, 0.08]), CRT.primaries_XYZ_cd_m2, curves)
@@ -121,6 +122,7 @@ def test_a_normalised_model_is_the_same_display(curves: tuple[ToneCurve, ToneCur
     answered, expected = same.code(asked), model.code(asked)
     assert np.abs(model.xyz(answered) - model.xyz(expected)).max() < 1e-11
     assert np.abs(answered - expected)[expected > 0.01].max() < 1e-9
+    assert np.abs(same.gamut_tolerance * (model.limits[1] - model.limits[0]) / model.gamut_tolerance - 1).max() < 1e-9
     assert same.clipping(asked) == model.clipping(asked)
     assert same.normalised.clipping(asked) == same.clipping(asked)
 
