@@ -1,5 +1,6 @@
 from .described import described_schema as described_schema
 from .load import KIND_BY_KEY as KIND_BY_KEY
+from .load import OneOf as OneOf
 from .load import Strict as Strict
 from .load import checked as checked
 from .load import load_document as load_document

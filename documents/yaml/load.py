@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Literal, TypeVar
+from typing import Any, Generic, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, RootModel, ValidationError
 
 from documents.findings import Finding, InputError
 from documents.yaml.source import YamlSource, read_yaml
@@ -16,6 +16,7 @@ from documents.yaml.wording import file_findings
 MOST_FINDINGS = 100
 
 Model = TypeVar("Model", bound=BaseModel)
+Kinds = TypeVar("Kinds")
 
 Kind = Literal["experiment", "display", "verification", "camera", "regions", "rig", "recipe"]
 
@@ -53,6 +54,12 @@ class Strict(BaseModel):
     """Base of every model of a YAML file: frozen; unknown keys, NaN and infinity are refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
+
+
+class OneOf(RootModel[Kinds], Generic[Kinds]):
+    """Base of the model of a YAML file of several kinds: of ``Annotated[A | B, Field(discriminator="kind")]``."""
+
+    model_config = ConfigDict(defer_build=True)
 
 
 def load_document(path: Path, model: type[Model], kind: Kind | None = None) -> tuple[Model, YamlSource]:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import Field, PositiveFloat, RootModel
+from pydantic import Field, PositiveFloat
 
 from documents import Finding, load_document
-from documents.yaml import Strict, YamlSource
+from documents.yaml import OneOf, Strict, YamlSource
 from runner.blocks.field_types import Line
 from runner.errors import SessionError
 from runner.observers.behaviour import BehaviourSpec
@@ -63,7 +63,7 @@ class ImageBasedObserverSpec(BehaviourSpec):
 ObserverSpec: TypeAlias = ScoredObserverSpec | ImageBasedObserverSpec
 
 
-class ObserverFile(RootModel[Annotated[ObserverSpec, Field(discriminator="kind")]]):
+class ObserverFile(OneOf[Annotated[ObserverSpec, Field(discriminator="kind")]]):
     """A file of simulated observers."""
 
 

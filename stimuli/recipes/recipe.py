@@ -11,11 +11,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import Field, RootModel
+from pydantic import Field
 
 from documents import Finding, InputError, load_document
 from documents.files import beside, inside, looked_for, open_regular
-from documents.yaml import Path_, YamlSource
+from documents.yaml import OneOf, Path_, YamlSource
 from stimuli.errors import StimulusError
 from stimuli.pictures.picture_input import MAX_SPECTRAL_BYTES
 from stimuli.recipes.photographs import PhotographsRecipe
@@ -28,7 +28,7 @@ from stimuli.recipes.sparkle_series import SparkleSeriesRecipe
 AnyRecipe = SparklePlateRecipe | SparkleSeriesRecipe | PicturesRecipe | PhotographsRecipe
 
 
-class Recipe(RootModel[Annotated[AnyRecipe, Field(discriminator="kind")]]):
+class Recipe(OneOf[Annotated[AnyRecipe, Field(discriminator="kind")]]):
     """A recipe of any kind."""
 
 
