@@ -112,14 +112,10 @@ def _commands() -> dict[str, tuple[float, float]]:
         own |= {"CYCLOPEAN_CACHE": str(place / "cache"), "CYCLOPEAN_STATE": str(place / "state")}
         for words in sized(COMMANDS, QUICK):
             # The first run compiles. Some write where nothing may be: the later ones of them under other names.
-            runs = [_measured(words.format(run=_number(run)), place, own) for run in range(sized(3, 1))]
+            runs = [_measured(words.format(run=run), place, own) for run in ("", "2", "3")[: sized(3, 1)]]
             start, whole = (min(values) for values in zip(*runs, strict=True))
             found[f"cyclopean {' '.join(words.split()[: 1 + words.startswith(GROUPS)])}"] = (start, whole)
     return found
-
-
-def _number(run: int) -> str:
-    return str(run) if run else ""
 
 
 def _measured(words: str, place: Path, environment: dict[str, str]) -> tuple[float, float]:

@@ -14,7 +14,7 @@ from devices.display.display_file import read_display
 from devices.display.rig_file import read_rig
 from devices.display.verification_file import read_verification
 from documents import InputError, load_document
-from documents.yaml.load import KIND_BY_KEY
+from documents.yaml.load import KIND_BY_KEY, OneOf, Strict
 from runner.check.files import _CHECKS
 from runner.protocol.experiment import read_experiment
 from stimuli.comparison.regions_file import read_regions
@@ -191,3 +191,20 @@ def test_a_file_with_the_telling_key_of_its_kind_has_faults_of_its_own(tmp_path:
 
 def test_every_kind_that_a_key_tells_can_be_checked() -> None:
     assert set(KIND_BY_KEY.values()) == set(_CHECKS)
+
+
+def test_a_file_of_several_kinds_builds_its_checks_when_one_is_read(tmp_path: Path) -> None:
+    class First(Strict):
+        kind: Literal["first"]
+
+    class Second(Strict):
+        kind: Literal["second"]
+
+    class Either(OneOf[Annotated[First | Second, Field(discriminator="kind")]]):
+        pass
+
+    assert not Either.__pydantic_complete__
+    (tmp_path / "either.yaml").write_text("kind: second\n", encoding="utf-8")
+    document, _ = load_document(tmp_path / "either.yaml", Either)
+    assert isinstance(document.root, Second)
+    assert Either.__pydantic_complete__
