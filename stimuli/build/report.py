@@ -7,6 +7,8 @@ import json
 import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import reduce
+from operator import add
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,13 +18,13 @@ from numpy.typing import NDArray
 from devices.colour import srgb, white_point
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.display import Rig
-from documents import Finding, InputError
+from documents import Finding, InputError, in_threads
 from documents.files import read_kept_json, sha256_of_json, whole_folder, write_whole
 from stimuli.build.cache import cache_folder
 from stimuli.build.export import export_exr
 from stimuli.build.recipe_to_set import build_set
 from stimuli.build.stimulus_set import MANIFEST, StimulusSet
-from stimuli.pictures.stereo_image import XYZImage
+from stimuli.pictures.stereo_image import StereoImage, XYZImage
 from stimuli.recipes.build_context import DisplaySetup
 
 if TYPE_CHECKING:
@@ -207,9 +209,18 @@ def saturated_percent(
 ) -> dict[str, Saturated]:
     """Return for each stimulus and eye the percentage of pixels that ask the display for more than full light.
 
-    Pictures are only read where the numbers for these very pictures and this display's range are not kept yet.
+    Pictures are only read where the numbers for these very pictures and this display's range are not kept yet, large
+    ones a band of rows at a time.
     """
-    from stimuli.luminance.saturation import measure_saturation
+    from stimuli.luminance.saturation import Saturation, measure_saturation
+
+    models = setup.models
+
+    def counted(read: Callable[[], StereoImage]) -> tuple[Saturation, Saturation]:
+        image = read()
+        left = measure_saturation(image.left, models.left)
+        same = image.is_flat and models.left is models.right
+        return left, left if same else measure_saturation(image.right, models.right)
 
     key = sha256_of_json([built.digest, setup.range_json()])[:16]
     record = built.folder.with_name(f".{built.folder.name}-saturated-{key}.json")
@@ -219,11 +230,8 @@ def saturated_percent(
     percent: dict[str, Saturated] = {}
     for done, name in enumerate(built.names):
         report(done, len(built.names))
-        image = built.load(name)
-        left = measure_saturation(image.left, setup.models.left)
-        same = image.is_flat and setup.models.left is setup.models.right
-        right = left if same else measure_saturation(image.right, setup.models.right)
-        percent[name] = {"left": left.to_json(), "right": right.to_json()}
+        lefts, rights = zip(*in_threads(counted, built.bands(name)), strict=True)
+        percent[name] = {"left": reduce(add, lefts).to_json(), "right": reduce(add, rights).to_json()}
     report(len(built.names), len(built.names))
     # Where the cache cannot be written, the numbers are counted again next time.
     with contextlib.suppress(OSError):

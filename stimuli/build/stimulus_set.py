@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +16,15 @@ from stimuli.errors import StimulusError
 from stimuli.pictures.coded import SUFFIXES as CODED
 from stimuli.pictures.coded import read_coded
 from stimuli.pictures.exr_read import read_exr
-from stimuli.pictures.region import Part
+from stimuli.pictures.exr_write import bands_of_blocks
+from stimuli.pictures.region import Part, Region
 from stimuli.pictures.stereo_image import StereoImage
 from stimuli.recipes.build_context import Factors
 
 MANIFEST = "manifest.json"
 SUFFIXES = (".exr", *CODED)  # of the pictures
+# Pictures of no more pixels are as well read whole.
+WHOLE_PX = 1 << 22
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +83,21 @@ class StimulusSet:
         if path.suffix in CODED:
             return read_coded(path).image(region)
         return read_exr(path, region=region, observer=None)
+
+    def bands(self, name: str) -> list[Callable[[], StereoImage]]:
+        """Return what reads the stimulus, in absolute XYZ, a band of rows at a time from the top; a small one whole.
+
+        Each may be called by a thread of its own, and takes the memory of about two megapixels.
+        """
+        width, height = self.size_px(name)
+        if width * height <= WHOLE_PX:
+            return [partial(self.load, name)]
+        path = self.path(name)
+        regions = [Region(0, rows.start, width, rows.stop - rows.start) for rows in bands_of_blocks(height, width)]
+        if path.suffix in CODED:
+            coded = read_coded(path)
+            return [partial(coded.image, region) for region in regions]
+        return [partial(read_exr, path, region=region, observer=None) for region in regions]
 
 
 def digest_of(entries: list[dict[str, Any]]) -> str:

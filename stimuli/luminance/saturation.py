@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from typing import Any
 
 import numpy as np
@@ -167,6 +167,10 @@ class Saturation:
     def percent_any(self) -> float:
         """Percentage of pixels with a saturated channel."""
         return 100.0 * self.any_channel / self.pixels
+
+    def __add__(self, other: Saturation) -> Saturation:
+        """Return the counts of both parts of a picture."""
+        return Saturation(*(one + more for one, more in zip(astuple(self), astuple(other), strict=True)))
 
     def to_json(self) -> dict[str, float]:
         """Return percentages by channel."""
