@@ -180,6 +180,7 @@ def write_pixel_rows(
                 for band, pixels in rows:
                     part = np.ascontiguousarray(pixels)
                     written = written and output.write_scanlines(band.start, band.stop, 0, part)
+                    del pixels, part  # not beside the next
             finally:
                 closed = output.close()
             if not (closed and written):

@@ -139,13 +139,19 @@ class BandedPicture:
             _refuse_unusual(stored)
             if unchanged and as_stored and half:
                 light = stored
+            elif len(columns) == 1:
+                light = self._light(stored[..., columns[0][0] : columns[0][0] + 3].astype(np.float32), self.matrices[0])
             else:
-                parts = (stored[..., indices[0] : indices[0] + 3].astype(np.float32) for indices in columns)
-                made = [self._light(part, matrix) for part, matrix in zip(parts, self.matrices, strict=True)]
-                light = made[0] if len(made) == 1 else np.concatenate(made, axis=-1)
+                light = np.empty((*stored.shape[:2], 3 * len(columns)), np.float32)
+                for number, (indices, matrix) in enumerate(zip(columns, self.matrices, strict=True)):
+                    view = stored[..., indices[0] : indices[0] + 3].astype(np.float32)
+                    light[..., 3 * number : 3 * number + 3] = self._light(view, matrix)
+                    del view
+            del stored  # not beside what is written
             for number, luminance in enumerate(self._luminance):
                 luminance[rows] = light[..., 3 * number + 1]
             yield rows, light
+            del light
 
     def _light(self, pixels: NDArray[np.float32], matrix: NDArray[np.float64] | None) -> NDArray[np.float32]:
         if matrix is not None:
@@ -174,10 +180,10 @@ class BandedPicture:
 
             coming = thread.submit(read, bands[0])
             for number, rows in enumerate(bands):
-                stored = coming.result()
+                stored = [coming.result()]
                 if number + 1 < len(bands):
                     coming = thread.submit(read, bands[number + 1])
-                yield rows, stored
+                yield rows, stored.pop()  # kept by whoever takes it, no longer than that
 
 
 def _is_plain(part: FilePart, names: Sequence[str]) -> bool:
