@@ -45,11 +45,11 @@ Answer = Callable[[int, int], bool]
 
 TITLE = "Pairs chosen by the answers so far: error against trials"
 SPREADS = sized((0.5, 1.0, 2.0, 3.0), (1.0,))
-TRIALS_PER_STIMULUS = (5, 10, 30)
+TRIALS_PER_STIMULUS = sized((5, 10, 30), (5, 10))
 SEEDS: Mapping[int, int] = sized({10: 10, 20: 6, 60: 2}, {6: 2})
 POOLED_SEEDS = 2
-POOLED_OBSERVERS, POOLED_TRIALS_PER_STIMULUS = sized(10, 2), 10
-SHARED_STIMULI, SHARED_OBSERVERS, SHARED_SPREAD_NATS = sized(60, 8), sized(15, 2), 2.0
+POOLED_OBSERVERS, POOLED_TRIALS_PER_STIMULUS = sized(10, 2), sized(10, 4)
+SHARED_STIMULI, SHARED_OBSERVERS, SHARED_SPREAD_NATS = sized(60, 6), sized(15, 2), 2.0
 SHARED_STUDIES = sized(4, 2)  # times TIMES
 ASAP_S = 0.028  # the least that its authors state for one choice
 _SPAN = 1.959963984540054  # half of a 95 % interval, in standard deviations

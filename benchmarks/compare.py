@@ -10,7 +10,7 @@ from functools import partial
 
 import cv2
 import numpy as np
-from curves import Row, program, seconds, sized
+from curves import Row, answer_and_seconds, program, sized
 from numpy.typing import NDArray
 from promises import Promise, worst
 from scipy.ndimage import gaussian_filter, map_coordinates
@@ -38,8 +38,8 @@ def run() -> dict[str, object]:
         files = RowFile.of(still), RowFile.of(moved)
         for method in METHODS:
             work = partial(_found, method, still[..., 1], moved[..., 1], files)
-            error = _error(work(), move)
-            taken = seconds(work, repeats=3)
+            found, taken = answer_and_seconds(work, repeats=3)
+            error = _error(found, move)
             name = f"({move[0]:g}, {move[1]:g}) px, {move[2]:g}°"
             note = "corner off, px" if np.isfinite(error) else "not found"
             rows.append({"series": method, "parameter": name, "seconds": taken, "error": min(error, 1e3), "note": note})
@@ -64,7 +64,8 @@ def depth() -> list[Row]:
                 work = partial(_scale_by_squares, photo, rendering, everywhere)
             else:
                 work = partial(_scale_by_sgbm, photo, rendering)
-            error, taken = abs(work() / 1.2 - 1.0), seconds(work, repeats=3)
+            found, taken = answer_and_seconds(work, repeats=3)
+            error = abs(found / 1.2 - 1.0)
             note = "scale of depth, relative error"
             rows.append(
                 {"series": method, "parameter": f"noise {noise:g}", "seconds": taken, "error": error, "note": note}

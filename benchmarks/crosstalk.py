@@ -62,6 +62,7 @@ CORRECTIONS = {
     "crosstalk": Correction(LEAKS),
     "crosstalk and gain map": Correction(LEAKS, PANEL),
 }
+CORRECTIONS = sized(CORRECTIONS, {name: CORRECTIONS[name] for name in ("gain map", "crosstalk and gain map")})
 
 
 def display(gamma: float) -> EyeModels:

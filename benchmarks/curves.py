@@ -87,6 +87,14 @@ def seconds(work: Callable[[], object], *, repeats: int = 7, at_least_s: float =
     return median(times)
 
 
+def answer_and_seconds(work: Callable[[], Found], *, repeats: int = 7, at_least_s: float = 0.02) -> tuple[Found, float]:
+    """Return what ``work()`` gives, and its `seconds`; a quick run calls it once for both."""
+    if is_quick():
+        start = perf_counter()
+        return work(), max(perf_counter() - start, 1e-9)
+    return work(), seconds(work, repeats=repeats, at_least_s=at_least_s)
+
+
 def times_faster(ours: Callable[[], object], theirs: Callable[[], object], *, rounds: int = 9) -> float:
     """Return how many times as long ``theirs()`` takes as ``ours()``: the median over rounds that time both in turn.
 

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from curves import is_quick, program, seconds
+from curves import answer_and_seconds, is_quick, program, seconds
 from numpy.typing import NDArray
 from promises import Promise, worst
 
@@ -48,7 +48,7 @@ def run() -> dict[str, object]:
 
 
 def _rows(display: str, readings: Measurements) -> list[dict[str, object]]:
-    found = characterise(readings)
+    found, whole_s = answer_and_seconds(lambda: characterise(readings), repeats=5)
     data = found.patches
     begin, _ = fit_parametric(data, "gogo")
     tables = fit_table(data, begin.model)
@@ -75,7 +75,7 @@ def _rows(display: str, readings: Measurements) -> list[dict[str, object]]:
         {
             "series": display,
             "parameter": "all, cross-validated",
-            "seconds": seconds(lambda: characterise(readings), repeats=5),
+            "seconds": whole_s,
             "error": found.chosen.held_out.mean,
             "note": f"{len(data)} patches, {len(NAMES)} models, {found.folds} folds",
         }

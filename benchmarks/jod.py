@@ -77,7 +77,7 @@ def _coverage(observers: int, studies: int) -> list[Row]:
         for _ in range(studies):
             table = _table(_answers(TRUE_JOD, observers, random, sd))
             start = time.process_time()
-            ((_, scale),) = scale_jod(table, replicates=200).scales
+            ((_, scale),) = scale_jod(table, replicates=sized(200, 40)).scales
             between = time.process_time()
             own = fit_model(table, "thurstone", method="ml")
             end = time.process_time()

@@ -87,13 +87,13 @@ class Way:
 
 NO_DRIFT = Way("knots, no drift", 0, None)
 # What a residual of so many knots costs, as shipped.
-RESIDUALS = (8, 48)
+RESIDUALS = sized((8, 48), (8,))
 
 
 def ways() -> list[Way]:
     """Return tables of codes, tables to start from, and steps from the primaries."""
     found = [Way("table of codes", size, None, by_knots=False) for size in SIZES]
-    found += [Way("Newton from a table", size, steps) for size in SIZES for steps in (1, 2)]
+    found += [Way("Newton from a table", size, steps) for size in SIZES for steps in sized((1, 2), (2,))]
     found += [Way("Newton, curves by the one table", 0, 4, by_knots=False)]
     found += [Way("Newton, curves by knots", 0, steps) for steps in sized((1, 2, 3, 4, 5), (5,))]
     others = (Arithmetic.TWO_FLOATS, Arithmetic.GUARDED)

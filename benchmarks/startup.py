@@ -108,7 +108,7 @@ def _commands() -> dict[str, tuple[float, float]]:
         place = Path(folder)
         _write_inputs(place)
         own = {key: value for key, value in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
-        own |= {"PYTHONPYCACHEPREFIX": str(place / "compiled"), "PYTHONPATH": str(ROOT)}
+        own |= {"PYTHONPATH": str(ROOT)} | sized({"PYTHONPYCACHEPREFIX": str(place / "compiled")}, {})
         own |= {"CYCLOPEAN_CACHE": str(place / "cache"), "CYCLOPEAN_STATE": str(place / "state")}
         for words in sized(COMMANDS, QUICK):
             # The first run compiles. Some write where nothing may be: the later ones of them under other names.

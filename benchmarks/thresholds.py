@@ -22,9 +22,9 @@ Floats = NDArray[np.float64]
 X = np.linspace(-2, 0, 41)
 SLOPES, LAPSES = (2.0, 3.0, 4.0, 5.0), (0.0, 0.01, 0.02, 0.03, 0.04)
 SLOPE, LAPSE = 3.5, 0.02
-OBSERVERS = sized(40, 4)
+OBSERVERS = sized(40, 2)
 BIAS = 0.02
-TRIALS = (25, 50, 100, 200)
+TRIALS = sized((25, 50, 100, 200), (25, 100))
 SHAPE = FUNCTIONS["weibull"]
 
 
