@@ -198,6 +198,7 @@ def _noisy(picture: Any, seed: int = 1) -> Any:
     return (picture * rng.normal(1, 0.01, (*picture.shape[:2], 1))).astype(np.float32)
 
 
+_FEW = 4  # simulated observers
 _STIMULI = ("2.1-stereo", "1.2-stereo", "2.1-flat", "1.2-flat")
 _PAIRS = [
     {"kind": "screening", "tests": [{"test": "stereo_acuity", "pass_arcsec": 400, "levels_arcsec": [600, 400]}]},
@@ -217,8 +218,10 @@ _CHOICES = [
 ]
 
 
-def _simulate(folder: Path, factors: Mapping[str, Mapping[str, Any]], views: list[str], blocks: list[Any]) -> Path:
-    """Show small pictures, by name, to 12 simulated observers in ``views``; return the folder of their sessions."""
+def _simulate(
+    folder: Path, factors: Mapping[str, Mapping[str, Any]], views: list[str], blocks: list[Any], observers: int
+) -> Path:
+    """Show small pictures, by name, to simulated observers in ``views``; return the folder of their sessions."""
     import cyclopean
 
     folder.mkdir()
@@ -241,34 +244,37 @@ def _simulate(folder: Path, factors: Mapping[str, Mapping[str, Any]], views: lis
     }
     for name, data in files.items():
         (folder / f"{name}.yaml").write_text(json.dumps(data), encoding="utf-8")
-    return cyclopean.simulate(folder / "study.yaml", folder / "observers.yaml", folder / "results", observers=12)
+    return cyclopean.simulate(folder / "study.yaml", folder / "observers.yaml", folder / "results", observers=observers)
 
 
 @cache
-def _results(pages_folder: Path) -> Path:
+def _results(pages_folder: Path, observers: int) -> Path:
     """Return a folder of paired comparisons by simulated observers, made once."""
-    return _simulate(pages_folder / "small_study", {"2.1": {}, "1.2": {}}, ["stereo", "flat"], _PAIRS)
+    folder = pages_folder / f"small_study_{observers}"
+    return _simulate(folder, {"2.1": {}, "1.2": {}}, ["stereo", "flat"], _PAIRS, observers)
 
 
-def _with_results(name: str) -> Prepare:
+def _with_results(name: str, observers: int = _FEW) -> Prepare:
     """Return what puts sessions into the folder ``name`` of ``results``."""
 
     def prepare(folder: Path) -> dict[str, Any]:
-        shutil.copytree(_results(folder.parent), folder / "results" / name)
+        shutil.copytree(_results(folder.parent, observers), folder / "results" / name)
         return {}
 
     return prepare
 
 
 def _series(folder: Path) -> dict[str, Any]:
-    shutil.copytree(_simulate(folder / "study", _SERIES, ["stereo"], _CHOICES), folder / "results" / "exposure_series")
+    shutil.copytree(
+        _simulate(folder / "study", _SERIES, ["stereo"], _CHOICES, _FEW), folder / "results" / "exposure_series"
+    )
     return {}
 
 
 def _bids(folder: Path) -> dict[str, Any]:
     from analysis.bids import About, export_dataset
 
-    export_dataset([_results(folder.parent)], folder / "my_dataset", About("Small study", ("A. Author",)))
+    export_dataset([_results(folder.parent, _FEW)], folder / "my_dataset", About("Small study", ("A. Author",)))
     return {}
 
 
@@ -361,7 +367,7 @@ PAGES: Mapping[str, Prepare] = {
     "factors": _table,
     "luminance": _plate,
     "measures": _colours,
-    "observer_table": _with_results("dynamic_range"),
+    "observer_table": _with_results("dynamic_range", observers=7),
     "hierarchical": _table,
     "pair_models": _table,
     "presenter": _plate,

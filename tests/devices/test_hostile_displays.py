@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 import warnings
 from pathlib import Path
@@ -74,7 +75,7 @@ def test_absurd_numbers_are_refused_or_harmless(tmp_path: Path, curve: Any) -> N
         for number in NUMBERS:
             mode: Any = {"black_XYZ_cd_m2": list(LIGHT["black_XYZ_cd_m2"])}
             mode["primaries_XYZ_cd_m2"] = {name: list(one) for name, one in LIGHT["primaries_XYZ_cd_m2"].items()}
-            mode["curve"] = yaml.load(yaml.dump(curve(), Dumper=_NoAliases), Loader=yaml.SafeLoader)
+            mode["curve"] = json.loads(json.dumps(curve()))  # no list twice
             inner = mode
             for key in place[:-1]:
                 inner = inner[key]

@@ -6,12 +6,13 @@ A simulated observer sits in place of the person; the page's three edits are mad
 from __future__ import annotations
 
 import json
-import os
 import re
 import shlex
 import subprocess
-import sys
+from collections.abc import Callable
 from pathlib import Path
+
+import pytest
 
 from tests.runner.studies.drawn_pictures import draw_pairs
 
@@ -46,16 +47,12 @@ def _edit(file: Path, begins: str, new: str) -> int:
     return changed
 
 
-def _run(words: list[str], folder: Path) -> str:
-    assert words[0] == ".venv/bin/cyclopean"
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "CYCLOPEAN_CACHE": str(folder / "cache"), "DISPLAY": ""}
-    command = [sys.executable, "-m", "cyclopean", *words[1:]]
-    done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", cwd=folder, env=environment)
-    assert done.returncode == 0, f"{' '.join(words)}: {done.stderr}"
-    return done.stdout
-
-
-def test_the_page_ends_with_a_report(tmp_path: Path) -> None:
+def test_the_page_ends_with_a_report(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cyclopean: Callable[..., subprocess.CompletedProcess[str]]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setenv("DISPLAY", "")
     draw_pairs(tmp_path / "photos", [f"photo{number}" for number in range(1, 11)], (300, 200))
     commands = _commands()
     assert len(commands) <= MOST_COMMANDS
@@ -64,7 +61,8 @@ def test_the_page_ends_with_a_report(tmp_path: Path) -> None:
     edited = 0
     for words in commands[1:]:
         simulated = ["--simulate", "my_study/simulated.yaml"] if words[1] == "run" else []
-        said = _run([*words, *simulated], tmp_path)
+        assert words[0] == ".venv/bin/cyclopean"
+        said = cyclopean(*words[1:], *simulated).stdout
         if words[1] == "new":
             assert "\n".join(said.splitlines()[-3:]).count("my_study") == 3  # the three commands that follow
             edited = sum(_edit(tmp_path / file, begins, new) for file, begins, new in _edits())

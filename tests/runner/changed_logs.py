@@ -25,7 +25,7 @@ def recorded(folder: Path, kind: str, variant: int, observer: str, *, end: bool 
     """Return the lines of a session of ``kind`` as it is recorded, up to its end or to before that."""
     place = folder / f"{kind}-{variant}-{observer}"
     with Recorder.create(place, replace(HEADER, observer=observer)) as recorder:
-        session = Session(blocks_of(folder, kind, variant, observer), Stage(), Fickle(int(observer)), recorder)
+        session = Session(blocks_of(kind, variant, observer), Stage(), Fickle(int(observer)), recorder)
         session.note("a note — µ", "experimenter")
         session.run()
     lines = (place / FILE_NAME).read_bytes().splitlines(keepends=True)

@@ -8,7 +8,9 @@ from __future__ import annotations
 import random
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import MappingProxyType
 
 from runner.blocks.block import Block
@@ -117,15 +119,20 @@ def written(kind: str, variant: int) -> str:
     return f"kind: {kind}, {BLOCKS[kind][variant]}"
 
 
-def of_kind(folder: Path, kind: str, variant: int = 0) -> Experiment:
-    """Return an experiment with a block of the kind between two pages of words."""
+@cache
+def of_kind(kind: str, variant: int = 0) -> Experiment:
+    """Return an experiment with a block of the kind between two pages of words.
+
+    It is read once in a process, which takes longer than most sessions of it; its files are not there any more.
+    """
     words = "kind: instructions, text: Look."
-    return experiment(folder, words, written(kind, variant), words)
+    with TemporaryDirectory() as folder:
+        return experiment(Path(folder), words, written(kind, variant), words)
 
 
-def blocks_of(folder: Path, kind: str, variant: int = 0, observer: str = "01") -> tuple[Block, ...]:
-    """Return its blocks."""
-    return of_kind(folder, kind, variant).blocks(observer)
+def blocks_of(kind: str, variant: int = 0, observer: str = "01") -> tuple[Block, ...]:
+    """Return its blocks, made anew."""
+    return of_kind(kind, variant).blocks(observer)
 
 
 @dataclass(slots=True)

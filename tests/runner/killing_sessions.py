@@ -133,7 +133,7 @@ def _round(folder: Path, blocks: tuple[Block, ...], rng: random.Random, *, waiti
 
 def main(folder: Path, kind: str, variant: int, seed: int) -> None:
     """Kill until the session is complete."""
-    blocks = blocks_of(folder, kind, variant)
+    blocks = blocks_of(kind, variant)
     session = folder / "s"
     rng = random.Random(seed)
     for number in range(MOST_ROUNDS):
@@ -165,7 +165,7 @@ def main(folder: Path, kind: str, variant: int, seed: int) -> None:
 if __name__ == "__main__":
     # What a session imports and reads once is there before processes are forked: not each does it again.
     with TemporaryDirectory() as scratch, open(os.devnull, "wb") as nowhere:
-        _sit(Path(scratch) / "s", blocks_of(Path(scratch), "all_pairs"), 0, nowhere.fileno(), 0)
+        _sit(Path(scratch) / "s", blocks_of("all_pairs"), 0, nowhere.fileno(), 0)
         read_session(Path(scratch) / "s" / FILE_NAME)
     for line in sys.stdin:
         folder, *words = json.loads(line)

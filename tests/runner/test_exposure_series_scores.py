@@ -15,6 +15,7 @@ from analysis.records.session_record import SessionLog, read_session
 from analysis.report.sections.series import rating_figure, score_figure
 from analysis.series.summary import summarise_series
 from runner.observers.observer_file import read_observer
+from runner.presenter.drawing import Drawing
 from runner.protocol.experiment import read_experiment
 from runner.session.station import Station
 from stimuli.build.recipe_to_set import build_set
@@ -26,7 +27,10 @@ PAINTS = ("GM1", "BC")
 
 @pytest.fixture(scope="module")
 def sessions(tmp_path_factory: pytest.TempPathFactory) -> list[SessionLog]:
-    """Fifteen simulated observers before two paints of three series, in pictures of 12 by 8 mm."""
+    """Fifteen simulated observers before two paints of three series, in pictures of 12 by 8 mm.
+
+    The first one's frames are drawn.
+    """
     folder = tmp_path_factory.mktemp("exposure_series")
     shutil.copytree(ROOT / "configs", folder / "configs")
     file = folder / "experiments" / "exposure_series.yaml"
@@ -53,6 +57,7 @@ def sessions(tmp_path_factory: pytest.TempPathFactory) -> list[SessionLog]:
             for observer in (f"{number:02d}" for number in range(1, OBSERVERS + 1)):
                 done = station.run(observer, station.simulated(spec, observer), simulated=True)
                 logs.append(read_session(done / "session.jsonl"))
+                patch.setattr(Drawing, "frame", lambda *_, **__: None)
     return logs
 
 

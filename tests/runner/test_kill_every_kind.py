@@ -62,7 +62,13 @@ def kill(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Kill]:
         yield killed
 
 
-@pytest.mark.parametrize(("kind", "variant"), VARIANTS)
+# The others: make stress.
+FEW = [*((kind, 0) for kind in EVERY.BLOCKS), ("all_pairs", 2), ("active_pairs", 3)]
+
+
+@pytest.mark.parametrize(
+    ("kind", "variant"), [one if one in FEW else pytest.param(*one, marks=pytest.mark.stress) for one in VARIANTS]
+)
 def test_killed_again_and_again(kind: str, variant: int, tmp_path: Path, kill: Kill) -> None:
     rounds = kill(tmp_path, kind, variant, 100 * VARIANTS.index((kind, variant)))
     check_rounds(rounds)
@@ -73,7 +79,7 @@ def test_killed_again_and_again(kind: str, variant: int, tmp_path: Path, kill: K
     _is_whole(log.first_attempts, log.answers)
     # Read again from its log alone, the session asks nothing more.
     nobody = _Nobody()
-    blocks = EVERY.blocks_of(tmp_path, kind, variant)
+    blocks = EVERY.blocks_of(kind, variant)
     Session(blocks, nobody, nobody, nobody, logged=log.first_attempts, batches=log.pooled).run()
 
 

@@ -45,6 +45,7 @@ def test_they_have_every_kind_and_every_other_record() -> None:
     assert [log.complete for log in logs].count(False) == 2
 
 
+@pytest.mark.usefixtures("undrawn")  # figures of every kind: test_report_every_kind.py
 @pytest.mark.parametrize("experiment", EXPERIMENTS)
 def test_they_are_reported(experiment: str, tmp_path: Path) -> None:
     report = write_report(read_results(RECORDED / "results" / experiment), tmp_path / "report.html")

@@ -6,5 +6,6 @@ from hypothesis import HealthCheck, settings
 
 from tests.runner.session_machine import SessionMachine
 
+# More and longer: tests/stress.
 TestSession = SessionMachine.TestCase
-TestSession.settings = settings(max_examples=40, stateful_step_count=30, suppress_health_check=[HealthCheck.too_slow])
+TestSession.settings = settings(max_examples=16, stateful_step_count=30, suppress_health_check=[HealthCheck.too_slow])

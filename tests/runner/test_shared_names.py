@@ -121,6 +121,7 @@ def recorded(study: Study, monkeypatch: pytest.MonkeyPatch) -> Callable[..., tup
     return record
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_sessions_with_one_name_for_two_series_are_scored_by_block(
     study: Study, recorded: Callable[..., tuple[SessionLog, ...]], tmp_path: Path
 ) -> None:

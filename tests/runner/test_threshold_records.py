@@ -88,7 +88,7 @@ def test_each_contradiction_is_named(variant: int, change: Any, told: str, tmp_p
     assert bool(said) == bool(told)
 
 
-def _log(folder: Path, observer: str, threshold: float, variant: int = PLACES) -> SessionLog:
+def _log(observer: str, threshold: float, variant: int = PLACES) -> SessionLog:
     """Return the log of someone who sees codec 2 in half of the cases beyond guessing."""
     import random
 
@@ -96,14 +96,15 @@ def _log(folder: Path, observer: str, threshold: float, variant: int = PLACES) -
     simulated = BradleyTerryObserver({}, random.Random(observer), behaviour=BehaviourSpec(psychometric=seen))
     stage = Stage()
     for times in range(6):  # six sessions' worth of trials: the block is short
-        Session(blocks_of(folder, "threshold", variant, f"{observer}-{times}")[1:2], stage, simulated, stage).run()
+        Session(blocks_of("threshold", variant, f"{observer}-{times}")[1:2], stage, simulated, stage).run()
     trials = tuple(replace(trial, block=number) for number, trial in enumerate(stage.trials))
     stimuli = tuple({"name": name, "factors": {}, "flat": True} for name in "abcdef")
     return SessionLog(Path(f"{observer}.jsonl"), replace(HEADER, observer=observer, stimuli=stimuli), trials, True)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_report_has_each_observer_and_the_mean(tmp_path: Path) -> None:
-    sessions = [_log(tmp_path, "01", 1.9), _log(tmp_path, "02", 2.1), _log(tmp_path, "03", 1e-6)]
+    sessions = [_log("01", 1.9), _log("02", 2.1), _log("03", 1e-6)]
     report = write_report(sessions, tmp_path / "report.html", csv_folder=tmp_path / "tables")
     (question,) = report.to_json()["thresholds"]
     numbers = {each["observer"]: each for each in question["observers"]}

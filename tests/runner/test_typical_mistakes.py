@@ -89,7 +89,8 @@ SHIPPED: Mapping[FileKind, str] = {
     "camera": "configs/cameras/*.yaml",
     "regions": "configs/regions/*.yaml",
 }
-WRONG: tuple[Any, ...] = (None, "red", 2.2, [], {}, [1], {"a": 1}, True, -1, "", [["x", "y"]], "x" * 5000)
+WRONG: tuple[Any, ...] = (None, "red", -1, [1], {"a": 1})
+MORE_WRONG: tuple[Any, ...] = (*WRONG, 2.2, [], {}, True, "", [["x", "y"]], "x" * 5000)
 
 
 def _places(data: Any, above: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
@@ -118,8 +119,11 @@ def _changed(data: Any, place: tuple[str | int, ...], value: object) -> Any:
 
 
 @pytest.mark.parametrize("kind", SHIPPED)
-def test_no_value_anywhere_is_answered_in_the_words_of_a_library(kind: FileKind) -> None:
-    """Every value of every shipped file is made wrong in a dozen ways, each field in the first file that has it."""
+@pytest.mark.parametrize(
+    "wrong_values", [WRONG, pytest.param(MORE_WRONG, marks=pytest.mark.stress)], ids=["few", "all"]
+)
+def test_no_value_anywhere_is_answered_in_the_words_of_a_library(kind: FileKind, wrong_values: tuple[Any, ...]) -> None:
+    """Every value of every shipped file is made wrong in some ways, each field in the first file that has it."""
     assert set(KINDS) - set(SHIPPED) <= {"verification"}
     said: set[str] = set()
     met: set[tuple[object, ...]] = set()
@@ -129,7 +133,7 @@ def test_no_value_anywhere_is_answered_in_the_words_of_a_library(kind: FileKind)
         new = {field: place for field, place in places.items() if field not in met}
         met.update(new)
         for place in new.values():
-            for value in WRONG:
+            for value in wrong_values:
                 source = parse_yaml("a: 1", "f.yaml")
                 wrong = type(source)("f.yaml", _changed(data, place, value), {}, {})
                 try:

@@ -50,7 +50,7 @@ def taken(drawn: Drawn, folder: Path, *, page: bool) -> bool:
 
 # More of both: tests/stress.
 @given(drawn=mixed_experiments())
-@settings(max_examples=12, suppress_health_check=UNCHECKED)
+@settings(max_examples=6, suppress_health_check=UNCHECKED)
 def test_experiments_of_all_kinds_mixed(drawn: Drawn, folder: Path) -> None:
     taken(drawn, folder, page=False)
 
@@ -80,6 +80,7 @@ WAYS: dict[str, list[dict[str, Any]]] = {
 }
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_thresholds_of_few_answers(folder: Path) -> None:
     stimuli = {f"{scene}{level}": {"scene": scene, "level": level} for scene in "xy" for level in (1, 2, 3)}
     block = {"kind": "threshold", "factor": "level"}

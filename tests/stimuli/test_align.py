@@ -82,13 +82,14 @@ def test_the_standard_error_is_the_scatter() -> None:
 
 @pytest.fixture(scope="module")
 def plate_views() -> dict[str, Floats32]:
-    """Views of the shipped grey plate, each eye with sparkles of its own; the right one as it lies, and moved.
+    """Views of half the shipped grey plate, each eye with sparkles of its own; the right one as it lies, and moved.
 
     They are rendered on pixels a quarter as wide and averaged: moved by one of these, a view is moved by 0.25 px.
     """
     recipe, _ = read_recipe(ROOT / "configs/stimuli/manitoba_gray.yaml")
     assert isinstance(recipe, SparklePlateRecipe)
-    studio = Studio(recipe.plate, recipe.lamp, recipe.camera, recipe.seed, PITCH_MM / 4)
+    plate = recipe.plate.model_copy(update={"size_mm": (105.0, 70.0)})
+    studio = Studio(plate, recipe.lamp, recipe.camera, recipe.seed, PITCH_MM / 4)
     left, right = (one.xyz_cd_m2 for one in studio.photographs("stereo", 1.0))
 
     def averaged(view: Floats32, quarters: int) -> Floats32:

@@ -46,10 +46,10 @@ def make(recipe: SparkleSeriesRecipe) -> Iterator[MadePicture]:
     return recipe.make(context, lambda doing, done, total: None, recipe.names())
 
 
-def five(tmp_path: Path, **changes: Any) -> Path:
+def five(tmp_path: Path, size_mm: tuple[int, int] = (24, 16), **changes: Any) -> Path:
     """Write the recipe of the five paints, made small, with top-level values changed."""
     data: Any = yaml.safe_load(FIVE.read_text())
-    data["plate"]["size_mm"] = [24, 16]
+    data["plate"]["size_mm"] = list(size_mm)
     file = tmp_path / "recipe.yaml"
     file.write_text(yaml.safe_dump({**data, **changes}, sort_keys=False))
     return file
@@ -265,13 +265,13 @@ def test_each_viewpoint_is_rendered_once_and_each_exposure_developed_once(
             return real(*args)
 
         monkeypatch.setattr(stimuli.sparkle.studio, name, counted)
-    recipe = series_recipe(five(tmp_path, exposures_s=[1.3, 4], views=["flat"]))
+    recipe = series_recipe(five(tmp_path, (9, 6), exposures_s=[1.3, 4], views=["flat"]))
     flat = list(make(recipe))
     assert len(flat) == 5 * 3 * 2
     assert calls == {"plate_light": 5, "photograph": 5 * 2}
     assert all(one.image.is_flat and set(step(one, "render")["views"]) == {"center"} for one in flat)
     calls.update(plate_light=0, photograph=0)
-    assert len(list(make(series_recipe(five(tmp_path, exposures_s=[1.3, 4]))))) == 30
+    assert len(list(make(series_recipe(five(tmp_path, (9, 6), exposures_s=[1.3, 4]))))) == 30
     assert calls == {"plate_light": 5 * 2, "photograph": 5 * 2 * 2}
 
 
@@ -302,7 +302,7 @@ def test_threads_make_the_same_pictures_and_stop_at_the_first_fault(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     data: Any = yaml.safe_load(FIVE.read_text())
-    path = five(tmp_path, exposures_s=[1.3, 4], plates=data["plates"][:2])
+    path = five(tmp_path, (9, 6), exposures_s=[1.3, 4], plates=data["plates"][:2])
     digests = []
     for jobs in (1, 3):
         monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / f"cache{jobs}"))
@@ -333,7 +333,7 @@ def test_threads_make_the_same_pictures_and_stop_at_the_first_fault(
 
 def test_the_second_build_touches_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "cache"))
-    path = five(tmp_path, exposures_s=[1.3, 4])
+    path = five(tmp_path, (9, 6), exposures_s=[1.3, 4])
     told: list[tuple[str, int, int]] = []
     first = build_set(path, PITCH_MM, lambda *what: told.append(what))
     assert first.names == series_recipe(path).names()

@@ -52,7 +52,7 @@ def contained(kind: CorrelationKind, observers: int) -> int:
 
 
 # Each kind with few and with many: tests/stress.
-@pytest.mark.parametrize(("kind", "observers"), [("pearson", 5), ("spearman", 20), ("kendall", 5)])
+@pytest.mark.parametrize(("kind", "observers"), [("pearson", 5), ("spearman", 20)])
 def test_the_truth_of_a_measure_that_agrees_in_part_is_in_it(kind: CorrelationKind, observers: int) -> None:
     assert contained(kind, observers) >= 52  # 57 expected; fewer in 1 of 100 such tests, with other seeds
 
@@ -101,7 +101,8 @@ def test_it_is_what_a_search_over_the_half_circle_finds() -> None:
     accepted = []
     for angle in np.radians(np.arange(0, 180.01, 0.5)):
         true = length * (np.cos(angle) * own + np.sin(angle) * across)
-        drawn = np.array([np.corrcoef(true + error, measure)[0, 1] for error in wide])
+        about = true + wide - (true + wide).mean(axis=1, keepdims=True)
+        drawn = about @ own / np.linalg.norm(about, axis=1)
         if min((drawn >= observed - 1e-9).mean(), (drawn <= observed + 1e-9).mean()) > 0.025:
             accepted.append(np.corrcoef(true, measure)[0, 1])
     # Steps of half a degree are steps of 0.0087 in the correlation at most.

@@ -228,6 +228,7 @@ def test_an_order_effect_comes_back_and_its_test_tells_it_from_none(draw: Drawer
         assert fitted.order_test.statistic == pytest.approx((order.estimate / order.se) ** 2, rel=0.1)
 
 
+@pytest.mark.stress
 def test_the_order_test_is_uniform_where_there_is_no_order_effect(draw: Drawer) -> None:
     theta = np.array([0.5, 0.0, -0.5])
     p = []

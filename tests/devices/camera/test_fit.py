@@ -62,14 +62,21 @@ def test_it_is_expression_4_8_transposed(seen: See) -> None:
     assert pytest.approx(printed.T, rel=1e-9, abs=1e-9) == found.M
 
 
-@pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("loss", LOSSES)
+@pytest.mark.parametrize(
+    ("form", "loss"),
+    [
+        ("linear", "xyz"),
+        ("affine", "xyz"),
+        pytest.param("linear", "delta-e", marks=pytest.mark.stress),
+        ("affine", "delta-e"),
+    ],
+)
 def test_leaving_one_out_is_fitting_to_the_others(seen: See, form: Form, loss: Loss) -> None:
-    colours = seen(noise=0.02)
-    C, white = design(colours.rgb, form), colours.XYZ[18]
+    colours = seen(noise=0.02, rows=list(range(0, 24, 2)))
+    C, white = design(colours.rgb, form), colours.XYZ[9]
     quick = left_out_xyz(C, colours.XYZ, loss, white, solve(C, colours.XYZ, loss, white))
-    for i in (0, 18):
-        others = np.arange(24) != i
+    for i in (0, 9):
+        others = np.arange(12) != i
         slow = C[i] @ solve(C[others], colours.XYZ[others], loss, white).M.T
         assert quick[i] == pytest.approx(slow, rel=1e-9 if loss == "xyz" else 1e-4)
     found = fit_camera(colours, form, loss)

@@ -31,6 +31,7 @@ CODES = table_c1_codes()
 THESIS = thesis_display().xyz(CODES)
 LCD = liquid_crystal_XYZ(CODES)
 SOME = np.union1d(np.arange(0, 120, 4), [26, 52, 78, 119])  # black, white and primaries among them
+THESIS_READINGS = Measurements(CODES[SOME], noisy(THESIS, 0.002, 1)[SOME])
 CRT = Path(__file__).parents[4] / "shared" / "data" / "displays" / "apple17_crt_2000.csv"
 
 
@@ -44,8 +45,8 @@ def with_two_wrong(model: Name | Literal["auto"]) -> Characterisation:
 
 @cache
 def chosen_on(display: str, model: Name | Literal["auto"] = "auto") -> Characterisation:
-    """Return the choice on noisy readings of the "thesis" display or of the "lcd", made once."""
-    return characterise(Measurements(CODES, noisy({"thesis": THESIS, "lcd": LCD}[display], 0.002, 1)), model)
+    """Return the choice on some noisy readings of the "thesis" display or all of the "lcd", made once."""
+    return characterise(THESIS_READINGS if display == "thesis" else Measurements(CODES, noisy(LCD, 0.002, 1)), model)
 
 
 # More seeds: tests/stress.
@@ -141,11 +142,10 @@ def test_an_inverse_that_misses_is_told_in_codes() -> None:
 
 
 def test_the_same_seed_gives_the_same_and_the_order_of_rows_does_not_matter_to_the_fit() -> None:
-    XYZ = noisy(THESIS, 0.002, 1)
     one = chosen_on("thesis").to_json()
-    assert one == characterise(Measurements(CODES, XYZ)).to_json()
-    order = np.random.default_rng(1).permutation(120)
-    other = characterise(Measurements(CODES[order], XYZ[order]), "gog")
+    assert one == characterise(THESIS_READINGS).to_json()
+    order = np.random.default_rng(1).permutation(len(SOME))
+    other = characterise(Measurements(THESIS_READINGS.codes[order], THESIS_READINGS.XYZ[order]), "gog")
     assert other.candidates[1].fitted.mean == pytest.approx(
         one["candidates"][1]["fitted_delta_e_2000"]["mean"], abs=1e-5
     )
@@ -249,10 +249,21 @@ def test_a_display_that_mixes_colours_itself_is_told_so_and_loses_no_reading() -
 
 
 @pytest.mark.parametrize("unit", [1e-3, 1e4])
+def test_another_unit_of_light_is_told(unit: float) -> None:
+    assert any("cd/m²" in sentence for sentence in check_readings(in_unit(unit)))
+    assert not any("cd/m²" in sentence for sentence in check_readings(THESIS_READINGS))
+
+
+@pytest.mark.parametrize("unit", [1e-3, pytest.param(1e4, marks=pytest.mark.stress)])
 def test_the_unit_of_light_changes_nothing_but_what_is_said(unit: float) -> None:
-    found = characterise(Measurements(CODES[SOME], noisy(THESIS, 0.002, 1)[SOME] * unit))
+    found = characterise(in_unit(unit))
     assert found.chosen.name == "gog"
     assert any("cd/m²" in sentence for sentence in found.notes)
+
+
+def in_unit(unit: float) -> Measurements:
+    """Return the thesis's readings in so many times as large numbers."""
+    return Measurements(THESIS_READINGS.codes, THESIS_READINGS.XYZ * unit)
 
 
 def test_repeats_that_differ_are_told() -> None:

@@ -52,7 +52,13 @@ def doubted_rows(codes: Floats, XYZ: Floats) -> NDArray[np.bool_]:
 
 
 # Every fault on every display, more noise and other seeds: tests/stress.
-@pytest.mark.parametrize("display", DISPLAYS)
+@pytest.mark.parametrize(
+    "display",
+    [
+        name if name in ("steeply S-shaped", "interaction") else pytest.param(name, marks=pytest.mark.stress)
+        for name in DISPLAYS  # that the others lose none but the wrong one, the tests below tell
+    ],
+)
 def test_a_clean_display_loses_no_reading(display: str) -> None:
     assert not doubted_rows(CODES, noisy(DISPLAYS[display](CODES), 0.002, 0)).any()
 
@@ -102,11 +108,13 @@ def test_black_and_primaries_go_only_where_all_else_contradicts_them(anchor: int
 def test_a_screen_that_goes_round_in_circles_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = 0
 
+    codes = CODES[np.union1d(np.arange(0, 120, 4), [26, 52, 78, 119])]
+
     def doubted(*_: object) -> NDArray[np.bool_]:
         nonlocal asked
         asked += 1
-        return np.asarray((np.arange(len(CODES)) == 49) & (asked % 2 == 1))
+        return np.asarray((np.arange(len(codes)) == 19) & (asked % 2 == 1))
 
     monkeypatch.setattr(outliers, "doubted", doubted)
-    assert not doubted_rows(CODES, noisy(thesis_display().xyz(CODES), 0.002, 1)).any()
+    assert not doubted_rows(codes, noisy(thesis_display().xyz(codes), 0.002, 1)).any()
     assert asked == 3

@@ -304,7 +304,7 @@ def test_a_negative_leak_that_black_shows_too_is_fitted_by_all_readings() -> Non
     assert np.abs((fit.crosstalk.left - NEGATIVE.left) @ RIGHT_PRIMARIES).max() < 2e-3
 
 
-@pytest.mark.parametrize("repeats", [1, 3])
+@pytest.mark.parametrize("repeats", [1, pytest.param(3, marks=pytest.mark.stress)])
 def test_noise_around_no_crosstalk_is_not_called_negative(repeats: int) -> None:
     """At most 1 measurement in 100 is, where none leaks or all leaks are positive; noise as its check allows it."""
     found = [

@@ -59,8 +59,17 @@ def _asked_codes() -> NDArray[np.float64]:
     )
 
 
-@pytest.mark.parametrize("way", ["closed form", "tables in float32", "tables in float64"])
-@pytest.mark.parametrize("levels", [255, 1023])
+@pytest.mark.parametrize(
+    ("way", "levels"),
+    [
+        ("closed form", 255),
+        ("tables in float32", 1023),
+        ("tables in float64", 255),
+        pytest.param("closed form", 1023, marks=pytest.mark.stress),
+        pytest.param("tables in float32", 255, marks=pytest.mark.stress),
+        pytest.param("tables in float64", 1023, marks=pytest.mark.stress),
+    ],
+)
 def test_the_mean_over_a_mask_period_is_the_light_that_was_asked(thesis: DisplayModel, way: str, levels: int) -> None:
     codes = _asked_codes()
     asked = thesis.xyz(codes / 255)

@@ -70,15 +70,16 @@ def test_a_planted_drift_is_removed_to_a_small_fraction(name: str) -> None:
     removed_to_a_small_fraction(name, 0)
 
 
-def test_noise_alone_is_corrected_in_few_runs_and_costs_next_to_nothing() -> None:
+@pytest.mark.parametrize(("runs", "most"), [(12, 2), pytest.param(40, 4, marks=pytest.mark.stress)])
+def test_noise_alone_is_corrected_in_few_runs_and_costs_next_to_nothing(runs: int, most: int) -> None:
     seen, before, after = 0, [], []
-    for seed in range(40):
+    for seed in range(runs):
         readings, truth = run(seed)
         found = estimate_drift(readings)
         seen += found.seen
         before.append(error_percent(readings, truth))
         after.append(error_percent(found.corrected(readings), truth))
-    assert seen <= 4  # more in 1 of 5000 series of 40 runs at 1.3 %
+    assert seen <= most  # more in 1 of 5000 series of 40 runs at 1.3 %, in 1 of 2200 of 12
     assert np.mean(after) < 1.02 * np.mean(before)
 
 

@@ -29,8 +29,9 @@ MODEL = DisplayModel(
 
 
 def _readings(*, lit: bool = True, noise: float = 0.0, seed: int = 0) -> Measurements:
-    """Table C.1 in the room's light or in the dark, and three readings of the room's light with the screen off."""
-    patches = find_patches("table_c1").patches
+    """Some of Table C.1 in the room's light or in the dark, and three readings of that light with the screen off."""
+    every = find_patches("table_c1").patches
+    patches = [every[row] for row in np.union1d(np.arange(0, 120, 4), [26, 52, 78, 119])]
     codes = np.array([(0.0, 0.0, 0.0), (1.0, 1.0, 1.0), *(patch.codes for patch in patches), *[(0.0, 0.0, 0.0)] * 3])
     light = MODEL.xyz(codes) + (AMBIENT if lit else 0.0)
     light[-3:] = AMBIENT
@@ -61,7 +62,8 @@ def test_readings_in_the_dark_stay_as_they_are() -> None:
 
 
 def test_without_a_reading_nothing_changes() -> None:
-    table = _readings().select(np.arange(100))
+    table = _readings()
+    table = table.select(np.arange(len(table) - 3))
     assert without_room(table) == (table, {})
     assert room_light(table).passed is None
     assert "black@screen-off" in room_light(table).words

@@ -19,6 +19,7 @@ from stimuli.comparison.verdict import Limits
 from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage
 
+pytestmark = pytest.mark.usefixtures("unseen")
 Cyclopean = Callable[..., subprocess.CompletedProcess[str]]  # tests/conftest.py
 ROOT = Path(__file__).parents[3]
 BLURS_PX = (0.0, 0.5, 0.8, 1.2, 2.0)
@@ -76,7 +77,7 @@ def cache(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 
 @pytest.fixture(scope="module")
-def study(tmp_path_factory: pytest.TempPathFactory) -> Study:
+def study(tmp_path_factory: pytest.TempPathFactory, unseen: None) -> Study:
     folder = tmp_path_factory.mktemp("study")
     file = write_study(folder)
     simulate(file, folder / "observers.yaml", 8, results=folder / "results")

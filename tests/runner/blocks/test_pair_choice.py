@@ -131,7 +131,7 @@ def test_answers_and_seed_decide_everything() -> None:
     assert _asked(20, 10, 120, 7, theta)[1][4:] != _asked(20, 10, 120, 7, -theta)[1][4:]
 
 
-@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("share", [0.0, 0.5, pytest.param(1.0, marks=pytest.mark.stress)])
 @pytest.mark.parametrize("gain", ["variance", "entropy"])
 def test_answers_that_are_all_alike_leave_everything_finite(share: float, gain: Gain) -> None:
     chooser = PairChooser(9, 4, random.Random(2), gain)

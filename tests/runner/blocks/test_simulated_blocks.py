@@ -66,14 +66,14 @@ def test_the_best_of_a_series_is_chosen_by_luces_law(play: Play) -> None:
     press = _press(2, rating_noise=0.0)
     chosen: Counter[str] = Counter()
     rated = {}
-    for turn in range(600):
+    for turn in range(240):
         (trial,) = play(replace(BEST, seed=str(turn)), press).trials
         chosen[trial.data["chosen"]] += 1
         rated[trial.data["chosen"]] = trial.data["ratings"]
         assert {index for index, _ in trial.data["path"]} == {0, 1, 2, 3}
     for name, score in SCORES.items():
         share = score / 12
-        assert abs(chosen[name] - 600 * share) <= 4 * math.sqrt(600 * share * (1 - share))
+        assert abs(chosen[name] - 240 * share) <= 4 * math.sqrt(240 * share * (1 - share))
     places = {name: math.log(score) / math.log(6) for name, score in SCORES.items()}
     assert {name: ratings["similarity"] for name, ratings in rated.items()} == {
         name: round(1 + 9 * place) for name, place in places.items()

@@ -93,6 +93,7 @@ def _typed(study: Study, told: str, after: str) -> list[str]:
     return words
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_second_session_is_refused_before_anything_is_drawn_and_what_it_says_to_type_works(
     study: Study, monkeypatch: pytest.MonkeyPatch
 ) -> None:

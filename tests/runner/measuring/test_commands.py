@@ -321,6 +321,6 @@ def test_from_patches_to_a_display_file_that_holds(folder: Path) -> None:
 
 
 def test_killed_at_random_moments_no_reading_is_lost_or_doubled(folder: Path) -> None:
-    kill_and_resume(folder, 1)
+    kill_and_resume(folder, 1, soonest=9)  # sooner and more often: tests/stress
     assert _measure(folder, "--set", "grey", "--resume").exit_code == 0
     assert len(read_csv(folder / "m.csv")) == 39

@@ -15,6 +15,7 @@ from click.testing import CliRunner, Result
 from devices.display import EYES, GammaTable, read_display
 from devices.errors import MeasuringError
 from devices.measurements import read_measurements, read_session
+from devices.patches import find_patches
 from documents import InputError
 from runner.cli.main import group
 from runner.measuring.options import Dialogue, InstrumentOptions, PatchOptions, ShowOptions
@@ -67,7 +68,10 @@ def test_readings_keep_the_table_through_every_file(folder: Path, load_table: Lo
 
 
 def test_a_fit_carries_the_table_into_the_display_file(folder: Path, load_table: Load) -> None:
-    patches = PatchOptions(("table_c1",))
+    codes = [patch.codes for patch in find_patches("table_c1").patches][::3]  # a third of them tells as much here
+    rows = "".join(",".join(f"{255 * code:g}" for code in one) + "\n" for one in codes)
+    (folder / "own.csv").write_text("# codes: 0..255\nred,green,blue\n" + rows)
+    patches = PatchOptions((str(folder / "own.csv"),))
     measure_display(folder / "rig.yaml", folder / "m.jsonl", SIMULATED, patches, IN_A_WINDOW)
     new = folder / "new.yaml"
     told = display_command("fit", folder / "m.jsonl", "--model", "gog", "--brief", "-o", new)

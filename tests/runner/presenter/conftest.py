@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
-from collections.abc import Callable, Iterator
-from functools import lru_cache
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.surface import Surface, open_surface
 from stimuli.pictures.stereo_image import StereoImage
 
+BACKENDS = ("egl", "null", "window")
 PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
 
 
@@ -75,15 +77,25 @@ def each_arithmetic(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPa
     return str(request.param)
 
 
-@pytest.fixture
-def egl() -> Iterator[EglSurface]:
-    """An offscreen surface of 640 × 480."""
+def _egl_surface(size_px: tuple[int, int]) -> Iterator[EglSurface]:
     try:
-        surface = EglSurface((640, 480))
+        surface = EglSurface(size_px)
     except PresentationError as error:
         pytest.skip(str(error))
     with surface:
         yield surface
+
+
+@pytest.fixture
+def egl() -> Iterator[EglSurface]:
+    """An offscreen surface of 640 × 480."""
+    yield from _egl_surface((640, 480))
+
+
+@pytest.fixture
+def small_egl() -> Iterator[EglSurface]:
+    """An offscreen surface of 160 × 120."""
+    yield from _egl_surface((160, 120))
 
 
 @pytest.fixture
@@ -124,6 +136,34 @@ def _colour_ramps(model: DisplayModel) -> NDArray[np.float32]:
     beyond = rng.random((60 * columns, 3)) * 3.0 * white - white / 2.0
     halfway = model.xyz((rng.integers(0, 255, (60 * columns, 3)) + 0.5) / 255.0)
     return np.concatenate([*parts, in_gamut, beyond, halfway]).reshape(rows, columns, 3).astype(np.float32)
+
+
+@dataclass(frozen=True, slots=True)
+class AskedRamps:
+    """A display for each eye, a picture, and the codes that show it in float64, 0..1 and not rounded."""
+
+    models: EyeModels
+    picture: StereoImage
+    left: NDArray[np.float64]
+    right: NDArray[np.float64]
+    right_on_left: NDArray[np.float64]  # what the right eye should see, on the left eye's display
+
+
+@pytest.fixture(scope="module")
+def ramps_on() -> Callable[..., AskedRamps]:
+    """Ramps on a display of (gamma, black, lift, offset) beside another one, made once for all surfaces."""
+    right = _model(2.1, black=0.1)
+    right_ramps = _colour_ramps(right)
+    right_codes = right.code(right_ramps)
+
+    @cache
+    def make(**display_parameters: float) -> AskedRamps:
+        left = _model(**display_parameters)
+        ramps = _colour_ramps(left)
+        codes, others = (left.code(view) for view in (ramps, right_ramps))
+        return AskedRamps(EyeModels(left, right), StereoImage(ramps, right_ramps), codes, right_codes, others)
+
+    return make
 
 
 def _x_server(depth: int) -> Iterator[str]:
@@ -190,7 +230,19 @@ def deep_surface(request: pytest.FixtureRequest) -> Iterator[Surface]:
         yield opened
 
 
-@pytest.fixture(params=["egl", "null", "window"])
+def on_surfaces(cases: Sequence[str], everywhere: Sequence[str]) -> list[Any]:
+    """Parameters (surface, case): all cases offscreen, ``everywhere`` on the other backends too; the rest: make stress.
+
+    For ``surface``, which is to be indirect.
+    """
+    return [
+        pytest.param(backend, case, marks=[] if backend == "egl" or case in everywhere else pytest.mark.stress)
+        for backend in BACKENDS
+        for case in cases
+    ]
+
+
+@pytest.fixture(params=BACKENDS)
 def surface(request: pytest.FixtureRequest) -> Iterator[Surface]:
     """A surface of 640 × 480 of each backend in turn."""
     if request.param == "window":

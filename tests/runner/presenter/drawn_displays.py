@@ -33,9 +33,15 @@ Floats = NDArray[np.float64]
 
 
 def worst_of_an_eye(
-    surface: Surface, models: EyeModels, correction: Correction | None, eye: Eye, bits: Bits, seed: int
+    surface: Surface,
+    models: EyeModels,
+    correction: Correction | None,
+    eye: Eye,
+    bits: Bits,
+    seed: int,
+    words: Sequence[str] = WORDS,
 ) -> dict[str, float]:
-    """Return the largest error of ``eye``'s codes, by arithmetic; views are drawn by ``seed``."""
+    """Return the largest error of ``eye``'s codes, by arithmetic, of ``words``; views are drawn by ``seed``."""
     views: dict[Eye, NDArray[np.float32]] = {
         "left": picture_of(models.left, SIZE_PX, seed),
         "right": picture_of(models.right, SIZE_PX, seed + 1),
@@ -51,7 +57,7 @@ def worst_of_an_eye(
         light = correction.gain_map.corrected(light, correction.gain_map.gain(x, y), model.ambient_XYZ_cd_m2)
     wanted = model.code(light) * highest_code(bits)
     found = {}
-    for word in WORDS:
+    for word in words:
         with patch.dict(os.environ, {VARIABLE: word}):
             if correction is None:
                 own: ColourPass | CompensatedPass = ColourPass(surface.context, model, bits=bits)

@@ -1,6 +1,6 @@
 """Draw one picture in every mode, offscreen, and save the codes: also run by itself, where the driver has no doubles.
 
-python every_mode.py OUTPUT.npz
+python every_mode.py OUTPUT.npz [everything]
 """
 
 from __future__ import annotations
@@ -45,8 +45,11 @@ def plvc(share: float = 1.0) -> DisplayModel:
     return Plvc(share * BLACK, share * PRIMARIES, (red, green, blue), share * own, share * mixtures)
 
 
-def draw() -> tuple[dict[str, Codes], str]:
-    """Return what every mode shows, by mode, display and buffer, and what the codes were computed in."""
+def draw(everything: bool) -> tuple[dict[str, Codes], str]:
+    """Return what every mode shows, by mode, display and buffer, and what the codes were computed in.
+
+    ``everything`` corrects also where channels act on each other, a pass that takes long to compile.
+    """
     width, height = SIZE_PX
     rng = np.random.default_rng(3)
     light = rng.uniform(0.0, 1.1, (2, height, width, 3)) ** 2.0
@@ -65,6 +68,8 @@ def draw() -> tuple[dict[str, Codes], str]:
                 for corrected, correction in corrections.items():
                     if name not in WITH_ALL and (display == "plvc" or correction):
                         continue  # the same passes as in these
+                    if display == "plvc" and correction and not everything:
+                        continue
                     if name == "flat":
                         models, correction = EyeModels(models.left, models.left), None
                     shown = StereoImage.flat(picture.left) if name == "flat" else picture
@@ -78,12 +83,12 @@ def draw() -> tuple[dict[str, Codes], str]:
     return found, arithmetic
 
 
-def main(output_file: str) -> None:
+def main(output_file: str, *words: str) -> None:
     """Draw, save, and print what was drawn in."""
-    found, arithmetic = draw()
+    found, arithmetic = draw("everything" in words)
     np.savez(output_file, **found)  # type: ignore[arg-type]  # numpy's stub takes names for its own arguments
     print(arithmetic)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main(*sys.argv[1:])

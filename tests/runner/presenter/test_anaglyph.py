@@ -23,6 +23,7 @@ from runner.presenter.scene import Picture, Scene, Text
 from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.surface import Surface
 from stimuli.pictures.stereo_image import StereoImage
+from tests.runner.presenter.conftest import on_surfaces
 
 Floats = NDArray[np.float64]
 Stereo = Callable[..., StereoImage]
@@ -59,7 +60,9 @@ def mixture_of(mode: str, models: EyeModels, **options: Any) -> Mixture:
     return mixture
 
 
-@pytest.mark.parametrize("mode", DEFAULTS)
+@pytest.mark.parametrize(
+    ("surface", "mode"), on_surfaces(tuple(DEFAULTS), ("anaglyph-red-cyan",)), indirect=["surface"]
+)
 def test_every_pixel_is_the_rounded_projection(
     surface: Surface, mode: str, model: MakeModel, colour_ramps: Ramps
 ) -> None:

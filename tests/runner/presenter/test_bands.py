@@ -83,24 +83,27 @@ def test_bands_change_no_code(
         context.texture(SIZE_PX, 3, random_XYZ(height, width, seed), alignment=1, dtype="f4") for seed in (1, 2)
     )
 
-    def run(taken_px: int | None) -> tuple[bytes, int]:
-        if kind == "mixed":
-            return interrupted(egl, mixed.running(left, right, band_px=taken_px))
-        return interrupted(egl, colour_pass.running(left, band_px=taken_px))
+    drawing: MixedPass | ColourPass
+    if kind == "mixed":
+        mixture = find_mode("anaglyph-red-cyan").mixture(EyeModels(model(2.2), model(2.2)))
+        assert mixture is not None
+        drawing = MixedPass(context, mixture, dithering, bits)
+    else:
+        squeeze = {"squeezed across": (2, 1), "squeezed down": (1, 2)}.get(kind, (1, 1))
+        drawing = ColourPass(context, model(2.4, 0.1), squeeze, dithering, "right", bits)
 
-    mixture = find_mode("anaglyph-red-cyan").mixture(EyeModels(model(2.2), model(2.2)))
-    assert mixture is not None
-    mixed = MixedPass(context, mixture, dithering, bits)
-    squeeze = {"squeezed across": (2, 1), "squeezed down": (1, 2)}.get(kind, (1, 1))
-    colour_pass = ColourPass(context, model(2.4, 0.1), squeeze, dithering, "right", bits)
+    def run(taken_px: int | None) -> tuple[bytes, int]:
+        if isinstance(drawing, MixedPass):
+            return interrupted(egl, drawing.running(left, right, band_px=taken_px))
+        return interrupted(egl, drawing.running(left, band_px=taken_px))
+
     at_once, none = run(None)
     in_bands, pauses = run(band_px)
     assert none == 0
     assert pauses > 0
     assert in_bands == at_once
     assert len(set(at_once)) > 100  # a picture, and not one colour
-    mixed.release()
-    colour_pass.release()
+    drawing.release()
     left.release()
     right.release()
 

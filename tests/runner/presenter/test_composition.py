@@ -20,6 +20,7 @@ from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.surfaces.surface import Surface
 from stimuli.pictures.stereo_image import StereoImage
+from tests.runner.presenter.conftest import on_surfaces
 
 Floats = NDArray[np.float64]
 MakeModel = Callable[..., DisplayModel]
@@ -86,9 +87,15 @@ def wanted_codes(mode: str, picture: StereoImage, models: EyeModels) -> dict[Eye
     return {eye: models.eye(eye).code(averaged(picture.eye(eye), box)) * 255.0 for eye in EYES}
 
 
-def reference(mode: str, codes: dict[Eye, Floats], at: tuple[int, int] = (0, 0), **place: Any) -> Floats:
+def reference(
+    mode: str,
+    codes: dict[Eye, Floats],
+    at: tuple[int, int] = (0, 0),
+    size_px: tuple[int, int] = (WIDTH, HEIGHT),
+    **place: Any,
+) -> Floats:
     """The whole frame in 8-bit codes, not rounded."""
-    return compose(mode, {eye: view(area_px(mode), codes[eye], **place) for eye in EYES}, at)
+    return compose(mode, {eye: view(area_px(mode, size_px), codes[eye], **place) for eye in EYES}, at)
 
 
 def full_ramps(colour_ramps: Ramps, display: DisplayModel, size_px: tuple[int, int]) -> NDArray[np.float32]:
@@ -113,7 +120,9 @@ def ramps_in(model: MakeModel, colour_ramps: Ramps) -> Callable[[str], tuple[Ste
     return make
 
 
-@pytest.mark.parametrize("mode", PER_EYE)
+@pytest.mark.parametrize(
+    ("surface", "mode"), on_surfaces(PER_EYE, ("side-by-side", "checkerboard")), indirect=["surface"]
+)
 def test_every_pixel_is_the_rounded_reference(
     surface: Surface, mode: str, ramps_in: Callable[[str], tuple[StereoImage, EyeModels, Floats]]
 ) -> None:
@@ -129,32 +138,32 @@ def test_every_pixel_is_the_rounded_reference(
 
 
 @pytest.mark.parametrize("mode", PER_EYE)
-@pytest.mark.parametrize("size_px", [(81, 61), (700, 500), (1, 1)])
+@pytest.mark.parametrize("size_px", [(41, 31), (180, 130), (1, 1)])
 def test_pictures_stand_where_the_reference_has_them(
-    egl: EglSurface, mode: str, size_px: tuple[int, int], random_stereo: Stereo, same_models: EyeModels
+    small_egl: EglSurface, mode: str, size_px: tuple[int, int], random_stereo: Stereo, same_models: EyeModels
 ) -> None:
     picture = random_stereo(size_px[1], size_px[0])
     across, down = HALF_MODES.get(mode, (1, 1))
     codes = wanted_codes(mode, picture, same_models)
-    with Presenter(egl, find_mode(mode), same_models, lambda _: picture) as presenter:
-        for offset_px, aperture_px in (((0, 0), None), ((14, -30), None), ((-14, 6), (44, 20))):
+    with Presenter(small_egl, find_mode(mode), same_models, lambda _: picture) as presenter:
+        for offset_px, aperture_px in (((0, 0), None), ((14, -30), None), ((-14, 6), (24, 12))):
             presenter.show(Scene((Picture("a", offset_px, aperture_px),)))
             on_signal = (offset_px[0] // across, offset_px[1] // down)
             cut = aperture_px and (aperture_px[0] // across, aperture_px[1] // down)
-            expected = reference(mode, codes, offset_px=on_signal, aperture_px=cut)
+            expected = reference(mode, codes, size_px=small_egl.size_px, offset_px=on_signal, aperture_px=cut)
             assert np.abs(presenter.capture()["screen"] - expected).max() <= 0.501
 
 
 @pytest.mark.parametrize("mode", WOVEN)
 @pytest.mark.parametrize("at", [(0, 0), (1, 0), (0, 1), (7, 12), (33, 5)])
 def test_parity_counts_from_the_panels_first_pixel(
-    egl: EglSurface, mode: str, at: tuple[int, int], random_stereo: Stereo, same_models: EyeModels
+    small_egl: EglSurface, mode: str, at: tuple[int, int], random_stereo: Stereo, same_models: EyeModels
 ) -> None:
-    egl.position_px = at
-    picture = random_stereo(120, 160)
-    with Presenter(egl, find_mode(mode), same_models, lambda _: picture) as presenter:
+    small_egl.position_px = at
+    picture = random_stereo(90, 120)
+    with Presenter(small_egl, find_mode(mode), same_models, lambda _: picture) as presenter:
         presenter.show(Scene((Picture("a"),)))
-        expected = reference(mode, wanted_codes(mode, picture, same_models), at)
+        expected = reference(mode, wanted_codes(mode, picture, same_models), at, small_egl.size_px)
         assert np.abs(presenter.capture()["screen"] - expected).max() <= 0.501
 
 
@@ -195,16 +204,16 @@ def test_each_eye_has_its_own_offset(egl: EglSurface, mode: str, random_stereo: 
 @pytest.mark.parametrize("mirror", [(True, False), (False, True), (True, True)])
 @pytest.mark.parametrize("mode", PER_EYE)
 def test_a_mirrored_eye_sees_its_view_reversed_and_the_other_as_it_was(
-    egl: EglSurface, mode: str, mirror: tuple[bool, bool], random_stereo: Stereo, same_models: EyeModels
+    small_egl: EglSurface, mode: str, mirror: tuple[bool, bool], random_stereo: Stereo, same_models: EyeModels
 ) -> None:
-    picture = random_stereo(75, 101)
-    scene = Scene((Picture("a", (13, -8), (70, 60)), Text("Which one?", (-9, 50), width_px=240)))
+    picture = random_stereo(45, 61)
+    scene = Scene((Picture("a", (7, -8), (40, 30)), Text("Which?", (-5, 22), 16, width_px=70)))
     flips = (slice(None, None, -1) if mirror[1] else slice(None), slice(None, None, -1) if mirror[0] else slice(None))
-    with Presenter(egl, find_mode(mode), same_models, lambda _: picture) as presenter:
+    with Presenter(small_egl, find_mode(mode), same_models, lambda _: picture) as presenter:
         presenter.show(scene)
         plain = {eye: _whole_view(presenter, mode, eye) for eye in EYES}
     haploscope = find_mode(mode, ModeOptions(right_mirror=mirror))
-    with Presenter(egl, haploscope, same_models, lambda _: picture) as presenter:
+    with Presenter(small_egl, haploscope, same_models, lambda _: picture) as presenter:
         presenter.show(scene)
         shown = presenter.capture()["screen"]
     views: dict[Eye, Any] = {"left": plain["left"], "right": plain["right"][flips]}
@@ -261,15 +270,15 @@ def test_ten_stimuli_need_fifteen_uploads_and_passes_and_a_draw_for_each_scene(
 
 
 def test_black_stays_where_no_picture_is_after_a_scene_that_filled_the_screen(
-    egl: EglSurface, random_stereo: Stereo, same_models: EyeModels
+    small_egl: EglSurface, random_stereo: Stereo, same_models: EyeModels
 ) -> None:
-    pictures = {"whole": random_stereo(480, 640), "part": random_stereo(479, 640)}
+    pictures = {"whole": random_stereo(120, 160), "part": random_stereo(119, 160)}
     for mode in WOVEN:
-        with Presenter(egl, find_mode(mode), same_models, pictures.__getitem__) as presenter:
+        with Presenter(small_egl, find_mode(mode), same_models, pictures.__getitem__) as presenter:
             presenter.show(Scene((Picture("whole"),)))
             assert presenter.capture()["screen"].any(axis=2).mean() > 0.99
             presenter.show(Scene((Picture("part"),)))
             presenter.show(Scene((Picture("part", (0, 1)),)))
             codes = wanted_codes(mode, pictures["part"], same_models)
-            expected = reference(mode, codes, offset_px=(0, 1))
+            expected = reference(mode, codes, size_px=small_egl.size_px, offset_px=(0, 1))
             assert np.abs(presenter.capture()["screen"] - expected).max() <= 0.501

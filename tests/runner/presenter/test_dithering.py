@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 
@@ -29,7 +30,7 @@ Floats = NDArray[np.float64]
 Views = NDArray[np.float32]
 
 ASUS = Path(__file__).parents[3] / "configs/displays/asus_vg248qe.yaml"
-TILES = 16, 16  # of one mask period each
+ACROSS = 16  # tiles of one mask period each
 # The gap between a code's share of the light and the mask's threshold, below which float32 may tip the choice.
 TIE = 1e-6
 READ_BY: tuple[tuple[Eye, Masks], ...] = (("left", "shared"), ("left", "independent"), ("right", "independent"))
@@ -81,27 +82,51 @@ def ties(
     model = model.normalised
     lights = light_table(model.curves, levels).astype(np.float64)
     lift = np.array([curve.lift for curve in model.curves])
-    linear = np.clip(model.linear(XYZ), 0.0, 1.0)
-    light = np.maximum((linear - lift) / (1.0 - lift), 0.0).astype(np.float32).astype(np.float64)
     rows, columns, channels = np.nonzero(shown != twin)
+    linear = np.clip(model.linear(XYZ[rows, columns]), 0.0, 1.0)
+    light = np.maximum((linear - lift) / (1.0 - lift), 0.0).astype(np.float32).astype(np.float64)
     lower = np.minimum(shown, twin)[rows, columns, channels]
     low, high = lights[channels, lower], lights[channels, lower + 1]
-    gap = (light[rows, columns, channels] - low) / (high - low) - thresholds[rows, columns, channels]
+    gap = (light[np.arange(len(rows)), channels] - low) / (high - low) - thresholds[rows, columns, channels]
     return len(rows), int(np.count_nonzero(np.abs(gap) <= TIE))
 
 
 def tiles(colours: Floats) -> Views:
-    """A picture of constant patches, a mask period each, for at most 256 colours (n, 3); the rest is black."""
-    down, across = TILES
-    filled = np.zeros((down * across, 3))
+    """A picture of constant patches, a mask period each, for colours (n, 3); the rest of the last row is black."""
+    down = -(-len(colours) // ACROSS)
+    filled = np.zeros((down * ACROSS, 3), np.float32)
     filled[: len(colours)] = colours
-    return np.repeat(np.repeat(filled.reshape(down, across, 3), 64, axis=0), 64, axis=1).astype(np.float32)
+    return np.repeat(np.repeat(filled.reshape(down, ACROSS, 3), 64, axis=0), 64, axis=1)
 
 
 def patches(codes: Codes, count: int) -> Codes:
     """The codes of each patch, shape (count, 4096, 3)."""
-    down, across = TILES
-    return codes.reshape(down, 64, across, 64, 3).swapaxes(1, 2).reshape(down * across, 4096, 3)[:count]
+    return codes.reshape(-1, 64, ACROSS, 64, 3).swapaxes(1, 2).reshape(-1, 4096, 3)[:count]
+
+
+def mean_XYZ(model: DisplayModel, codes: Codes, levels: int) -> Floats:
+    """The mean XYZ of each patch (n, 4096, 3), on a display whose channels add up."""
+    shares = np.arange(levels + 1) / levels
+    linear = [curve.linear(shares)[codes[..., i]].mean(axis=1) for i, curve in enumerate(model.curves)]
+    return model.xyz_of_linear(np.stack(linear, axis=-1))
+
+
+@pytest.fixture(scope="module")
+def twins_of(
+    model: Callable[..., DisplayModel], colour_ramps: Callable[[DisplayModel], Views]
+) -> Callable[..., tuple[DisplayModel, Views, list[tuple[Floats, Codes]]]]:
+    """A display of (gamma, black, lift, offset), ramps, and thresholds and codes by `READ_BY`, made once."""
+
+    @cache
+    def make(levels: int, **display: float) -> tuple[DisplayModel, Views, list[tuple[Floats, Codes]]]:
+        made = model(**display)
+        XYZ = colour_ramps(made)[:, :307]  # no whole number of mask periods
+        tables = dither_tables(made, levels)
+        height, width, _ = XYZ.shape
+        thresholds = [dither_thresholds(height, width, eye, masks) for eye, masks in READ_BY]
+        return made, XYZ, [(each, tabled_dither_codes(made, XYZ, each, tables)) for each in thresholds]
+
+    return make
 
 
 @pytest.mark.parametrize("levels", [255, 1023])
@@ -115,18 +140,12 @@ def patches(codes: Codes, count: int) -> Codes:
 )
 def test_the_framebuffer_holds_the_twin_s_codes(
     egl: EglSurface,
-    model: Callable[..., DisplayModel],
-    colour_ramps: Callable[[DisplayModel], Views],
+    twins_of: Callable[..., tuple[DisplayModel, Views, list[tuple[Floats, Codes]]]],
     display: dict[str, float],
     levels: int,
 ) -> None:
-    made = model(**display)
-    XYZ = colour_ramps(made)[:, :307]  # no whole number of mask periods
-    height, width, _ = XYZ.shape
-    tables = dither_tables(made, levels)
-    for eye, masks in READ_BY:
-        thresholds = dither_thresholds(height, width, eye, masks)
-        twin = tabled_dither_codes(made, XYZ, thresholds, tables)
+    made, XYZ, twins = twins_of(levels, **display)
+    for (eye, masks), (thresholds, twin) in zip(READ_BY, twins, strict=True):
         for dtype in EIGHT_BITS if levels == 255 else EIGHT_BITS[1:]:
             shown = dithered(egl, made, XYZ, Dithering(masks, levels), eye=eye, dtype=dtype)
             different, tied = ties(made, XYZ, thresholds, shown, twin, levels)
@@ -160,7 +179,7 @@ def test_the_mean_over_a_mask_period_is_the_light_that_was_asked(
     codes = np.concatenate([np.repeat(greys[:, None], 3, axis=1), *random])
     asked = thesis.xyz(codes / 255)
     shown = dithered(egl, thesis, tiles(asked), Dithering(levels=levels), dtype=dtype)
-    mean = thesis.xyz(patches(shown, len(asked)) / levels).mean(axis=1)
+    mean = mean_XYZ(thesis, patches(shown, len(asked)), levels)
     white = thesis.white_XYZ_cd_m2
     assert delta_e_2000(xyz_to_lab(asked, white), xyz_to_lab(mean, white)).max() <= 0.05
     lit = asked[:, 1] > 0
@@ -175,7 +194,7 @@ def test_rounding_does_not_keep_the_mean(egl: EglSurface, thesis: DisplayModel) 
     """What the limits above are worth: without dithering the same patches miss them by far."""
     asked = thesis.xyz(np.full((1, 3), 4.5) / 255)
     rounded = read(ColourPass(egl.context, thesis).run(upload(egl.context, tiles(asked))), "f1", 255)
-    mean = thesis.xyz(patches(rounded, 1) / 255).mean(axis=1)
+    mean = mean_XYZ(thesis, patches(rounded, 1), 255)
     assert abs(mean[0, 1] / asked[0, 1] - 1) > 0.05
 
 
@@ -185,7 +204,7 @@ def test_an_exact_code_is_that_code_at_every_pixel(egl: EglSurface, thesis: Disp
     codes = np.stack([rng.permutation(256), rng.permutation(256), rng.permutation(256)], axis=1)
     for eye in EYES:
         shown = dithered(egl, thesis, tiles(thesis.xyz(codes / 255)), Dithering("independent"), eye=eye)
-        assert np.array_equal(patches(shown, 256), np.repeat(codes[:, None], 4096, axis=1))
+        assert np.array_equal(patches(shown, 256), np.broadcast_to(codes[:, None], (256, 4096, 3)))
 
 
 def test_light_beyond_the_ends_takes_the_end(egl: EglSurface, thesis: DisplayModel) -> None:

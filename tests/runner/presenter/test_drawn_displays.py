@@ -1,8 +1,12 @@
-"""Every code within 0.501 of float64 on displays drawn at random; many more are in tests/stress."""
+"""Every code within 0.501 of float64 on displays drawn at random; many more are in tests/stress.
+
+Drivers take seconds to compile each of the long shaders for each arithmetic and each format that it draws to: these are
+drawn with codes of 10 bits here, and in tests/stress with 8 too.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import pytest
@@ -18,7 +22,7 @@ from runner.presenter.depth import Bits
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.registry import MODES, find_mode
 from runner.presenter.surfaces.egl import EglSurface
-from tests.displays import corrections, crosstalks, eye_models, gain_maps
+from tests.displays import corrections, crosstalks, eye_models
 from tests.runner.presenter.drawn_displays import (
     SIZE_PX,
     WITHIN_CODES,
@@ -51,8 +55,8 @@ def surface() -> Iterator[EglSurface]:
         yield opened
 
 
-def _check(worst: dict[str, float]) -> None:
-    assert set(worst) == set(WORDS)
+def _check(worst: dict[str, float], words: Sequence[str] = WORDS) -> None:
+    assert set(worst) == set(words)
     assert max(worst.values()) <= WITHIN_CODES, worst
 
 
@@ -63,25 +67,23 @@ def test_channels_that_add_up(surface: EglSurface, models: EyeModels, eye: Eye, 
 
 
 @FEWER
-@given(models=eye_models(plvc=True, residual=False), bits=BITS, seed=SEEDS)
-def test_channels_that_act_on_each_other(surface: EglSurface, models: EyeModels, bits: Bits, seed: int) -> None:
-    _check(worst_of_an_eye(surface, models, None, "left", bits, seed))
+@given(models=eye_models(plvc=True, residual=False), seed=SEEDS)
+def test_channels_that_act_on_each_other(surface: EglSurface, models: EyeModels, seed: int) -> None:
+    _check(worst_of_an_eye(surface, models, None, "left", 10, seed))
 
 
 @FEWER
-@given(models=eye_models(plvc=True, residual=True), bits=BITS, seed=SEEDS)
-def test_what_channels_that_act_on_each_other_leave_over(
-    surface: EglSurface, models: EyeModels, bits: Bits, seed: int
-) -> None:
-    _check(worst_of_an_eye(surface, models, None, "left", bits, seed))
+@given(models=eye_models(plvc=True, residual=True), seed=SEEDS)
+def test_what_channels_that_act_on_each_other_leave_over(surface: EglSurface, models: EyeModels, seed: int) -> None:
+    _check(worst_of_an_eye(surface, models, None, "left", 10, seed))
 
 
 @FEW
-@given(models=eye_models(plvc=False), correction=corrections(SIZE_PX), eye=st.sampled_from(EYES), bits=BITS, seed=SEEDS)
+@given(models=eye_models(plvc=False), correction=corrections(SIZE_PX), eye=st.sampled_from(EYES), seed=SEEDS)
 def test_crosstalk_and_uneven_panels(
-    surface: EglSurface, models: EyeModels, correction: Correction, eye: Eye, bits: Bits, seed: int
+    surface: EglSurface, models: EyeModels, correction: Correction, eye: Eye, seed: int
 ) -> None:
-    _check(worst_of_an_eye(surface, models, correction, eye, bits, seed))
+    _check(worst_of_an_eye(surface, models, correction, eye, 10, seed))
 
 
 @TWO
@@ -94,15 +96,24 @@ def test_crosstalk_and_uneven_panels(
 def test_crosstalk_between_channels_that_act_on_each_other(
     surface: EglSurface, models: EyeModels, correction: Correction, eye: Eye, seed: int
 ) -> None:
-    _check(worst_of_an_eye(surface, models, correction, eye, 8, seed))
+    _check(worst_of_an_eye(surface, models, correction, eye, 10, seed))
+
+
+def _of_several_knots(models: EyeModels) -> bool:
+    """Return whether the residual's table is no power of two wide: drivers compile the shader for either kind."""
+    knots = len(models.left.residual.knots) if isinstance(models.left, Plvc) and models.left.residual else 0
+    return (knots & (knots + 1)) != 0
 
 
 @TWO
-@given(models=eye_models(plvc=True, residual=True), leaks=crosstalks(), panel=gain_maps(SIZE_PX), bits=BITS, seed=SEEDS)
+@given(models=eye_models(plvc=True, residual=True).filter(_of_several_knots), leaks=crosstalks(), seed=SEEDS)
 def test_crosstalk_and_an_uneven_panel_with_what_is_left_over(
-    surface: EglSurface, models: EyeModels, leaks: Crosstalk, panel: GainMap, bits: Bits, seed: int
+    surface: EglSurface, models: EyeModels, leaks: Crosstalk, seed: int
 ) -> None:
-    _check(worst_of_an_eye(surface, models, Correction(leaks, panel), "left", bits, seed))
+    """In the arithmetic of graphics cards; in doubles, and on panels of other readings: make stress."""
+    words = ("two-floats",)
+    panel = GainMap(np.random.default_rng(seed).uniform(60.0, 100.0, (3, 5)), SIZE_PX, "corners", "centre")
+    _check(worst_of_an_eye(surface, models, Correction(leaks, panel), "left", 10, seed, words), words)
 
 
 @FEWER

@@ -56,9 +56,10 @@ def test_each_eyes_frame_is_its_rounded_reference(
 
 @pytest.mark.parametrize("swapped", [False, True])
 def test_the_eyes_take_turns_through_scenes_and_redrawing(
-    egl: EglSurface, swapped: bool, random_stereo: Stereo, same_models: EyeModels
+    small_egl: EglSurface, swapped: bool, random_stereo: Stereo, same_models: EyeModels
 ) -> None:
-    pictures = {"a": random_stereo(480, 640), "b": random_stereo(480, 640, 1)}
+    egl = small_egl
+    pictures = {"a": random_stereo(120, 160), "b": random_stereo(120, 160, 1)}
     mode = find_mode("frame-sequential", ModeOptions(swap_eyes=swapped))
     with Presenter(egl, mode, same_models, pictures.__getitem__) as presenter:
         assert egl.on_frame is not None

@@ -9,24 +9,21 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.display.display_file import EyeModels
-from devices.display.model import DisplayModel
 from runner.presenter.modes.registry import available, find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.surfaces.surface import Surface
 from stimuli.pictures.stereo_image import StereoImage
+from tests.runner.presenter.conftest import AskedRamps, on_surfaces
 
-MakeModel = Callable[..., DisplayModel]
-Ramps = Callable[[DisplayModel], NDArray[np.float32]]
-
-DISPLAYS = [
-    pytest.param({"gamma": 1.6}, id="gamma 1.6"),
-    pytest.param({"gamma": 2.2, "black": 0.05}, id="gamma 2.2, black"),
-    pytest.param({"gamma": 2.4, "black": 0.05, "lift": 0.003}, id="gamma 2.4, black, lift"),
-    pytest.param({"gamma": 2.8, "black": 0.3, "lift": 0.01, "offset": -0.05}, id="gamma 2.8, black, lift, offset"),
-    pytest.param({"gamma": 2.8}, id="gamma 2.8"),
-]
+DISPLAYS: dict[str, dict[str, float]] = {
+    "gamma 1.6": {"gamma": 1.6},
+    "gamma 2.2, black": {"gamma": 2.2, "black": 0.05},
+    "gamma 2.4, black, lift": {"gamma": 2.4, "black": 0.05, "lift": 0.003},
+    "gamma 2.8, black, lift, offset": {"gamma": 2.8, "black": 0.3, "lift": 0.01, "offset": -0.05},
+    "gamma 2.8": {"gamma": 2.8},
+}
 
 
 IN_GAMUT_ROWS = slice(300, 360)  # random codes; the ramps dwell at black, and halfway codes all round one way
@@ -40,21 +37,23 @@ def assert_rounded(codes: Codes, reference: NDArray[np.float64]) -> None:
     assert np.abs(error[IN_GAMUT_ROWS].reshape(-1, 3).mean(axis=0)).max() < 0.02
 
 
-@pytest.mark.parametrize("display_parameters", DISPLAYS)
+@pytest.mark.parametrize(
+    ("surface", "name"), on_surfaces(tuple(DISPLAYS), ("gamma 2.8, black, lift, offset",)), indirect=["surface"]
+)
 def test_every_pixel_is_the_rounded_reference_for_both_eyes(
-    surface: Surface, display_parameters: dict[str, float], model: MakeModel, colour_ramps: Ramps
+    surface: Surface, name: str, ramps_on: Callable[..., AskedRamps]
 ) -> None:
-    left, right = model(**display_parameters), model(2.1, black=0.1)
-    picture = StereoImage(colour_ramps(left), colour_ramps(right))
+    asked = ramps_on(**DISPLAYS[name])
+    left, picture = asked.models.left, asked.picture
     scene = Scene((Picture("ramps"),))
-    with Presenter(surface, find_mode("side-by-side"), EyeModels(left, right), lambda _: picture) as presenter:
+    with Presenter(surface, find_mode("side-by-side"), asked.models, lambda _: picture) as presenter:
         presenter.show(scene)
-        assert_rounded(presenter.eye_view("left"), left.code(picture.left) * 255.0)
-        assert_rounded(presenter.eye_view("right"), right.code(picture.right) * 255.0)
+        assert_rounded(presenter.eye_view("left"), asked.left * 255.0)
+        assert_rounded(presenter.eye_view("right"), asked.right * 255.0)
     flat = StereoImage.flat(np.concatenate([picture.left, picture.right], axis=1))
     with Presenter(surface, find_mode("flat"), EyeModels(left, left), lambda _: flat) as presenter:
         presenter.show(scene)
-        assert_rounded(presenter.capture()["screen"], left.code(flat.left) * 255.0)
+        assert_rounded(presenter.capture()["screen"], np.concatenate([asked.left, asked.right_on_left], axis=1) * 255.0)
         assert presenter.counters.colour_passes == 1
 
 

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
-import sys
+import time
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,25 +18,35 @@ from devices.display import GammaTable
 from documents import InputError
 from documents.platform import boot_id
 from runner.presenter.errors import PresentationError
-from runner.presenter.surfaces import identity_tables
+from runner.presenter.surfaces import gamma_tables, identity_tables
 from runner.presenter.surfaces.gamma_tables import Entries, LoadedTable, set_tables
 from runner.presenter.surfaces.glfw_session import GlfwSession
 from runner.presenter.surfaces.identity_tables import IdentityTables, restore_left, tables_folder
 from runner.presenter.surfaces.screens import monitors
 from runner.presenter.surfaces.surface import open_surface
 from runner.presenter.surfaces.windows import WindowSurface
+from tests.forked import Server
 
 pytestmark = pytest.mark.window
 
 Load = Callable[[float], None]
 SIZE_PX = (320, 240)
 OPEN = """
-import sys
+import signal, sys
 from runner.presenter.surfaces.windows import WindowSurface
+signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGUSR1})
 with WindowSurface((320, 240), windowed=True, identity=True):
-    print("open", flush=True)
-    sys.stdin.readline()
+    open(sys.argv[1], "x").close()
+    signal.sigwait({signal.SIGUSR1})
 """
+# What `python -m` makes of the module that loads tables, with what it is given.
+LOAD = """
+import io, sys
+sys.stdin = io.StringIO({given!r})
+from {module} import main
+main()
+"""
+PATIENCE_S = 60.0
 
 
 @pytest.fixture(autouse=True)
@@ -41,15 +54,30 @@ def state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CYCLOPEAN_STATE", str(tmp_path))
 
 
+@pytest.fixture(autouse=True)
+def set_by_fork(forked: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fork the processes that load tables for this one: new ones take long to start. Those of `Other` are new."""
+
+    def run(command: list[str], **options: Any) -> subprocess.CompletedProcess[str]:
+        code = LOAD.format(given=options["input"], module=command[-1])
+        process = forked.start(code, [], options["env"])
+        told, _ = process.communicate(options["timeout"])
+        assert process.returncode is not None
+        return subprocess.CompletedProcess(command, process.returncode, told, "")
+
+    monkeypatch.setattr(gamma_tables, "subprocess", SimpleNamespace(run=run, TimeoutExpired=subprocess.TimeoutExpired))
+
+
 class Other:
     """Another process with a window that has loaded the identity."""
 
-    def __init__(self) -> None:
-        self.process = subprocess.Popen(
-            [sys.executable, "-c", OPEN], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-        )
-        assert self.process.stdout is not None
-        assert self.process.stdout.readline() == "open\n"
+    def __init__(self, server: Server, ready: Path) -> None:
+        self.process = server.start(OPEN, [str(ready)], {**os.environ})
+        end_s = time.monotonic() + PATIENCE_S
+        while not ready.exists():
+            assert self.process.poll() is None, self.process.communicate()[0]
+            assert time.monotonic() < end_s
+            time.sleep(0.02)
 
     def kill(self) -> None:
         """End it by force."""
@@ -58,16 +86,18 @@ class Other:
 
     def end(self) -> None:
         """Let it close its window."""
-        self.process.communicate("\n", timeout=60)
-        assert self.process.returncode == 0
+        self.process.send_signal(signal.SIGUSR1)
+        told, _ = self.process.communicate(timeout=PATIENCE_S)
+        assert self.process.returncode == 0, told
 
 
 @pytest.fixture
-def other() -> Iterator[Callable[[], Other]]:
+def other(forked: Server, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[], Other]]:
     opened: list[Other] = []
+    folder = tmp_path_factory.mktemp("others")
 
     def start() -> Other:
-        opened.append(Other())
+        opened.append(Other(forked, folder / str(len(opened))))
         return opened[-1]
 
     yield start

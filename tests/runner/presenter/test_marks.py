@@ -33,18 +33,18 @@ CORNERS = {
     [*zip([name for name in MODES if name not in ("quad-buffered", "flat", "dual-window")], cycle(CORNERS))],
 )
 def test_the_square_turns_with_each_new_scene_and_covers_nothing_else(
-    egl: EglSurface,
+    small_egl: EglSurface,
     mode: str,
     corner: str,
     random_stereo: Callable[..., StereoImage],
     same_models: EyeModels,
 ) -> None:
-    pictures = {name: random_stereo(480, 640, seed) for seed, name in enumerate("ab")}
+    pictures = {name: random_stereo(120, 160, seed) for seed, name in enumerate("ab")}
     marked = find_mode(mode, ModeOptions.parse({"photodiode_corner": corner, "photodiode_size_px": 30}))
-    with Presenter(egl, find_mode(mode), same_models, pictures.__getitem__) as presenter:
+    with Presenter(small_egl, find_mode(mode), same_models, pictures.__getitem__) as presenter:
         presenter.show(Scene((Picture("a"),)))
         plain = presenter.capture()
-    with Presenter(egl, marked, same_models, pictures.__getitem__) as presenter:
+    with Presenter(small_egl, marked, same_models, pictures.__getitem__) as presenter:
         levels = []
         for name in "abbab":
             presenter.show(Scene((Picture(name),)))

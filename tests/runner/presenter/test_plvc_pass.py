@@ -135,7 +135,23 @@ MIXING = tuple(name for name in MODES if name.startswith("anaglyph"))
 OTHER_SURFACES = ("quad-buffered", "dual-window")
 
 
-@pytest.mark.parametrize("mode", [name for name in MODES if name not in (*MIXING, *OTHER_SURFACES)])
+SHOWN = [name for name in MODES if name not in (*MIXING, *OTHER_SURFACES)]
+
+
+# In doubles in every mode; in two floats in those that differ in what the pass does; the rest: make stress.
+@pytest.mark.parametrize(
+    ("each_arithmetic", "mode"),
+    [
+        pytest.param(
+            word,
+            mode,
+            marks=[] if word == "doubles" or mode in ("side-by-side", "side-by-side-half") else pytest.mark.stress,
+        )
+        for word in ("doubles", "two-floats")
+        for mode in SHOWN
+    ],
+    indirect=["each_arithmetic"],
+)
 def test_what_each_mode_shows_is_what_was_asked(
     mode: str, make_presenter: Callable[..., Presenter], egl: EglSurface
 ) -> None:

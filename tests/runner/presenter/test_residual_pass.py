@@ -67,6 +67,10 @@ def test_without_the_residual_codes_are_others(egl: EglSurface) -> None:
     assert off > 1
 
 
+# The shader takes a driver long to compile for each arithmetic.
+@pytest.mark.parametrize(
+    "each_arithmetic", ["two-floats", pytest.param("doubles", marks=pytest.mark.stress)], indirect=True
+)
 def test_one_eye_may_have_a_residual_and_the_other_none(egl: EglSurface) -> None:
     models = EyeModels(smooth(2), plvc())
     correction = Correction(Crosstalk(np.eye(3) * 0.03, np.eye(3) * 0.02), None)

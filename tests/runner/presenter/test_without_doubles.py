@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -24,9 +25,9 @@ OPENGL_3_3 = {
 }
 
 
-def _draw_elsewhere(file: Path, environment: dict[str, str]) -> str:
+def _draw_elsewhere(file: Path, environment: dict[str, str], words: Sequence[str]) -> str:
     done = subprocess.run(
-        [sys.executable, str(SCRIPT), str(file)],
+        [sys.executable, str(SCRIPT), str(file), *words],
         env={**os.environ, **environment, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
         capture_output=True,
         text=True,
@@ -36,17 +37,18 @@ def _draw_elsewhere(file: Path, environment: dict[str, str]) -> str:
     return done.stdout.strip()
 
 
-def test_every_mode_needs_opengl_3_3_and_no_doubles(tmp_path: Path) -> None:
+@pytest.mark.parametrize("words", [(), pytest.param(("everything",), marks=pytest.mark.stress)])
+def test_every_mode_needs_opengl_3_3_and_no_doubles(tmp_path: Path, words: Sequence[str]) -> None:
     try:
         EglSurface((16, 16)).close()
     except PresentationError as error:
         pytest.skip(str(error))
-    doubles, arithmetic = draw()
+    doubles, arithmetic = draw(bool(words))
     if not arithmetic.startswith("doubles"):
         pytest.skip(f"this driver computes in {arithmetic}")
     drawn = {key.split()[0] for key in doubles}
     assert drawn == {name for name in MODES if not find_mode(name).needs_stereo}
-    told = _draw_elsewhere(tmp_path / "codes.npz", OPENGL_3_3)
+    told = _draw_elsewhere(tmp_path / "codes.npz", OPENGL_3_3, words)
     if not told.startswith("two-floats"):
         pytest.skip(f"this driver is not Mesa's: OpenGL could not be taken from it; it computed in {told}")
     assert told == "two-floats-guarded: the driver has no 64-bit floats"

@@ -18,19 +18,30 @@ from runner.session import SessionOptions, run_session, simulate
 from runner.session.configuration import configuration_of
 from runner.session.picture_source import build_stimuli
 
+pytestmark = pytest.mark.usefixtures("unseen")
 OBSERVERS = "configs/observers/table_4_4.yaml"
+
+
+def copied(folder: Path) -> Path:
+    """Copy a shipped experiment, its pictures made small, and return its file."""
+    study = copy_experiment(shipped_experiment("dynamic_range"), folder).experiment
+    for file in (study, study.parents[1] / "configs/stimuli/manitoba_gray.yaml"):
+        text = file.read_text(encoding="utf-8")
+        assert "size_mm: [150, 100]" in text
+        file.write_text(text.replace("size_mm: [150, 100]", "size_mm: [12, 8]"), encoding="utf-8")
+    return study
 
 
 @pytest.fixture
 def study(tmp_path: Path) -> Path:
-    return copy_experiment(shipped_experiment("dynamic_range"), tmp_path / "study").experiment
+    return copied(tmp_path / "study")
 
 
 @pytest.fixture(scope="module")
-def one_session(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def one_session(tmp_path_factory: pytest.TempPathFactory, unseen: None) -> Path:
     """The results of one simulated observer."""
     folder = tmp_path_factory.mktemp("one")
-    study = copy_experiment(shipped_experiment("dynamic_range"), folder / "study").experiment
+    study = copied(folder / "study")
     simulate(study, OBSERVERS, ["01"], results=folder / "results")
     return folder / "results"
 

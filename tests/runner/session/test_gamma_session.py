@@ -31,6 +31,12 @@ Cyclopean = Callable[..., "subprocess.CompletedProcess[str]"]
 pytestmark = pytest.mark.window
 
 
+@pytest.fixture(autouse=True)
+def timed_briefly(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Time swaps for a moment: a screen that does not wait keeps the processor busy."""
+    monkeypatch.setattr(station, "TIMED_S", 0.05)
+
+
 def measured_with(study: Study, exponent: float | None) -> None:
     """State in the display file that it was measured with this power of the code as gamma table."""
     shares = np.linspace(0.0, 1.0, 256)

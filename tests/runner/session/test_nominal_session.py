@@ -39,6 +39,7 @@ def _log(study: Study) -> SessionLog:
     return read_session(file)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_every_record_says_that_the_display_was_not_measured(nominal: Study, tmp_path: Path) -> None:
     checked = nominal.cyclopean("check", nominal.experiment)
     assert checked.stdout.count(SAID) == 2

@@ -133,6 +133,7 @@ def test_a_picture_is_shown_and_what_it_costs_reported(study: Study) -> None:
     assert [Path(file).is_file() for file in shown.screenshots] == [True]
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_records_with_the_former_names_of_the_counts_are_read_and_reported_alike(
     study: Study, unchained: Callable[[Path], None]
 ) -> None:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import hashlib
+import importlib.metadata
 import json
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
@@ -20,8 +22,17 @@ from runner.reports.results import ReportOptions, report_results
 from runner.session import seal_results, simulate
 
 
+@pytest.fixture(scope="module", autouse=True)
+def packages() -> Iterator[None]:
+    """Read once what is installed, which each seal lists."""
+    held = [SimpleNamespace(name=one.name, version=one.version) for one in importlib.metadata.distributions()]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(importlib.metadata, "distributions", lambda: held)
+        yield
+
+
 @pytest.fixture(scope="module")
-def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def recorded(tmp_path_factory: pytest.TempPathFactory, unseen: None) -> Path:
     results = tmp_path_factory.mktemp("recorded") / "results"
     simulate("experiments/dynamic_range.yaml", "configs/observers/table_4_4.yaml", 2, results=results)
     return results
@@ -86,6 +97,7 @@ def test_each_change_is_named(results: Path, change: Callable[[Path], None], wor
     assert words in finding.message
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_report_in_the_folder_is_no_change(results: Path) -> None:
     seal = seal_results(results)
     written = report_results([results], options=ReportOptions(pictures=False))
@@ -96,6 +108,7 @@ def test_a_report_in_the_folder_is_no_change(results: Path) -> None:
     assert "the logs are as sealed" in note
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_report_says_that_logs_are_not_as_sealed(results: Path) -> None:
     seal_results(results)
     cut(results)

@@ -41,7 +41,12 @@ def test_a_new_study_passes_the_check_and_runs(tmp_path: Path, kind: Kind, stere
     assert (done.folders[0] / "session.jsonl").read_text(encoding="utf-8").count('"nominal"') >= study.trials
 
 
-@pytest.mark.parametrize("mode", MODES)
+FEW = ("flat", "side-by-side-half", "checkerboard", "anaglyph-red-cyan")  # the other modes: make stress
+
+
+@pytest.mark.parametrize(
+    "mode", [mode if mode in FEW else pytest.param(mode, marks=pytest.mark.stress) for mode in MODES]
+)
 def test_sizes_and_modes(tmp_path: Path, mode: str) -> None:
     folder = draw_flat(tmp_path / "photos", ("small",), (16, 16))
     draw_flat(folder, ("portrait",), (300, 700))

@@ -71,7 +71,7 @@ def test_leaving_out_full_values_errs_more_there() -> None:
 @pytest.mark.parametrize("light", [0.002, 0.0623, 0.1255, 0.5])
 def test_the_iteration_is_the_solution_of_the_likelihood_equation(light: float) -> None:
     """The slow twin finds its root for each value by bisection, full exposures censored."""
-    values, full = taken(light, T[:5], many=60)
+    values, full = taken(light, T[:5], many=20)
     merged = merge_exposures(values, full, T[:5], NOISE)
 
     def slope(x: float, number: int) -> float:
@@ -85,7 +85,7 @@ def test_the_iteration_is_the_solution_of_the_likelihood_equation(light: float) 
                 total += time * (value[number] - time * x) / deviation**2
         return float(total)
 
-    exact = np.array([brentq(slope, 1e-3, 1.2, args=(number,), xtol=1e-14) for number in range(60)])
+    exact = np.array([brentq(slope, 1e-3, 1.2, args=(number,), xtol=1e-14) for number in range(20)])
     np.testing.assert_allclose(merged.value, exact, atol=1e-3 * float(merged.standard_error.mean()))
 
 

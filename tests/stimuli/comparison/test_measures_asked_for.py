@@ -10,15 +10,15 @@ import pytest
 
 from stimuli.comparison import CompareOptions, compare_pictures
 from stimuli.measures import ViewingConditions
-from tests.stimuli.comparison.scenes import PLATE, RIG, Cyclopean, compared, spots, written
+from tests.stimuli.comparison.scenes import PLATE, RIG, Cyclopean, compared, few, spots, written
 
 NAMES = "delta-e-2000,s-cielab,pu-ssim,pu-psnr"
 
 
 @pytest.mark.usefixtures("undrawn")
 def test_a_pair_has_a_row_for_each_measure_and_a_figure_for_each_eye(tmp_path: Path, cyclopean: Cyclopean) -> None:
-    photo = written(tmp_path / "a.exr", spots(), spots(1.0))
-    other = written(tmp_path / "b.exr", spots(gain=1.02), spots(1.0, gain=1.04))
+    photo = written(tmp_path / "a.exr", few(), few(1.0))
+    other = written(tmp_path / "b.exr", few(gain=1.02), few(1.0, gain=1.04))
     page = tmp_path / "out.html"
     words = ("--regions", PLATE, "--rig", RIG, "--measures", "delta-e-2000", "--measures", NAMES, "-o", page)
     found = compared(cyclopean, photo, other, *words, expect=None)
@@ -41,7 +41,7 @@ def test_a_pair_has_a_row_for_each_measure_and_a_figure_for_each_eye(tmp_path: P
 
 
 def test_the_terminal_prints_the_table(tmp_path: Path, cyclopean: Cyclopean) -> None:
-    photo, other = written(tmp_path / "a.exr", spots()), written(tmp_path / "b.exr", spots(gain=1.02))
+    photo, other = written(tmp_path / "a.exr", few()), written(tmp_path / "b.exr", few(gain=1.02))
     told = cyclopean("compare", photo, other, "--regions", PLATE, "--rig", RIG, "--measures", NAMES, expect=None)
     lines = told.stdout.splitlines()
     at = lines.index("Measures:")
@@ -50,13 +50,13 @@ def test_the_terminal_prints_the_table(tmp_path: Path, cyclopean: Cyclopean) -> 
 
 
 def test_identical_pictures_have_no_number_for_infinity(tmp_path: Path, cyclopean: Cyclopean) -> None:
-    photo = written(tmp_path / "a.exr", spots())
+    photo = written(tmp_path / "a.exr", few())
     found = compared(cyclopean, photo, photo, "--regions", PLATE, "--rig", RIG, "--measures", NAMES)
     assert [row["both"] for row in found["measures"]] == [0.0, 0.0, 1.0, None]
 
 
 def test_measures_make_a_table_and_do_not_change_the_verdict(tmp_path: Path, cyclopean: Cyclopean) -> None:
-    photo, other = written(tmp_path / "a.exr", spots()), written(tmp_path / "b.exr", spots(gain=1.05))
+    photo, other = written(tmp_path / "a.exr", few()), written(tmp_path / "b.exr", few(gain=1.05))
     words = ("--regions", PLATE, "--rig", RIG)
     plain = compared(cyclopean, photo, other, *words, expect=None)
     measured = compared(cyclopean, photo, other, *words, "--measures", NAMES, expect=None)

@@ -32,6 +32,7 @@ from tests.stimuli.comparison.scenes import (
     Cyclopean,
     chart,
     compared,
+    few,
     patch_XYZ,
     said,
     spots,
@@ -142,7 +143,7 @@ def test_spectral_renderings(tmp_path: Path, cyclopean: Cyclopean) -> None:
 def test_tiff_and_told_colour_spaces(tmp_path: Path, cyclopean: Cyclopean) -> None:
     import tifffile
 
-    picture = spots()
+    picture = few()
     photo = written(tmp_path / "a.exr", picture)
     tifffile.imwrite(tmp_path / "xyz.tif", picture, photometric="rgb")
     linear = (picture.astype(np.float64) @ np.linalg.inv(rgb_to_xyz_matrix(*REC709)).T).astype(np.float32)
@@ -224,7 +225,7 @@ def test_pictures_are_drawn_with_the_displays_white_as_white(tmp_path: Path, cyc
     d50 = white_point("d50", 1.0)
     assert middle(draw_pictures(grey, grey, d50)[0])[2] == 255
     # And so does the command where a display is named; without one it says what counts.
-    files = written(tmp_path / "a.exr", spots()), written(tmp_path / "b.exr", spots())
+    files = written(tmp_path / "a.exr", few()), written(tmp_path / "b.exr", few())
     urls = {}
     for name, more in (("named", ["--rig", RIG]), ("unnamed", [])):
         cyclopean("compare", *files, "--regions", PLATE, "-o", tmp_path / f"{name}.html", *more)
@@ -235,7 +236,7 @@ def test_pictures_are_drawn_with_the_displays_white_as_white(tmp_path: Path, cyc
 
 
 def test_a_limit_decides_and_help_says_how_it_ends(tmp_path: Path, cyclopean: Cyclopean) -> None:
-    files = written(tmp_path / "a.exr", spots()), written(tmp_path / "b.exr", spots(gain=1.03))
+    files = written(tmp_path / "a.exr", few()), written(tmp_path / "b.exr", few(gain=1.03))
     assert compared(cyclopean, *files, "--regions", PLATE, "--rig", RIG)["decision"] == "validated"
     found = compared(cyclopean, *files, "--regions", PLATE, "--rig", RIG, "--limit", "0.3", expect=1)
     assert any("more than 0.3" in line for line in said(found, "fails"))

@@ -10,14 +10,12 @@ import pytest
 
 from analysis.records.session_record import read_session
 from stimuli.pictures.exr_read import read_exr
-from tests.stimuli.comparison.scenes import PLATE, RIG, ROOT, Cyclopean, compared, said, spots, written
+from tests.stimuli.comparison.scenes import PLATE, RIG, ROOT, Cyclopean, compared, few, said, written
 
 
 def test_depth_is_compared(tmp_path: Path, cyclopean: Cyclopean) -> None:
-    photo = written(tmp_path / "a.exr", spots(), spots(1.0))
-    same, deeper = (
-        written(tmp_path / f"{name}.exr", spots(0.3), spots(0.3 + d)) for name, d in (("b", 1.0), ("c", 3.0))
-    )
+    photo = written(tmp_path / "a.exr", few(), few(1.0))
+    same, deeper = (written(tmp_path / f"{name}.exr", few(0.3), few(0.3 + d)) for name, d in (("b", 1.0), ("c", 3.0)))
     found = compared(cyclopean, photo, same, "--regions", PLATE)
     assert found["decision"] == "validated"
     assert list(found["eyes"]) == ["left", "right"]
@@ -31,8 +29,8 @@ def test_depth_is_compared(tmp_path: Path, cyclopean: Cyclopean) -> None:
 
 def test_both_eyes_have_one_luminance_factor_and_one_white(tmp_path: Path, cyclopean: Cyclopean) -> None:
     """A rendering has one unit: an eye that is darker than the other in it stays darker."""
-    photo = written(tmp_path / "a.exr", spots(), spots(1.0))
-    uneven = written(tmp_path / "b.exr", spots(gain=2.0), spots(1.0, gain=1.6))
+    photo = written(tmp_path / "a.exr", few(), few(1.0))
+    uneven = written(tmp_path / "b.exr", few(gain=2.0), few(1.0, gain=1.6))
     found = compared(cyclopean, photo, uneven, "--regions", PLATE, "--luminance", "mean_ratio", expect=None)
     tables = [found["eyes"][eye]["regions"] for eye in ("left", "right")]
     assert [table["scaled_by"] for table in tables] == pytest.approx([(1 / 2.0 + 1 / 1.6) / 2] * 2, rel=1e-3)
@@ -52,8 +50,8 @@ def test_an_experiment_follows(
         (tmp_path / "configs" / name).symlink_to(ROOT / "configs" / name)
     rig = Path("configs/rigs") / RIG.name
     sides = (
-        [spots(gain=gain) for gain in (1.0, 1.02)],
-        [spots(1.0, gain=gain) if stereo else None for gain in (1.0, 1.02)],
+        [few(gain=gain) for gain in (1.0, 1.02)],
+        [few(1.0, gain=gain) if stereo else None for gain in (1.0, 1.02)],
     )
     words = tuple(
         written(tmp_path / name, *one) for name, one in zip(("a b.exr", "b.exr"), zip(*sides, strict=True), strict=True)
@@ -64,7 +62,7 @@ def test_an_experiment_follows(
     assert found["written"]["experiment"][0] == "experiments/study.yaml"
     photo, rendering = (read_exr(Path(f"configs/stimuli/study/{name}.exr")) for name in ("photograph", "rendering"))
     assert photo.is_flat != stereo
-    np.testing.assert_allclose(photo.left, spots(), rtol=1e-3)
+    np.testing.assert_allclose(photo.left, few(), rtol=1e-3)
     np.testing.assert_allclose(rendering.left, photo.left, rtol=2e-3)  # the factor was undone
     words_told = Path("experiments/study.yaml").read_text(encoding="utf-8")
     upright = "arrangement: vertical" in words_told

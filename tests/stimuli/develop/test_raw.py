@@ -150,11 +150,14 @@ def _perturbed(tmp_path: Path, method: Demosaic, codes: NDArray[np.uint16], plac
     assert not (moved & ~one.saturated).any()
 
 
+@pytest.mark.parametrize("trials", [4, pytest.param(12, marks=pytest.mark.stress)])
 @pytest.mark.parametrize("method", DEMOSAICS)
-def test_the_saturation_map_marks_all_that_a_full_photosite_touches(tmp_path: Path, method: Demosaic) -> None:
+def test_the_saturation_map_marks_all_that_a_full_photosite_touches(
+    tmp_path: Path, method: Demosaic, trials: int
+) -> None:
     rng = np.random.default_rng(4)
     waves = 750 + 500 * np.sin(np.arange(40) / 2.1)[None, :] * np.cos(np.arange(36) / 3.3)[:, None]
-    for trial in range(12):
+    for trial in range(trials):
         noise = rng.normal(0, 60, waves.shape) if trial % 2 else rng.uniform(-700, 700, waves.shape)
         codes = np.clip(waves + noise, 0, 1490).astype(np.uint16)
         row, column = rng.integers(0, 36), rng.integers(0, 40)

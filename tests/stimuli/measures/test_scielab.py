@@ -24,10 +24,10 @@ def blur_matrix(pixels: int, sd_px: float) -> NDArray[np.float64]:
     reach = int(7 * sd_px) + 2
     kernel = np.diff(ndtr((np.arange(-reach, reach + 2) - 0.5) / sd_px))
     matrix = np.zeros((pixels, pixels))
-    for pixel in range(pixels):
-        for offset, weight in zip(range(-reach, reach + 1), kernel, strict=True):
-            place = (pixel + offset) % (2 * pixels)
-            matrix[pixel, min(place, 2 * pixels - 1 - place)] += weight
+    pixel = np.arange(pixels)
+    for offset, weight in zip(range(-reach, reach + 1), kernel, strict=True):
+        place = (pixel + offset) % (2 * pixels)
+        matrix[pixel, np.minimum(place, 2 * pixels - 1 - place)] += weight
     return np.asarray(matrix / matrix.sum(axis=1, keepdims=True))
 
 

@@ -153,10 +153,11 @@ def test_a_neighbour_does_not_draw_or_widen(distance: float) -> None:
     np.testing.assert_allclose(measures.moments.sd_px, on_pixels(1.0), rtol=0.05)
 
 
+@pytest.mark.parametrize("seeds", [2, pytest.param(6, marks=pytest.mark.stress)])
 @pytest.mark.parametrize("sd_px", [0.6, 1.0, 1.5])
-def test_sparkles_at_random_places_are_counted_and_the_merged_foretold(sd_px: float) -> None:
+def test_sparkles_at_random_places_are_counted_and_the_merged_foretold(sd_px: float, seeds: int) -> None:
     lost, foretold = 0.0, 0.0
-    for seed in range(6):
+    for seed in range(seeds):
         random = np.random.default_rng(seed)
         places = random.uniform(4, 396, (600, 2))
         light = 300 * random.uniform(0.7, 1.5, len(places)) * sd_px**2

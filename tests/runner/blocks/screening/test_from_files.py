@@ -77,6 +77,7 @@ def told_by_run(study: Study, observer: str, psychometric: str = "{}") -> str:
     return str(study.cyclopean(*words).stdout)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_who_failed_is_named_at_the_end_of_run_and_in_the_report_with_what_becomes_of_the_answers(study: Study) -> None:
     screen(study, "on_fail: stop", "on_fail: continue")
     assert "vision test" not in told_by_run(study, "01")

@@ -117,7 +117,10 @@ def _made(pictures: Mapping[str, Callable[[], StereoImage]], name: str) -> Stere
     return pictures[name]()
 
 
-@pytest.mark.parametrize("arcsec", [20.0, 70.0, 140.0, 500.0])
+STRESS = pytest.mark.stress
+
+
+@pytest.mark.parametrize("arcsec", [20.0, *(pytest.param(arcsec, marks=STRESS) for arcsec in (70.0, 140.0)), 500.0])
 def test_the_codes_that_are_sent_hold_the_parallax_to_a_fiftieth_of_a_pixel(arcsec: float) -> None:
     errors = sent(SIDE_BY_SIDE, arcsec, range(3))
     assert len(errors) == 6
@@ -125,7 +128,7 @@ def test_the_codes_that_are_sent_hold_the_parallax_to_a_fiftieth_of_a_pixel(arcs
 
 
 @pytest.mark.parametrize("sampling", [HALF, COLUMNS], ids=lambda one: one.mode)
-@pytest.mark.parametrize("arcsec", [40.0, 140.0, 500.0])
+@pytest.mark.parametrize("arcsec", [40.0, *(pytest.param(arcsec, marks=STRESS) for arcsec in (140.0, 500.0))])
 def test_so_do_modes_in_which_an_eye_has_half_the_columns(sampling: Sampling, arcsec: float) -> None:
     """To a fiftieth of a pixel of those that the eye is really shown."""
     errors = sent(sampling, arcsec, range(3))

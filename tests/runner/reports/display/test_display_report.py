@@ -128,7 +128,7 @@ def test_verdicts_come_first_and_each_check_has_its_section(page: str, verdicts:
     assert verdicts.sentence in parsed.text
 
 
-@pytest.mark.parametrize("width", [1280, 390])
+@pytest.mark.parametrize("width", [pytest.param(1280, marks=pytest.mark.stress), 390])
 def test_the_page_fits_its_window(page: str, width: int, tmp_path: Path) -> None:
     if CHROMIUM is None:
         pytest.skip("no Chromium is installed: the page is not opened in a browser")
