@@ -24,7 +24,7 @@ _SEARCHED = "hypothesis and not stress and not quad and not vdp"
 def parts(words: list[str], workers: int) -> dict[str, list[str]]:
     """Return the command of each part by its name, to follow ``python -m``."""
     split = ["-n", str(workers), "--dist", "worksteal"]
-    sweeps = ["pytest", "-q", "tests/stress", *words]
+    sweeps = ["pytest", "-q", "tests", *words]
     made = {
         "sweeps": [*sweeps, "-m", "stress and not alone", *split, "--durations", "30"],
         "alone": [*sweeps, "-m", "stress and alone", "--durations", "5"],

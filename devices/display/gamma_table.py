@@ -19,6 +19,7 @@ import hashlib
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -34,7 +35,7 @@ _FEWEST_BITS, _FINEST_BITS, _ENTRY_BITS = 8, 12, 16
 _MOST_ENTRIES = 65536
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class GammaTable:
     """A gamma table, or why it is not known.
 
@@ -126,14 +127,19 @@ class GammaTable:
     @property
     def bits(self) -> int:
         """The fewest bits, 8 to 16, that hold every entry; 0 if unknown."""
-        return 0 if self.entries is None else _decoded(self.entries)[0]
+        return 0 if self.entries is None else self._decoded[0]
 
     @property
     def shares(self) -> Floats:
         """The entries as shares of full code, shape (n, 3): the value of `bits` bits that each stands for."""
         if self.entries is None:
             raise DeviceError(f"the gamma table is not known: {self.unknown}")
-        return _decoded(self.entries)[1]
+        return self._decoded[1]
+
+    @cached_property
+    def _decoded(self) -> tuple[int, Floats]:
+        assert self.entries is not None
+        return _decoded(self.entries)
 
     @property
     def sha256(self) -> str:
@@ -274,8 +280,14 @@ def _decoded(entries: Entries) -> tuple[int, Floats]:
             (nearest, np.rint(nearest * (_FULL / highest)).astype(np.uint32)),
         ):
             if np.array_equal(written, wide):
-                return bits, value / highest
-    return _ENTRY_BITS, wide / _FULL
+                return bits, _kept(value / highest)
+    return _ENTRY_BITS, _kept(wide / _FULL)
+
+
+def _kept(shares: Floats) -> Floats:
+    """Return ``shares``, which nobody may change from now on."""
+    shares.flags.writeable = False
+    return shares
 
 
 def _departure(shares: Floats) -> float:

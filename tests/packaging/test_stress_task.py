@@ -45,7 +45,7 @@ def test_every_sweep_is_in_one_of_two_parts(monkeypatch: pytest.MonkeyPatch) -> 
     assert status == 0
     marks = [command[command.index("-m", 2) + 1] for command in commands[:2]]
     assert marks == ["stress and not alone", "stress and alone"]
-    assert all("tests/stress" in command for command in commands[:2])
+    assert all("tests" in command for command in commands[:2])  # sweeps stand beside other tests too
 
 
 @pytest.mark.parametrize(("words", "expected"), [(["-k", "cable"], 0), ([], 1)])

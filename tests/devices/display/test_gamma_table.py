@@ -5,6 +5,7 @@ from __future__ import annotations
 import zlib
 from base64 import b64encode
 from typing import Any, cast
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -154,3 +155,17 @@ def test_wrong_tables_are_refused(make: object, words: str) -> None:
 
 def packed(size: int) -> str:
     return b64encode(zlib.compress(bytes(6 * size))).decode()
+
+
+def test_entries_are_decoded_once_and_nobody_changes_what_they_stand_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    from devices.display import gamma_table
+
+    decode = Mock(wraps=gamma_table._decoded)
+    monkeypatch.setattr(gamma_table, "_decoded", decode)
+    table, other = (GammaTable.from_shares(np.linspace(0.0, 1.0, 256) ** power) for power in (1.0, 1.2))
+    assert not table.same_as(other)
+    assert (table.bits, table.is_identity, other.is_identity) == (8, True, False)
+    assert table.to_json() != other.to_json()
+    assert decode.call_count == 2
+    with pytest.raises(ValueError, match="read-only"):
+        table.shares[0] = 1.0
