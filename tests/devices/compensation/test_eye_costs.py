@@ -198,3 +198,19 @@ def test_blocks_come_to_what_a_picture_at_once_does() -> None:
     for eye in ("left", "right"):
         assert large[eye] == pytest.approx(small[eye], abs=1.5e-5)  # a unit of the last place that is kept
         assert small[eye]["percent_noticed"] > 0.0
+
+
+def test_the_unit_of_a_curve_changes_no_count() -> None:
+    """Light from just full to 1e-5 of it beyond: what counts as outside is a part of a channel's own range."""
+    counts = []
+    for gain in (1.0, 4.0, 0.25):
+        curve = ToneCurve(gain, gamma=2.0)
+        model = DisplayModel(BLACK, PRIMARIES / gain**2, (curve, curve, curve))
+        white = model.shown_white_XYZ_cd_m2 - BLACK
+        asked = BLACK + np.linspace(1.0, 1.0 + 1e-5, 101)[:, np.newaxis] * white
+        mixture = find_mode("anaglyph-red-cyan", ModeOptions.parse({})).mixture(EyeModels(model, model))
+        assert mixture is not None
+        costs = mixed_costs(mixture, EyeModels(model, model), asked[np.newaxis], asked[np.newaxis])
+        counts.append({key: costs["left"][key] for key in ("percent_any", "percent_red", "percent_blue")})
+    assert 20 < counts[0]["percent_any"] < 95
+    assert counts[1] == counts[0] == counts[2]
