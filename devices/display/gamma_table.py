@@ -127,19 +127,21 @@ class GammaTable:
     @property
     def bits(self) -> int:
         """The fewest bits, 8 to 16, that hold every entry; 0 if unknown."""
-        return 0 if self.entries is None else self._decoded[0]
+        return 0 if self.entries is None else self._bits_and_shares[0]
 
     @property
     def shares(self) -> Floats:
         """The entries as shares of full code, shape (n, 3): the value of `bits` bits that each stands for."""
         if self.entries is None:
             raise DeviceError(f"the gamma table is not known: {self.unknown}")
-        return self._decoded[1]
+        return self._bits_and_shares[1]
 
     @cached_property
-    def _decoded(self) -> tuple[int, Floats]:
+    def _bits_and_shares(self) -> tuple[int, Floats]:
         assert self.entries is not None
-        return _decoded(self.entries)
+        bits, shares = _decoded(self.entries)
+        shares.flags.writeable = False
+        return bits, shares
 
     @property
     def sha256(self) -> str:
@@ -280,14 +282,8 @@ def _decoded(entries: Entries) -> tuple[int, Floats]:
             (nearest, np.rint(nearest * (_FULL / highest)).astype(np.uint32)),
         ):
             if np.array_equal(written, wide):
-                return bits, _kept(value / highest)
-    return _ENTRY_BITS, _kept(wide / _FULL)
-
-
-def _kept(shares: Floats) -> Floats:
-    """Return ``shares``, which nobody may change from now on."""
-    shares.flags.writeable = False
-    return shares
+                return bits, value / highest
+    return _ENTRY_BITS, wide / _FULL
 
 
 def _departure(shares: Floats) -> float:

@@ -16,15 +16,13 @@ from stimuli.errors import StimulusError
 from stimuli.pictures.coded import SUFFIXES as CODED
 from stimuli.pictures.coded import read_coded
 from stimuli.pictures.exr_read import read_exr
-from stimuli.pictures.exr_write import bands_of_blocks
+from stimuli.pictures.exr_write import LEAST_PX, bands_of_blocks
 from stimuli.pictures.region import Part, Region
 from stimuli.pictures.stereo_image import StereoImage
 from stimuli.recipes.build_context import Factors
 
 MANIFEST = "manifest.json"
 SUFFIXES = (".exr", *CODED)  # of the pictures
-# Pictures of no more pixels are as well read whole.
-WHOLE_PX = 1 << 22
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +88,7 @@ class StimulusSet:
         Each may be called by a thread of its own, and takes the memory of about two megapixels.
         """
         width, height = self.size_px(name)
-        if width * height <= WHOLE_PX:
+        if width * height < LEAST_PX:
             return [partial(self.load, name)]
         path = self.path(name)
         regions = [Region(0, rows.start, width, rows.stop - rows.start) for rows in bands_of_blocks(height, width)]

@@ -22,14 +22,12 @@ from stimuli.errors import StimulusError
 from stimuli.luminance.scale import scaled
 from stimuli.pictures.exr_read import ColourSpace, chosen_views, matrix_of, middle_view
 from stimuli.pictures.exr_views import FilePart, View, channel_runs, header_view, parts_of
-from stimuli.pictures.exr_write import HALF_MAX, bands_of_blocks, write_pixel_rows, xyz_spec
+from stimuli.pictures.exr_write import HALF_MAX, LEAST_PX, bands_of_blocks, write_pixel_rows, xyz_spec
 from stimuli.pictures.luminance_chroma import is_reconstructed
 from stimuli.pictures.picture_input import opened
 from stimuli.pictures.stereo_image import Eye, StereoImage
 
 Pixels = NDArray[Any]
-# Fewer pixels are as quick, and as well, made at once.
-LEAST_PX = 1 << 22
 # The codes of half floats from 0 to the largest: those of infinity, NaN and what is below 0 lie above them.
 _LARGEST_CODE = 0x7BFF
 
@@ -139,14 +137,11 @@ class BandedPicture:
             _refuse_unusual(stored)
             if unchanged and as_stored and half:
                 light = stored
-            elif len(columns) == 1:
-                light = self._light(stored[..., columns[0][0] : columns[0][0] + 3].astype(np.float32), self.matrices[0])
             else:
                 light = np.empty((*stored.shape[:2], 3 * len(columns)), np.float32)
                 for number, (indices, matrix) in enumerate(zip(columns, self.matrices, strict=True)):
-                    view = stored[..., indices[0] : indices[0] + 3].astype(np.float32)
-                    light[..., 3 * number : 3 * number + 3] = self._light(view, matrix)
-                    del view
+                    view = slice(indices[0], indices[0] + 3)
+                    light[..., 3 * number : 3 * number + 3] = self._light(stored[..., view].astype(np.float32), matrix)
             del stored  # not beside what is written
             for number, luminance in enumerate(self._luminance):
                 luminance[rows] = light[..., 3 * number + 1]

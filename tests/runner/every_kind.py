@@ -131,7 +131,7 @@ def of_kind(kind: str, variant: int = 0) -> Experiment:
 
 
 def blocks_of(kind: str, variant: int = 0, observer: str = "01") -> tuple[Block, ...]:
-    """Return its blocks, made anew."""
+    """Return its blocks, new ones at each call."""
     return of_kind(kind, variant).blocks(observer)
 
 

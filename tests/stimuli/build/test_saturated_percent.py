@@ -58,7 +58,7 @@ def test_bands_of_rows_are_counted_as_the_whole(built: StimulusSet, monkeypatch:
     }
     assert all(0 < each[eye]["any"] < 100 for each in whole.values() for eye in each)
     assert whole["pair"]["left"] != whole["pair"]["right"]
-    monkeypatch.setattr(stimuli.build.stimulus_set, "WHOLE_PX", SIZE_PX[0] * SIZE_PX[1] - 1)
+    monkeypatch.setattr(stimuli.build.stimulus_set, "LEAST_PX", SIZE_PX[0] * SIZE_PX[1])
     monkeypatch.setattr(stimuli.pictures.exr_write, "_BAND_PX", 1)
     assert [read().height_px for read in built.bands("codes")] == [256, 256, 188]
     with counted_work() as work:
