@@ -72,7 +72,7 @@ Real gain_at(ivec2 place) {
 // what the way there and back rounds it to, which is a part of a code where a curve is flat.
 #if defined(LONG_WITHIN) && defined(TWO_FLOATS)
 // In a loop that channels_within stands in once: Newton's method in two floats takes drivers half a minute to compile six
-// times. In doubles it takes seconds, and the loop would draw in almost twice the time.
+// times. In doubles that takes seconds, and the loop would draw in almost twice the time.
 void cancel(inout Real3 own, inout Real3 other, out Real3 T) {
     for (int step = 0; step < 6 * cancels; step++) {
         int eye = step < 4 ? step & 1 : 5 - step;
