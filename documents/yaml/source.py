@@ -1,8 +1,4 @@
-"""YAML 1.2 scalars on PyYAML's safe loader, keeping the place of every key and value.
-
-PyYAML reads YAML 1.1, in which ``NO`` is false, ``12:30`` is 750 and ``1e-3`` is a string. The resolvers
-here are those of the YAML 1.2 core schema (https://yaml.org/spec/1.2.2/#103-core-schema).
-"""
+"""YAML documents as plain data, with the place of every key and value."""
 
 from __future__ import annotations
 
@@ -18,9 +14,9 @@ from documents.files.paths import with_slashes
 from documents.files.regular import read_regular
 from documents.findings import Finding, InputError
 from documents.text.words import hidden_character
+from documents.yaml.loaders import MAX_NODES, Loader, QuickLoader, can_be_quick
 
 MAX_BYTES = 1_000_000
-MAX_NODES = 100_000
 MAX_DEPTH = 100
 _SHOWN = 60
 
@@ -83,50 +79,7 @@ class YamlSource:
         return Finding(message, self.file, line, column, remedy)
 
 
-class _Loader(yaml.SafeLoader):
-    yaml_implicit_resolvers: dict[str, list[tuple[str, re.Pattern[str]]]] = {}  # noqa: RUF012 - PyYAML's own design
-    composed = 0
-
-    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
-        """Compose a node, of so many at most: composing is what takes long in a large file."""
-        self.composed += 1
-        if self.composed > 2 * MAX_NODES:  # keys are nodes too
-            mark = self.peek_event().start_mark  # type: ignore[no-untyped-call]  # PyYAML has no types there
-            raise yaml.MarkedYAMLError(problem=f"it holds more than {MAX_NODES} values", problem_mark=mark)
-        return super().compose_node(parent, index)
-
-
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:bool", re.compile(r"^(?:true|True|TRUE|false|False|FALSE)$"), list("tTfF")
-)
-_Loader.add_implicit_resolver("tag:yaml.org,2002:null", re.compile(r"^(?:~|null|Null|NULL|)$"), ["~", "n", "N", ""])
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:int", re.compile(r"^(?:[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+)$"), list("-+0123456789")
-)
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float",
-    re.compile(
-        r"^(?:[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))$"
-    ),
-    list("-+0123456789."),
-)
-
-
-def _construct_int(loader: _Loader, node: yaml.ScalarNode) -> int:
-    text = str(loader.construct_scalar(node))
-    base = {"0o": 8, "0x": 16}.get(text[:2], 10)
-    return int(text[2:] if base != 10 else text, base)
-
-
-def _construct_float(loader: _Loader, node: yaml.ScalarNode) -> float:
-    return float(str(loader.construct_scalar(node)).lower().replace(".inf", "inf").replace(".nan", "nan"))
-
-
-_Loader.add_constructor("tag:yaml.org,2002:int", _construct_int)
-_Loader.add_constructor("tag:yaml.org,2002:float", _construct_float)
-
-
-def _walk(file: str, loader: _Loader, root: yaml.Node) -> YamlSource:
+def _walk(file: str, loader: Loader, root: yaml.Node) -> YamlSource:
     """Turn the node graph into data and places, refusing duplicate keys, cycles and exploding aliases."""
     keys: dict[Path_, Place] = {}
     values: dict[Path_, Place] = {}
@@ -187,7 +140,7 @@ def _short(text: str) -> str:
     return text if len(text) <= _SHOWN else f"{text[: _SHOWN - 3]}..."
 
 
-def _documents(loader: _Loader) -> Iterator[yaml.Node]:
+def _documents(loader: Loader) -> Iterator[yaml.Node]:
     while loader.check_node():
         node = loader.get_node()
         if node is not None:
@@ -237,9 +190,18 @@ def parse_yaml(text: str, file: str) -> YamlSource:
     >>> place.line, place.column
     (1, 26)
     """
-    loader: _Loader | None = None
+    if can_be_quick(text):
+        try:
+            return _parsed(QuickLoader, text, file)
+        except (InputError, ValueError):  # PyYAML's own parser says what is wrong, and where
+            pass
+    return _parsed(Loader, text, file)
+
+
+def _parsed(kind: type[Loader], text: str, file: str) -> YamlSource:
+    loader: Loader | None = None
     try:
-        loader = _Loader(text)
+        loader = kind(text)
         nodes = list(_documents(loader))
         if len(nodes) != 1:
             remedy = "take out the '---' between them" if nodes else "it is empty, or has nothing but comments"
