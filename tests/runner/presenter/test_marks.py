@@ -26,11 +26,16 @@ CORNERS = {
     "bottom-left": (slice(-30, None), slice(0, 30)),
     "bottom-right": (slice(-30, None), slice(-30, None)),
 }
+ELSEWHERE = ("quad-buffered", "flat", "dual-window")  # these need other windows, or have one picture for both eyes
 
 
 @pytest.mark.parametrize(
     ("mode", "corner"),
-    [*zip([name for name in MODES if name not in ("quad-buffered", "flat", "dual-window")], cycle(CORNERS))],
+    [
+        pytest.param(mode, corner, marks=() if corner == its_own else pytest.mark.stress)
+        for mode, its_own in zip((name for name in MODES if name not in ELSEWHERE), cycle(CORNERS))
+        for corner in CORNERS
+    ],
 )
 def test_the_square_turns_with_each_new_scene_and_covers_nothing_else(
     small_egl: EglSurface,
