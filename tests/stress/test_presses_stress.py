@@ -24,6 +24,7 @@ os.fsync = _slow
 """
 PRESSES = 60
 READY_S = 0.5
+AGAIN_S = 10.0  # a busy machine may show a pair so late that what was pressed came too soon: then press again
 
 
 def begin(person: Person, repeats: int) -> None:
@@ -38,10 +39,17 @@ def begin(person: Person, repeats: int) -> None:
 def test_of_sixty_double_presses_none_answers_twice(person: Person, delay_s: float) -> None:
     person.before = SLOW_DISK.format(delay_s=delay_s)
     begin(person, 11)
+    pressed = 0
     for number, gap_s in zip(range(1, PRESSES + 1), cycle([0.02, 0.04, 0.06]), strict=False):
         second = "Up" if number % 2 else "Down"
-        person._xdotool("key", "--delay", "0", "Up", "sleep", str(gap_s), "key", "--delay", "0", second)
-        person.until(lambda number=number: person.answers() >= number, "the answer", looked_s=READY_S)
+        while person.answers() < number:
+            assert pressed < 1.2 * PRESSES, person.answers()
+            person._xdotool("key", "--delay", "0", "Up", "sleep", str(gap_s), "key", "--delay", "0", second)
+            pressed += 1
+            end = time.monotonic() + AGAIN_S
+            while person.answers() < number and time.monotonic() < end:
+                time.sleep(0.1)
+        time.sleep(READY_S)
         assert person.answers() == number
     trials = [trial for trial in person.log().trials if trial.kind == "all_pairs"]
     assert {trial.data["answer"] for trial in trials} == {"first"}
