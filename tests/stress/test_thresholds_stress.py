@@ -93,7 +93,7 @@ def test_ten_thousand_trials_narrow_the_interval() -> None:
 
 @pytest.mark.parametrize(("task", "tracks"), [("yes_no", 1), ("two_places", 6)])
 def test_thousands_of_trials_and_a_hundred_levels(task: ThresholdTask, tracks: int) -> None:
-    """2400 trials on 120 levels: as many records, a choice within 5 ms of processor time."""
+    """2400 trials on 120 levels: as many records, the last chosen as soon as the first, within a frame."""
     levels = tuple(float(level) for level in np.geomspace(0.001, 1, 120))
     ladder = Ladder(levels, tuple((f"s{n}",) for n in range(120)), "blank")
     layout: PairLayout | SingleLayout = SingleLayout((0, 0), (9, 9), (0, -9), 90, 9)
@@ -123,4 +123,6 @@ def test_thousands_of_trials_and_a_hundred_levels(task: ThresholdTask, tracks: i
     assert len(drafts) == block.trials == 2400
     trial_s = sum(taken) / block.trials
     print(f"\n{task}: choosing takes {1e3 * trial_s:.2f} ms of processor time a trial")
-    assert trial_s < 0.005
+    assert trial_s < 1 / 60
+    first_s, last_s = np.median(taken[:200]), np.median(taken[-200:])
+    assert last_s < 2 * first_s
