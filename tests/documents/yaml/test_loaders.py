@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import random
+import runpy
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -106,5 +108,8 @@ def test_what_the_parsers_take_otherwise_is_read_by_the_one_in_python(
 
 def test_no_libyaml_is_needed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(yaml, "__with_libyaml__", False)
-    monkeypatch.delattr(loaders, "QuickLoader")
+    monkeypatch.setitem(sys.modules, "yaml._yaml", None)
+    without = runpy.run_path(str(Path(loaders.__file__)))
+    assert not without["can_be_quick"]("a: 1\n")
+    monkeypatch.setattr(source, "QuickLoader", None)
     assert parse_yaml("a: [1, b]\n", "f.yaml").data == {"a": [1, "b"]}
