@@ -178,7 +178,7 @@ def sections_of(report: Report, published: Published, thumbnails: Thumbnails) ->
             report.kept,
             compared,
             adjustment,
-            series=report.series is not None,
+            series=report.series,
             ratings=report.ratings is not None,
             preferences=report.preferences is not None,
             thresholds=report.thresholds is not None,

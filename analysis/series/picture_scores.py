@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +14,8 @@ from analysis.series.observer_means import Estimate, bounded_means, means, share
 from documents.text import json_fields
 
 Floats = NDArray[np.float64]
-WEIGHT = "similarity"
+# What a choice is rated on: similarity to a reference, as in the thesis, or quality where there is none.
+WEIGHTS = ("similarity", "quality")
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,10 +33,11 @@ class PictureScore:
     share
         chosen / of, 0 to 1.
     score
-        Mean over these choices of the similarity if it was chosen, else 0: the thesis's score [Medina2016, Section
-        4.5.1.1], in points of the scale. None without similarities. No interval where it was never chosen.
+        Mean over these choices of the rating (similarity, or quality without a reference) if it was chosen, else 0:
+        the thesis's score [Medina2016, Section 4.5.1.1], in points of the scale. None without such ratings. No interval
+        where it was never chosen.
     weighted_share
-        Its share of the sum of similarities in these choices, 0 to 1; over the pictures of a series they sum to 1.
+        Its share of the sum of these ratings in these choices, 0 to 1; over the pictures of a series they sum to 1.
     dwell_s, visits
         Mean time for which it was shown, and how often, per choice.
     """
@@ -58,11 +60,17 @@ class PictureScore:
         return json_fields(self)
 
 
-def picture_scores(choices: Choices, *, pooled: bool, weight: str | None = WEIGHT) -> tuple[PictureScore, ...]:
+def weight_of(choices: Choices, weights: Sequence[str] = WEIGHTS) -> str | None:
+    """Return the first of ``weights`` that every choice was rated on, 0 or more; None if there is none."""
+    rated = (scale for scale in weights if all(choice.ratings.get(scale, -1.0) >= 0 for choice in choices.choices))
+    return next(rated, None)
+
+
+def picture_scores(choices: Choices, *, pooled: bool, weight: str | None) -> tuple[PictureScore, ...]:
     """Return the score of every picture, or, ``pooled``, of every level of every kind of series.
 
-    ``weight`` is the rating scale by which choices are weighted; there are no scores if it is None or was not always
-    rated. The thesis prints no formula: "weighting each observation by its similarity to the reference" is read as
+    ``weight`` is the rating scale by which choices are weighted, as `weight_of` finds it; without one there are no
+    scores. The thesis prints no formula: "weighting each observation by its similarity to the reference" is read as
     written.
     """
     series = choices.design.series
@@ -82,10 +90,9 @@ def picture_scores(choices: Choices, *, pooled: bool, weight: str | None = WEIGH
                 labels.append((shown.kind, level, shown.paint, shown.name, stimulus))
     shape = len(choices.observers), len(labels)
     chosen, of, given, squares, possible, dwell_s, visits = (np.zeros(shape) for _ in range(7))
-    weighted = weight is not None and all(choice.ratings.get(weight, -1.0) >= 0 for choice in choices.choices)
     most = 0.0
     for choice in choices.choices:
-        points = choice.ratings[weight] if weighted and weight is not None else 0.0
+        points = choice.ratings[weight] if weight else 0.0
         for index in range(len(series[choice.series].stimuli)):
             cell = choice.observer, place[choice.series, index]
             of[cell] += 1
@@ -97,7 +104,7 @@ def picture_scores(choices: Choices, *, pooled: bool, weight: str | None = WEIGH
         given[cell] += points
         squares[cell] += points**2
         most = max(most, points)
-    scores = bounded_means(given, squares, of, most or 1.0) if weighted else [None] * shape[1]
+    scores = bounded_means(given, squares, of, most or 1.0) if weight else [None] * shape[1]
     total, all_given = given.sum(axis=0), possible.sum(axis=0)
     columns = zip(labels, shares(chosen, of), scores, means(dwell_s, of), means(visits, of), strict=True)
     return tuple(
@@ -107,7 +114,7 @@ def picture_scores(choices: Choices, *, pooled: bool, weight: str | None = WEIGH
             of=int(of[:, cell].sum()),
             share=share,
             score=score,
-            weighted_share=float(total[cell] / all_given[cell]) if weighted and all_given[cell] > 0 else None,
+            weighted_share=float(total[cell] / all_given[cell]) if weight and all_given[cell] > 0 else None,
             dwell_s=dwell,
             visits=visit,
         )

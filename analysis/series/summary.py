@@ -23,13 +23,14 @@ from analysis.series.choices import Choices, gather
 from analysis.series.just_noticeable import StepSize, step_size
 from analysis.series.paired_tests import RatingTest, rating_test
 from analysis.series.picture_scores import (
-    WEIGHT,
+    WEIGHTS,
     CellMean,
     PictureScore,
     path_lengths,
     picture_scores,
     rating_means,
     response_times_s,
+    weight_of,
 )
 from documents.text import counted, json_fields
 
@@ -44,6 +45,8 @@ class SeriesSummary:
     ----------
     choices
         The choices, with the series and their levels.
+    weight
+        The rating scale by which choices are weighted in the scores; None where there are no scores.
     levels
         Score and share of each level of each kind of series, over all paints: Figure 4.14.
     pictures
@@ -69,6 +72,7 @@ class SeriesSummary:
     choices: Choices
     experiment: str
     simulated: bool
+    weight: str | None
     levels: tuple[PictureScore, ...]
     pictures: tuple[PictureScore, ...]
     ratings: dict[str, tuple[CellMean, ...]]
@@ -97,6 +101,7 @@ class SeriesSummary:
         return {
             "experiment": self.experiment,
             "simulated": self.simulated,
+            "weight": self.weight,
             "observers": list(self.choices.observers),
             "choices": len(self.choices.choices),
             "by": plan.by,
@@ -125,7 +130,7 @@ def summarise_series(
     by: str | None = None,
     across: str | None = None,
     along: str | None = None,
-    weight: str | None = WEIGHT,
+    weights: Sequence[str] = WEIGHTS,
 ) -> SeriesSummary:
     """Score, describe and test the choices from series in one experiment's sessions.
 
@@ -136,8 +141,8 @@ def summarise_series(
     by, across, along
         The stimuli's factors that distinguish kinds of series and paints, and that rise along a series; None chooses
         them from the stimuli (`analysis.series.choices.design`).
-    weight
-        The rating scale that weights choices in the scores.
+    weights
+        Rating scales that may weight choices in the scores: the first on which every choice was rated.
 
     Returns
     -------
@@ -164,12 +169,14 @@ def summarise_series(
     """
     choices = gather(sessions, by=by, across=across, along=along)
     plan = choices.design
+    weight = weight_of(choices, weights)
     levels = picture_scores(choices, pooled=True, weight=weight)
     matrices = {scale: choices.rating_matrix(scale) for scale in choices.scales}
     return SeriesSummary(
         choices=choices,
         experiment=sessions[0].header.experiment,
         simulated=any(session.header.simulated for session in sessions),
+        weight=weight,
         levels=levels,
         pictures=picture_scores(choices, pooled=False, weight=weight),
         ratings={scale: rating_means(choices, scale) for scale in choices.scales},
@@ -182,7 +189,7 @@ def summarise_series(
         paint_tests=_tests(matrices, [series.paint for series in plan.series], plan.paints),
         choice_tests=kinds_tests(choices),
         level_tests=level_tests(choices),
-        notes=_notes(sessions, choices, levels, weight),
+        notes=_notes(sessions, choices, weight, weights),
     )
 
 
@@ -199,7 +206,7 @@ def _tests(matrices: dict[str, Floats], groups: list[str], conditions: tuple[str
 
 
 def _notes(
-    sessions: Sequence[SessionLog], choices: Choices, levels: tuple[PictureScore, ...], weight: str | None
+    sessions: Sequence[SessionLog], choices: Choices, weight: str | None, weights: Sequence[str]
 ) -> tuple[str, ...]:
     notes = []
     simulated = sum(session.header.simulated for session in sessions)
@@ -214,8 +221,9 @@ def _notes(
         )
     if people < 2:
         notes.append("With one observer there are no intervals and no tests.")
-    if all(level.score is None for level in levels) and weight is not None:
-        notes.append(f"There are no scores: not every choice has a rating of {weight} of 0 or more to be weighted by.")
+    if weight is None and weights:
+        scales = " or ".join(weights)
+        notes.append(f"There are no scores: not every choice has a rating of {scales} of 0 or more to be weighted by.")
     if choices.design.along is None:
         notes.append("No factor of the stimuli rises along every series: levels are positions from 1.")
     return tuple(notes)

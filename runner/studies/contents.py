@@ -38,12 +38,6 @@ MOST_PAIRS = 360
 PAIRS_PER_STIMULUS = 10
 PRACTICE_TRIALS = 3
 BREAK_EVERY = 50
-_DIFFICULTY = {
-    "name": "difficulty",
-    "question": "How difficult was it to choose?",
-    "low_anchor": "very easy",
-    "high_anchor": "very difficult",
-}
 _ARRANGEMENTS = {
     "horizontal": "side by side; vertical: one above the other",
     "vertical": "one above the other; horizontal: side by side",
@@ -259,9 +253,7 @@ def _block(design: StudyDesign) -> dict[str, Any]:
 
 
 def _scale(design: StudyDesign) -> dict[str, Any]:
-    """Return the scale that a picture, or the choice of one, is rated on."""
-    if design.kind == "best":
-        return _DIFFICULTY
+    """Return the scale that a picture is rated on."""
     question = {"name": "quality", "question": design.question, "lowest": 1, "highest": 5}
     return {**question, "low_anchor": "bad", "high_anchor": "excellent"}
 

@@ -16,9 +16,11 @@ from analysis.report.grouped import GroupedSummary
 from analysis.report.notes import nominal_words
 from analysis.report.references import Citations
 from analysis.report.sections.observers import left_out_words, screening_words
+from analysis.report.sections.series import weighting
 from analysis.report.sections.shown import clipping_rows, timing_facts
 from analysis.report.summary import Answered, Summary
 from analysis.report.words import counted, fixed, key_words, listed, plain
+from analysis.series.summary import SeriesSummary
 
 _POOLED = {
     "active_pairs": "compared pairs of {stimuli} stimuli that were chosen by the earlier answers of all observers",
@@ -41,7 +43,7 @@ def methods_section(
     compared: Summary | GroupedSummary | None,
     adjustment: str,
     *,
-    series: bool,
+    series: SeriesSummary | None,
     ratings: bool,
     preferences: bool,
     thresholds: bool,
@@ -325,7 +327,15 @@ def _pairs(summary: Summary, whole: Answered, adjustment: str, cited: Citations)
     return " ".join(parts)
 
 
-def _others(cited: Citations, *, series: bool, ratings: bool, preferences: bool, factors: bool, observers: bool) -> str:
+def _others(
+    cited: Citations,
+    *,
+    series: SeriesSummary | None,
+    ratings: bool,
+    preferences: bool,
+    factors: bool,
+    observers: bool,
+) -> str:
     parts = []
     if observers:
         parts.append(f"Circular triads and Kendall's u are those of {cited.cite('Kendall1940')}.")
@@ -335,9 +345,10 @@ def _others(cited: Citations, *, series: bool, ratings: bool, preferences: bool,
             f"them {cited.cite('Springall1973')}, with likelihood-ratio tests of type II."
         )
     if series:
+        if series.weight:
+            parts.append(f"{weighting(series)} The scores are those of {cited.cite('Medina2016')}.")
         parts.append(
-            f"Choices from series are weighted by their rated similarity, as in {cited.cite('Medina2016')}; intervals "
-            "are percentile intervals by bootstrap over observers, at levels widened for few observers "
+            "Intervals are percentile intervals by bootstrap over observers, at levels widened for few observers "
             f"{cited.cite('Hesterberg2015')}. The just noticeable step is 0.674 standard deviations of an "
             f"observer's matches {cited.cite('Gescheider1997')}. Tests between series are permutation tests within "
             f"observers, with Holm's correction {cited.cite('Holm1979')}; several series are compared by Friedman's "

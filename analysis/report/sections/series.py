@@ -19,7 +19,7 @@ def series_sections(summary: SeriesSummary) -> list[Section]:
     choices = _figure(
         score_figure(summary),
         "series_scores",
-        "Choices are weighted by their rated similarity. 95 % intervals are by bootstrap over observers.",
+        f"{weighting(summary)} 95 % intervals are by bootstrap over observers.",
     )
     sections = [Section("series", "Chosen pictures", (choices, _pictures(summary)))]
     ratings: list[Block] = [
@@ -38,6 +38,11 @@ def series_sections(summary: SeriesSummary) -> list[Section]:
         sections.append(Section("series-tests", "Do the series differ?", tuple(tests)))
     sections.append(Section("series-agreement", "Do the observers agree?", series_agreement(summary.agreement)))
     return sections
+
+
+def weighting(summary: SeriesSummary) -> str:
+    """Return the sentence that says what the choices are weighted by."""
+    return f"Choices are weighted by their rated {summary.weight}." if summary.weight else "Choices are not weighted."
 
 
 def _figure(figure: BarFigure, name: str, caption: str) -> Figure:
@@ -202,14 +207,14 @@ def score_figure(summary: SeriesSummary) -> BarFigure:
         Mean scores, or shares of choices (0 to 1), with 95 % intervals: a group for each level, a bar for each kind of
         series; None where a kind has no such level.
     """
-    scored = any(level.score is not None for level in summary.levels)
+    scored = summary.weight is not None
     plan = summary.choices.design
     by_cell: dict[tuple[float, str], Estimate | None] = {
         (level.level, level.kind): level.score if scored else level.share for level in summary.levels
     }
     levels = plan.levels()
     return BarFigure(
-        "Score of each picture: choices weighted by similarity" if scored else "Share of choices of each picture",
+        f"Score of each picture: choices weighted by {summary.weight}" if scored else "Share of choices",
         words(plan.along or "place in the series"),
         "mean score" if scored else "share of choices",
         tuple(f"{level:g}" for level in levels),

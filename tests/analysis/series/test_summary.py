@@ -13,9 +13,10 @@ import pytest
 
 from analysis.errors import ResultsError
 from analysis.records.session_record import SessionLog
-from analysis.report.sections.series import rating_figure, score_figure
+from analysis.report.blocks import Figure
+from analysis.report.sections.series import rating_figure, score_figure, series_sections
 from analysis.series.choices import gather
-from analysis.series.picture_scores import picture_scores
+from analysis.series.picture_scores import picture_scores, weight_of
 from analysis.series.summary import SeriesSummary, summarise_series
 
 Maker = Callable[..., SessionLog]
@@ -24,7 +25,7 @@ Maker = Callable[..., SessionLog]
 def test_scores_are_choices_weighted_by_similarity(fifteen: list[SessionLog]) -> None:
     choices = gather(fifteen)
     records = [trial.data for session in fifteen for trial in session.trials]
-    for one in picture_scores(choices, pooled=False):
+    for one in picture_scores(choices, pooled=False, weight=weight_of(choices)):
         mine = [record for record in records if record["series"] == one.series]
         won = [record["ratings"]["similarity"] for record in mine if record["chosen"] == one.stimulus]
         assert (one.chosen, one.of) == (len(won), 15)
@@ -33,7 +34,7 @@ def test_scores_are_choices_weighted_by_similarity(fifteen: list[SessionLog]) ->
         assert one.weighted_share == pytest.approx(sum(won) / sum(r["ratings"]["similarity"] for r in mine))
         assert one.share.value == len(won) / 15
         assert (one.score.low is None) == (not won)
-    for one in picture_scores(choices, pooled=True):
+    for one in picture_scores(choices, pooled=True, weight=weight_of(choices)):
         mine = [record for record in records if f"-{one.kind}" in record["series"]]
         won = [r["ratings"]["similarity"] for r in mine if r["chosen"].endswith(f"-{one.level:g}")]
         assert one.score is not None
@@ -128,7 +129,13 @@ def test_two_series_of_two_pictures_by_two_observers(make_choices: Maker) -> Non
 def test_without_ratings_there_are_shares_and_a_note(make_choices: Maker) -> None:
     summary = summarise_series([make_choices(f"{n:02d}", rate=lambda *_: {}) for n in range(4)])
     assert all(one.score is None for one in summary.levels)
+    assert summary.weight is None
     assert any(note.startswith("There are no scores") for note in summary.notes)
+    captions = [
+        block.caption for part in series_sections(summary) for block in part.blocks if isinstance(block, Figure)
+    ]
+    assert captions
+    assert "similarity" not in " ".join(captions)
     assert summary.ratings == {}
     assert score_figure(summary).unit == "share of choices"
     with pytest.raises(ResultsError, match="no choice was rated on a scale 'similarity'"):

@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
+from analysis.records import read_results
+from analysis.series import summarise_series
 from devices.display import PanelSpec, ReportedMonitor
 from documents import InputError
 from documents.yaml import read_yaml
@@ -39,6 +41,16 @@ def test_a_new_study_passes_the_check_and_runs(tmp_path: Path, kind: Kind, stere
     done = simulate(study.experiment, study.folder / "simulated.yaml", 1, results=tmp_path / "results")
     assert len(done.folders) == 1
     assert (done.folders[0] / "session.jsonl").read_text(encoding="utf-8").count('"nominal"') >= study.trials
+
+
+def test_choices_of_a_new_study_are_scored_by_the_quality_that_is_asked(tmp_path: Path) -> None:
+    pictures = draw_flat(tmp_path / "photos", NAMES)
+    study = new_study(tmp_path / "my_study", [pictures], StudyOptions("best", panel=PANEL))
+    simulate(study.experiment, study.folder / "simulated.yaml", 2, results=tmp_path / "results")
+    series = summarise_series(read_results(tmp_path / "results"))
+    assert series.weight == "quality"
+    assert set(series.ratings) == {"quality", "difficulty"}
+    assert all(level.score is not None for level in series.levels)
 
 
 FEW = ("flat", "side-by-side-half", "checkerboard", "anaglyph-red-cyan")  # the other modes: make stress
