@@ -12,6 +12,9 @@ from devices.display import GammaTable
 from devices.profiles.tag_table import Tag
 
 _MOST_ENTRIES = 65536
+# Channels, entries, bytes of each and of the tag, as a program of Adobe's says it of entries of two bytes, which is how
+# LittleCMS reads them.
+_ADOBE = (3, 256, 1, 1576)
 # A formula becomes a table of so many entries, as large as any graphics card's.
 _FORMULA_ENTRIES = 4096
 
@@ -39,9 +42,12 @@ def _table(tag: Tag) -> GammaTable:
     what = f"says that it has {channels} channels of {entries} entries of {size} bytes"
     if channels not in (1, 3) or size not in (1, 2) or not 2 <= entries <= _MOST_ENTRIES:
         raise tag.error(what, "1 or 3 channels, 2 entries or more, and 1 or 2 bytes are possible")
+    if (channels, entries, size, len(tag.data)) == _ADOBE:
+        size = 2
     wanted, there = channels * entries * size, len(tag.data) - 18
-    # Up to three bytes may fill up the last multiple of four.
-    if not wanted <= there < wanted + 4:
+    # What fills up the tag behind the table is not looked at. As much again behind entries of one byte is no filling:
+    # they have two then.
+    if there < wanted or (size == 1 and there >= 2 * wanted):
         remedy = f"{wanted} bytes belong to that; load the calibration with its own program and save the profile again"
         raise tag.error(f"{what}, and holds {there} bytes of them", remedy)
     if size == 1:

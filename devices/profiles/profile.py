@@ -59,28 +59,53 @@ class Profile:
         The name that findings carry.
     adaptation
         Shape (3, 3): from light as it is, where the display's white has Y = 1, to the connection space.
-    luminance_cd_m2
-        Luminance of the white; None where the profile does not say.
-    black
-        XYZ of black with the white at Y = 1, as the profile says apart from its model (``bkpt``); None where it does
-        not.
-    gamma_table
-        The graphics card's table that the profile was made with; None where it has none.
-    notes
-        What was taken for granted, in sentences.
+    said
+        What was taken for granted of the adaptation, in sentences.
+
+    Tags that a colour of a picture does not need are read when they are asked for; DeviceError then, if one is damaged.
     """
 
     file: str
     content: ProfileFile
     adaptation: Floats
-    luminance_cd_m2: float | None
-    black: Floats | None
-    gamma_table: GammaTable | None
-    notes: tuple[str, ...]
+    said: tuple[str, ...]
 
     def tag(self, name: str) -> Tag | None:
         """Return the tag ``name``, None if there is none."""
         return self.content.tag(name)
+
+    @cached_property
+    def _lumi(self) -> float | None:
+        tag = self.tag("lumi")
+        return None if tag is None else float(_xyz(tag)[1])
+
+    @property
+    def luminance_cd_m2(self) -> float | None:
+        """Luminance of the white; None where the profile does not say."""
+        return None if self._lumi is None or self._lumi <= 0 else self._lumi
+
+    @cached_property
+    def black(self) -> Floats | None:
+        """XYZ of black with the white at Y = 1, as the profile says apart from its model (``bkpt``); None: not said."""
+        tag = self.tag("bkpt")
+        if tag is None:
+            return None
+        black = _xyz(tag)
+        if self.content.version[0] >= 4:
+            black = np.asarray(np.linalg.solve(self.adaptation, black), dtype=np.float64)
+        return black if np.all(black >= 0) and 0 < black[1] < 0.5 else None
+
+    @cached_property
+    def gamma_table(self) -> GammaTable | None:
+        """The graphics card's table that the profile was made with; None where it has none."""
+        tag = self.tag("vcgt")
+        return None if tag is None else read_gamma_table(tag)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was taken for granted, in sentences."""
+        dark = self._lumi is not None and self._lumi <= 0
+        return (*self.said, *(["the profile's luminance ('lumi') is 0 and was taken for none"] if dark else []))
 
     @cached_property
     def white(self) -> Floats:
@@ -168,25 +193,17 @@ def read_profile(path: str | Path) -> Profile:
     ...     round(read_profile(Path(folder, "thesis.icc")).white_cd_m2(None), 2)
     27.88
     """
-    return profile_of(read_profile_file(Path(path)))
+    profile = profile_of(read_profile_file(Path(path)))
+    # Of a display they count, whatever is asked of it first.
+    _ = profile.luminance_cd_m2, profile.black, profile.gamma_table
+    return profile
 
 
 def profile_of(content: ProfileFile) -> Profile:
-    """Return what the profile in ``content`` says; errors as `read_profile`."""
+    """Return what the profile in ``content`` says; errors as `read_profile`, of what every colour needs."""
     notes: list[str] = []
     adaptation = _adaptation(content, notes)
-    lumi, vcgt, bkpt = (content.tag(name) for name in ("lumi", "vcgt", "bkpt"))
-    luminance = None
-    if lumi is not None and (luminance := float(_xyz(lumi)[1])) <= 0:
-        notes.append("the profile's luminance ('lumi') is 0 and was taken for none")
-        luminance = None
-    black = None if bkpt is None else _xyz(bkpt)
-    if black is not None and content.version[0] >= 4:
-        black = np.asarray(np.linalg.solve(adaptation, black), dtype=np.float64)
-    if black is not None and not (np.all(black >= 0) and 0 < black[1] < 0.5):
-        black = None
-    table = None if vcgt is None else read_gamma_table(vcgt)
-    return Profile(content.file, content, adaptation, luminance, black, table, tuple(notes))
+    return Profile(content.file, content, adaptation, tuple(notes))
 
 
 def _adaptation(content: ProfileFile, notes: list[str]) -> Floats:

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Literal, get_args
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,6 +19,9 @@ from numpy.typing import ArrayLike, NDArray
 from devices.colour import D65_XY, DISPLAY_P3_PRIMARIES_XY, SRGB_PRIMARIES_XY, rgb_to_xyz_matrix, srgb_decoded
 from devices.errors import DeviceError
 from stimuli.errors import StimulusError
+
+if TYPE_CHECKING:
+    from stimuli.pictures.picture_header import PictureHeader
 
 Floats = NDArray[np.float64]
 Curve = Callable[[ArrayLike], Floats]
@@ -111,6 +114,23 @@ def embedded_encoding(data: bytes, path: Path) -> Encoding:
         return Encoding("icc", np.eye(3), (linear, linear, linear), read.xyz)
     red, green, blue = read.curves
     return Encoding("icc", read.matrix, (red, green, blue))
+
+
+def declared_space(header: PictureHeader, own: Encoding | None) -> tuple[str | None, list[tuple[str, str]]]:
+    """Return the colour space that a file with the profile ``own`` declares, and the fault and remedy if it states two.
+
+    A name, ``icc`` for a profile that is no named space, or None. A JPEG's profile stands above EXIF, which hardly any
+    program keeps up with it; a PNG's chunks are meant to be one statement.
+    """
+    if own is None:
+        return header.declared, []
+    space = same_space(own) or "icc"
+    if header.kind != "png" or header.declared in (None, space):
+        return space, []
+    whose = "another colour space" if space == "icc" else space
+    message = f"its chunk cICP or sRGB states {header.declared}, and its ICC profile {whose}"
+    choice = f"colour_space: {header.declared}, or colour_space: icc"
+    return space, [(message, f"save it with the one that it is in; or write which holds: {choice}")]
 
 
 def same_space(encoding: Encoding) -> NamedSpace | None:

@@ -11,7 +11,7 @@ from pathlib import Path
 from documents import Finding
 from documents.files import no_file_name
 from stimuli.errors import StimulusError
-from stimuli.pictures.colour_spaces import embedded_encoding, same_space
+from stimuli.pictures.colour_spaces import declared_space, embedded_encoding
 from stimuli.pictures.packing import Packing, eye_size_px, without_packing, words_of
 from stimuli.pictures.picture_header import PictureHeader, is_ordinary, read_header
 from stimuli.pictures.stereo_image import Eye
@@ -202,7 +202,7 @@ def _checked(
     paths = [path for path in (left, right, file) if path is not None]
     mine = [headers[path] for path in paths]
     try:
-        spaces = [declared_space(header) for header in mine]
+        spaces = [_declared(header) for header in mine]
         packing = None if file is None or mine[0].packing == "none" else mine[0].packing
         size = mine[0].size_px if packing is None else eye_size_px(mine[0].size_px, packing, paths[0])
     except StimulusError as error:
@@ -224,11 +224,13 @@ def _checked(
     return [FoundPicture(_name(stem or paths[0].parent.name), left, right, file, packing, size, stereo, spaces[0])]
 
 
-def declared_space(header: PictureHeader) -> str | None:
-    """Return the colour space that a file declares: a name, ``icc`` for another profile, or None."""
-    if header.profile is None:
-        return header.declared
-    return same_space(embedded_encoding(header.profile, header.path)) or "icc"
+def _declared(header: PictureHeader) -> str | None:
+    """Return the colour space that a file declares; StimulusError if it declares two."""
+    own = None if header.profile is None else embedded_encoding(header.profile, header.path)
+    space, faults = declared_space(header, own)
+    if faults:
+        raise StimulusError([Finding(message, str(header.path), remedy=remedy) for message, remedy in faults])
+    return space
 
 
 def _name(stem: str) -> str:

@@ -18,7 +18,14 @@ from documents import Finding
 from documents.text import counted
 from stimuli.errors import StimulusError
 from stimuli.pictures.coded import CodedPicture
-from stimuli.pictures.colour_spaces import NAMED_SPACES, Encoding, embedded_encoding, named_encoding, same_space
+from stimuli.pictures.colour_spaces import (
+    NAMED_SPACES,
+    Encoding,
+    declared_space,
+    embedded_encoding,
+    named_encoding,
+    same_space,
+)
 from stimuli.pictures.own_files import OwnFiles, decoded_eyes, own_files, stamps
 from stimuli.pictures.packing import PACKINGS, Packing, eye_size_px, stretched
 from stimuli.pictures.picture_header import PictureHeader, read_header
@@ -254,7 +261,11 @@ def encoding_of(header: PictureHeader, decoding: Decoding) -> Encoding:
     faults: list[tuple[str, str]] = []
     encoding = None
     own = None if header.profile is None else embedded_encoding(header.profile, header.path)
-    declared = header.declared if own is None else same_space(own) or "icc"
+    declared, disagreeing = declared_space(header, own)
+    if disagreeing and asked is None:
+        faults += disagreeing
+    elif disagreeing and asked == header.declared:
+        declared = asked
     if asked in _LINEAR:
         if header.bits != 32:
             faults.append(

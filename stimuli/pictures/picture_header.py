@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 import struct
-import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,8 +17,8 @@ from stimuli.errors import StimulusError
 from stimuli.pictures.exr_views import MAX_PIXELS
 from stimuli.pictures.jpeg_pairs import frames_of, jps_packing
 from stimuli.pictures.packing import Packing, named_packing
-from stimuli.pictures.picture_input import opened, refuse_no_picture
-from stimuli.pictures.png_chunks import png_aspect, png_chunks, png_exif, png_space, stated_space
+from stimuli.pictures.picture_input import kind_of, opened, opened_by_pillow, refuse_no_picture
+from stimuli.pictures.png_chunks import png_aspect, png_chunks, png_exif, png_profile, png_space, stated_space
 from stimuli.pictures.resampling import MAX_PIXELS as MAX_SIDE_PX
 
 if TYPE_CHECKING:
@@ -49,7 +48,8 @@ class PictureHeader:
     ``kind`` is ``png``, ``jpeg``, ``webp`` or ``tiff``; ``stored_px`` (width, height) as the file stores them, before
     its EXIF ``orientation`` (1 to 8). ``bits`` are 8, 16, or 32 of a float; ``channels`` 1 (grey) or 3, without alpha.
     ``profile`` is the embedded ICC profile. ``declared`` is the named colour space that the file states without one,
-    else None. ``packing`` is the layout of two eyes that the file, or its name, states; ``frames`` is 2 of an MPO pair.
+    or of a PNG beside one, else None. ``packing`` is the layout of two eyes that the file, or its name, states;
+    ``frames`` is 2 of an MPO pair.
     ``stored_aspect`` is a pixel's width over its height, as its resolutions along both state it, before it is upright.
     """
 
@@ -122,12 +122,11 @@ def _refuse_size(header: PictureHeader) -> None:
 def _by_pillow(path: Path) -> PictureHeader:
     from PIL import Image, UnidentifiedImageError
 
+    png = dict(png_chunks(path)) if kind_of(path) == "png" else {}
+    profile = png_profile(png, path)
     try:
-        with warnings.catch_warnings():
-            # Its limit on pixels is a warning; ours is an error.
-            warnings.simplefilter("ignore")
-            with Image.open(path) as picture:
-                return _of_pillow(picture, path)
+        with opened_by_pillow(path) as picture:
+            return _of_pillow(picture, path, png, profile or picture.info.get("icc_profile") or None)
     except UnidentifiedImageError as error:
         raise StimulusError.at(path, "the file is no picture, or its beginning is damaged", _DAMAGED) from error
     except Image.DecompressionBombError as error:
@@ -137,12 +136,11 @@ def _by_pillow(path: Path) -> PictureHeader:
         raise StimulusError.at(path, f"the picture is damaged: {_one_line(error)}", _DAMAGED) from error
 
 
-def _of_pillow(picture: Image, path: Path) -> PictureHeader:
+def _of_pillow(picture: Image, path: Path, png: dict[str, bytes], profile: bytes | None) -> PictureHeader:
     kind = {"PNG": "png", "JPEG": "jpeg", "MPO": "jpeg", "WEBP": "webp"}.get(picture.format or "")
     if kind is None:
         message = f"the file is {picture.format}, whatever its name says"
         raise StimulusError.at(path, message, "save it as PNG, JPEG, TIFF or WebP")
-    png = dict(png_chunks(path)) if kind == "png" else {}
     bits, colour_type = (png["IHDR"][8], png["IHDR"][9]) if kind == "png" else (8, -1)
     if kind != "jpeg" and getattr(picture, "is_animated", False):
         raise StimulusError.at(path, "the picture is animated", "save the frame that is to be shown")
@@ -167,7 +165,7 @@ def _of_pillow(picture: Image, path: Path) -> PictureHeader:
         max(bits, 8),
         _MODES[picture.mode],
         colour_type in (4, 6) or "tRNS" in png or (kind == "webp" and picture.mode == "RGBA"),
-        picture.info.get("icc_profile") or None,
+        profile,
         png_space(png, path) if kind == "png" else _exif_space(exif),
         packing,
         frames,
@@ -235,11 +233,9 @@ def _refuse_other_primaries(path: Path) -> None:
     from PIL import Image
 
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            with Image.open(path) as picture:
-                tags: Any = getattr(picture, "tag_v2", {})
-                white, primaries = tags.get(_TIFF_WHITE), tags.get(_TIFF_PRIMARIES)
+        with opened_by_pillow(path) as picture:
+            tags: Any = getattr(picture, "tag_v2", {})
+            white, primaries = tags.get(_TIFF_WHITE), tags.get(_TIFF_PRIMARIES)
     except (*UNREADABLE, Image.DecompressionBombError):
         return  # of a form that Pillow does not know: floats of some kinds
     if white is not None and primaries is not None and len((*white, *primaries)) == 8:

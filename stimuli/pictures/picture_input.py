@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import threading
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,9 +14,11 @@ from documents.files import looked_for, open_regular
 from documents.text import visible
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_structure import check_exr
+from stimuli.pictures.png_chunks import MOST_PROFILE_BYTES
 
 if TYPE_CHECKING:
     import OpenImageIO
+    from PIL.Image import Image as PillowImage
 
 MAX_BYTES = 8_000_000_000
 # Of ENVI files, of which a few rows are in memory at a time.
@@ -75,6 +78,19 @@ def opened(
         raise StimulusError.at(path, message, "copy or write it again") from error
     finally:
         picture.close()
+
+
+@contextmanager
+def opened_by_pillow(path: Path) -> Iterator[PillowImage]:
+    """Yield the file at ``path``, open through Pillow, whose limit on pixels is no warning: ours is an error."""
+    from PIL import Image, PngImagePlugin
+
+    # By itself it calls a PNG damaged whose profile unpacks to more than a megabyte; all texts keep their own limit.
+    PngImagePlugin.MAX_TEXT_CHUNK = max(PngImagePlugin.MAX_TEXT_CHUNK, MOST_PROFILE_BYTES)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        with Image.open(path) as picture:
+            yield picture
 
 
 def kind_of(path: Path) -> str | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import warnings
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from documents import count_work
 from documents.files import read_regular
 from stimuli.errors import StimulusError
 from stimuli.pictures.picture_header import UNREADABLE, PictureHeader
-from stimuli.pictures.picture_input import MAX_BYTES, opened, reason, text_of
+from stimuli.pictures.picture_input import MAX_BYTES, opened, opened_by_pillow, reason, text_of
 from stimuli.pictures.png_chunks import png_pixel_bytes
 
 Pixels = NDArray[Any]
@@ -70,16 +69,11 @@ def _refuse_many_scans(header: PictureHeader) -> None:
 
 
 def _decode_by_pillow(header: PictureHeader, frame: int) -> Pixels:
-    from PIL import Image
-
     try:
-        with warnings.catch_warnings():
-            # Its limit on pixels is a warning; ours was an error.
-            warnings.simplefilter("ignore")
-            with Image.open(header.path) as picture:
-                picture.seek(frame)
-                form = ("L" if header.channels == 1 else "RGB") + ("A" if header.has_alpha else "")
-                pixels = np.asarray(picture if picture.mode == form else picture.convert(form))
+        with opened_by_pillow(header.path) as picture:
+            picture.seek(frame)
+            form = ("L" if header.channels == 1 else "RGB") + ("A" if header.has_alpha else "")
+            pixels = np.asarray(picture if picture.mode == form else picture.convert(form))
     except UNREADABLE as error:
         message = f"the picture is cut short or damaged: {(str(error).splitlines() or ['no reason given'])[0]}"
         raise StimulusError.at(header.path, message, "copy or save it again") from error

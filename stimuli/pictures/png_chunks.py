@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import zlib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -13,6 +14,9 @@ from documents.files import open_regular
 from stimuli.errors import StimulusError
 
 _MOST_EXIF = 1_000_000
+# As large as the profile of a display may be; a thousandth of it may be stored.
+MOST_PROFILE_BYTES = 32_000_000
+_WHOLE = {b"eXIf": _MOST_EXIF, b"iCCP": MOST_PROFILE_BYTES}
 # Of 8 kB each, as some programs write them, of a picture of 800 MB.
 _MOST_CHUNKS = 100_000
 # Chromaticities and powers as they are rounded by those who write them.
@@ -21,12 +25,22 @@ _STATED = ("white", "red", "green", "blue")
 
 
 def png_chunks(path: Path) -> Iterator[tuple[str, bytes]]:
-    """Yield name and content of a PNG's chunks but its pixels; of long ones the beginning."""
+    """Yield name and content of a PNG's chunks but its pixels; of long ones the beginning.
+
+    Raises
+    ------
+    StimulusError
+        If it has several profiles: each costs as much as it unpacks to.
+    """
+    profiles = 0
     with open_regular(path, "picture", error=StimulusError) as file:
         for at, size, name in _chunks(file, path):
+            profiles += name == b"iCCP"
+            if profiles > 1:
+                raise StimulusError.at(path, "the picture has more than one ICC profile (iCCP)", "save it again")
             if name != b"IDAT":
                 file.seek(at)
-                yield name.decode("latin-1"), file.read(min(size, 64 if name != b"eXIf" else _MOST_EXIF))
+                yield name.decode("latin-1"), file.read(min(size, _WHOLE.get(name, 64)))
 
 
 def png_pixel_bytes(path: Path) -> int:
@@ -53,6 +67,22 @@ def _chunks(file: BinaryIO, path: Path) -> Iterator[tuple[int, int, bytes]]:
         at += size + 12
 
 
+def png_profile(png: dict[str, bytes], path: Path) -> bytes | None:
+    """Return the ICC profile in the chunk iCCP, None without one; StimulusError if it is damaged or too large."""
+    if "iCCP" not in png:
+        return None
+    _, _, packed = png["iCCP"].partition(b"\0")
+    unpacking = zlib.decompressobj()
+    try:
+        data = unpacking.decompress(packed[1:], MOST_PROFILE_BYTES)
+    except zlib.error as error:
+        raise StimulusError.at(path, "its ICC profile (the chunk iCCP) is damaged", "save it again") from error
+    if unpacking.unconsumed_tail:
+        message = f"its ICC profile unpacks to more than {MOST_PROFILE_BYTES // 10**6} MB"
+        raise StimulusError.at(path, message, "save the picture with the profile of its colour space, such as sRGB")
+    return data or None
+
+
 def png_aspect(png: dict[str, bytes]) -> float:
     """Return a pixel's width over its height, as the chunk pHYs states it; 1 without one."""
     if len(png.get("pHYs", b"")) < 8:
@@ -72,18 +102,20 @@ def png_exif(png: dict[str, bytes]) -> Any:
 
 
 def png_space(png: dict[str, bytes], path: Path) -> str | None:
-    """Return the colour space that a PNG states beside a profile, in the order of its specification [PNG3]."""
+    """Return the colour space that a PNG states beside a profile, in the order of its specification [PNG3].
+
+    gAMA and cHRM, which others keep beside what ranks above them, are looked at only where they stand alone.
+    """
     if len(png.get("cICP", b"")) >= 4:
-        primaries, transfer = png["cICP"][0], png["cICP"][1]
-        name = {(1, 13): "srgb", (12, 13): "display-p3"}.get((primaries, transfer))
-        if name is None:
-            message = f"its chunk cICP states primaries {primaries} and transfer {transfer}, which are not read"
-            raise StimulusError.at(path, message, "save it as sRGB or Display P3, or as OpenEXR")
+        name = _cicp_space(png["cICP"], path)
+        if "sRGB" in png and name != "srgb":
+            message = f"its chunk cICP states {name}, and its chunk sRGB another colour space"
+            raise StimulusError.at(path, message, "save it with one of them, the one that it is in")
         return name
-    if "iCCP" in png:
-        return None
     if "sRGB" in png:
         return "srgb"
+    if "iCCP" in png:
+        return None
     gamma = None
     if len(png.get("gAMA", b"")) >= 4:
         gamma = struct.unpack(">I", png["gAMA"][:4])[0] / 1e5
@@ -95,6 +127,22 @@ def png_space(png: dict[str, bytes], path: Path) -> str | None:
             [value / 1e5 for value in struct.unpack(">8I", png["cHRM"][:32])], gamma, path, "its chunk cHRM"
         )
     return None
+
+
+def _cicp_space(cicp: bytes, path: Path) -> str:
+    """Return the colour space of the chunk cICP: primaries, transfer, matrix (0 of RGB), and 1 of the full range."""
+    primaries, transfer, matrix, full = cicp[:4]
+    name = {(1, 13): "srgb", (12, 13): "display-p3"}.get((primaries, transfer))
+    if name is None:
+        message = f"its chunk cICP states primaries {primaries} and transfer {transfer}, which are not read"
+        raise StimulusError.at(path, message, "save it as sRGB or Display P3, or as OpenEXR")
+    if matrix:
+        message = f"its chunk cICP states the matrix {matrix}, which no PNG has: its codes are RGB (0)"
+        raise StimulusError.at(path, message, "save it as sRGB or Display P3")
+    if full != 1:
+        message = "its chunk cICP states the narrow range of video, in which white is not the highest code"
+        raise StimulusError.at(path, message, "save it with the full range")
+    return name
 
 
 def stated_space(xy: Sequence[float], gamma: float | None, path: Path, named: str) -> str | None:

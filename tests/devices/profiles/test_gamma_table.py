@@ -39,8 +39,18 @@ def test_a_formula_is_gamma_between_least_and_most() -> None:
     assert np.abs(table.at(codes) - wanted).max() < 1e-4
 
 
-def test_filling_to_four_bytes_is_no_fault() -> None:
+@pytest.mark.parametrize("filling", [2, 22, 1000])
+def test_filling_behind_the_table_is_no_fault(filling: int) -> None:
+    values = [0, 30000, 65535] * 3
+    assert _read(vcgt(3, 2, values) + b"\xff" * filling).same_as(_read(vcgt(3, 2, values)))
     assert _read(vcgt(3, 1, [0, 255] * 3) + b"\0\0").size == 2
+
+
+def test_adobe_s_table_of_16_bits_that_says_8() -> None:
+    values = np.random.default_rng(1).integers(0, 65536, 768).tolist()
+    said = bytearray(vcgt(3, 2, values) + b"\0" * 22)
+    said[17] = 1
+    assert _read(bytes(said)).same_as(_read(vcgt(3, 2, values)))
 
 
 @pytest.mark.parametrize(
