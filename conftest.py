@@ -357,7 +357,7 @@ def pytest_xdist_auto_num_workers() -> int:
 
 # What the snippets of a page take for granted, by the page's name.
 PAGES: Mapping[str, Prepare] = {
-    "README": _with_results("dynamic_range"),
+    "README": _with_results("my_study"),
     "align": _align,
     "best_of_series": _series,
     "bids": _bids,

@@ -280,7 +280,7 @@ def comparisons(answers: Answers, layout: str | None = None, choice_codes: Seque
     InputError
         If they cannot be read or hold no comparison.
     """
-    from analysis.comparisons import KINDS, TIES, from_sessions, read_any
+    from analysis.comparisons import KINDS, from_sessions, read_any
     from analysis.records import read_results as read_logs
 
     if not isinstance(answers, pd.DataFrame):
@@ -289,28 +289,9 @@ def comparisons(answers: Answers, layout: str | None = None, choice_codes: Seque
             return from_sessions(read_logs(path))
         return read_any(path, layout=layout, choice_codes=choice_codes).comparisons
     table = answers
-    if "kind" in answers and "winner" not in answers:
-        experiments = sorted(answers["experiment"].astype(str).unique())
-        if len(experiments) > 1:
-            what = f"the trials are of {len(experiments)} experiments: {', '.join(experiments)}"
-            raise InputError(Finding(what, remedy=f"keep one: trials[trials['experiment'] == '{experiments[0]}']"))
-        trials = answers[answers["kind"].isin(KINDS)]
-        if "catch" in trials:
-            trials = trials[trials["catch"].isna()]
-        if trials.empty:
-            raise InputError(Finding("the trials hold no paired comparison", remedy="read results of a block of pairs"))
-        tied = trials["answer"].isin(TIES)
-        grouped = {"group": trials["group"]} if "group" in trials and trials["group"].notna().all() else {}
-        table = pd.DataFrame(
-            {
-                "winner": trials["first"].where(tied, trials.get("chosen")),
-                "loser": trials["second"].where(tied, trials.get("rejected")),
-                "observer": trials["observer"],
-                "first": trials["first"],
-                "outcome": tied.map({True: "tie", False: "win"}),
-                **grouped,
-            }
-        )
+    # Of trials, as `read_results` gives them, pairs are compared within groups where all of them have one.
+    if {"kind", "group"} <= set(answers) and answers["group"][answers["kind"].isin(KINDS)].isna().any():
+        table = table.drop(columns="group")
     # The names of a matrix's rows stand in its index.
     named = set(table.index.astype(str)) == set(table.columns.astype(str))
     lines = table.to_csv(index=named).splitlines(keepends=True)

@@ -39,7 +39,6 @@ with tempfile.TemporaryDirectory() as name:
         },
         "observers": {
             "kind": "bradley_terry",
-            "stimuli": {each: {"score": 1} for each in CONTRASTS},  # pairs are not compared here
             "psychometric": {"contrast": {"threshold": 0.03, "slope": 4}},
         },
     }

@@ -13,6 +13,8 @@ COLUMNS = ("winner", "loser", "count", "observer", "first", "outcome", "ties", "
 GROUP_NAMES = ("group", "scene", "content")  # what the column of groups may be called
 REQUIRED = ("winner", "loser")
 OUTCOMES = ("win", "tie")
+KINDS = ("all_pairs", "active_pairs")  # of trials that compare a pair
+TIES = ("no_difference", "not_sure")  # their answers that prefer neither
 
 Columns = dict[str, int]
 

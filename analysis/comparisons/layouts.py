@@ -10,6 +10,7 @@ Each kind has a name, recognises its header, and gives a reading: it translates 
   ``choice``: what was chosen won against each other option.
 - ``matrix``: names in the header and in the first column, and how often the item of the line was preferred over that of
   the column.
+- ``trials``: the trials of results, as `cyclopean.read_results` gives them (`analysis.comparisons.trials_table`).
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from typing import Protocol
 from analysis.comparisons.columns import COLUMNS, GROUP_NAMES, Columns, column_of
 from analysis.comparisons.comparisons import MOST_ITEMS
 from analysis.comparisons.plain_lines import Fault, PlainReading, is_count
+from analysis.comparisons.trials_table import Trials
 from analysis.errors import ResultsError
 from documents import Finding
 from documents.text import did_you_mean
@@ -329,6 +331,7 @@ LAYOUTS: dict[str, Layout] = {
         _Choice("items", "item_a, item_b, choice", 2, 2),
         _Choice("options", "option_1, option_2, option_3, ..., choice", 3, 1000),
         _Matrix(),
+        Trials(),
     )
 }
 

@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence, Set
 from dataclasses import replace
 
+from analysis.comparisons.columns import KINDS, TIES
 from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.comparisons.session_groups import SessionGroups, session_groups
 from analysis.errors import ResultsError
 from analysis.records.results import refuse_mixtures
 from analysis.records.session_record import SessionLog, Trial
 from documents import Finding
-
-KINDS = ("all_pairs", "active_pairs")
-TIES = ("no_difference", "not_sure")
 
 
 def is_comparison(trial: Trial) -> bool:

@@ -93,8 +93,8 @@ def read_any(
     file
         Name of a stream or of lines in findings.
     layout
-        ``winner-loser``, ``pwcmp``, ``items``, ``options`` or ``matrix``, as `analysis.comparisons.layouts` has them;
-        None to recognise it by its header.
+        ``winner-loser``, ``pwcmp``, ``items``, ``options``, ``matrix`` or ``trials``, as `analysis.comparisons.layouts`
+        has them; None to recognise it by its header.
     choice_codes
         For layouts with a column of choices: what stands there for the first option, the second and so on, and then for
         neither. Without, a choice is an item's name, or the end of a column's, such as ``a``.

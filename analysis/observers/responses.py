@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.classes.classes import levels
+from analysis.comparisons.columns import KINDS
 from analysis.comparisons.comparisons import Comparisons
-from analysis.comparisons.session_comparisons import KINDS, is_comparison
+from analysis.comparisons.session_comparisons import is_comparison
 from analysis.observers.haste import TOO_FAST_S
 from analysis.records.results import sessions_by_observer
 from analysis.records.session_record import SessionLog, Trial

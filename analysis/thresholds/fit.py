@@ -24,6 +24,7 @@ POINTS, RATE_POINTS = 41, 8
 _MOST_RATE = 0.2
 _KEPT = 1e-7  # of the posterior: what is cut off before the grid is refined
 _REGRIDS = 4
+_BELOW_CHANCE = 0.01
 Easier = Literal["higher", "lower"]
 
 
@@ -239,6 +240,11 @@ def _hopeless(hits: Floats, trials: Floats, guess: float | None, harder: str, si
     """Return why answers tell no threshold, levels from hard to easy; ``harder`` is where harder levels would be."""
     if (hits == trials).all():
         return f"all answers are right: the threshold lies {harder} the levels"
+    if guess is not None and _below_chance(right := int(hits.sum()), shown := int(trials.sum()), guess):
+        return (
+            f"below chance: {right} of {shown} answers are right, where guessing gives {guess * shown:.0f}. "
+            "Were the keys or the instructions exchanged?"
+        )
     if not hits.any():
         return f"no answer is right: the threshold lies {simpler} the levels"
     if len(trials) < 3:
@@ -249,6 +255,13 @@ def _hopeless(hits: Floats, trials: Floats, guess: float | None, harder: str, si
     if np.ptp(rates) == 0 or np.cov(np.arange(len(rates)), rates, aweights=trials)[0, 1] <= 0:
         return "answers are not more often right at easier levels: they tell no threshold"
     return ""
+
+
+def _below_chance(right: int, shown: int, guess: float) -> bool:
+    """Return whether guessing would give so few right answers in less than 1 % of such observers (binomial test)."""
+    from scipy.special import bdtr  # only where answers tell no threshold
+
+    return float(bdtr(right, shown, guess)) < _BELOW_CHANCE
 
 
 def _posterior(

@@ -89,7 +89,10 @@ class LazyGroup(click.Group):
             hint = f" Did you mean '{near}'?" if near else ""
             within = f"{self.name} " if ctx.parent else ""
             raise click.UsageError(f"There is no command '{within}{name}'.{hint}", ctx)
-        return super().resolve_command(ctx, args)
+        called, command, rest = super().resolve_command(ctx, args)
+        if command and not isinstance(command, click.Group):
+            _refuse_given_twice(command, click.Context(command, info_name=called, parent=ctx), rest)
+        return called, command, rest
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command; what it is refused for is one line, whatever the names in it."""
@@ -104,6 +107,15 @@ class LazyGroup(click.Group):
         """Write the commands' lines without loading them."""
         with formatter.section("Commands"):
             formatter.write_dl(list(self._commands_help.items()))
+
+
+def _refuse_given_twice(command: click.Command, ctx: click.Context, args: list[str]) -> None:
+    """Refuse an option with one value that is given twice: of two values, one would be left out without a word."""
+    _, _, given = command.make_parser(ctx).parse_args(list(args))
+    single = [each for each in given if isinstance(each, click.Option) and not (each.multiple or each.is_flag)]
+    for option in single:
+        if single.count(option) > 1:
+            raise click.UsageError(f"{max(option.opts, key=len)} is given twice, and takes one value.", ctx)
 
 
 class WorkError(click.ClickException):

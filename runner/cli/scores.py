@@ -32,7 +32,7 @@ JOD_EXCLUDES = ("observers", "observer_scores", *(name for name in RANDOM_EXCLUD
 @click.option(
     "--layout",
     metavar="NAME",
-    help="Layout of the table: winner-loser, pwcmp, items, options or matrix. Default: by its columns.",
+    help="Layout of the table: winner-loser, pwcmp, items, options, matrix or trials. Default: by its columns.",
 )
 @click.option(
     "--choice-codes",

@@ -32,8 +32,8 @@ class ScoredObserverSpec(BehaviourSpec):
     """Which kind of entry this is; it decides which other keys there are."""
     source: str = ""
     """Where the numbers come from, in words."""
-    stimuli: Annotated[dict[str, PublishedSpec], Field(min_length=2)]
-    """The score of every stimulus, by name."""
+    stimuli: Annotated[dict[str, PublishedSpec], Field(default_factory=dict, min_length=2)]
+    """The score of every stimulus, by name; left out, the observers answer only questions with a right answer."""
 
     @property
     def scores(self) -> dict[str, float]:

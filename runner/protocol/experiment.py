@@ -140,6 +140,12 @@ class Experiment:
         return tuple(self.stimuli.factors)
 
     @property
+    def scored_names(self) -> tuple[str, ...]:
+        """The stimuli that simulated observers need a score of: none where every question has a right answer."""
+        by_right_answers = {*PAGES, "questionnaire", "screening", "threshold"}
+        return () if {block.kind for block in self.spec.blocks} <= by_right_answers else self.stimulus_names
+
+    @property
     def mode(self) -> Mode:
         """The stereo mode, adjusted as the rig says."""
         return find_mode(self.rig.mode, ModeOptions.parse(self.rig.mode_options))

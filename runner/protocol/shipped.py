@@ -190,7 +190,7 @@ def _observers(experiment: Experiment) -> Iterator[Path]:
     reference = experiment.stimuli.reference
     for file in sorted((shipped / "configs" / "observers").glob("*.yaml")):
         try:
-            read_observer(file, experiment.stimulus_names, reference)
+            read_observer(file, experiment.scored_names, reference)
         except InputError:
             continue
         yield file

@@ -329,7 +329,7 @@ def _refuse_unfinished(experiment: str | Path, observer: str, design: Experiment
 
 
 def _law(file: str | Path, design: Experiment) -> ObserverSpec:
-    return read_observer(Path(file), design.stimulus_names, design.stimuli.reference)
+    return read_observer(Path(file), design.scored_names, design.stimuli.reference)
 
 
 def _status(session: Session, station: Station) -> SessionStatus:

@@ -169,6 +169,14 @@ def test_trials_of_two_experiments_are_refused(results: Path) -> None:
         cyclopean.scores(pd.concat([trials, other]))
 
 
+@pytest.mark.parametrize("index", [True, False])
+def test_trials_saved_as_csv_score_as_their_frame(results: Path, tmp_path: Path, index: bool) -> None:
+    trials = cyclopean.read_results(results)
+    trials.to_csv(tmp_path / "trials.csv", index=index)
+    from_file = cyclopean.scores(tmp_path / "trials.csv", method="firth").to_frame()
+    pd.testing.assert_frame_equal(from_file, cyclopean.scores(trials, method="firth").to_frame())
+
+
 def test_a_frame_without_comparisons_is_refused(results: Path) -> None:
     trials = cyclopean.read_results(results)
     with pytest.raises(InputError, match="no paired comparison"):

@@ -131,7 +131,7 @@ def test_a_layout_that_was_asked_for() -> None:
     assert finding("item_a,item_b,choice\nx,y,1\n", codes=("1",)).startswith(
         "t.csv:1:1: 1 texts for the choice among 2"
     )
-    assert list(LAYOUTS) == ["winner-loser", "pwcmp", "items", "options", "matrix"]
+    assert list(LAYOUTS) == ["winner-loser", "pwcmp", "items", "options", "matrix", "trials"]
 
 
 def test_a_line_without_end_is_refused() -> None:
@@ -201,3 +201,38 @@ def test_the_command_says_how_a_table_was_read(cyclopean: Call) -> None:
     assert cyclopean("scores", "-", "--choice-codes", "0,1", text=numbers).stdout.splitlines()[0].endswith("items")
     done = cyclopean("scores", "-", "--layout", "matrix", text=numbers, expect=2)
     assert "the header is not one of the layout 'matrix'" in done.stderr
+
+
+def _trials(*lines: str) -> list[str]:
+    return ["experiment,observer,kind,first,second,answer,chosen,rejected,catch,group", *lines]
+
+
+def test_trials_give_their_paired_choices_ties_and_groups() -> None:
+    read = read_any(
+        _trials(
+            "e,01,instructions,,,,,,,",
+            "e,01,all_pairs,a,b,first,a,b,,day",
+            "e,01,all_pairs,b,a,first,b,a,repeat,day",
+            "e,02,all_pairs,a,b,not_sure,,,,day",
+        ),
+        "t.csv",
+    )
+    assert read.layout == "trials"
+    assert read.comparisons.wins.tolist() == [[0, 1], [0, 0]]
+    assert read.comparisons.ties == 1
+    assert read.comparisons.observers == ("01", "02")
+
+
+@pytest.mark.parametrize(
+    ("line", "place"),
+    [
+        ("e,01,all_pairs,a,b,first,a,,,day", (2, 28)),
+        ("e,01,all_pairs,a,b,first,a,b,,", (2, 31)),
+        ("e,01", (2, 3)),
+    ],
+)
+def test_faults_of_trials_have_their_place(line: str, place: tuple[int, int]) -> None:
+    with pytest.raises(ResultsError) as caught:
+        read_any(_trials(line), "t.csv")
+    (found,) = caught.value.findings
+    assert (found.line, found.column) == place

@@ -66,7 +66,8 @@ def test_the_rise_is_from_a_tenth_to_nine_tenths(function: str) -> None:
     ("shares", "words"),
     [
         ([1, 1, 1, 1, 1], "all answers are right"),
-        ([0, 0, 0, 0, 0], "no answer is right"),
+        ([0, 0, 0, 0, 0], "below chance: 0 of"),
+        ([0.5, 0.45, 0.35, 0.2, 0.1], "below chance"),
         ([0.5, 0.5, 0.5, 0.45, 0.5], "than guessing gives"),
         ([1, 0.9, 0.9, 0.8, 0.7], "not more often right"),
     ],
@@ -75,6 +76,14 @@ def test_answers_that_tell_nothing_give_no_number(shares: list[float], words: st
     fit = fit_threshold(*_answers(shares))
     assert words in fit.reason
     assert (fit.threshold, fit.threshold_interval, fit.slope, fit.probability(0.1)) == (None, None, None, None)
+
+
+def test_who_guesses_is_not_called_below_chance() -> None:
+    rng = np.random.default_rng(20)
+    levels = np.repeat(LEVELS, 8).tolist()
+    reasons = [fit_threshold(levels, (rng.random(len(levels)) < 0.25).tolist(), guess=0.25).reason for _ in range(100)]
+    assert sum("below chance" in reason for reason in reasons) <= 4  # at a level of 1 %, of 100
+    assert "no answer is right" in fit_threshold([1, 2, 4], [False] * 3).reason
 
 
 def test_two_levels_and_a_threshold_above_all_levels_give_no_number() -> None:

@@ -68,3 +68,22 @@ def test_every_command_has_help(name: str) -> None:
     result = CliRunner().invoke(group, [name, "--help"])
     assert result.exit_code == 0
     assert "Usage:" in result.output
+
+
+@pytest.mark.parametrize(
+    ("words", "option"),
+    [
+        (("power", "x.yaml", "--observers", "10", "--observers", "20"), "--observers"),
+        (("scores", "x.csv", "--alpha", ".05", "--alpha=.1"), "--alpha"),
+        (("display", "fit", "x.csv", "-o", "a", "--output", "b"), "--output"),
+    ],
+)
+def test_a_value_given_twice_is_refused(words: tuple[str, ...], option: str) -> None:
+    done = CliRunner().invoke(group, words)
+    assert done.exit_code == 2
+    assert f"{option} is given twice" in done.output
+
+
+def test_what_may_be_repeated_is_not_refused() -> None:
+    words = ("power", "missing.yaml", "--pair", "a", "b", "--pair", "b", "c", "--json", "--json")
+    assert "twice" not in CliRunner().invoke(group, words).output

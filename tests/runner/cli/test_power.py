@@ -119,7 +119,7 @@ def test_how_much_observers_differ_is_assumed_aloud_or_given() -> None:
     assert "differ by 0.7 nats (not measured)" in assumed["notes"][0]
     assert [line["observer_sd"] for line in assumed["by_observer_sd"]] == [0.0, 0.7, 1.5]
     compared = "10 if they do not differ, more than 10 at 0.7 nats, more than 10 at 1.5 nats"
-    pair = told(*words, "--pair", "2.1-stereo", "3.1-stereo", "--replicates", "100")
+    pair = told(*words[:-1], "100", "--pair", "2.1-stereo", "3.1-stereo")
     assert compared in pair["notes"][1]
     assert given["observer_spread"]["source"] == "given"
     assert given["notes"] == given["by_observer_sd"] == []

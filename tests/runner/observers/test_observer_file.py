@@ -70,6 +70,13 @@ def test_faults_are_told_with_their_place(tmp_path: Path, text: str, told: str) 
     assert told in str(caught.value)
 
 
+def test_scores_may_be_left_out_where_no_stimulus_needs_one(tmp_path: Path) -> None:
+    text = "schema_version: 1\nkind: bradley_terry\npsychometric: {contrast: {threshold: 0.05, slope: 4}}\n"
+    assert read_observer(_write(tmp_path, text)).psychometric["contrast"].threshold == 0.05
+    with pytest.raises(InputError, match="no score is given for a, b"):
+        read_observer(_write(tmp_path, text), ("a", "b"))
+
+
 def test_the_experiments_reference_picture_is_taken_if_none_is_named(tmp_path: Path) -> None:
     file = _write(tmp_path, BY_PICTURE.replace("reference: a\n", ""))
     assert read_observer(file, ("a", "b"), "b").kind == "image_based"
