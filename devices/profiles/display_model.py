@@ -19,7 +19,7 @@ from devices.display.tone_curve import Curve
 from devices.errors import DeviceError
 from devices.profiles.curves import ParametricCurve, SampledCurve, TagCurve
 from devices.profiles.profile import COLOURS, MatrixModel, Profile
-from devices.profiles.readings import black_beneath, nothing_inside
+from devices.profiles.readings import black_beneath
 from documents import Finding
 
 Floats = NDArray[np.float64]
@@ -68,12 +68,16 @@ def model_of_profile(profile: Profile, white_cd_m2: float | None = None) -> Prof
     """
     matrix = profile.matrix
     if matrix is None:
-        raise DeviceError(nothing_inside(profile))
+        _ = profile.light
+        what = f"the profile has a table ('{profile.table_name}') and no matrix and curves"
+        raise DeviceError(Finding(what, profile.file, remedy="fit a model to what it gives, as display fit does"))
     luminance = profile.white_cd_m2(white_cd_m2)
     findings: list[Finding] = []
     curves, notes = display_curves(matrix, profile, findings)
     if findings:
         raise DeviceError(findings)
+    if profile.table_name:
+        notes.append(f"the profile's table ('{profile.table_name}') ranks above its matrix and curves, and may differ")
     primaries = profile.absolute(matrix.primaries.T, luminance).T
     black = np.zeros(3)
     if (beneath := black_beneath(profile, matrix)) is not None:

@@ -9,11 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.colour import srgb_decoded
-from devices.errors import DeviceError
 from devices.profiles.curves import TagCurve
 from devices.profiles.display_model import exact_curve, is_srgb
-from devices.profiles.profile import profile_of
-from devices.profiles.readings import nothing_inside
+from devices.profiles.profile import MatrixModel, profile_of
 from devices.profiles.tag_table import parse_profile_file
 
 Floats = NDArray[np.float64]
@@ -23,8 +21,8 @@ Floats = NDArray[np.float64]
 class ProfileEncoding:
     """From RGB codes in 0..1 to XYZ as it is in the room, with the white at Y = 1: its own white, not D50.
 
-    ``curves`` and ``matrix`` (3, 3) of a profile that has them, else None; ``xyz`` leads from codes (n, 3) to XYZ
-    (n, 3) for every profile, by its table where it has no matrix.
+    ``curves`` and ``matrix`` (3, 3) of a profile without a table, else none; ``xyz`` leads from codes (n, 3) to XYZ
+    (n, 3) for every profile.
     """
 
     matrix: Floats | None
@@ -45,8 +43,9 @@ def profile_encoding(data: bytes, file: str) -> ProfileEncoding:
     Returns
     -------
     ProfileEncoding
-        Matrix and curves, or a table. The adaptation to D50 of its connection space is undone by the matrix that the
-        profile names (``chad``, or Bradford's from its white point).
+        A table, or, of a profile without one, matrix and curves: as `Profile.light` ranks them. The adaptation to D50
+        of its connection space is undone by the matrix that the profile names (``chad``, or Bradford's from its white
+        point).
 
     Raises
     ------
@@ -62,20 +61,17 @@ def profile_encoding(data: bytes, file: str) -> ProfileEncoding:
     1.0
     """
     profile = profile_of(parse_profile_file(data, file))
-    matrix = profile.matrix
-    if matrix is not None:
-        curves = tuple(_curve(curve) for curve in matrix.curves)
-        absolute = profile.absolute(matrix.primaries.T, 1.0).T
+    light = profile.light
+    if not isinstance(light, MatrixModel):
+        return ProfileEncoding(None, (), lambda codes: profile.absolute(light.xyz(codes), 1.0))
+    curves = tuple(_curve(curve) for curve in light.curves)
+    absolute = profile.absolute(light.primaries.T, 1.0).T
 
-        def by_matrix(codes: Floats) -> Floats:
-            light = np.stack([curve(codes[:, channel]) for channel, curve in enumerate(curves)], axis=1)
-            return np.asarray(light @ absolute.T)
+    def by_matrix(codes: Floats) -> Floats:
+        channels = np.stack([curve(codes[:, channel]) for channel, curve in enumerate(curves)], axis=1)
+        return np.asarray(channels @ absolute.T)
 
-        return ProfileEncoding(absolute, curves, by_matrix)
-    table = profile.table
-    if table is None:
-        raise DeviceError(nothing_inside(profile))
-    return ProfileEncoding(None, (), lambda codes: profile.absolute(table.xyz(codes), 1.0))
+    return ProfileEncoding(absolute, curves, by_matrix)
 
 
 def _curve(curve: TagCurve) -> Callable[[ArrayLike], Floats]:

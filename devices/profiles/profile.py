@@ -143,6 +143,20 @@ class Profile:
         red, green, blue = (curve_at(tag)[0] for tag in found[3:])
         return MatrixModel(primaries, (red, green, blue))
 
+    @property
+    def light(self) -> ProfileTable | MatrixModel:
+        """What leads from codes to light: the table, which ranks above matrix and curves ([ICC2022], 8.10.2).
+
+        DeviceError if there is neither, or what there is is damaged.
+        """
+        light = self.table or self.matrix
+        if light is None:
+            there = ", ".join(sorted(name.strip() for name in self.content.places)) or "none"
+            what = "the profile does not say what light a code gives; its tags: " + there
+            needed = "needed are targ (readings), A2B1 or A2B0 (a table), or rXYZ, gXYZ, bXYZ with rTRC, gTRC, bTRC"
+            raise DeviceError(Finding(what, self.file, remedy=needed))
+        return light
+
     def white_cd_m2(self, given: float | None) -> float:
         """Return the luminance of the white: ``given``, or the profile's own; DeviceError if there is neither."""
         luminance = self.luminance_cd_m2 if given is None else given

@@ -104,31 +104,25 @@ def _carried_readings(text: CarriedText, profile: Profile, white_cd_m2: float | 
 def _sampled(profile: Profile, white_cd_m2: float | None) -> Measurements:
     """Return what the profile's table, or its matrix and curves, say of a set of codes."""
     codes = sampled_codes()
-    table, matrix = profile.table, None
-    if table is not None:
-        XYZ = table.xyz(codes)
+    light = profile.light
+    source = "the matrix and curves"
+    if not isinstance(light, MatrixModel):
         relative = profile.table_name == "A2B1"
         source = f"the {'relative colorimetric' if relative else 'only'} table ('{profile.table_name}')"
-    else:
-        matrix = profile.matrix
-        if matrix is None:
-            raise DeviceError(nothing_inside(profile))
-        XYZ = matrix.xyz(codes)
-        source = "the matrix and curves"
     luminance = profile.white_cd_m2(white_cd_m2)
-    absolute = profile.absolute(XYZ, luminance)
+    absolute = profile.absolute(light.xyz(codes), luminance)
     notes = [
         f"the profile holds no measurements: its model, {source}, was asked for {len(codes)} colours, so that "
         "differences from them say nothing of the display",
         *profile.notes,
     ]
-    if matrix is not None and (black := black_beneath(profile, matrix)) is not None:
+    if isinstance(light, MatrixModel) and (black := black_beneath(profile, light)) is not None:
         absolute = with_black(absolute, black, luminance)
         notes.append("black is the profile's black point ('bkpt')")
     dark = float(absolute[0, 1])
     if dark <= 0:
         notes.append("the profile's black gives no light; measure the black, which no display lacks")
-    white = float(table.xyz(np.ones((1, 3)))[0, 1]) if table is not None else 1.0
+    white = 1.0 if isinstance(light, MatrixModel) else float(light.xyz(np.ones((1, 3)))[0, 1])
     if not math.isclose(white, 1.0, abs_tol=0.01):
         notes.append(f"the table's white has Y = {white:.4g}; Y = 1 was taken for {luminance:g} cd/m²")
     names = tuple("r{:.4g} g{:.4g} b{:.4g}".format(*(255.0 * row)) for row in codes)
@@ -182,13 +176,3 @@ def black_beneath(profile: Profile, matrix: MatrixModel) -> Floats | None:
 def with_black(XYZ_cd_m2: Floats, black: Floats, white_cd_m2: float) -> Floats:
     """Return XYZ (n, 3) with ``black`` (a share of white) beneath, scaled so that white stays where it is."""
     return np.asarray(XYZ_cd_m2 * (1.0 - black[1]) + black * white_cd_m2)
-
-
-def nothing_inside(profile: Profile) -> Finding:
-    """Return a finding that nothing in ``profile`` says what light a code gives."""
-    there = ", ".join(sorted(name.strip() for name in profile.content.places)) or "none"
-    return Finding(
-        "the profile does not say what light a code gives; its tags: " + there,
-        profile.file,
-        remedy="needed are targ (readings), A2B1 or A2B0 (a table), or rXYZ, gXYZ, bXYZ with rTRC, gTRC, bTRC",
-    )
