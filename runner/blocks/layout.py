@@ -5,6 +5,8 @@ A picture is shown through its aperture; the rest of a larger picture is not rea
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -26,6 +28,13 @@ class LayoutError(SessionError):
 
 
 NO_REFERENCE, PHYSICAL = "none", "physical"
+SIZES_DIFFER = 1.05  # from a twentieth in length on, size goes with content
+
+
+def size_ratio(sizes_px: Sequence[tuple[int, int]]) -> float:
+    """Return how many times the largest of some pictures is as long as the smallest: the root of the areas' ratio."""
+    areas = [width * height for width, height in sizes_px]
+    return math.sqrt(max(areas) / min(areas))
 
 
 class LayoutSpec(Strict):

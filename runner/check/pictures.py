@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict
 from functools import partial
@@ -10,6 +11,7 @@ from typing import Any
 from devices.compensation import NOTICED_DELTA_E_00
 from documents.text import counted
 from documents.yaml import YamlSource
+from runner.blocks.layout import SIZES_DIFFER, size_ratio
 from runner.check.error_budget import picture_budget
 from runner.check.report import CheckOptions, CheckReport
 from runner.protocol.experiment import Experiment
@@ -113,6 +115,7 @@ def _sizes(report: CheckReport, design: Experiment, source: YamlSource, stimuli:
         )
         remedy = "black will surround them; make size_mm smaller, or the pictures larger"
         report.warnings.append(source.finding(("layout", "size_mm"), what, remedy))
+    _one_size(report, design, source, stimuli)
     seen = {name: _seen_share(stimuli.size_px(name), aperture) for name in stimuli.names}
     cut = {name: share for name, share in seen.items() if share < LEAST_SEEN}
     if cut:
@@ -124,6 +127,28 @@ def _sizes(report: CheckReport, design: Experiment, source: YamlSource, stimuli:
         )
         remedy = "make size_mm larger, resample the pictures, or accept it"
         report.warnings.append(source.finding(("layout", "size_mm"), what, remedy))
+
+
+def _one_size(report: CheckReport, design: Experiment, source: YamlSource, stimuli: StimulusSet) -> None:
+    """Warn of pictures that are compared and differ in size: size goes with content, and may be what is judged."""
+    groups: dict[object, dict[str, tuple[int, int]]] = {}
+    factors = {getattr(spec, "within", None) for spec in design.spec.blocks if hasattr(spec, "within")}
+    within = next(iter(factors)) if len(factors) == 1 else None
+    for name in stimuli.names:
+        width, height = (min(both) for both in zip(stimuli.size_px(name), design.aperture_px, strict=True))
+        group = design.stimuli.factors[name].get(within) if within else None
+        groups.setdefault(group, {})[name] = width, height
+    sizes = max(groups.values(), key=lambda sizes: size_ratio(list(sizes.values())))
+    ratio = size_ratio(list(sizes.values()))
+    report.facts["size_ratio"] = round(ratio, 3)
+    if ratio > SIZES_DIFFER:
+        large, small = (pick(sizes, key=lambda name: math.prod(sizes[name])) for pick in (max, min))
+        what = (
+            f"pictures that are compared differ in size on the screen: '{large}' is {ratio:.2f} times as long as "
+            f"'{small}'. Size goes with content: observers may judge it"
+        )
+        remedy = "bring them to one size by resample in the recipe (`cyclopean new --fit` does), or accept it"
+        report.warnings.append(source.finding(("stimuli",), what, remedy))
 
 
 def _seen_share(size_px: tuple[int, int], aperture_px: tuple[int, int]) -> float:

@@ -48,6 +48,11 @@ KINDS = ("pairs", "best", "rating", "within-groups")
 @monitor_option
 @click.option("--white", "white_cd_m2", type=float, help="Luminance of white in cd/m². Default: 100, or the display's.")
 @click.option("--distance", "distance_mm", type=float, help="From the eyes to the screen in mm. Default: 600.")
+@click.option(
+    "--fit/--no-fit",
+    default=None,
+    help="Bring pictures to one size on the screen, or leave them. Default: where they differ by more than 5 %.",
+)
 @click.option("--from", "shipped", metavar="NAME", help="Copy an experiment that comes with cyclopean; see --list.")
 @click.option("--list", "as_list", is_flag=True, help="List the experiments that come with cyclopean.")
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
@@ -62,6 +67,7 @@ def command(
     monitors: tuple[str, ...],
     white_cd_m2: float | None,
     distance_mm: float | None,
+    fit: bool | None,
     shipped: str | None,
     as_list: bool,
     as_json: bool,
@@ -70,7 +76,7 @@ def command(
 
     STUDY is the folder to make. PICTURES are files and folders: PNG, JPEG, TIFF, WebP, MPO and JPS. Pairs are found by
     name: plate_L.jpg and plate_R.jpg, or one name in folders left/ and right/. The pictures are copied; they are shown
-    pixel for pixel where they fit the screen. Nothing is overwritten.
+    pixel for pixel where they fit the screen and are of one size. Nothing is overwritten.
     """
     if as_list:
         _list(as_json)
@@ -85,7 +91,7 @@ def command(
         from runner.studies import StudyOptions, panel_of
 
         known = panel_of(panel) if panel else None
-        options = StudyOptions(kind, mode, question, white_cd_m2, display, known, distance_mm, monitors)
+        options = StudyOptions(kind, mode, question, white_cd_m2, display, known, distance_mm, monitors, fit)
         _write(study, pictures, options, as_json)
 
 
@@ -106,7 +112,7 @@ def _refuse_others(pictures: tuple[Path, ...]) -> None:
     context = click.get_current_context()
     given = [
         f"--{name.split('_')[0].rstrip('s')}"
-        for name in ("kind", "mode", "question", "display", "panel", "monitors", "white_cd_m2", "distance_mm")
+        for name in ("kind", "mode", "question", "display", "panel", "monitors", "white_cd_m2", "distance_mm", "fit")
         if context.get_parameter_source(name) is ParameterSource.COMMANDLINE
     ]
     if pictures or given:

@@ -1,17 +1,19 @@
 """How large each picture of a study is shown: from the pictures' pixels, the panel and the stereo mode to a layout.
 
-Pictures that fit are shown pixel for pixel; the others are made smaller until they fit, each by its own factor.
+Pictures that fit are shown pixel for pixel; the others are made smaller until they fit, each by its own factor. Those
+that are compared are brought to one size where that is asked: the area of the smallest.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 from devices.display import PanelSpec
 from documents import Finding
-from runner.blocks.layout import LayoutError, LayoutSpec, pair_layout, single_layout
+from runner.blocks.layout import SIZES_DIFFER, LayoutError, LayoutSpec, pair_layout, single_layout, size_ratio
 from runner.blocks.style import Style
 from runner.presenter.modes.mode import Mode
 
@@ -45,6 +47,7 @@ class SizePlan:
     window_px: Pixels
     pixel_pitch_mm: float
     pictures: tuple[ShownSize, ...]
+    brought_to_one_size: bool = False
 
     @property
     def window_mm(self) -> tuple[float, float]:
@@ -61,6 +64,8 @@ class SizePlan:
     def sentence(self) -> str:
         """How large the pictures are shown, for people."""
         count = len(self.pictures)
+        if self.brought_to_one_size:
+            return "Pictures that are compared are brought to one size, the smallest's, in linear light."
         if not self.resampled:
             return "Every picture is shown pixel for pixel."
         times = [each.size_px[0] / each.shown_px[0] for each in self.pictures if not each.is_pixel_for_pixel]
@@ -75,7 +80,15 @@ class SizePlan:
         return _millimetres(self.pictures[number].shown_px[0], self.pixel_pitch_mm)
 
 
-def plan_sizes(sizes_px: Sequence[Pixels], mode: Mode, panel: PanelSpec, *, pairs: bool) -> SizePlan:
+def plan_sizes(
+    sizes_px: Sequence[Pixels],
+    mode: Mode,
+    panel: PanelSpec,
+    *,
+    pairs: bool,
+    fit: bool | None = False,
+    compared: Sequence[Sequence[int]] = (),
+) -> SizePlan:
     """Return the largest sizes, none above the pictures' own, at which an eye's view holds them with the words.
 
     Parameters
@@ -89,6 +102,11 @@ def plan_sizes(sizes_px: Sequence[Pixels], mode: Mode, panel: PanelSpec, *, pair
     pairs
         Whether two pictures are shown at a time, side by side or one above the other, whichever lets the picture that
         is made smallest be larger; otherwise a single one with room for an answer under it.
+    fit
+        Whether pictures that are compared are brought to the area of the smallest; None: where they would differ by
+        more than 5 % in length.
+    compared
+        The numbers, from 0, of pictures that are compared with each other; without, all are.
 
     Returns
     -------
@@ -110,11 +128,28 @@ def plan_sizes(sizes_px: Sequence[Pixels], mode: Mode, panel: PanelSpec, *, pair
         except LayoutError as error:
             without_room.append(error)
             continue
+        groups = compared or [range(len(shown))]
+        apart = max(size_ratio([shown[number].shown_px for number in group]) for group in groups)
+        one_size = fit is not False and apart > (SIZES_DIFFER if fit is None else 1.0)
+        if one_size:
+            fitted = {number: each for group in groups for number, each in _of_one_area(shown, group)}
+            shown = tuple(fitted[number] for number in range(len(shown)))
         window = max(each.shown_px[0] for each in shown), max(each.shown_px[1] for each in shown)
-        plans.append(SizePlan(arrangement, view_px, window, panel.pixel_pitch_mm, shown))
+        plans.append(SizePlan(arrangement, view_px, window, panel.pixel_pitch_mm, shown, one_size))
     if not plans:
         raise without_room[0]
     return max(plans, key=_least_share)
+
+
+def _of_one_area(shown: Sequence[ShownSize], group: Sequence[int]) -> Iterator[tuple[int, ShownSize]]:
+    """Yield the pictures of a group at the area of its smallest, which every one of them has room for."""
+    area = min(math.prod(shown[number].shown_px) for number in group)
+    for number in group:
+        width, height = shown[number].size_px
+        across = max(1, round(math.sqrt(area * width / height)))
+        smaller = across, max(1, round(across * height / width))
+        is_smallest = math.prod(shown[number].shown_px) == area
+        yield number, shown[number] if is_smallest else ShownSize((width, height), smaller)
 
 
 def _room_px(arrangement: Arrangement, panel: PanelSpec, style: Style, *, pairs: bool) -> Pixels:

@@ -20,7 +20,7 @@ from runner.presenter.surfaces.screens import primary_monitor
 from runner.protocol import Experiment, read_experiment
 from runner.session.picture_source import Progress, no_progress
 from runner.studies.contents import EXPERIMENT, KINDS, Kind, StudyDesign, commands, copies_of_pictures, written_files
-from runner.studies.gather import Member, by_folder, gather, groups_of_pairs
+from runner.studies.gather import Grouping, Member, by_folder, gather, groups_of_pairs
 from runner.studies.plan import plan_sizes
 from runner.studies.screen import DISTANCE_MM, StudyScreen, nominal_screen, screen_of_file
 
@@ -35,7 +35,8 @@ class StudyOptions:
     ``mode`` None is ``flat`` for flat pictures, and for stereo pictures a mode that any screen shows;
     ``display`` is a display or rig file, None a nominal sRGB display of ``panel``, or of the monitor's panel where that
     is None too. ``white_cd_m2`` is the luminance of the pictures' white, None that of the display's. ``monitors`` are
-    those that the rig will name, by name or number: at most one, or two in the mode dual-window.
+    those that the rig will name, by name or number: at most one, or two in the mode dual-window. ``fit`` says whether
+    all pictures are brought to one size on the screen; None: where they would differ by more than 5 %.
     """
 
     kind: Kind = "pairs"
@@ -46,6 +47,7 @@ class StudyOptions:
     panel: PanelSpec | None = None
     distance_mm: float | None = None
     monitors: tuple[str, ...] = ()
+    fit: bool | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,6 +161,12 @@ def new_study(
     )
 
 
+def _compared(members: Sequence[Member], grouping: Grouping | None) -> list[list[int]]:
+    """Return the numbers of the pictures that are compared with each other, by group."""
+    groups = grouping.members.values() if grouping else [tuple(member.name for member in members)]
+    return [[number for number, member in enumerate(members) if member.name in names] for names in groups]
+
+
 def _design(folder: Path, members: tuple[Member, ...], options: StudyOptions, ask_monitor: AskMonitor) -> StudyDesign:
     """Decide on mode, groups, sizes and light."""
     kind = options.kind
@@ -184,6 +192,8 @@ def _design(folder: Path, members: tuple[Member, ...], options: StudyOptions, as
         find_mode(mode),
         screen.panel,
         pairs=kind in ("pairs", "within-groups"),
+        fit=options.fit,
+        compared=_compared(members, grouping),
     )
     called = folder.absolute().name
     return StudyDesign(

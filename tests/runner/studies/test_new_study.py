@@ -53,6 +53,17 @@ def test_choices_of_a_new_study_are_scored_by_the_quality_that_is_asked(tmp_path
     assert all(level.score is not None for level in series.levels)
 
 
+@pytest.mark.parametrize("fit", [None, False])
+def test_pictures_of_several_sizes_are_brought_to_one_or_warned_of(tmp_path: Path, fit: bool | None) -> None:
+    folder = draw_flat(tmp_path / "photos", ("small",), (60, 40))
+    draw_flat(folder, ("large",), (240, 160))
+    study = new_study(tmp_path / "my_study", [folder], StudyOptions(panel=PANEL, fit=fit))
+    report = check_file(study.experiment, CheckOptions(screen="skip", pictures=True))
+    assert not report.errors
+    assert report.facts["size_ratio"] == (1.0 if fit is None else 4.0)
+    assert any("differ in size" in str(warning) for warning in report.warnings) == (fit is False)
+
+
 FEW = ("flat", "side-by-side-half", "checkerboard", "anaglyph-red-cyan")  # the other modes: make stress
 
 
@@ -63,7 +74,7 @@ def test_sizes_and_modes(tmp_path: Path, mode: str) -> None:
     folder = draw_flat(tmp_path / "photos", ("small",), (16, 16))
     draw_flat(folder, ("portrait",), (300, 700))
     draw_flat(folder, ("wide",), (2000, 100))
-    study = new_study(tmp_path / "my_study", [folder], StudyOptions(mode=mode, panel=PANEL))
+    study = new_study(tmp_path / "my_study", [folder], StudyOptions(mode=mode, panel=PANEL, fit=False))
     assert _errors(study, pictures=False) == []
     design = read_experiment(study.experiment)
     assert design.rig.mode == mode

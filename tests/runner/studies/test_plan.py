@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import pytest
 
 from devices.display import PanelSpec
@@ -54,6 +56,24 @@ def test_a_picture_that_is_made_smaller_fills_the_room(mode: str) -> None:
         except LayoutError:
             return
     pytest.fail("a larger window would have fitted too")
+
+
+@pytest.mark.parametrize("pairs", [True, False])
+def test_pictures_are_brought_to_one_size_where_they_differ(pairs: bool) -> None:
+    def shown(sizes: Sequence[tuple[int, int]], fit: bool | None, *groups: Sequence[int]) -> list[tuple[int, int]]:
+        plan = plan_sizes(sizes, find_mode("flat"), PANEL, pairs=pairs, fit=fit, compared=groups)
+        return [each.shown_px for each in plan.pictures]
+
+    assert shown([(100, 80), (400, 320)], None) == [(100, 80), (100, 80)]
+    assert shown([(100, 80), (400, 320)], False) == [(100, 80), (400, 320)]
+    assert shown([(100, 80), (102, 82)], None) == [(100, 80), (102, 82)]
+    assert shown([(100, 100), (400, 100)], True) == [(100, 100), (200, 50)]
+    assert shown([(100, 80), (400, 320), (50, 40), (100, 80)], None, [0, 1], [2, 3]) == [
+        (100, 80),
+        (100, 80),
+        (50, 40),
+        (50, 40),
+    ]
 
 
 def test_the_arrangement_lets_pictures_be_larger() -> None:
