@@ -53,6 +53,11 @@ KINDS = ("pairs", "best", "rating", "within-groups")
     default=None,
     help="Bring pictures to one size on the screen, or leave them. Default: where they differ by more than 5 %.",
 )
+@click.option(
+    "--reference",
+    metavar="FILE|physical",
+    help="What the pictures are compared with: a picture, or a real thing beside the screen. Default: nothing.",
+)
 @click.option("--from", "shipped", metavar="NAME", help="Copy an experiment that comes with cyclopean; see --list.")
 @click.option("--list", "as_list", is_flag=True, help="List the experiments that come with cyclopean.")
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
@@ -68,6 +73,7 @@ def command(
     white_cd_m2: float | None,
     distance_mm: float | None,
     fit: bool | None,
+    reference: str | None,
     shipped: str | None,
     as_list: bool,
     as_json: bool,
@@ -91,7 +97,7 @@ def command(
         from runner.studies import StudyOptions, panel_of
 
         known = panel_of(panel) if panel else None
-        options = StudyOptions(kind, mode, question, white_cd_m2, display, known, distance_mm, monitors, fit)
+        options = StudyOptions(kind, mode, question, white_cd_m2, display, known, distance_mm, monitors, fit, reference)
         _write(study, pictures, options, as_json)
 
 
@@ -112,8 +118,9 @@ def _refuse_others(pictures: tuple[Path, ...]) -> None:
     context = click.get_current_context()
     given = [
         f"--{name.split('_')[0].rstrip('s')}"
-        for name in ("kind", "mode", "question", "display", "panel", "monitors", "white_cd_m2", "distance_mm", "fit")
-        if context.get_parameter_source(name) is ParameterSource.COMMANDLINE
+        for name in context.params
+        if name not in ("study", "pictures", "shipped", "as_list", "as_json")
+        and context.get_parameter_source(name) is ParameterSource.COMMANDLINE
     ]
     if pictures or given:
         others = ", ".join(given) or "other pictures"

@@ -12,6 +12,7 @@ from pathlib import Path, PurePath
 from typing import Any, Literal, get_args
 
 from documents import counted
+from runner.blocks.layout import PHYSICAL
 from runner.presenter.modes.registry import MODES
 from runner.studies.files import comment, render
 from runner.studies.gather import Grouping, Member
@@ -32,6 +33,12 @@ QUESTIONS: Mapping[Kind, str] = {
     "within-groups": "Which image do you prefer?",
     "best": "Which image is the best?",
     "rating": "How good is the image?",
+}
+BESIDE_A_REFERENCE: Mapping[Kind, str] = {
+    "pairs": "Which image is closer to the reference?",
+    "within-groups": "Which image is closer to the reference?",
+    "best": "Which image is the closest to the reference?",
+    "rating": "How similar is the image to the reference?",
 }
 # Half an hour of pairs, which is as long as a session should last (ITU-R BT.500).
 MOST_PAIRS = 360
@@ -67,16 +74,17 @@ class StudyDesign:
     white_cd_m2: float
     distance_mm: float
     monitors: tuple[str, ...] = ()
+    reference: str | None = None
 
     @property
     def question(self) -> str:
         """What observers are asked."""
-        return self.own_question or QUESTIONS[self.kind]
+        return self.own_question or (BESIDE_A_REFERENCE if self.reference else QUESTIONS)[self.kind]
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The pictures' names in the recipe."""
-        return tuple(member.name for member in self.members)
+        """The names in the recipe of the pictures that are judged: all but a reference picture."""
+        return tuple(member.name for member in self.members if member.name != self.reference)
 
     @property
     def is_of_pairs(self) -> bool:
@@ -86,13 +94,13 @@ class StudyDesign:
     @property
     def pairs(self) -> int:
         """How many pairs of pictures there are to compare."""
-        sizes = [len(names) for names in self.grouping.members.values()] if self.grouping else [len(self.members)]
+        sizes = [len(names) for names in self.grouping.members.values()] if self.grouping else [len(self.names)]
         return sum(size * (size - 1) // 2 for size in sizes)
 
     @property
     def about(self) -> str:
         """Return what the study is, in a sentence."""
-        count = counted(len(self.members), "picture", "pictures")
+        count = counted(len(self.names), "picture", "pictures")
         if self.kind == "rating":
             return f"{count}, shown one at a time and rated."
         if self.kind == "best":
@@ -185,7 +193,7 @@ def _values(design: StudyDesign) -> dict[str, Any]:
     common = spaces.most_common(1)[0][0]
     widths = {plan.width_mm(n) if not p.is_pixel_for_pixel else None for n, p in enumerate(plan.pictures)}
     shared_mm = next(iter(widths)) if len(widths) == 1 else None
-    trials = len(design.members) if design.kind == "rating" else design.pairs
+    trials = len(design.names) if design.kind == "rating" else design.pairs
     chosen = (
         {"monitor": design.monitors[0] if len(design.monitors) == 1 else design.monitors} if design.monitors else {}
     )
@@ -208,7 +216,8 @@ def _values(design: StudyDesign) -> dict[str, Any]:
         "pairs_per_stimulus": PAIRS_PER_STIMULUS,
         "scale": _scale(design),
         "scores": {
-            name: round(2.0 ** (2 - 4 * n / max(1, len(design.names) - 1)), 3) for n, name in enumerate(design.names)
+            name: round(2.0 ** (2 - 4 * n / max(1, len(design.members) - 1)), 3)
+            for n, name in enumerate(member.name for member in design.members)
         },
         "rig": dict(screen.rig) | {"mode": design.mode, "distance_mm": design.distance_mm} | chosen
         if screen.rig
@@ -236,7 +245,7 @@ def _stimulus(design: StudyDesign, number: int, common_space: str, shared_mm: fl
         entry["colour_space"] = space
     if shared_mm is None and not size.is_pixel_for_pixel:
         entry["resample"] = {"width_mm": design.plan.width_mm(number)}
-    if design.kind == "within-groups" and design.grouping:
+    if design.kind == "within-groups" and design.grouping and member.name in design.names:
         entry["factors"] = design.grouping.factors(member.name)
     renamed = any(Path(name).name != source.name for name, source in copies.values())
     originals = ", ".join(source.name for _, source in copies.values())
@@ -254,8 +263,9 @@ def _block(design: StudyDesign) -> dict[str, Any]:
 
 def _scale(design: StudyDesign) -> dict[str, Any]:
     """Return the scale that a picture is rated on."""
-    question = {"name": "quality", "question": design.question, "lowest": 1, "highest": 5}
-    return {**question, "low_anchor": "bad", "high_anchor": "excellent"}
+    name, low, high = ("similarity", "not similar", "the same") if design.reference else ("quality", "bad", "excellent")
+    question = {"name": name, "question": design.question, "lowest": 1, "highest": 5}
+    return {**question, "low_anchor": low, "high_anchor": high}
 
 
 def _instructions(design: StudyDesign) -> list[str]:
@@ -272,4 +282,9 @@ def _instructions(design: StudyDesign) -> list[str]:
         lines = ["Two images appear, one above the other.", design.question, ""]
         lines += ["Up arrow: the upper image.", "Down arrow: the lower image."]
     glasses = _GLASSES.get(design.mode)
+    place = "above" if design.is_of_pairs and design.plan.arrangement == "horizontal" else "at the left"
+    if design.reference == PHYSICAL:
+        lines += ["", "The reference is the real thing beside the screen."]
+    elif design.reference:
+        lines += ["", f"The reference is the image {place}."]
     return [line.replace("#|", "# |") for line in ([*lines, "", glasses] if glasses else lines)]

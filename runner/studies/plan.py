@@ -86,6 +86,7 @@ def plan_sizes(
     panel: PanelSpec,
     *,
     pairs: bool,
+    with_reference: bool = False,
     fit: bool | None = False,
     compared: Sequence[Sequence[int]] = (),
 ) -> SizePlan:
@@ -102,6 +103,8 @@ def plan_sizes(
     pairs
         Whether two pictures are shown at a time, side by side or one above the other, whichever lets the picture that
         is made smallest be larger; otherwise a single one with room for an answer under it.
+    with_reference
+        Whether a reference picture stands beside them.
     fit
         Whether pictures that are compared are brought to the area of the smallest; None: where they would differ by
         more than 5 % in length.
@@ -122,7 +125,7 @@ def plan_sizes(
     arrangements: tuple[Arrangement, ...] = ("horizontal", "vertical") if pairs else ("horizontal",)
     plans, without_room = [], []
     for arrangement in arrangements:
-        most_px = _room_px(arrangement, panel, Style(view_px), pairs=pairs)
+        most_px = _room_px(arrangement, panel, Style(view_px), pairs=pairs, with_reference=with_reference)
         try:
             shown = tuple(ShownSize(size, _fitted(size, most_px)) for size in sizes_px)
         except LayoutError as error:
@@ -152,14 +155,14 @@ def _of_one_area(shown: Sequence[ShownSize], group: Sequence[int]) -> Iterator[t
         yield number, shown[number] if is_smallest else ShownSize((width, height), smaller)
 
 
-def _room_px(arrangement: Arrangement, panel: PanelSpec, style: Style, *, pairs: bool) -> Pixels:
+def _room_px(arrangement: Arrangement, panel: PanelSpec, style: Style, *, pairs: bool, with_reference: bool) -> Pixels:
     """Return the largest width and height of windows that have room beside the words, 0 where none have."""
 
     def fits(width: int, height: int) -> bool:
         size_mm = width * panel.pixel_pitch_mm, height * panel.pixel_pitch_mm
         layout = LayoutSpec(arrangement=arrangement, size_mm=size_mm, gap_mm=GAP_MM)
         try:
-            (pair_layout if pairs else single_layout)(layout, panel, style)
+            (pair_layout if pairs else single_layout)(layout, panel, style, with_reference=with_reference)
         except LayoutError:
             return False
         return True

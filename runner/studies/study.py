@@ -14,6 +14,7 @@ from devices.display import AskMonitor, PanelSpec
 from documents import Finding, InputError, counted
 from documents.files import whole_folder
 from documents.text import did_you_mean
+from runner.blocks.layout import NO_REFERENCE, PHYSICAL
 from runner.check import CheckOptions, check_file
 from runner.presenter import find_mode
 from runner.presenter.surfaces.screens import primary_monitor
@@ -37,6 +38,8 @@ class StudyOptions:
     is None too. ``white_cd_m2`` is the luminance of the pictures' white, None that of the display's. ``monitors`` are
     those that the rig will name, by name or number: at most one, or two in the mode dual-window. ``fit`` says whether
     all pictures are brought to one size on the screen; None: where they would differ by more than 5 %.
+    ``reference`` is what the pictures are compared with: ``physical``, a real thing beside the screen, or a picture
+    file, one of the pictures or another.
     """
 
     kind: Kind = "pairs"
@@ -48,6 +51,7 @@ class StudyOptions:
     distance_mm: float | None = None
     monitors: tuple[str, ...] = ()
     fit: bool | None = None
+    reference: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,15 +168,19 @@ def new_study(
 def _compared(members: Sequence[Member], grouping: Grouping | None) -> list[list[int]]:
     """Return the numbers of the pictures that are compared with each other, by group."""
     groups = grouping.members.values() if grouping else [tuple(member.name for member in members)]
-    return [[number for number, member in enumerate(members) if member.name in names] for names in groups]
+    compared = [[number for number, member in enumerate(members) if member.name in names] for names in groups]
+    others = set(range(len(members))) - {number for group in compared for number in group}  # a reference of all groups
+    return [*compared, *([number] for number in others)]
 
 
 def _design(folder: Path, members: tuple[Member, ...], options: StudyOptions, ask_monitor: AskMonitor) -> StudyDesign:
     """Decide on mode, groups, sizes and light."""
     kind = options.kind
+    members, reference = _with_reference(members, options.reference)
+    judged = tuple(member for member in members if member.name != reference)
     if kind not in KINDS:
         raise InputError(Finding(f"there is no kind of study '{kind}'", remedy=did_you_mean(kind, KINDS)))
-    if len(members) < 2 and kind != "rating":
+    if len(judged) < 2 and kind != "rating":
         message = "one picture is nothing to compare"
         raise InputError(Finding(message, remedy="name two or more, or have it rated: --kind rating"))
     if options.display is None:
@@ -186,12 +194,13 @@ def _design(folder: Path, members: tuple[Member, ...], options: StudyOptions, as
     if not 0 < white < 100_000:
         raise InputError(Finding(f"a white of {white:g} cd/m² is none", remedy="such as --white 100"))
     distance_mm = options.distance_mm or screen.distance_mm or DISTANCE_MM
-    grouping = groups_of_pairs(members) if kind == "within-groups" else by_folder(members) if kind == "best" else None
+    grouping = groups_of_pairs(judged) if kind == "within-groups" else by_folder(judged) if kind == "best" else None
     plan = plan_sizes(
         [member.picture.size_px for member in members],
         find_mode(mode),
         screen.panel,
         pairs=kind in ("pairs", "within-groups"),
+        with_reference=len(judged) < len(members),
         fit=options.fit,
         compared=_compared(members, grouping),
     )
@@ -209,7 +218,26 @@ def _design(folder: Path, members: tuple[Member, ...], options: StudyOptions, as
         white,
         distance_mm,
         options.monitors,
+        reference,
     )
+
+
+def _with_reference(members: tuple[Member, ...], reference: str | None) -> tuple[tuple[Member, ...], str | None]:
+    """Return the pictures with the one that ``reference`` names, if it is a file, and what the layout calls it."""
+    if reference is None or reference == PHYSICAL:
+        return members, reference
+    (named,) = gather([Path(reference)])
+    for member in members:
+        if _files(member) == _files(named):
+            return members, member.name
+    if named.name in {member.name for member in members} | {NO_REFERENCE, PHYSICAL}:
+        named = replace(named, picture=replace(named.picture, name=f"{named.name}-reference"))
+    return (*members, named), named.name
+
+
+def _files(member: Member) -> set[Path]:
+    picture = member.picture
+    return {file.resolve() for file in (picture.file, picture.left, picture.right) if file}
 
 
 def _mode(members: Sequence[Member], wanted: str | None, screen: StudyScreen) -> str:

@@ -64,6 +64,27 @@ def test_pictures_of_several_sizes_are_brought_to_one_or_warned_of(tmp_path: Pat
     assert any("differ in size" in str(warning) for warning in report.warnings) == (fit is False)
 
 
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("reference", ["physical", "old_church_dim", "another"])
+def test_pictures_are_compared_with_a_reference(tmp_path: Path, kind: Kind, reference: str) -> None:
+    names = (*NAMES, "old_church_mid")
+    folder = draw_flat(tmp_path / "photos", names)
+    draw_flat(tmp_path / "beside", ("another",))
+    file = {"old_church_dim": folder, "another": tmp_path / "beside"}.get(reference)
+    named = reference if file is None else str(file / f"{reference}.png")
+    study = new_study(tmp_path / "my_study", [folder], StudyOptions(kind, panel=PANEL, reference=named))
+    assert _errors(study) == []
+    design = read_experiment(study.experiment)
+    assert design.spec.layout.reference == reference
+    assert design.stimuli.reference == (None if file is None else reference)
+    assert set(design.stimuli.names) == set(names) - {reference}
+    assert "reference" in design.spec.question
+    if kind != "best":
+        return
+    simulate(study.experiment, study.folder / "simulated.yaml", 1, results=tmp_path / "results")
+    assert summarise_series(read_results(tmp_path / "results")).weight == "similarity"
+
+
 FEW = ("flat", "side-by-side-half", "checkerboard", "anaglyph-red-cyan")  # the other modes: make stress
 
 
