@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 # A second press of what answered, or the second click of a double click, was never meant for what came after the first.
 DOUBLE_S = 0.25
 MOST_IGNORED = 20  # of a trial are recorded one by one
-Why: TypeAlias = Literal["before", "early", "double", "held"]
+Why: TypeAlias = Literal["before", "early", "double", "held", "no_meaning"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +25,7 @@ class Ignored:
     """A press that was no answer: its ``key``, its seconds ``from_onset_s`` of the scene, and ``why``.
 
     ``why`` is ``before`` the scene was shown, too ``early`` after that or after another press, ``double`` of the press
-    that answered the scene before, or ``held`` down since then.
+    that answered the scene before, or ``held`` down since then; ``no_meaning`` is a key that answers nothing there.
     """
 
     key: str
@@ -40,13 +40,15 @@ class KeyPress:
     ``key`` is a key going down (``up``, ``space``, ``a``), a step of the wheel (``wheel_up``, ``wheel_down``), a button
     of a gamepad (``pad_a``, ``pad_left``), a click (``click MEANING`` of the target that was hit) or a typed character
     (``text X``). ``ignored`` are presses that were made for the same scene and did not answer it, ``ignored_more`` is
-    how many others there were.
+    how many others there were. ``by_place`` is the digit or Latin letter that an American keyboard has at the key's
+    place, where the key prints something else: the key counts as that where what it prints means nothing.
     """
 
     key: str
     time_s: float
     ignored: tuple[Ignored, ...] = field(default=(), compare=False)
     ignored_more: int = field(default=0, compare=False)
+    by_place: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,7 +34,8 @@ class Haste:
         if trial.kind in PAGES or trial.is_outcome:
             return
         self.trials += 1
-        self.ignored += bool(trial.data.get("ignored"))
+        # A key that means nothing there was never meant for another scene.
+        self.ignored += any(why != "no_meaning" for _, _, why in trial.data.get("ignored", ()))
         self.fast += trial.response_time_s < TOO_FAST_S
 
     @property

@@ -48,7 +48,7 @@ class Keys:
                 elif press.key == "escape":
                     self.stops += 1
                     self._say(self._on_stop)
-                elif not press.key.startswith(("text ", "again ", "click")):
+                elif not press.key.startswith(("text ", "again ", "click", "ctrl+", "alt+", "super+")):
                     if not self._asking:
                         other = press.key
                     elif press.time_s >= self._asked_s + _LEAST_S:

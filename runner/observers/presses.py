@@ -10,7 +10,7 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from analysis.records import SessionLog, Trial, read_session, session_files
@@ -29,6 +29,8 @@ HELD_MEANINGS = frozenset({"erase", "lower", "higher"})
 # Moves within a question, which may follow one another as fast as they come; and what goes on within a series.
 _MOVES = frozenset({"erase", "lower", "higher", "upwards", "downwards"})
 _LEAFING = frozenset({"previous", "next"})
+# What is no key of its own, or repeats one: it is recorded only where it means something.
+_NO_KEYS = ("again ", "text ", "click ", "wheel_")
 QUIET_S = 0.1  # nobody presses sooner after another press on purpose
 
 
@@ -41,8 +43,8 @@ class Person:
     """Waits for presses from ``wait_key``, which sleeps until the next one and returns it with its time.
 
     ``point`` lets the mouse point, or no longer; after a click its pointer is there at once, otherwise once it moves.
-    Presses that mean nothing to the ask are dropped; those that mean something but came too early, twice or from a key
-    held down are returned as ignored with the answer.
+    Presses that came too early, twice, from a key held down, or from a key that means nothing to the ask are returned
+    as ignored with the answer; clicks, steps of the wheel and characters that mean nothing are dropped.
     """
 
     wait_key: Callable[[], KeyPress]
@@ -80,8 +82,11 @@ class Person:
                     continue
                 meaning = ask.meaning(press.key.removeprefix("again "))
                 if meaning is None and press.key != "escape":
-                    continue
-                why = self._refusal(press, meaning, ask.least_s)
+                    if ask.typing or press.key.startswith(_NO_KEYS):
+                        continue
+                    why: Why | None = "no_meaning"
+                else:
+                    why = self._refusal(press, meaning, ask.least_s)
                 if why is None:
                     self._take(press, meaning)
                     return KeyPress(press.key, max(press.time_s, onset_s), tuple(ignored), more)
@@ -103,7 +108,7 @@ class Person:
         if press.key.startswith("click "):
             before, again = self._last, self._last.key.startswith("click ")
         else:
-            before, again = self._ended, press.key == self._ended.key and not self._goes_on
+            before, again = self._ended, _same_key(press, self._ended) and not self._goes_on
         if again and press.time_s - before.time_s < DOUBLE_S:
             return "double"
         if meaning is None:
@@ -135,16 +140,32 @@ class Person:
         return False
 
     def _read(self, ask: Ask, press: KeyPress) -> KeyPress | None:
-        """Return what a click hit, and what a held key does again; None if that is nothing."""
+        """Return what a click hit, a key by its place, and what a held key does again; None if that is nothing."""
         kind, _, rest = press.key.partition(" ")
         if kind == "click_at":
             meaning = hit(ask, rest)
             return None if meaning is None else KeyPress(f"click {meaning}", press.time_s)
+        press = _as_it_counts(ask, press)
         if kind == "again":
+            rest = press.key.removeprefix("again ")
             meaning = ask.meaning(rest)
             held = meaning in HELD_MEANINGS and (self._last.key, self._meaning) == (rest, meaning)
-            return KeyPress(rest, press.time_s) if held else press
+            return replace(press, key=rest) if held else press
         return press
+
+
+def _as_it_counts(ask: Ask, press: KeyPress) -> KeyPress:
+    """Return ``press`` under the name of its place, with the other in exchange, where only that means something."""
+    again = "again " if press.key.startswith("again ") else ""
+    printed = press.key.removeprefix(again)
+    if not press.by_place or ask.meaning(printed) is not None or ask.meaning(press.by_place) is None:
+        return press
+    return replace(press, key=f"{again}{press.by_place}", by_place=printed)
+
+
+def _same_key(one: KeyPress, other: KeyPress) -> bool:
+    """Whether both are of one key, by whichever of its names they counted."""
+    return {one.key, one.by_place or one.key} == {other.key, other.by_place or other.key}
 
 
 def hit(ask: Ask, words: str) -> str | None:

@@ -13,6 +13,7 @@ import glfw
 
 from runner.ports import KeyPress
 from runner.presenter.pointer import Pointer
+from runner.presenter.surfaces.keyboard import key_names
 
 
 class Input:
@@ -25,12 +26,14 @@ class Input:
         self.presses: deque[KeyPress] = deque()
         self.pointed = False
         self._again = False
+        self._commanding = False
         self._wheel_steps = 0.0
         self._pointer: Pointer | None = None
         self._cursor_px: tuple[float, float] | None = None
 
     def listen(self, window: Any) -> None:
         """Queue what is done at ``window``, but for the mouse's motion."""
+        glfw.set_input_mode(window, glfw.LOCK_KEY_MODS, glfw.TRUE)  # else nobody tells whether NumLock is on
         glfw.set_key_callback(window, self._on_key)
         glfw.set_char_callback(window, self.on_character)
         glfw.set_scroll_callback(window, self._on_wheel)
@@ -55,17 +58,19 @@ class Input:
         return presses is not None
 
     def on_character(self, _window: Any, codepoint: int) -> None:
-        """Take a character that was typed; one that a held key repeats is none."""
+        """Take a character that was typed; one that a held key repeats, or that Super commands with, is none."""
         now_s = time.monotonic()
         character = typed_character(codepoint)
-        if character is not None and not self._again:
+        if character is not None and not self._again and not self._commanding:
             self.presses.append(KeyPress(f"text {character}", now_s))
 
-    def _on_key(self, _window: Any, key: int, scancode: int, action: int, _modifiers: int) -> None:
+    def _on_key(self, _window: Any, key: int, scancode: int, action: int, modifiers: int) -> None:
         now_s = time.monotonic()
         self._again = action == glfw.REPEAT
-        if action != glfw.RELEASE and (name := key_name(key, scancode)):
-            self.presses.append(KeyPress(f"again {name}" if self._again else name, now_s))
+        self._commanding = bool(modifiers & glfw.MOD_SUPER)
+        name, by_place = key_names(key, scancode, modifiers)
+        if action != glfw.RELEASE and name:
+            self.presses.append(KeyPress(f"again {name}" if self._again else name, now_s, by_place=by_place))
 
     def _on_wheel(self, _window: Any, _right: float, up: float) -> None:
         now_s = time.monotonic()
@@ -90,40 +95,6 @@ class Input:
 
     def _on_enter(self, _window: Any, _entered: int) -> None:
         self._cursor_px = None  # what comes next is where it entered, and no motion
-
-
-NAMED = MappingProxyType(
-    {
-        glfw.KEY_UP: "up",
-        glfw.KEY_DOWN: "down",
-        glfw.KEY_LEFT: "left",
-        glfw.KEY_RIGHT: "right",
-        glfw.KEY_SPACE: "space",
-        glfw.KEY_ENTER: "enter",
-        glfw.KEY_KP_ENTER: "enter",
-        glfw.KEY_ESCAPE: "escape",
-        glfw.KEY_TAB: "tab",
-        glfw.KEY_BACKSPACE: "backspace",
-        glfw.KEY_DELETE: "delete",
-        glfw.KEY_INSERT: "insert",
-        glfw.KEY_HOME: "home",
-        glfw.KEY_END: "end",
-        glfw.KEY_PAGE_UP: "page_up",
-        glfw.KEY_PAGE_DOWN: "page_down",
-        **{glfw.KEY_F1 + number: f"f{number + 1}" for number in range(12)},
-        **{glfw.KEY_KP_0 + number: str(number) for number in range(10)},
-    }
-)
-
-
-def key_name(key: int, scancode: int) -> str | None:
-    """Return the name of a key; a letter or digit is named as the keyboard's layout has it. None if it has none."""
-    if key in NAMED:
-        return NAMED[key]
-    if key == glfw.KEY_UNKNOWN and scancode < 0:
-        return None
-    printed = glfw.get_key_name(key, scancode)
-    return str(printed).lower() if printed else None
 
 
 _REFUSED = frozenset({"Cc", "Cs", "Co", "Cn", "Zl", "Zp"})

@@ -161,7 +161,7 @@ def test_what_came_too_early_is_returned_with_the_answer() -> None:
     person = _person([("up", 0.9), ("q", 0.95), ("down", 1.05), ("up", 1.2)])
     answer = person.respond(LEAST, 1.0)
     assert answer == KeyPress("up", 1.2)
-    assert _why(answer) == [("up", -0.1, "before"), ("down", 0.05, "early")]
+    assert _why(answer) == [("up", -0.1, "before"), ("q", -0.05, "no_meaning"), ("down", 0.05, "early")]
 
 
 def test_a_press_soon_after_another_is_no_answer_however_late_it_is() -> None:
@@ -251,3 +251,20 @@ def test_a_question_like_the_one_before_is_not_answered_by_what_waited() -> None
     person = Person(lambda: left.pop(0), clock=lambda: now_s[0])
     assert person.respond(LEAST, 1.0).time_s == 1.2
     assert person.respond(LEAST, 1.0).time_s == 1.5
+
+
+def test_a_key_counts_by_its_place_where_what_it_prints_means_nothing() -> None:
+    left = [KeyPress("т", 1.0, by_place="n"), KeyPress("т", 1.1, by_place="n"), KeyPress("ф", 2.0, by_place="a")]
+    person = Person(lambda: left.pop(0))
+    assert person.respond(Ask(Scene(), {"n": "none"}), 0.0).key == "n"
+    other = Ask(Scene(), {"т": "t", "a": "option"})
+    answer = person.respond(other, 1.05)
+    assert answer.key == "a"
+    assert _why(answer) == [("т", 0.05, "double")]
+
+
+def test_keys_that_mean_nothing_are_recorded_and_what_is_no_key_of_its_own_is_not() -> None:
+    presses = [("q", 1.0), ("text q", 1.0), ("again q", 1.1), ("wheel_up", 1.2), ("ctrl+up", 1.3), ("up", 2.0)]
+    assert _why(_person(presses).respond(TWO, 0.5)) == [("q", 0.5, "no_meaning"), ("ctrl+up", 0.8, "no_meaning")]
+    typed = _person([("a", 1.0), ("text a", 1.0)]).respond(TYPING, 0.5)
+    assert (typed.key, typed.ignored) == ("text a", ())
