@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import zlib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from PIL import Image, ImageCms
 from devices.errors import DeviceError
 from devices.profiles import profile_measurements, read_profile
 from stimuli.errors import StimulusError
-from stimuli.pictures import StereoImage, find_pictures, read_picture
+from stimuli.pictures import ColourSpace, StereoImage, find_pictures, read_picture
 from tests.devices.profiles.profile_bytes import matrix_tags, para, profile, text, vcgt
 from tests.stimuli.pictures.test_stated_by_files import CODES, with_chunks
 
@@ -21,7 +22,7 @@ SRGB_PROFILE = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes(
 CICP_P3, CICP_SRGB = (b"cICP", bytes([12, 13, 0, 1])), (b"cICP", bytes([1, 13, 0, 1]))
 
 
-def read(path: Path, space: str | None = None) -> StereoImage:
+def read(path: Path, space: ColourSpace | None = None) -> StereoImage:
     return read_picture(path, space, white_luminance_cd_m2=100)
 
 
@@ -30,7 +31,8 @@ def iccp(data: bytes) -> tuple[bytes, bytes]:
 
 
 def saved(path: Path, data: bytes) -> Path:
-    Image.fromarray(CODES).save(path, icc_profile=data, **({"lossless": True} if path.suffix == ".webp" else {}))
+    options: dict[str, Any] = {"lossless": True} if path.suffix == ".webp" else {}
+    Image.fromarray(CODES).save(path, icc_profile=data, **options)
     return path
 
 
@@ -108,7 +110,7 @@ def test_cICP_and_a_profile_that_agree(tmp_path: Path) -> None:
 @pytest.mark.parametrize("chunk", [CICP_P3, CICP_SRGB, (b"sRGB", b"\0")])
 def test_statements_that_disagree_are_refused_until_one_is_chosen(tmp_path: Path, chunk: tuple[bytes, bytes]) -> None:
     path = with_chunks(tmp_path / "a.png", chunk, iccp(profile(OWN)))
-    named = "display-p3" if chunk is CICP_P3 else "srgb"
+    named: ColourSpace = "display-p3" if chunk is CICP_P3 else "srgb"
     for space in (None, "declared"):
         with pytest.raises(StimulusError, match=f"states {named}, and its ICC profile another") as caught:
             read(path, space)
