@@ -69,8 +69,9 @@ def _run(*arguments: str | Path) -> Result:
     return CliRunner().invoke(group, ["display", *map(str, arguments)])
 
 
-def _measure(folder: Path, *more: str, file: str = "m.jsonl", target: str = "rig.yaml") -> Result:
-    return _run("measure", folder / target, "-o", folder / file, *SIMULATED, *more)
+def _measure(folder: Path, *more: str, file: str = "m.jsonl", target: str = "rig.yaml", backend: str = "egl") -> Result:
+    simulated = [backend if word == "egl" else word for word in SIMULATED]
+    return _run("measure", folder / target, "-o", folder / file, *simulated, *more)
 
 
 def _lines(file: Path, kind: str) -> list[dict[str, Any]]:
@@ -101,7 +102,7 @@ def test_a_measurement_from_a_rig_is_the_model_with_noise(folder: Path) -> None:
 
 
 def test_a_window_without_a_screen_serves_as_well(measured: Path) -> None:
-    result = _measure(measured, "--set", "grey", "--backend", "null", file="null.jsonl")
+    result = _measure(measured, "--set", "grey", file="null.jsonl", backend="null")
     assert result.exit_code == 0, result.output
     np.testing.assert_array_equal(read_csv(measured / "null.csv").XYZ, read_csv(measured / "m.csv").XYZ)
 

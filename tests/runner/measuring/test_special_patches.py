@@ -60,8 +60,8 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def _measure(folder: Path, *more: str, typed: str | None = None) -> Result:
-    arguments = ["display", "measure", str(folder / "display.yaml"), "--mode", "row-interleaved",
+def _measure(folder: Path, *more: str, typed: str | None = None, mode: str = "row-interleaved") -> Result:
+    arguments = ["display", "measure", str(folder / "display.yaml"), "--mode", mode,
                  "-o", str(folder / "m.jsonl"), *SIMULATED, *more]  # fmt: skip
     return CliRunner().invoke(group, arguments, input=typed)
 
@@ -230,9 +230,9 @@ def test_a_person_at_the_terminal_says_when_the_instrument_stands(folder: Path) 
 
 
 def test_sets_that_a_mode_cannot_show_are_told(folder: Path) -> None:
-    named = _measure(folder, "--set", "crosstalk", "--mode", "flat")
+    named = _measure(folder, "--set", "crosstalk", mode="flat")
     assert "'crosstalk' cannot be measured: 'flat' shows both eyes the same pixels" in str(named.exception)
-    parts = _measure(folder, "--set", "uniformity", "--mode", "side-by-side", "--eye", "left")
+    parts = _measure(folder, "--set", "uniformity", "--eye", "left", mode="side-by-side")
     assert "--eye both" in str(parts.exception)
     assert not (folder / "m.jsonl").exists()
     arguments = ["display", "patches", str(folder / "display.yaml"), "--mode", "flat", "--set", "all", "--list"]
