@@ -57,14 +57,16 @@ class Estimate:
 class ModelNumbers:
     """The numbers of a display model.
 
-    ``black_XYZ_cd_m2``: X, Y and Z. ``primaries_XYZ_cd_m2``: a row for each channel, shape (3, 3). ``curves``: gain,
-    offset and gamma by channel, empty unless the curves are of the GOGO family. Light is a share of full drive, so that
-    gain and offset add up to 1 and share one standard error.
+    ``black_XYZ_cd_m2``: X, Y and Z of the model's own term. ``shown_black_XYZ_cd_m2``: of the light at code 0, (3,):
+    the term and what the curves' offsets add to it, without the room's light. ``primaries_XYZ_cd_m2``: a row for each
+    channel, shape (3, 3). ``curves``: gain, offset and gamma by channel, empty unless the curves are of the GOGO
+    family. Light is a share of full drive, so that gain and offset add up to 1 and share one standard error.
     """
 
     black_XYZ_cd_m2: Mapping[str, Estimate]
     primaries_XYZ_cd_m2: Floats
     curves: Mapping[str, Mapping[str, Estimate]]
+    shown_black_XYZ_cd_m2: Floats
 
     @classmethod
     def of(cls, model: DisplayModel, standard_errors: Mapping[str, float]) -> ModelNumbers:
@@ -82,12 +84,13 @@ class ModelNumbers:
                     "offset": Estimate(curve.offset, shared),
                     "gamma": Estimate(curve.gamma, standard_errors.get(f"{colour}.gamma")),
                 }
-        return cls(black, model.primaries_XYZ_cd_m2.T, curves)
+        return cls(black, model.primaries_XYZ_cd_m2.T, curves, model.in_the_dark.shown_black_XYZ_cd_m2)
 
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON."""
         return {
             "black_XYZ_cd_m2": {axis: asdict(number) for axis, number in self.black_XYZ_cd_m2.items()},
+            "shown_black_XYZ_cd_m2": dict(zip("XYZ", self.shown_black_XYZ_cd_m2.tolist(), strict=True)),
             "primaries_XYZ_cd_m2": dict(zip(_COLOURS, self.primaries_XYZ_cd_m2.tolist(), strict=True)),
             "curves": {
                 colour: {name: asdict(number) for name, number in curve.items()}

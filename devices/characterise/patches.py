@@ -31,6 +31,11 @@ class Patches:
     def __len__(self) -> int:
         return len(self.codes)
 
+    @property
+    def black_read(self) -> Floats | None:
+        """The mean reading at code 0, (3,); None where none was taken."""
+        return self.black if np.any(np.all(self.codes == 0, axis=1)) else None
+
     def select(self, rows: NDArray[np.intp]) -> Patches:
         """Return the patches of ``rows``; black and white stay."""
         return Patches(self.codes[rows], self.XYZ[rows], self.black, self.white, self.lab[rows], self.roots[rows])

@@ -39,12 +39,20 @@ LOSS = Check(
     "mode that changes the tone curve, so that a model measured without glasses cannot be scaled",
 )
 _FEWEST = 3
+# Both eyes see the same picture, so that nobody wears glasses; or mirrors may separate the eyes, which pass most light.
+_BARE = "flat"
+_MIRRORS = frozenset({"side-by-side", "top-bottom", "dual-window"})
+_NO_GLASSES = "The mode 'flat' needs no glasses, so that nothing is judged."
+_PERHAPS_MIRRORS = (
+    "That is right where mirrors separate the eyes. With glasses, they were missing or the files are swapped."
+)
 
 
 def glasses_transmittance(through: Measurements, without: Measurements) -> Diagnosis:
     """Judge the luminance of the brightest colour read in both, through the glasses, in % of that without.
 
-    With spectra of both, the figure and table show the spectral transmittance where there is light enough.
+    With spectra of both, the figure and table show the spectral transmittance where there is light enough. There is no
+    verdict in the mode ``flat``, nor above the limit in a mode that mirrors may serve.
     """
     codes, seen, bare = _pairs(through, without)
     if not len(codes) or bare[:, 1].max() <= 0:
@@ -66,6 +74,9 @@ def glasses_transmittance(through: Measurements, without: Measurements) -> Diagn
         for i, axis in enumerate("XYZ")
     )
     table = Table(("", "without glasses", "through the glasses", "share, %"), rows)
+    if through.mode == _BARE or (through.mode in _MIRRORS and value > (TRANSMITTANCE.limit or 0)):
+        words += f" {_NO_GLASSES if through.mode == _BARE else _PERHAPS_MIRRORS}"
+        return TRANSMITTANCE.described(value, words, series=series, table=table)
     return TRANSMITTANCE.judged(value, words, series=series, table=table)
 
 

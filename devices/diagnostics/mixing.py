@@ -185,12 +185,14 @@ def _code(channel: int, code: int, others: int) -> Code:
 STANDARD = Check(
     "standard_primaries",
     "Primaries of a standard",
-    0.004,
+    None,
     "Δu′v′ of the primary that is farthest from its standard's",
-    "this project: panels made for a standard differ from it by about 0.01, and seldom by less in all three primaries; "
-    "a conversion meets it",
-    at_least=True,
+    "No limit: codes that a monitor converts by its own mode are as good as others, and readings cannot tell who "
+    "converts them; what a wrong conversion does is judged by Channel constancy and Channels added to grey",
 )
+# Panels made for a standard differ from it by about 0.01, and seldom by less in all three primaries; a conversion
+# meets it.
+_CONVERTED = 0.004
 _SPACES: Mapping[str, tuple[tuple[float, float], tuple[float, float], tuple[float, float]]] = MappingProxyType(
     {
         "sRGB": SRGB_PRIMARIES_XY,
@@ -202,7 +204,7 @@ _SPACES: Mapping[str, tuple[tuple[float, float], tuple[float, float], tuple[floa
 
 
 def standard_primaries(measurements: Measurements) -> Diagnosis:
-    """Judge how far the primaries lie from those of the nearest standard space, adapted to the display's white."""
+    """Say how far the primaries lie from those of the nearest standard space, adapted to the display's white."""
     matrix = _primaries(measurements)
     if matrix is None:
         return STANDARD.unjudged(NOT_MEASURED)
@@ -222,7 +224,7 @@ def standard_primaries(measurements: Measurements) -> Diagnosis:
     nearest = min(distances, key=lambda name: distances[name])
     value = distances[nearest]
     words = f"The primaries are nearest those of {nearest}: the farthest differs by {value:.2g} in u′v′."
-    if value < (STANDARD.limit or 0):
+    if value < _CONVERTED:
         words += (
             f" Codes are converted from {nearest} on their way to the panel: by a compositor, or by the monitor's own "
             f"{nearest} mode. In the monitor it does no harm as long as the mode stays; in the compositor, switch it "
@@ -240,7 +242,7 @@ def standard_primaries(measurements: Measurements) -> Diagnosis:
         equal=True,
     )
     table = Table(("space, adapted to this white", "largest Δu′v′"), tuple(distances.items()))
-    return STANDARD.judged(value, words, series=(panel,), table=table)
+    return STANDARD.described(value, words, series=(panel,), table=table)
 
 
 def _primaries(measurements: Measurements) -> Floats | None:

@@ -113,7 +113,9 @@ class Target:
         kept: list[PatchSet] = []
         refused: list[Finding] = []
         for patches in sets:
-            if self._shares_pixels and any(patch.other is not None for patch in patches.patches):
+            if self.mode.name == "flat" and not all(patch.glasses for patch in patches.patches):
+                why, remedy = "needs no glasses", "leave it out"
+            elif self._shares_pixels and any(patch.other is not None for patch in patches.patches):
                 why, remedy = "shows both eyes the same pixels", "leave it out"
             elif parts and eye != "both" and any(patch.place is not None for patch in patches.patches):
                 why, remedy = f"shows the {eye} eye a part of the panel alone", "--eye both"

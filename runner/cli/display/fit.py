@@ -9,11 +9,15 @@ import click
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    import numpy as np
+    from numpy.typing import NDArray
     from rich.console import Console
 
     from devices.characterise import Candidate, Estimate, EyeFit, MeasuredParts, ModelNumbers, ProfileMode, ThesisFits
     from devices.display import PanelSpec
     from devices.measurements import PatchEye
+
+    Floats = NDArray[np.float64]
 
 
 @click.command(name="fit")
@@ -125,6 +129,8 @@ def command(
         result = {"file": file, **fit.to_json(), "said": notes} | ({"written": written.words} if written else {})
         click.echo(json.dumps(result, indent=2, allow_nan=False))
         return
+    if fit.eyes:
+        click.echo(f"Colorimetric observer: {fit.observer}°")
     for each, eye_fit in fit.eyes.items():
         if each != "both":
             click.echo(f"{each.capitalize()} eye")
@@ -172,6 +178,7 @@ def _stated(
     white = " ".join(f"{value:.4g}" for value in stated.white_XYZ_cd_m2)
     click.echo(f"The profile's matrix and curves, as they are ({stated.kind}); its white: {white} cd/m²")
     _print_numbers(stated.numbers, clean_console())
+    _print_black(stated.numbers, None)
     _print_notes([*stated.notes, "nothing in the profile says how well it describes the display: display verify does"])
     if written:
         click.echo(written)
@@ -188,6 +195,7 @@ def _print_eye(fit: EyeFit, *, brief: bool) -> None:
     _print_candidates(characterisation.candidates, characterisation.chosen.name, console)
     click.echo(f"Chosen: {characterisation.chosen.name}, because {characterisation.reason}.")
     _print_numbers(characterisation.chosen.numbers, console)
+    _print_black(characterisation.chosen.numbers, characterisation.patches.black_read)
     for candidate in characterisation.candidates:
         if candidate.unusable:
             click.echo(f"{candidate.name}: {candidate.unusable}.")
@@ -250,15 +258,31 @@ def _print_candidates(candidates: Sequence[Candidate], chosen: str, console: Con
 
 
 def _print_numbers(numbers: ModelNumbers, console: Console) -> None:
-    """Print the chosen model's curves and black with their standard errors, where the fit gives them."""
+    """Print the chosen model's curves with their standard errors, where the fit gives them."""
     if not numbers.curves:
         return
     rows = [
         [name, *(_estimate(curve[name]) for curve in numbers.curves.values())] for name in ("gain", "offset", "gamma")
     ]
     _print_table("Its curves, ± standard error", ["", *numbers.curves], rows, console)
-    black = ", ".join(f"{axis} {_estimate(number)}" for axis, number in numbers.black_XYZ_cd_m2.items())
-    click.echo(f"Its black, in cd/m²: {black}")
+
+
+def _print_black(numbers: ModelNumbers, read_XYZ_cd_m2: Floats | None) -> None:
+    """Print the light of code 0 by the model, and as it was read.
+
+    A model's own term is not that light where its curves have offsets, so that errors are of the term alone.
+    """
+    shown = numbers.shown_black_XYZ_cd_m2
+    plain = all(
+        abs(light - term.value) < 1e-9 for light, term in zip(shown, numbers.black_XYZ_cd_m2.values(), strict=True)
+    )
+    terms = [_estimate(term) for term in numbers.black_XYZ_cd_m2.values()]
+    by_model = terms if plain else [f"{light:.4f}" for light in shown]
+    words = ", ".join(f"{axis} {value}" for axis, value in zip("XYZ", by_model, strict=True))
+    if read_XYZ_cd_m2 is not None:
+        read = ", ".join(f"{axis} {light:.4f}" for axis, light in zip("XYZ", read_XYZ_cd_m2, strict=True))
+        words += f"; it was read as {read}"
+    click.echo(f"Its black (code 0), in cd/m²: {words}")
 
 
 def _print_thesis(fits: ThesisFits, console: Console) -> None:

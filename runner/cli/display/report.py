@@ -98,6 +98,8 @@ def _print(verdicts: Verdicts) -> None:
             limit = f", {'at least' if check.at_least else 'at most'} {short(check.limit)}"
         number = f"{short(check.value)} {check.unit}{limit}" if check.value is not None else check.words
         say((f"{word:10}", colour or ""), f"  {name}: {number}")
+        if check.verdict == "no_limit":
+            click.echo(indent(fill(check.words, 100), 12 * " "))
         if check.verdict == "failed":
             limit = f"The limit: {check.source}." if check.source else ""
             click.echo(indent(fill(f"{check.words} {limit}", 100), 12 * " "))

@@ -51,6 +51,7 @@ def test_displays_without_fault_are_not_accused() -> None:
 @pytest.mark.parametrize("highest", [255, 1023])
 def test_everything_is_judged_at_usual_noise(highest: int) -> None:
     found = _judged(read_cable(MODEL, QUIET, 1, highest))
+    assert found.pop("standard_primaries").verdict == "no_limit"
     assert all(one.passed for one in found.values()), {name: one.words for name, one in found.items()}
     assert all(one.series and one.source for one in found.values())
 
@@ -113,8 +114,9 @@ def test_a_conversion_for_a_narrow_panel_moves_what_channels_add() -> None:
 
 
 def test_a_conversion_that_is_exact_gives_the_primaries_of_a_standard() -> None:
+    """Nobody can tell a compositor from the monitor's own mode, which does no harm: it is said, and not failed."""
     found = standard_primaries(read_cable(WIDEST, replace(QUIET, compositor=1), 1))
-    assert found.passed is False
+    assert found.verdict == "no_limit"
     assert "converted from sRGB" in found.words
     assert "monitor's own sRGB mode" in found.words
     assert _value(standard_primaries(read_cable(MODEL, QUIET, 1))) > 0.004
@@ -170,7 +172,7 @@ def test_without_the_set_nothing_is_judged_and_it_is_said_what_to_use() -> None:
         assert found.words == "Not measured: use display measure --set cable."
     # These know enough of any characterisation.
     assert white_segment(table).passed is True
-    assert standard_primaries(table).passed is True
+    assert standard_primaries(table).verdict == "no_limit"
 
 
 def test_the_set_leaves_plain_readings_and_their_checks_alone() -> None:

@@ -279,6 +279,19 @@ def test_glasses_are_found_from_pairs() -> None:
     assert luminance_loss(bent, CLEAN).passed is False
 
 
+def test_a_display_without_glasses_is_not_failed_for_missing_them() -> None:
+    verdicts = {
+        mode: glasses_transmittance(replace(CLEAN, mode=mode), CLEAN).verdict
+        for mode in ("flat", "side-by-side", "top-bottom", "dual-window", "quad-buffered", "row-interleaved", "")
+    }
+    assert {mode for mode, verdict in verdicts.items() if verdict == "no_limit"} == {
+        "flat", "side-by-side", "top-bottom", "dual-window",
+    }  # fmt: skip
+    assert {verdict for verdict in verdicts.values()} == {"no_limit", "failed"}
+    behind = characterisation(2, light=lambda codes: 0.15 * MODEL.xyz(codes))
+    assert glasses_transmittance(replace(behind, mode="side-by-side"), CLEAN).passed is True
+
+
 def test_spectral_transmittance_is_the_filter_s() -> None:
     def share(waves: Floats) -> Floats:
         return np.asarray(0.15 * np.exp(-(((waves - 560) / 150) ** 2)))

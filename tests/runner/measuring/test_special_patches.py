@@ -206,7 +206,14 @@ def test_one_run_of_all_sets_is_judged_by_every_check(folder: Path) -> None:
     judged = {one.name: one for one in examine([MeasuredSet("m", table)], models=models)}
     # The simulated instrument is done within seconds, of which nobody can tell that a display is warm.
     # Light that depends on the surround goes before what a channel adds to grey.
-    unjudged = {"spectral_overlap", "observer_metamerism", "gamut", "added_channels", "room_light"}
+    unjudged = {
+        "spectral_overlap",
+        "observer_metamerism",
+        "gamut",
+        "added_channels",
+        "room_light",
+        "standard_primaries",
+    }
     assert {name for name, one in judged.items() if one.passed is None} == {*unjudged, "warm_up"}
     assert table.time_s is not None
     slow = replace(table, time_s=table.time_s * (36000 / table.time_s.max()))
@@ -232,6 +239,8 @@ def test_a_person_at_the_terminal_says_when_the_instrument_stands(folder: Path) 
 def test_sets_that_a_mode_cannot_show_are_told(folder: Path) -> None:
     named = _measure(folder, "--set", "crosstalk", mode="flat")
     assert "'crosstalk' cannot be measured: 'flat' shows both eyes the same pixels" in str(named.exception)
+    named = _measure(folder, "--set", "glasses", mode="flat")
+    assert "'glasses' cannot be measured: 'flat' needs no glasses" in str(named.exception)
     parts = _measure(folder, "--set", "uniformity", "--eye", "left", mode="side-by-side")
     assert "--eye both" in str(parts.exception)
     assert not (folder / "m.jsonl").exists()

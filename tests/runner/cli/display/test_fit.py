@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -108,6 +109,30 @@ def test_a_display_file_gives_the_model_back_and_converts(thesis: Path, tmp_path
     rows = [line.split(",") for line in codes.splitlines()]
     assert rows[0] == ["name", "red", "green", "blue"]
     np.testing.assert_allclose([float(v) for v in rows[1][1:]], [60, 120, 200], atol=1e-4)
+
+
+@pytest.mark.parametrize("model", ["gamma", "gog", "ggo", "table"])
+def test_the_black_that_is_printed_is_the_light_of_code_0(tmp_path: Path, model: str) -> None:
+    """A GOG has its black in the curves' offsets: its own term is 0."""
+    file = tmp_path / "lit.csv"
+    light = thesis_display().xyz(CODES) + [0.095, 0.1, 0.109]
+    write_csv(Measurements(CODES, light, mode="quad-buffered"), file)
+    said = _run("fit", str(file), "--model", model, "--brief")
+    (line,) = (line for line in said.splitlines() if line.startswith("Its black"))
+    by_model, as_read = (float(value) for value in re.findall(r"Y ([\d.]+)", line))
+    black = light[np.all(CODES == 0, axis=1)].mean(axis=0)
+    assert as_read == pytest.approx(black[1], abs=1e-4)
+    if model == "gamma":
+        assert by_model == 0.0  # it has none, and both are said
+    else:
+        assert by_model == pytest.approx(black[1], rel=0.3)
+
+
+@pytest.mark.parametrize("observer", ["CIE 1931 2", "CIE 1964 10"])
+def test_the_observer_of_readings_is_said(tmp_path: Path, observer: str) -> None:
+    file = tmp_path / "r.ti3"
+    write_ti3(Measurements(CODES, thesis_display().xyz(CODES), mode="flat", observer=observer), file)
+    assert f"Colorimetric observer: {observer}°" in _run("fit", str(file), "--model", "gog", "--brief")
 
 
 def test_a_ti3_is_fitted_and_converted(thesis: Path, tmp_path: Path) -> None:
@@ -273,7 +298,7 @@ def test_the_tables_of_the_thesis_and_standard_errors_are_printed_unless_brief(t
     assert "± " in told
     brief = _run("fit", str(thesis), "--brief", "--model", "gogo")
     assert "Table" not in brief
-    assert "Its black, in cd/m²: X 0.0" in brief
+    assert "Its black (code 0), in cd/m²: X 0.0" in brief
 
 
 def test_readings_that_say_their_panel_need_no_option(thesis: Path, tmp_path: Path) -> None:
