@@ -23,6 +23,7 @@ from documents.files import (
     MOST_LOG_BYTES,
     DamagedLineError,
     DurableLog,
+    LogDisturbedError,
     LogInUseError,
     LogState,
     open_regular,
@@ -173,7 +174,10 @@ class MeasurementLog:
 
     def close(self) -> None:
         """Close the file and let others open it."""
-        self._log.close()
+        try:
+            self._log.close()
+        except LogDisturbedError as error:
+            raise _disturbed(error, self.file) from error
 
     def __enter__(self) -> MeasurementLog:
         return self
@@ -186,6 +190,8 @@ class MeasurementLog:
     def _write(self, line: Mapping[str, Any]) -> None:
         try:
             self._log.append(line)
+        except LogDisturbedError as error:
+            raise _disturbed(error, self.file) from error
         except OSError as error:
             what = f"the reading cannot be written: {error.strerror}"
             raise MeasuringError(Finding(what, str(self._log.file), remedy="make room, then --resume")) from error
@@ -367,6 +373,11 @@ def _position(line: Mapping[str, Any], steps: tuple[Step, ...]) -> int:
 
 def _lock_file(file: Path) -> Path:
     return file.with_name(f".{file.name}.lock")
+
+
+def _disturbed(error: LogDisturbedError, file: Path) -> MeasuringError:
+    remedy = "resume it with --resume" if error.in_place else ""
+    return MeasuringError(Finding(str(error), str(file), remedy=remedy))
 
 
 def _in_use(file: Path) -> MeasuringError:

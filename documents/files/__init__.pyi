@@ -12,6 +12,7 @@ from .json_lines import MOST_LOG_BYTES as MOST_LOG_BYTES
 from .json_lines import DamagedLineError as DamagedLineError
 from .json_lines import read_lines as read_lines
 from .kept import read_kept_json as read_kept_json
+from .log_rescue import LogDisturbedError as LogDisturbedError
 from .mirror import CopyCheck as CopyCheck
 from .mirror import Mirror as Mirror
 from .mirror import compare_copy as compare_copy

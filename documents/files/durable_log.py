@@ -4,6 +4,10 @@ Each line gets its number and a checksum that is chained to the line before (`do
 time has the log open. A line that could not be written whole is taken off again, so that a later line
 never joins the rest of a broken one. A last line that a power cut left unfinished is kept in a file of its own when the
 log is opened again, and taken off the log; a last line that is whole but for its line end counts.
+
+All lines are in memory too. Before and after each line, and when the log is closed, the file that the path names is
+compared with them: if another program removed, replaced or changed it, the log is written again and `LogDisturbedError`
+is raised.
 """
 
 from __future__ import annotations
@@ -17,6 +21,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Protocol, TypeVar
 
 from documents.files.atomic import whole_file
 from documents.files.chain import COUNT, EMPTY, LogState, sealed
+from documents.files.log_rescue import LogDisturbedError, difference, rescue
 from documents.platform import sync_folder
 
 if TYPE_CHECKING:
@@ -41,16 +46,28 @@ Read = TypeVar("Read", bound=HasState)
 class DurableLog:
     """An open log; use as a context manager. ``append`` may be called from several threads.
 
-    ``size`` is how many bytes of it are on disk.
+    ``size`` is how many bytes of it were written; `read` returns them from memory.
     """
 
-    def __init__(self, file: Path, lock: FileLock, stream: BinaryIO, state: LogState) -> None:
+    def __init__(self, file: Path, lock: FileLock, stream: BinaryIO, state: LogState, content: bytes) -> None:
         self.file = file
+        self._content = bytearray(content)
+        self._rest = False  # whether an attempt that failed may have left something behind the last line
+        self._changed_ns = os.fstat(stream.fileno()).st_mtime_ns
+        self._disturbed: LogDisturbedError | None = None
         self._lock = lock
         self._stream = stream
         self._turn = threading.Lock()
         self._lines, self._digest, self._ended = state.lines, state.digest, state.ended
-        self.size = state.size
+
+    @property
+    def size(self) -> int:
+        """How many bytes were written."""
+        return len(self._content)
+
+    def read(self, begin: int, end: int) -> bytes:
+        """Return the bytes from ``begin`` to ``end`` as they were written, whatever became of the file."""
+        return bytes(self._content[begin:end])
 
     @classmethod
     def create(cls, file: Path, lock_file: Path, header: Mapping[str, Any]) -> DurableLog:
@@ -69,7 +86,7 @@ class DurableLog:
             with whole_file(file) as draft, open(draft, "wb", buffering=0) as stream:
                 _write(stream, line + b"\n", 0)
             sync_folder(file.parent)
-            return cls(file, lock, _open(file), LogState(1, len(line) + 1, digest, 1))
+            return cls(file, lock, _open(file), LogState(1, len(line) + 1, digest, 1), line + b"\n")
         except BaseException:
             lock.release()
             raise
@@ -96,17 +113,17 @@ class DurableLog:
             state = content.state
             if state.torn_tail:
                 _set_aside(file, state.torn_tail, torn_file)
-            log = cls(file, lock, _open(file), state)
+            with open(file, "rb") as stream:
+                held = stream.read(state.size)
+            log = cls(file, lock, _open(file), state, held)
         except BaseException:
             lock.release()
             raise
         try:
             if state.lacks_line_end:
-                log._stream.write(b"\n")
-                log.size += 1
-                os.fsync(log._stream.fileno())
+                log._add(b"\n")
         except BaseException:
-            log.close()
+            log._release()
             raise
         return log, content
 
@@ -115,6 +132,8 @@ class DurableLog:
 
         Raises
         ------
+        LogDisturbedError
+            If another program removed, replaced or changed the file; the line is in the log that was written again.
         OSError
             If it cannot be written; the log then ends as it did before.
         ValueError
@@ -128,23 +147,86 @@ class DurableLog:
 
         Raises
         ------
-        OSError
-            If it cannot be written; the log then ends as it did before.
+        LogDisturbedError, OSError
+            As `append`.
         """
         with self._turn:
-            self._put({**line, COUNT: self._lines})
-            self._ended = True
+            self._put({**line, COUNT: self._lines}, ends=True)
 
-    def _put(self, line: Mapping[str, Any]) -> None:
+    def check(self) -> None:
+        """Compare every byte of the file with what was written; also of a log that was closed.
+
+        Raises
+        ------
+        LogDisturbedError
+            If another program removed, replaced or changed the file, which was written again then.
+        """
+        with self._turn:
+            self._rescue_if(self._difference(closely=True))
+
+    def _put(self, line: Mapping[str, Any], *, ends: bool = False) -> None:
         if self._ended:
             raise ValueError(f"the log {self.file} has its end line already")
         data, digest = sealed(line, self._lines + 1, self._digest)
-        _write(self._stream, data + b"\n", self.size)
-        self._lines, self._digest = self._lines + 1, digest
-        self.size += len(data) + 1
+        what = self._difference(closely=self._was_touched())
+        if what is None and self._disturbed is None:
+            try:
+                self._add(data + b"\n")
+            except OSError:
+                self._rescue_if(self._difference(closely=False))
+                raise
+            what = self._difference(closely=False)
+        else:  # the line goes with the others
+            self._content += data + b"\n"
+            what = what or "another program changed the file before"
+        self._lines, self._digest, self._ended = self._lines + 1, digest, ends
+        self._rescue_if(what)
+
+    def _add(self, data: bytes) -> None:
+        try:
+            _write(self._stream, data, self.size)
+        except BaseException:
+            self._rest = True
+            raise
+        self._rest = False
+        self._content += data
+        self._changed_ns = os.fstat(self._stream.fileno()).st_mtime_ns
+
+    def _was_touched(self) -> bool:
+        try:
+            return os.stat(self.file).st_mtime_ns != self._changed_ns
+        except OSError:
+            return True
+
+    def _difference(self, *, closely: bool) -> str | None:
+        descriptor = None if self._stream.closed else self._stream.fileno()
+        return difference(self.file, descriptor, self._content, exact=not self._rest, closely=closely)
+
+    def _rescue_if(self, what: str | None) -> None:
+        """Write the log again if something became of it, and raise that; what is raised once is not found twice."""
+        if what is None:
+            return
+        self._stream.close()
+        done = rescue(self.file, self._content)
+        self._disturbed = LogDisturbedError(self.file, what, self._lines, done, complete=self._ended)
+        self._rest = False
+        raise self._disturbed
 
     def close(self) -> None:
-        """Close the log and let others open it."""
+        """Compare the file with what was written, close the log and let others open it.
+
+        Raises
+        ------
+        LogDisturbedError
+            As `check`, unless it was raised before.
+        """
+        try:
+            if not self._stream.closed:
+                self.check()
+        finally:
+            self._release()
+
+    def _release(self) -> None:
         self._stream.close()
         self._lock.release()
 

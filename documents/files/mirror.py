@@ -7,13 +7,16 @@ Each time, the thread writes what the copy lacks, so that a copy that was away, 
 from __future__ import annotations
 
 import errno
+import io
 import os
 import threading
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
 
 from documents.files.atomic import whole_file
+from documents.files.durable_log import DurableLog
 
 _CHUNK = 1 << 20
 _AGAIN_S = 2.0
@@ -47,11 +50,16 @@ def compare_copy(file: Path, copy: Path, size: int | None = None) -> CopyCheck:
     OSError
         If either cannot be read.
     """
+    with open(file, "rb") as log:
+        return _compare(log, copy, os.stat(file).st_size if size is None else size)
+
+
+def _compare(log: BinaryIO, copy: Path, left: int) -> CopyCheck:
+    """Compare ``copy`` with the next ``left`` bytes of ``log``."""
     same = lines = 0
-    left = os.stat(file).st_size if size is None else size
     if copy.exists() and not copy.is_file():
         raise OSError(errno.EINVAL, "not a regular file", str(copy))
-    with open(file, "rb") as log, open(copy if copy.exists() else os.devnull, "rb") as other:
+    with open(copy if copy.exists() else os.devnull, "rb") as other:
         while left:
             ours = log.read(min(_CHUNK, left))
             theirs = other.read(len(ours))
@@ -79,11 +87,13 @@ class CopyDiffersError(Exception):
 
 
 class Mirror:
-    """Keeps ``copy`` the same as the log ``file``, and copies of the files ``beside`` it, which do not grow meanwhile.
+    """Keeps ``copy`` the same as ``log``, and copies of the files ``beside`` it, which do not grow meanwhile.
+
+    The lines are taken from memory, so that the copy has them whatever becomes of the log's own file.
 
     Parameters
     ----------
-    file, copy
+    log, copy
         The log and its copy, below ``folder``, which is not made: it may be that of a disk that is not there.
     beside
         Returns pairs of a file and its copy; each is copied once.
@@ -93,16 +103,17 @@ class Mirror:
 
     def __init__(
         self,
-        file: Path,
+        log: DurableLog,
         copy: Path,
         folder: Path,
         beside: Callable[[], Iterable[tuple[Path, Path]]] = tuple,
         on_fault: Callable[[str], None] = lambda words: None,
     ) -> None:
-        self._file, self._copy, self._folder = file, copy, folder
+        self._log, self._copy, self._folder = log, copy, folder
         self._beside, self._on_fault = beside, on_fault
         self._turn = threading.Condition()
         self._wanted = self._done = 0
+        self._left_ns = 0  # when this thread changed the copy last
         self._copied: set[Path] = set()
         self._fault: str | None = None  # may pass
         self._left: str | None = None  # what is left as it is
@@ -135,7 +146,7 @@ class Mirror:
                 wanted, closing = self._wanted, self._closing
             if not wanted:
                 return
-            fault, over = self._attempt(wanted)
+            fault, over = self._attempt(wanted, closing)
             with self._turn:
                 self._fault, words = fault, fault or self._left
                 first = words is not None and not self._said
@@ -150,10 +161,10 @@ class Mirror:
     def _news(self) -> bool:
         return self._fault is None and self._wanted > self._done
 
-    def _attempt(self, wanted: int) -> tuple[str | None, bool]:
+    def _attempt(self, wanted: int, closing: bool) -> tuple[str | None, bool]:
         """Add to the copy what it lacks; return what is wrong, and whether it is of no use to try again."""
         try:
-            self._catch_up(wanted)
+            self._catch_up(wanted, closing)
             for file, copy in self._beside():
                 if copy not in self._copied:
                     self._copied.add(copy)
@@ -162,28 +173,32 @@ class Mirror:
             return f"{error}; it is left as it is", True
         except OSError as error:
             self._copied.clear()
-            return f"the results are not copied to {self._folder}: {error.strerror or error}", False
+            return f"the results are not copied to {self._folder}: {self._words(error)}", False
         return None, False
 
-    def _catch_up(self, wanted: int) -> None:
+    def _words(self, error: OSError) -> str:
+        """Say what went wrong, and with which file where that is none of the copies."""
+        words, name = error.strerror or str(error), error.filename
+        return words if name is None or self._folder in Path(name).parents else f"{words}: {name}"
+
+    def _catch_up(self, wanted: int, closely: bool) -> None:
+        """Write what the copy lacks; it is compared with the log if it was touched meanwhile, or ``closely``."""
         if not self._folder.is_dir():
             raise FileNotFoundError(errno.ENOENT, "there is no such folder", str(self._folder))
         self._copy.parent.mkdir(parents=True, exist_ok=True)
-        with open(self._copy, "ab", buffering=0) as stream, open(self._file, "rb") as log:
-            done = os.fstat(stream.fileno()).st_size
-            if done != self._done or not done:
-                check = compare_copy(self._file, self._copy, wanted)
+        with open(self._copy, "ab", buffering=0) as stream:
+            held = os.fstat(stream.fileno())
+            done = held.st_size
+            if closely or not done or (done, held.st_mtime_ns) != (self._done, self._left_ns):
+                check = _compare(io.BytesIO(self._log.read(0, wanted)), self._copy, wanted)
                 if check.differs_at is not None:
                     raise CopyDiffersError(f"the copy {self._copy} has another line {check.differs_at} than the log")
-            log.seek(done)
-            while done < wanted:
-                left = memoryview(log.read(min(_CHUNK, wanted - done)))
-                if not left:
-                    raise OSError(errno.EIO, "the log is shorter than it was", str(self._file))
-                while left:
-                    written = stream.write(left)
-                    left, done = left[written:], done + written
+            left = memoryview(self._log.read(done, wanted))
+            while left:
+                written = stream.write(left)
+                left, done = left[written:], done + written
             os.fsync(stream.fileno())
+            self._left_ns = os.fstat(stream.fileno()).st_mtime_ns
         with self._turn:
             self._done = done
 

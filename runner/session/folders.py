@@ -287,8 +287,18 @@ class Recorder:
         self._mirror = mirror
         mirror.follow(self._log.size)
 
+    @property
+    def log(self) -> DurableLog:
+        """The log."""
+        return self._log
+
     def _append(self, line: Mapping[str, Any]) -> None:
-        self._log.append(line)
+        try:
+            self._log.append(line)
+        finally:
+            self._follow()
+
+    def _follow(self) -> None:
         if self._mirror:
             self._mirror.follow(self._log.size)
 
@@ -323,9 +333,20 @@ class Recorder:
 
     def end(self, facts: Mapping[str, Any]) -> None:
         """Record that the session is complete, and ``facts`` of how it went."""
-        self._log.end({"record": "end", **facts})
-        if self._mirror:
-            self._mirror.follow(self._log.size)
+        try:
+            self._log.end({"record": "end", **facts})
+        finally:
+            self._follow()
+
+    def check(self) -> None:
+        """Compare the log's file with all that was recorded; also once it is closed.
+
+        Raises
+        ------
+        LogDisturbedError
+            If another program removed, replaced or changed it, in which case it was written again.
+        """
+        self._log.check()
 
     def close(self) -> None:
         """Close the log and let others open it."""

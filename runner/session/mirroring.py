@@ -46,8 +46,8 @@ def start_mirror(recorder: Recorder, folder: Path, note: Callable[[str, str], No
         with suppress(OSError, ValueError):  # the session is over, or its own disk is full, which it reports
             note(words, "program")
 
-    log = recorder.folder.absolute() / FILE_NAME
-    mirror = Mirror(log, copy_in_mirror(log, folder), folder, beside, on_fault)
+    copy = copy_in_mirror(recorder.folder.absolute() / FILE_NAME, folder)
+    mirror = Mirror(recorder.log, copy, folder, beside, on_fault)
     recorder.follow_with(mirror)
     return mirror
 

@@ -12,9 +12,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from types import FrameType
 
+from analysis.errors import ResultsError
 from analysis.observers import Haste, failed_tests, screened_out
-from analysis.records import FILE_NAME, SessionLog, Trial, WindowEvent, read_session
+from analysis.records import FILE_NAME, SessionLog, Trial, WindowEvent, check_log, read_session
 from documents import Finding
+from documents.files import LogDisturbedError
 from documents.text import counted
 from runner.errors import SessionError, SessionStoppedError
 from runner.observers.observer_file import ObserverSpec, read_observer
@@ -201,11 +203,13 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
             why = f"the session stopped: {error}" if isinstance(error, OSError) else str(error)
             kind = GraphicsError if isinstance(error, GraphicsError) else SessionStoppedError
             again = session_command(experiment, observer, options, resume=True, new=False)
-            raise kind(f"{why}. Every answer before this is saved. Continue: {again}") from error
+            raise kind(f"{why}. {_what_next(error, again)}") from error
         finally:
             for fault in (station.end_mirror(), *lost_marks(station.marks)):
                 if fault:
                     options.notify(f"warning: {fault}")
+    if station.session_folder is not None:
+        _read_back(station.session_folder / FILE_NAME)
     if status is None:  # interrupted before it began
         return SessionResult(ending, 0, sum(block.trials for block in design.example_blocks), folder)
     if station.session_folder is None:
@@ -326,6 +330,25 @@ def _refuse_unfinished(experiment: str | Path, observer: str, design: Experiment
     }
     ways = [Finding(f"to {way}: {command}") for way, command in by_type.items()]
     raise SessionError([Finding(what, str(log.file)), *ways])
+
+
+def _what_next(error: Exception, again: str) -> str:
+    """Say what is saved of a session that ``error`` stopped, and how it is continued."""
+    if not isinstance(error, LogDisturbedError):
+        return f"Every answer before this is saved. Continue: {again}"
+    if error.complete:
+        return "The session was complete"
+    return f"{'Continue' if error.in_place else 'Then continue'}: {again}" if error.saved else "It cannot be resumed"
+
+
+def _read_back(file: Path) -> None:
+    """Raise SessionStoppedError if the log cannot be read, or one of its lines does not fit."""
+    try:
+        wrong = check_log(file).findings
+    except ResultsError as error:
+        wrong = error.findings
+    if own := [finding for finding in wrong if finding.file == str(file)]:  # of its mirror was told before
+        raise SessionStoppedError(f"the log was read back, and it is not as it was recorded: {own[0]}")
 
 
 def _law(file: str | Path, design: Experiment) -> ObserverSpec:

@@ -333,6 +333,7 @@ class Station:
                 self.surface.on_window = None
         if self.experiment.end_page and not simulated and not session.screened_out:
             session.show_end_page(self.experiment.end_page)  # all is on disk, and the log is closed
+            recorder.check()
         return recorder.folder
 
     def _timing_marks(self, header: Header, clock: SteadyClock) -> TimingMarks:

@@ -98,7 +98,7 @@ def _sit(folder: Path, blocks: tuple[Block, ...], seed: int, told: int, waits_af
     session.on_trial = on_trial
     copies = folder.parent / "copies"
     copies.mkdir(exist_ok=True)
-    mirror = Mirror(folder / FILE_NAME, copies / FILE_NAME, copies)
+    mirror = Mirror(recorder.log, copies / FILE_NAME, copies)
     with recorder:
         recorder.follow_with(mirror)
         session.run()

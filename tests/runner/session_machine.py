@@ -116,6 +116,10 @@ class Stream:
     def fileno(self) -> int:
         return self._stream.fileno()
 
+    @property
+    def closed(self) -> bool:
+        return self._stream.closed
+
     def close(self) -> None:
         self._stream.close()
 

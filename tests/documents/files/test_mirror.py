@@ -14,6 +14,7 @@ import pytest
 
 from documents.files import mirror as module
 from documents.files.durable_log import DurableLog
+from documents.files.log_rescue import LogDisturbedError
 from documents.files.mirror import CopyCheck, Mirror, compare_copy
 
 LINES = 30
@@ -36,7 +37,7 @@ class Lab:
         self.mirror = self.mirrored()
 
     def mirrored(self) -> Mirror:
-        mirror = Mirror(self.file, self.copy, self.root, on_fault=self.said.append)
+        mirror = Mirror(self.log, self.copy, self.root, on_fault=self.said.append)
         mirror.follow(self.log.size)
         return mirror
 
@@ -179,14 +180,27 @@ def test_a_copy_that_was_cut_within_a_line_goes_on_there(lab: Lab) -> None:
         assert lab.is_whole
 
 
-def test_a_log_that_was_cut_off_is_a_fault_and_is_not_read_for_ever(lab: Lab) -> None:
+@pytest.mark.parametrize("harm", [lambda file: os.truncate(file, 9), Path.unlink, lambda file: file.write_bytes(b"no")])
+def test_the_copy_is_whole_whatever_becomes_of_the_log(lab: Lab, harm: Callable[[Path], object]) -> None:
     lab.write()
     lab.until(lambda: lab.is_whole)
-    size = lab.log.size
-    os.truncate(lab.file, size - 9)
-    lab.mirror.follow(size + 100)
-    assert "the log is shorter than it was" in str(lab.mirror.close())
-    assert not lab.mirror._thread.is_alive()
+    harm(lab.file)
+    with pytest.raises(LogDisturbedError):
+        lab.write(1)
+    lab.mirror.follow(lab.log.size)
+    assert lab.mirror.close() is None
+    assert lab.is_whole
+    assert lab.copy.read_bytes().count(b"\n") == LINES + 2
+
+
+def test_a_copy_changed_while_it_is_written_is_noticed_and_left_as_it_is(lab: Lab) -> None:
+    lab.write()
+    lab.until(lambda: lab.is_whole)
+    other = lab.copy.read_bytes().replace(b'"trial":3,', b'"trial":9,')
+    lab.copy.write_bytes(other)
+    lab.write(1)
+    assert "has another line 5 than the log; it is left as it is" in str(lab.mirror.close())
+    assert lab.copy.read_bytes() == other
 
 
 def test_a_slow_copy_is_never_waited_for(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -210,14 +224,14 @@ def test_files_beside_are_copied_whole_and_once(tmp_path: Path) -> None:
     lab.mirror.close()
     torn, twin = tmp_path / "torn-10.bin", lab.root / "deep" / "torn-10.bin"
     torn.write_bytes(b'{"rec')
-    lab.mirror = Mirror(lab.file, lab.copy, lab.root, lambda: [(torn, twin)], lab.said.append)
+    lab.mirror = Mirror(lab.log, lab.copy, lab.root, lambda: [(torn, twin)], lab.said.append)
     twin.parent.mkdir(exist_ok=True)
     twin.write_bytes(b'{"r')  # as where a disk was taken away meanwhile
     lab.write()
     assert lab.mirror.close() is None
     assert twin.read_bytes() == torn.read_bytes()
     twin.write_bytes(b"other")
-    lab.mirror = Mirror(lab.file, lab.copy, lab.root, lambda: [(torn, twin)], lab.said.append)
+    lab.mirror = Mirror(lab.log, lab.copy, lab.root, lambda: [(torn, twin)], lab.said.append)
     lab.write()
     lab.until(lambda: lab.is_whole)  # all the same
     assert "is another file than" in str(lab.mirror.close())

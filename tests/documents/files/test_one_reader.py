@@ -16,6 +16,7 @@ ALLOWED = {
     "documents/files/regular.py": "it is the place",
     "documents/files/atomic.py": "folders",
     "documents/files/durable_log.py": "the log that this process has locked, and what was torn off it",
+    "documents/files/log_rescue.py": "the log that this process has locked, and what stands in its place",
     "documents/files/mirror.py": "the log that this process has locked, and its copy",
     "documents/platform.py": "the system's own files",
     "devices/instruments/open.py": "instruments",
