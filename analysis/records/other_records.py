@@ -231,6 +231,7 @@ class HeaderRecord(Fields):
     interface: Interface = Field(default_factory=Interface)
     station: Text = ""
     planned: list[Planned] = Field(default_factory=list)
+    order_rule: Literal[1, 2] = 1
 
 
 def read_header(line: dict[str, Any]) -> HeaderRecord:

@@ -50,7 +50,8 @@ class Header:
     options: ``alpha`` and ``adjust``. ``interface`` holds the ``language``, and the ``style``, ``keys`` and ``words``
     that the experiment sets. ``station`` is a random name that an account on a machine keeps, empty in older logs.
     ``planned`` holds each block's ``kind``, its number of ``trials`` and ``expected_s``, empty in older logs.
-    ``hashes`` identifies the experiment, stimuli and display by SHA-256.
+    ``order_rule`` says which neighbouring observers take opposite sides: 2, the numbers 1 and 2; 1, as in older logs,
+    2 and 3. ``hashes`` identifies the experiment, stimuli and display by SHA-256.
     """
 
     experiment: str
@@ -70,6 +71,7 @@ class Header:
     interface: Json = field(default_factory=dict)
     station: str = ""
     planned: tuple[Json, ...] = ()
+    order_rule: int = 1
     schema_version: int = SCHEMA_VERSION
 
     @property
@@ -232,6 +234,7 @@ def _header(record: HeaderRecord, line: Json) -> Header:
         interface=line.get("interface", {}),
         station=record.station,
         planned=tuple(line.get("planned", ())),
+        order_rule=record.order_rule,
     )
 
 

@@ -328,7 +328,7 @@ class AllPairsSpec(BlockSpec):
             self._layout(setting),
             setting.pair_seed if part is None else setting.own_seed,
             order_seed=setting.own_seed,
-            flip_sides=setting.is_second_of_pair,
+            flip_sides=setting.flips_sides,
             repeats=self.repeats,
             break_every=self.break_every,
             fixation_s=self.fixation_s,

@@ -197,7 +197,7 @@ class PreferenceSpec(BlockSpec):
             self._layout(setting),
             setting.pair_seed,
             setting.own_seed,
-            flip_sides=setting.is_second_of_pair,
+            flip_sides=setting.flips_sides,
             repeats=self.repeats,
             exposure_s=self.exposure_s,
             blank_between_s=between_s if self.presentation == "sequence" else 0.0,

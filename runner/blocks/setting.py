@@ -38,10 +38,26 @@ class Stimuli:
 
 
 @dataclass(frozen=True, slots=True)
+class Draw:
+    """What beside seed and observer fixes the order of a session's trials, as its log's header has it.
+
+    ``rule`` is how observers are paired: by 1, as in older logs, the numbers 2 and 3, 4 and 5, take opposite sides; by
+    2 it is 1 and 2, 3 and 4.
+    """
+
+    rule: int = 2
+
+    def pair_number(self, observer: int) -> int:
+        """Return the number of the pair of observers that has the ``observer`` of this number."""
+        return observer // 2 if self.rule == 1 else (observer - 1) // 2
+
+
+@dataclass(frozen=True, slots=True)
 class Setting:
     """An experiment as one block, number ``index`` in the file, and one ``observer`` meet it.
 
-    ``style`` is how words look in an eye's view; ``followed_by`` says what comes after the block.
+    ``style`` is how words look in an eye's view; ``followed_by`` says what comes after the block; ``draw`` is how the
+    order is drawn.
     """
 
     experiment: str
@@ -54,6 +70,7 @@ class Setting:
     observer: str
     index: int = 0
     followed_by: Literal["page", "trials", "nothing"] = "trials"
+    draw: Draw = Draw()
 
     @property
     def hint(self) -> str:
@@ -78,14 +95,14 @@ class Setting:
         return int.from_bytes(hashlib.sha256(self.observer.encode()).digest()[:8])
 
     @property
-    def is_second_of_pair(self) -> bool:
-        """Whether this is the second of two neighbours, who share an orientation and take opposite sides."""
+    def flips_sides(self) -> bool:
+        """Whether this is the one of two neighbours, who share an orientation, who takes the other sides."""
         return bool(self.observer_number % 2)
 
     @property
     def pair_seed(self) -> str:
         """A seed that two neighbouring observers share."""
-        return f"{self.shared_seed}/{self.observer_number // 2}"
+        return f"{self.shared_seed}/{self.draw.pair_number(self.observer_number)}"
 
     @property
     def shared_seed(self) -> str:

@@ -22,7 +22,7 @@ from runner.blocks.field_types import Line
 from runner.blocks.layout import NO_REFERENCE, PHYSICAL, LayoutError, LayoutSpec, aperture_px, visible_part
 from runner.blocks.message import PAGES
 from runner.blocks.registry import AnyBlockSpec
-from runner.blocks.setting import Factors, Setting, Stimuli
+from runner.blocks.setting import Draw, Factors, Setting, Stimuli
 from runner.blocks.style import Style
 from runner.errors import SessionError
 from runner.presenter.dithering import Dithering
@@ -206,9 +206,9 @@ class Experiment:
         if self.name_clashes:
             raise SessionError(self.name_clashes)
 
-    def blocks(self, observer: str) -> tuple[Block, ...]:
-        """Return the blocks as ``observer`` will meet them: the order is drawn from experiment and observer."""
-        settings = _settings(self.spec, self.rig, self.view_px, self.stimuli, observer)
+    def blocks(self, observer: str, draw: Draw = Draw()) -> tuple[Block, ...]:  # noqa: B008  # it is frozen
+        """Return the blocks as ``observer`` will meet them: the order is drawn from both by ``draw``."""
+        settings = _settings(self.spec, self.rig, self.view_px, self.stimuli, observer, draw)
         return tuple(spec.make(setting) for spec, setting in zip(self.spec.blocks, settings, strict=True))
 
 
@@ -306,7 +306,7 @@ def read_experiment(
     findings += _at(source, said)
     if said:
         raise SessionError(findings)
-    blocks, wrong = _make_blocks(spec, _settings(spec, rig, view_px, stimuli or Stimuli({}), "01"), source)
+    blocks, wrong = _make_blocks(spec, _settings(spec, rig, view_px, stimuli or Stimuli({}), "01", Draw()), source)
     findings += wrong
     findings += _at(source, light_faults(spec.style, rig))
     # Only a block without a fault can be walked through.
@@ -323,14 +323,14 @@ def read_experiment(
 
 
 def _settings(
-    spec: ExperimentSpec, rig: Rig, view_px: tuple[int, int], stimuli: Stimuli, observer: str
+    spec: ExperimentSpec, rig: Rig, view_px: tuple[int, int], stimuli: Stimuli, observer: str, draw: Draw
 ) -> list[Setting]:
     """Return what ``observer`` meets each block in."""
     common = spec.name, spec.seed, spec.question, spec.layout, rig, _style(spec, rig, view_px), stimuli
     kinds = [block.kind for block in spec.blocks]
     following = ["page" if kind in (*PAGES, "screening") else "trials" for kind in kinds[1:]]
     after: list[Any] = [*following, "nothing"]
-    return [Setting(*common, observer, index, after[index]) for index in range(len(kinds))]
+    return [Setting(*common, observer, index, after[index], draw) for index in range(len(kinds))]
 
 
 def _style(spec: ExperimentSpec, rig: Rig, view_px: tuple[int, int]) -> Style:

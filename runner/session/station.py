@@ -17,6 +17,7 @@ from devices.display import EYES
 from documents import Finding
 from documents.files import RESTORE, Mirror
 from runner.blocks.block import Block, Draft
+from runner.blocks.setting import Draw
 from runner.errors import SessionError, SessionStoppedError
 from runner.observers.observer_file import ImageBasedObserverSpec, ObserverSpec
 from runner.observers.presses import Replay, asked_after_their_block, check_replayable
@@ -220,7 +221,7 @@ class Station:
             on_session=on_session,
             remarks=remarks,
             pending=pending,
-            recorded=RecordedPool(log),
+            replayed=log,
         )
 
     def run(
@@ -236,15 +237,15 @@ class Station:
         on_window: Callable[[WindowEvent], None] = lambda event: None,
         remarks: tuple[str, ...] = (),
         pending: Sequence[Place] = (),
-        recorded: Pool | None = None,
+        replayed: SessionLog | None = None,
     ) -> Path:
         """Run one observer's session to its end and return its folder.
 
         ``resume`` is the log of the session that stopped, as it was read; None begins a new one. ``on_session`` is
         handed the session before it begins, for notes and marks from elsewhere, ``on_window`` what becomes of the
         window. A new session's record has ``remarks``
-        beside the station's own; ``pending`` are trials that are to be asked once more after their block; ``recorded``
-        has the batches of pairs where these are not chosen anew.
+        beside the station's own; ``pending`` are trials that are to be asked once more after their block;
+        ``replayed`` is the log whose order and batches of pairs are taken, where these are not drawn.
 
         Raises
         ------
@@ -261,12 +262,14 @@ class Station:
             the stimuli or the display changed, as long as the trials answered so far are still those asked.
         """
         check_observer(observer)
-        blocks = self.experiment.blocks(observer)
+        earlier = resume or replayed
+        draw = Draw(earlier.header.order_rule) if earlier else Draw()
+        blocks = self.experiment.blocks(observer, draw)
         self.pictures.add(blocks)
         if not (simulated or resume) and (first := _first_with_pictures(blocks)):
             self.presenter.prefetch(first, at_once=True)
         log: SessionLog | None = None
-        if self.pool and not recorded:
+        if self.pool and not replayed:
             self.pool.simulated = simulated
             self.pool.look()
             if not resume:
@@ -276,7 +279,7 @@ class Station:
             header = log.header
         else:
             clock = SteadyClock()
-            recorder, header = self._begin(observer, simulated, remarks, clock, blocks)
+            recorder, header = self._begin(observer, simulated, remarks, clock, blocks, draw)
         self.session_folder = recorder.folder
         if not simulated:
             self._read_meanwhile()
@@ -285,7 +288,7 @@ class Station:
             recorder.window(event)
             on_window(event)
 
-        pool: Pool = recorded or self.pool or NoOthers()
+        pool: Pool = (RecordedPool(replayed) if replayed else None) or self.pool or NoOthers()
         if self.pool:
             self.pool.own = header.session
         with recorder:
@@ -402,12 +405,13 @@ class Station:
         remarks: tuple[str, ...],
         clock: SteadyClock,
         blocks: Sequence[Block],
+        draw: Draw,
     ) -> tuple[Recorder, Header]:
         parent = observer_folder(self.results, self.experiment.spec.name, observer)
         started_utc = clock()
         label = new_label(parent, datetime.fromisoformat(started_utc))
         header = self._header(observer, label, simulated, remarks, started_utc)
-        header = replace(header, planned=planned(self.experiment, blocks))
+        header = replace(header, planned=planned(self.experiment, blocks), order_rule=draw.rule)
         self.configuration.keep(parent.parent)
         return Recorder.create(parent / f"ses-{header.session}", header), header
 

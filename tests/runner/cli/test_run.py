@@ -15,7 +15,11 @@ import pytest
 from filelock import FileLock
 
 from analysis.records.session_record import read_session, session_files
+from documents.files.chain import EMPTY, sealed
+from runner.blocks.setting import Draw
 from runner.errors import SessionError
+from runner.session.options import SessionOptions
+from runner.session.run import run_session
 from tests.forked import Server
 
 Study = Any  # tests/conftest.py
@@ -49,14 +53,14 @@ def test_a_simulated_session_records_every_pair_with_its_facts(study: Study) -> 
 
 
 def test_two_observers_meet_the_same_pairs_in_other_orders(study: Study) -> None:
-    for observer in ("02", "03"):
+    for observer in ("01", "02"):
         _simulate(study, observer=observer)
     orders = []
     for file in session_files(study.results):
         trials = [trial for trial in read_session(file).trials if trial.kind == "all_pairs"]
         orders.append([(trial.data["first"], trial.data["second"]) for trial in trials])
     assert orders[0] != orders[1]
-    # Observers 2 and 3 share an orientation and take opposite sides of it.
+    # Observers 1 and 2 share an orientation and take opposite sides of it.
     assert {(second, first) for first, second in orders[0]} == set(orders[1])
 
 
@@ -354,3 +358,31 @@ def test_a_graphics_error_ends_the_session_with_everything_recorded(
     monkeypatch.setenv("CYCLOPEAN_CACHE", str(study.folder / "cache"))
     _simulate(study, "--resume")
     assert read_session(file).complete
+
+
+def _as_older_version(file: Path) -> None:
+    """Take what says how the order is drawn out of a log, as older versions wrote it, with right checksums."""
+    lines, before = [], EMPTY
+    for number, text in enumerate(file.read_text("utf-8").splitlines(), start=1):
+        record = {key: value for key, value in json.loads(text).items() if key not in ("line", "chain", "order_rule")}
+        line, before = sealed(record, number, before)
+        lines.append(line + b"\n")
+    file.write_bytes(b"".join(lines))
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_an_old_session_is_resumed_and_replayed_in_its_old_order(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
+    with monkeypatch.context() as patch:
+        patch.setattr("runner.session.station.Draw", lambda *_: Draw(1))
+        run_session(study.experiment, "02", SessionOptions(study.results, simulate=study.observers))
+    (file,) = session_files(study.results)
+    _as_older_version(file)
+    old = _answered(study.results)
+    _cut(study.results, 5)
+    run_session(study.experiment, "02", SessionOptions(study.results, simulate=study.observers, resume=True))
+    assert _answered(study.results) == old
+    assert read_session(file).header.order_rule == 1
+    run_session(study.experiment, "02", SessionOptions(study.folder / "replayed", replay=file))
+    assert _answered(study.folder / "replayed") == old
+    run_session(study.experiment, "02", SessionOptions(study.folder / "new", simulate=study.observers))
+    assert _answered(study.folder / "new") != old

@@ -13,6 +13,7 @@ from analysis.records.session_record import FILE_NAME, Trial, read_session
 from analysis.report.page import write_report
 from documents import InputError
 from runner.blocks.block import Block
+from runner.blocks.setting import Draw
 from runner.errors import SessionError, SessionStoppedError
 from runner.presenter.show import ShowOptions, show_picture
 from runner.protocol.experiment import Experiment
@@ -55,9 +56,9 @@ def test_the_observer_s_blocks_are_made_once(study: Study, monkeypatch: pytest.M
     made: list[str] = []
     make = Experiment.blocks
 
-    def blocks(self: Experiment, observer: str) -> tuple[Block, ...]:
+    def blocks(self: Experiment, observer: str, draw: Draw) -> tuple[Block, ...]:
         made.append(observer)
-        return make(self, observer)
+        return make(self, observer, draw)
 
     monkeypatch.setattr(Experiment, "blocks", blocks)
     run_session(study.experiment, "04", SessionOptions(results=study.results, simulate=study.observers))
