@@ -208,7 +208,7 @@ class Recorder:
                 log.close()
                 raise
         except LogInUseError as error:
-            raise _in_use(folder) from error
+            raise in_use(folder) from error
         except OSError as error:
             remedy = "make room, or choose another results folder"
             raise SessionError(
@@ -252,7 +252,7 @@ class Recorder:
                 log.close()
                 raise
         except LogInUseError as error:
-            raise _in_use(folder) from error
+            raise in_use(folder) from error
         except OSError as error:
             what = f"the session cannot be resumed: {error.strerror}"
             raise SessionError(Finding(what, str(file), remedy="let it be written, and leave some room")) from error
@@ -361,5 +361,6 @@ class Recorder:
         self.close()
 
 
-def _in_use(folder: Path) -> SessionError:
+def in_use(folder: Path) -> SessionError:
+    """Return what is said where another process writes the session in ``folder``."""
     return SessionError(Finding("another process is running this session", str(folder), remedy="close it first"))

@@ -26,7 +26,8 @@ from runner.presenter.counters import Counters
 from runner.presenter.errors import GraphicsError
 from runner.presenter.surfaces.x11 import LOST
 from runner.protocol.experiment import Experiment, check_observer, read_experiment
-from runner.session.folders import answered, is_running, to_resume, unfinished
+from runner.session.folders import answered, in_use, is_running, to_resume, unfinished
+from runner.session.one_at_a_time import only_session, refuse_running
 from runner.session.options import Backend, Ending, SessionOptions, SessionResult, session_command
 from runner.session.picture_source import Progress, build_stimuli, no_progress
 from runner.session.session import Left, Session
@@ -126,6 +127,9 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
             )
     elif not (options.new or options.replay):
         _refuse_unfinished(experiment, observer, design, options)
+    refuse_running(results, design.spec.name, observer)
+    if stopped and is_running(stopped.file.parent):  # by an older version, or from Python
+        raise in_use(stopped.file.parent)
     backend = options.backend or ("egl" if law or recording else "window")
     stimuli = build_stimuli(design, options.progress)
     folder: Path | None = None
@@ -134,6 +138,7 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
     running: Session | None = None
     with (
         Terminated.raised(),
+        only_session(results, design.spec.name, observer),
         Station.open(
             design,
             stimuli,
@@ -306,7 +311,8 @@ def simulate(
     further = (Path(observer_file),)
     with Station.open(design, stimuli, Path(results), backend, windowed=True, further_files=further) as station:
         for done, code in enumerate(codes, start=1):
-            folders.append(station.run(code, station.simulated(law, code, seed), simulated=True))
+            with only_session(station.results, design.spec.name, code):
+                folders.append(station.run(code, station.simulated(law, code, seed), simulated=True))
             progress("Running simulated observers", done, len(codes))
         work = station.presenter.counters
     return Simulation(tuple(folders), work, design, stimuli)

@@ -18,6 +18,7 @@ from analysis.records.session_record import read_session, session_files
 from documents.files.chain import EMPTY, sealed
 from runner.blocks.setting import Draw
 from runner.errors import SessionError
+from runner.session.one_at_a_time import only_session
 from runner.session.options import SessionOptions
 from runner.session.run import run_session
 from tests.forked import Server
@@ -386,3 +387,54 @@ def test_an_old_session_is_resumed_and_replayed_in_its_old_order(study: Study, m
     assert _answered(study.folder / "replayed") == old
     run_session(study.experiment, "02", SessionOptions(study.folder / "new", simulate=study.observers))
     assert _answered(study.folder / "new") != old
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_one_observer_has_one_session_at_a_time_and_no_window_opens_over_it(
+    study: Study, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from runner.session.station import Station
+
+    twice: list[SessionError] = []
+    options = SessionOptions(study.results, simulate=study.observers)
+    opened: list[str] = []
+    really = Station.open
+
+    def open_(*given: Any, **named: Any) -> Station:
+        opened.append("a window")
+        return really(*given, **named)
+
+    def begin(observer: str, **more: Any) -> None:
+        with pytest.raises(SessionError, match="another process is running") as told:
+            run_session(study.experiment, observer, replace(options, **more))
+        twice.append(told.value)
+
+    def meanwhile(*_: Any) -> None:
+        if not twice:
+            begin("01")
+            begin("01", resume=True)
+            begin("01", new=True)
+            begin("01", replay=study.results, simulate=None)
+            with only_session(study.results, "small", "02"):  # another observer may
+                pass
+
+    monkeypatch.setattr(Station, "open", open_)
+    done = run_session(study.experiment, "01", replace(options, on_begin=meanwhile))
+    assert (done.ending, len(twice), len(opened)) == ("completed", 4, 1)
+    (file,) = session_files(study.results)
+    assert read_session(file).complete
+    assert not (study.results / "small" / "sub-02").exists()
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_session_that_never_began_leaves_no_folder(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
+    from runner.session.station import Station
+
+    def refuse(*_: Any, **__: Any) -> None:
+        assert (study.results / "small" / "sub-01" / ".lock").exists()
+        raise SessionError("no screen")
+
+    monkeypatch.setattr(Station, "open", refuse)
+    with pytest.raises(SessionError, match="no screen"):
+        run_session(study.experiment, "01", SessionOptions(study.results, simulate=study.observers))
+    assert not study.results.exists()

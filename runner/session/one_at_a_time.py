@@ -1,0 +1,59 @@
+"""One session at a time of an observer and an experiment, held before any window opens."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from documents import Finding
+from runner.errors import SessionError
+from runner.session.folders import is_running, observer_folder
+
+_LOCK = ".lock"
+
+
+def refuse_running(results: Path, experiment: str, observer: str) -> None:
+    """Raise SessionError if a session of the observer in the experiment runs now."""
+    folder = observer_folder(results, experiment, observer)
+    if is_running(folder):
+        raise _running(folder, experiment, observer)
+
+
+@contextmanager
+def only_session(results: Path, experiment: str, observer: str) -> Iterator[None]:
+    """Let nobody else run a session of the observer in the experiment meanwhile; leave nothing if none was begun.
+
+    Raises
+    ------
+    SessionError
+        If one runs now, or the folder cannot be written.
+    """
+    from filelock import FileLock, Timeout
+
+    folder = observer_folder(results, experiment, observer)
+    made = [path for path in (folder, folder.parent, results) if not path.exists()]
+    lock = FileLock(folder / _LOCK, thread_local=False)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        lock.acquire(timeout=0)
+    except Timeout as error:
+        raise _running(folder, experiment, observer) from error
+    except OSError as error:
+        what = f"the results folder cannot be written: {error.strerror}"
+        raise SessionError(Finding(what, str(folder), remedy="choose another")) from error
+    try:
+        yield
+    finally:
+        if folder in made and not any(folder.glob("ses-*")):
+            with suppress(OSError):  # Windows keeps a file that is open
+                (folder / _LOCK).unlink()
+        lock.release()
+        with suppress(OSError):  # what is not empty stays
+            for path in made:
+                path.rmdir()
+
+
+def _running(folder: Path, experiment: str, observer: str) -> SessionError:
+    what = f"observer {observer} has a session of '{experiment}' that another process is running now"
+    return SessionError(Finding(what, str(folder), remedy="wait until it ends, or give this observer's own code"))
