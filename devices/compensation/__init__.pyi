@@ -17,6 +17,7 @@ from .dither import mask_shifts_px as mask_shifts_px
 from .dither_mask import load_mask as load_mask
 from .eye_costs import NOTICED_DELTA_E_00 as NOTICED_DELTA_E_00
 from .eye_costs import eye_clip_costs as eye_clip_costs
+from .eye_costs import mixed_tolerance as mixed_tolerance
 from .eye_view import EyeView as EyeView
 from .eye_view import PixelGrid as PixelGrid
 from .eye_view import Rectangle as Rectangle

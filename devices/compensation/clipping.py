@@ -49,8 +49,10 @@ class ClipCost:
         }
 
 
-def clip_cost(model: DisplayModel, xyz_cd_m2: ArrayLike) -> ClipCost:
+def clip_cost(model: DisplayModel, xyz_cd_m2: ArrayLike, *, half: bool = False) -> ClipCost:
     """Return what showing XYZ in cd/m², shape (..., 3), on ``model`` costs; pixels shown as asked are not compared.
+
+    ``half`` says that the XYZ were held in half floats: what is outside by their rounding is not counted.
 
     Raises
     ------
@@ -67,7 +69,7 @@ def clip_cost(model: DisplayModel, xyz_cd_m2: ArrayLike) -> ClipCost:
         if (linear.min(axis=1) >= lowest).all() and (linear.max(axis=1) <= highest).all():
             return None, 0.0, 0.0
         check_finite(block)
-        outside = outside_limits(linear.T, model.limits, model.gamut_tolerance)
+        outside = outside_limits(linear.T, model.limits, model.tolerance(block, half=half))
         changed = ((linear < lowest[:, None]) | (linear > highest[:, None])).any(axis=0)
         if not changed.any():
             return outside, 0.0, 0.0
@@ -127,7 +129,7 @@ def _difference(model: DisplayModel, asked: Floats, linear: Floats) -> Floats:
 _DIMMED = 0.5
 
 
-def clip_marks(model: DisplayModel, xyz_cd_m2: ArrayLike) -> NDArray[np.float32]:
+def clip_marks(model: DisplayModel, xyz_cd_m2: ArrayLike, tolerance: Floats | None = None) -> NDArray[np.float32]:
     """Return XYZ, float32, shape (..., 3): pixels that ask too much light in red, those that ask too little in blue.
 
     A pixel that does both is magenta; the others keep half their luminance, in the display's white.
@@ -138,6 +140,8 @@ def clip_marks(model: DisplayModel, xyz_cd_m2: ArrayLike) -> NDArray[np.float32]
         The display that is to show the picture.
     xyz_cd_m2
         XYZ in cd/m², shape (..., 3).
+    tolerance
+        How far linear light may leave the model's limits, (..., 3); None takes that of single precision.
 
     Returns
     -------
@@ -156,8 +160,9 @@ def clip_marks(model: DisplayModel, xyz_cd_m2: ArrayLike) -> NDArray[np.float32]
     """
     asked = np.asarray(xyz_cd_m2, dtype=np.float64)
     linear = model.linear(asked)
-    above = np.any(linear > model.limits[1] + model.gamut_tolerance, axis=-1, keepdims=True)
-    below = np.any(linear < model.limits[0] - model.gamut_tolerance, axis=-1, keepdims=True)
+    tolerance = model.gamut_tolerance if tolerance is None else tolerance
+    above = np.any(linear > model.limits[1] + tolerance, axis=-1, keepdims=True)
+    below = np.any(linear < model.limits[0] - tolerance, axis=-1, keepdims=True)
     white = model.white_XYZ_cd_m2
     share = np.clip(_DIMMED * asked[..., 1:2] / white[1], 0.0, 1.0)
     marked = share * white

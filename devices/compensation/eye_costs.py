@@ -23,7 +23,7 @@ from devices.colour.spaces import xyz_to_lab
 from devices.compensation.clipping import ClipCost, check_finite, clip_cost, counted_together, over_blocks
 from devices.compensation.mixture import Mixture
 from devices.display.display_file import EYES, Eye, EyeModels
-from devices.display.model import Clipping, outside_limits, rounding_of
+from devices.display.model import Clipping, outside_limits, rounding_of, rounding_of_half
 
 Floats = NDArray[np.float64]
 Pixels = NDArray[np.floating]
@@ -32,7 +32,7 @@ NOTICED_DELTA_E_00 = 1.0
 
 
 def eye_clip_costs(
-    models: EyeModels, mixture: Mixture | None, left_XYZ: Pixels, right_XYZ: Pixels
+    models: EyeModels, mixture: Mixture | None, left_XYZ: Pixels, right_XYZ: Pixels, *, half: bool = False
 ) -> Mapping[Eye, dict[str, float]]:
     """Return what the gamut clip costs each eye of a picture, under the keys of `ClipCost.to_json`.
 
@@ -47,6 +47,8 @@ def eye_clip_costs(
         How both views make one picture; None where each eye has its own.
     left_XYZ, right_XYZ
         Each eye's view, XYZ in cd/m², shape (height, width, 3).
+    half
+        Whether half floats held them, whose rounding is not counted as out of the gamut.
 
     Returns
     -------
@@ -65,14 +67,14 @@ def eye_clip_costs(
     (50.0, 0.0)
     """
     if mixture is not None:
-        return mixed_costs(mixture, models, left_XYZ, right_XYZ)
-    left = clip_cost(models.left, left_XYZ).to_json()
+        return mixed_costs(mixture, models, left_XYZ, right_XYZ, half=half)
+    left = clip_cost(models.left, left_XYZ, half=half).to_json()
     same = left_XYZ is right_XYZ and models.left is models.right
-    return {"left": left, "right": left if same else clip_cost(models.right, right_XYZ).to_json()}
+    return {"left": left, "right": left if same else clip_cost(models.right, right_XYZ, half=half).to_json()}
 
 
 def mixed_costs(
-    mixture: Mixture, models: EyeModels, left_XYZ: Pixels, right_XYZ: Pixels
+    mixture: Mixture, models: EyeModels, left_XYZ: Pixels, right_XYZ: Pixels, *, half: bool = False
 ) -> Mapping[Eye, dict[str, float]]:
     """Return, for each eye, the keys of `ClipCost.to_json` with the clip's cost through that eye's filter, and more.
 
@@ -80,10 +82,6 @@ def mixed_costs(
     ``projection_delta_e_00_max``: what was asked of the eye against what it would see if nothing were clipped.
     """
     limits = mixture.limits
-    tolerance = np.maximum(
-        rounding_of(mixture.left, models.left.shown_white_XYZ_cd_m2, limits),
-        rounding_of(mixture.right, models.right.shown_white_XYZ_cd_m2, limits),
-    )
     views: dict[Eye, Pixels] = {"left": left_XYZ.reshape(-1, 3), "right": right_XYZ.reshape(-1, 3)}
 
     def work(part: slice) -> tuple[Clipping, Mapping[Eye, _Sums]]:
@@ -105,6 +103,7 @@ def mixed_costs(
             clip = delta_e_2000(seen[changed], _lab(_display(models, eye, shown[changed]) @ through.T, white))
             projection = delta_e_2000(_lab(asked[eye], models.eye(eye).white_XYZ_cd_m2), seen)
             costs[eye] = _Sums.of(clip, projection)
+        tolerance = mixed_tolerance(mixture, models, asked["left"], asked["right"], half=half)
         return outside_limits(light, limits, tolerance), costs
 
     parts = list(over_blocks(work, len(views["left"])))
@@ -114,6 +113,21 @@ def mixed_costs(
             sums[eye].add(costs[eye])
     counted = counted_together([outside for outside, _ in parts])
     return {eye: sums[eye].to_json(counted) for eye in EYES}
+
+
+def mixed_tolerance(
+    mixture: Mixture, models: EyeModels, left_XYZ: Pixels, right_XYZ: Pixels, *, half: bool = False
+) -> Floats:
+    """Return how far the one picture's linear light, (..., 3), may leave its limits before it counts as outside.
+
+    That is by how much it errs of views in single precision, or with ``half`` of views that half floats held.
+    """
+    stored = np.maximum(
+        rounding_of(mixture.left, models.left.shown_white_XYZ_cd_m2, mixture.limits),
+        rounding_of(mixture.right, models.right.shown_white_XYZ_cd_m2, mixture.limits),
+    )
+    held = rounding_of_half(mixture.left, left_XYZ) + rounding_of_half(mixture.right, right_XYZ) if half else 0.0
+    return np.maximum(stored, held)
 
 
 @dataclass(slots=True)

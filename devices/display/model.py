@@ -31,6 +31,8 @@ EYES: tuple[Eye, Eye] = ("left", "right")
 GAMUT_TOLERANCE = 1e-6
 # Pictures are stored in float32. Half a unit in the last place of each of X, Y and Z, and as much for their sums.
 _ROUNDING = 2.0**-23
+# Of a value held in half floats: half a unit in its last place, and half of their least step.
+_HALF, _LEAST_HALF = 2.0**-11, 2.0**-25
 # Ends of a curve that are 0 and 1 but for rounding.
 _EXACT = 1e-12
 
@@ -114,6 +116,10 @@ class DisplayModel:
         """
         return rounding_of(self.linear_from_XYZ, self.shown_white_XYZ_cd_m2, self.limits)
 
+    def tolerance(self, xyz_cd_m2: ArrayLike, *, half: bool = False) -> Floats:
+        """Return how far the linear light of XYZ in cd/m², (..., 3), may leave `limits`, held in half floats or not."""
+        return np.maximum(self.gamut_tolerance, rounding_of_half(self.linear_from_XYZ, xyz_cd_m2) if half else 0.0)
+
     @cached_property
     def shown_white_XYZ_cd_m2(self) -> Floats:
         """XYZ (3,) at code 1 in every channel, the room's light included: the brightest white that is shown."""
@@ -185,9 +191,13 @@ class DisplayModel:
         linear = np.clip(self.linear(xyz_cd_m2), *self.limits)
         return np.stack([curve.code(linear[..., i]) for i, curve in enumerate(self.curves)], axis=-1)
 
-    def clipping(self, xyz_cd_m2: ArrayLike) -> Clipping:
-        """Count the pixels of XYZ in cd/m², shape (..., 3), outside the gamut: below code 0 or above code 1."""
-        return outside_limits(self.linear(xyz_cd_m2), self.limits, self.gamut_tolerance)
+    def clipping(self, xyz_cd_m2: ArrayLike, *, half: bool = False) -> Clipping:
+        """Count the pixels of XYZ in cd/m², shape (..., 3), outside the gamut: below code 0 or above code 1.
+
+        ``half`` says that they were held in half floats, coarser near black than single precision.
+        """
+        xyz = np.asarray(xyz_cd_m2).reshape(-1, 3)
+        return outside_limits(self.linear(xyz), self.limits, self.tolerance(xyz, half=half))
 
 
 @dataclass(frozen=True, slots=True)
@@ -241,6 +251,12 @@ def rounding_of(linear_from_XYZ: Floats, white_XYZ_cd_m2: Floats, limits: tuple[
     """
     stored = _ROUNDING * (np.abs(linear_from_XYZ) @ np.abs(white_XYZ_cd_m2))
     return np.maximum(GAMUT_TOLERANCE * (limits[1] - limits[0]), stored)
+
+
+def rounding_of_half(linear_from_XYZ: Floats, xyz_cd_m2: ArrayLike) -> Floats:
+    """Return by how much linear light, (..., 3), may err of XYZ in cd/m², (..., 3), that half floats held."""
+    err = np.abs(np.asarray(xyz_cd_m2, dtype=np.float64)) * _HALF + _LEAST_HALF
+    return np.asarray(err @ np.abs(linear_from_XYZ).T)
 
 
 def outside_limits(linear: ArrayLike, limits: tuple[Floats, Floats], tolerance: Floats | float) -> Clipping:

@@ -221,7 +221,7 @@ def show_picture(
             mode,
             whole_px[0] if whole_px else (image.width_px, image.height_px),
             image.is_flat,
-            eye_clip_costs(models, compensation.mixture, *views),
+            eye_clip_costs(models, compensation.mixture, *views, half=image.half),
             compensation.uncancelled((image.left, image.right)),
             facts,
             tuple(str(path) for path in files),

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from devices.compensation import Compensation, Correction, Mixture, XYZImage, clip_marks
+from devices.compensation import Compensation, Correction, Mixture, XYZImage, clip_marks, mixed_tolerance
 from devices.display import EYES, EyeModels
 from documents import Finding
 from documents.files import whole_file
@@ -281,21 +281,25 @@ def _marking(
     """Return a presenter of pictures of where the pictures of ``load`` leave the gamut."""
     models, mixture = compensation.models, compensation.mixture
 
-    def of_each_eye(left: XYZImage, right: XYZImage) -> StereoImage:
-        marked = clip_marks(models.left, left)
+    def of_each_eye(left: XYZImage, right: XYZImage, half: bool) -> StereoImage:
+        marked = clip_marks(models.left, left, models.left.tolerance(left, half=half))
         if left is right and models.left is models.right:
             return StereoImage.flat(marked)
-        return StereoImage(marked, clip_marks(models.right, right))
+        return StereoImage(marked, clip_marks(models.right, right, models.right.tolerance(right, half=half)))
 
-    def of_one_picture(mixture: Mixture, left: XYZImage, right: XYZImage) -> StereoImage:
+    def of_one_picture(mixture: Mixture, left: XYZImage, right: XYZImage, half: bool) -> StereoImage:
         model = models.left
         light = mixture.light(left, right)
-        return StereoImage.flat(clip_marks(model, model.dark_XYZ_cd_m2 + light @ model.primaries_XYZ_cd_m2.T))
+        shown = model.dark_XYZ_cd_m2 + light @ model.primaries_XYZ_cd_m2.T
+        tolerance = mixed_tolerance(mixture, compensation.models, left, right, half=half)
+        return StereoImage.flat(clip_marks(model, shown, tolerance))
 
     def marks(image: StereoImage, offset_px: Offset) -> StereoImage:
         """Mark what is asked of the display, as the clipping costs count it."""
         left, right = compensation.evened((image.left, image.right), offset_px)
-        return of_each_eye(left, right) if mixture is None else of_one_picture(mixture, left, right)
+        if mixture is None:
+            return of_each_eye(left, right, image.half)
+        return of_one_picture(mixture, left, right, image.half)
 
     if mixture is not None:
         # What is clipped is the one picture that both views make: its marks are shown as a flat picture would be.

@@ -25,7 +25,7 @@ from stimuli.build import StimulusSet, cache_folder
 from stimuli.pictures import StereoImage
 
 # Raise it when the same picture on the same display costs other numbers than before.
-COST_VERSION = 2
+COST_VERSION = 3
 COSTS = "costs"
 
 
@@ -150,7 +150,8 @@ def clipping_record(
     places_px = places_px or ((0, 0),)  # of a session that shows none
     for place in places_px if compensation.correction.depends_on_place else places_px[:1]:
         asked = compensation.evened(picture, place)
-        for eye, cost in eye_clip_costs(compensation.models, compensation.mixture, *asked).items():
+        of_eyes = eye_clip_costs(compensation.models, compensation.mixture, *asked, half=image.half)
+        for eye, cost in of_eyes.items():
             costs[eye] = {key: max(value, costs[eye].get(key, value)) for key, value in cost.items()}
     crosstalk = compensation.uncancelled(picture)
     return {**costs, "crosstalk": crosstalk} if crosstalk else {**costs}

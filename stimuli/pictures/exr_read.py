@@ -146,6 +146,7 @@ def read_exr_counted(
     if mixed := mixed_observers([(f"the view '{name}'", views[name].observer) for name in names]):
         raise StimulusError(replace(mixed, file=str(path)))
     observer, exact = views[names[0]].observer, all(views[name].exact for name in names)
+    half = all(views[name].half for name in names)
     # One after the other, each in place of what was read of it.
     unconverted = dict(views)
     del views
@@ -161,7 +162,7 @@ def read_exr_counted(
     ]
     images = [xyz for xyz, _ in converted]
     clipped = sum(pixels for _, pixels in converted)
-    image = StereoImage(images[0], images[-1])
+    image = StereoImage(images[0], images[-1], half=half)
     return ExrPicture(image, names, clipped, middle_view(stored) is not None, observer, exact)
 
 

@@ -60,7 +60,7 @@ class View:
     channels are named X, Y, Z.
     ``white_luminance_cd_m2`` is the luminance of the value 1, or None. ``observer`` is the colorimetric observer of its
     XYZ: that of the attribute ``colorimetricObserver``, else CIE 1931 2°. ``exact`` is true of floats that are to be
-    kept as they are (`EXACT_ATTRIBUTE`).
+    kept as they are (`EXACT_ATTRIBUTE`), ``half`` of values stored as half floats.
     """
 
     name: str
@@ -72,6 +72,7 @@ class View:
     size_px: tuple[int, int]
     observer: str = DEFAULT_OBSERVER
     exact: bool = False
+    half: bool = False
 
 
 def read_views(path: Path, region: Region | Part | None = None, wanted: Chosen | None = None) -> Mapping[str, View]:
@@ -306,6 +307,7 @@ def _view(
     chromaticities = declared_chromaticities(spec, path)
     if spec.channelnames[indices[1]].rpartition(".")[2] == "RY":
         pixels = rgb_of(pixels, chromaticities, path)
+    formats = spec.channelformats or (spec.format,) * spec.nchannels
     white = numbers(spec, "whiteLuminance", 1, path)
     return View(
         name=name,
@@ -317,6 +319,7 @@ def _view(
         size_px=(spec.full_width, spec.full_height),
         observer=declared_observer(spec, path),
         exact=spec.getattribute(EXACT_ATTRIBUTE) == 1,
+        half=all(str(formats[index]) == "half" for index in indices),
     )
 
 

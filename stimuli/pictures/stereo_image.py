@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -25,6 +25,8 @@ class StereoImage:
     ----------
     left, right
         XYZ in cd/m², float32, (height, width, 3) each.
+    half
+        Whether the values were held in half floats, whose rounding is coarser near black.
 
     Raises
     ------
@@ -42,6 +44,7 @@ class StereoImage:
 
     left: XYZImage
     right: XYZImage
+    half: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:
         if self.left.ndim != 3 or self.left.shape[2] != 3 or 0 in self.left.shape:

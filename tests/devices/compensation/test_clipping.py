@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
+from devices.compensation import clip_marks, eye_clip_costs
 from devices.compensation.clipping import clip_cost
 from devices.display.display_file import read_display
 from devices.display.model import DisplayModel
@@ -154,3 +155,35 @@ def test_what_is_no_light_counts_as_outside_and_has_no_cost(bad: float) -> None:
     assert model.clipping(picture).any_channel == 1
     with pytest.raises(DeviceError, match="hold 1 value not finite"):
         clip_cost(model, picture)
+
+
+@pytest.mark.parametrize("model", [_plain(), read_display(ASUS).models("side-by-side").left])
+def test_half_floats_near_black_are_no_light_that_is_missing(model: DisplayModel) -> None:
+    """Stored as half floats, half of the colours just above black, or of one channel, lie just below it."""
+    dark = np.random.default_rng(4).uniform(0.0, 0.05, (5_000, 3)) * np.eye(3)[np.arange(5_000) % 3]
+    stored = model.xyz_of_linear(model.limits[0] + dark).astype(np.float16).astype(np.float32)
+    assert clip_cost(model, stored).clipping.any_channel > 1_000
+    cost = clip_cost(model, stored, half=True)
+    assert cost.clipping.any_channel == model.clipping(stored, half=True).any_channel == 0
+    assert cost.delta_e_00_max < 0.05
+
+
+def test_what_half_floats_cannot_have_rounded_still_counts() -> None:
+    model = _plain()
+    linear = np.random.default_rng(5).uniform(0.1, 0.9, (3_000, 3))
+    linear[:1_000, 0], linear[1_000:2_000, 2] = -0.02, 1.02
+    stored = model.xyz_of_linear(linear).astype(np.float16).astype(np.float32)
+    cost = clip_cost(model, stored, half=True)
+    assert (cost.clipping.red, cost.clipping.blue, cost.clipping.any_channel) == (1_000, 1_000, 2_000)
+    marks = clip_marks(model, stored, model.tolerance(stored, half=True))
+    light = model.in_primaries(marks) > 0.5
+    assert light[:1_000, 2].all()
+    assert light[1_000:2_000, 0].all()
+
+
+def test_each_eye_s_cost_knows_half_floats() -> None:
+    models = read_display(ASUS).models("side-by-side")
+    dark = np.random.default_rng(6).uniform(0, 0.05, (20, 20, 3)) * np.eye(3)[0]
+    stored = models.left.xyz_of_linear(models.left.limits[0] + dark).astype(np.float16).astype(np.float32)
+    assert eye_clip_costs(models, None, stored, stored)["left"]["percent_any"] > 20
+    assert eye_clip_costs(models, None, stored, stored, half=True)["left"]["percent_any"] == 0

@@ -47,7 +47,7 @@ def _picture(model: DisplayModel, seed: int = 0) -> StereoImage:
 def _costs(models: EyeModels, image: StereoImage, **options: Any) -> Mapping[Any, dict[str, float]]:
     mixture = find_mode("anaglyph-red-cyan", ModeOptions.parse(options)).mixture(models)
     assert mixture is not None
-    return mixed_costs(mixture, models, image.left, image.right)
+    return mixed_costs(mixture, models, image.left, image.right, half=image.half)
 
 
 def _slow(
@@ -178,7 +178,8 @@ def test_preview_marks_what_is_clipped_of_the_one_picture(study: Study) -> None:
     pairs = design.blocks("01")[1]
     (first, _second) = next(iter(pairs.steps())).scene.stimuli  # type: ignore[union-attr]  # an Ask or a Hold
     models = read_display(study.folder / "display.yaml").models("anaglyph-red-cyan")
-    clipped = _costs(models, read_exr(study.folder / f"{first}.exr"))["left"]["percent_any"] / 100 * 40 * 80
+    image = read_exr(study.folder / f"{first}.exr")
+    clipped = _costs(models, image)["left"]["percent_any"] / 100 * 40 * 80
     for eye in ("left", "right"):
         codes = np.asarray(Image.open(Path(output) / f"block-02_screen-001_clipping_{eye}.png")).astype(int)
         assert codes.shape == (480, 640, 3)

@@ -99,7 +99,8 @@ def test_preview_marks_what_is_clipped(study: Study) -> None:
     model = read_display(study.folder / "display.yaml").models("side-by-side").left
     block = read_experiment(study.experiment).blocks("01")[1]
     (first, _second) = next(iter(block.steps())).scene.stimuli  # type: ignore[union-attr]  # an Ask or a Hold
-    clipped = model.clipping(read_exr(study.folder / f"{first}.exr").left).any_channel
+    image = read_exr(study.folder / f"{first}.exr")
+    clipped = model.clipping(image.left, half=image.half).any_channel
     codes = np.asarray(Image.open(output / "block-02_screen-001_clipping_left.png")).astype(int)
     shown = codes[240 - 30 - 20 : 240 - 30 + 20, 160 - 40 : 160 + 40]
     assert clipped > 100
@@ -120,7 +121,7 @@ def test_preview_marks_what_is_clipped_where_the_panel_is_dim(study: Study) -> N
     codes = np.asarray(Image.open(output / "block-02_screen-001_clipping_left.png")).astype(int)
     marked = np.ptp(codes, axis=2) > 128
     counts = [
-        design.rig.models.left.clipping(compensation.evened((image.left, image.right), place)[0]).any_channel
+        rig.models.left.clipping(compensation.evened((image.left, image.right), place)[0], half=image.half).any_channel
         for image, place in zip(images, design.places_px, strict=True)
     ]
     assert counts[0] > counts[1] + 100
@@ -131,7 +132,8 @@ def test_check_tells_how_much_is_clipped(study: Study) -> None:
     (facts,) = json.loads(_run("check", study.experiment, "--json").stdout)
     model = read_display(study.folder / "display.yaml").models("side-by-side").left
     for name in ("one", "two", "three", "four"):
-        expected = model.clipping(read_exr(study.folder / f"{name}.exr").left)
+        image = read_exr(study.folder / f"{name}.exr")
+        expected = model.clipping(image.left, half=image.half)
         assert facts["clipped_percent"][name][0] == pytest.approx(expected.percent(expected.any_channel), abs=1e-3)
 
 

@@ -15,13 +15,16 @@ from click.testing import CliRunner
 
 import runner.session.clipping_costs
 from analysis.records.session_record import read_session, session_files
+from devices.compensation import eye_clip_costs
 from devices.compensation.compensate import Compensation, Correction
+from devices.display.display_file import EyeModels
 from runner.check.files import check_file
 from runner.check.report import CheckOptions
 from runner.cli.main import group
 from runner.protocol.experiment import Experiment, read_experiment
 from runner.session.clipping_costs import COST_VERSION, COSTS, ClippingCosts, clipping_record
 from stimuli.build.recipe_to_set import build_set
+from stimuli.pictures.exr_read import read_exr
 from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage
 
@@ -245,3 +248,18 @@ def test_check_and_session_find_each_other_s_costs(study: Study) -> None:
     assert work["clipping_costs_cached"] == 4
     described = {one["name"]: [one["clipping"][eye]["percent_any"] for eye in ("left", "right")] for one in header}
     assert described == facts["clipped_percent"]
+
+
+def test_half_floats_near_black_are_within_the_gamut(study: Study) -> None:
+    """What a picture of half floats, as sets hold them, rounds beneath black is no light that the display lacks."""
+    model = read_experiment(study.experiment).rig.models.left
+    dark = model.limits[0] + np.random.default_rng(7).uniform(0, 0.05, (40, 80, 3)) * np.eye(3)[0]
+    image = StereoImage.flat(model.xyz_of_linear(dark).astype(np.float32))
+    for exact in (True, False):
+        write_exr(study.folder / "dark.exr", image, exact=exact)
+        read = read_exr(study.folder / "dark.exr")
+        assert read.half is not exact
+        percent = eye_clip_costs(EyeModels(model, model), None, read.left, read.right, half=read.half)["left"]
+        assert percent["percent_any"] == 0
+    stored = read_exr(study.folder / "dark.exr").left
+    assert model.clipping(stored).any_channel > 1_000
