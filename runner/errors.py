@@ -1,6 +1,6 @@
 """What can go wrong in a session."""
 
-from documents import InputError
+from documents import Finding, InputError
 
 
 class SessionError(InputError):
@@ -9,3 +9,11 @@ class SessionError(InputError):
 
 class SessionStoppedError(RuntimeError):
     """A session stopped: an answer could not be written, or the gamma table changed; all before it is on disk."""
+
+
+class UsedCodeError(SessionError):
+    """An observer's code has a finished session: ``what`` says when, and ``again`` how to have another."""
+
+    def __init__(self, what: str, file: str, again: str) -> None:
+        self.what = what
+        super().__init__([Finding(what, file, remedy="give the code of who sits now"), Finding(again)])

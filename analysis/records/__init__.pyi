@@ -3,6 +3,7 @@ from .check import ResultsCheck as ResultsCheck
 from .check import check_log as check_log
 from .check import check_results as check_results
 from .check import copy_in_mirror as copy_in_mirror
+from .codes import plain_code as plain_code
 from .configuration import CONFIGURATION_LIST as CONFIGURATION_LIST
 from .configuration import configuration_folder as configuration_folder
 from .configuration import kept_experiments as kept_experiments

@@ -31,6 +31,35 @@ def by_folder(log: SessionLog) -> SessionLog:
     return replace(log, header=replace(log.header, observer=stated), recorded_as=recorded)
 
 
+def plain_code(code: str) -> str:
+    """Return ``code`` without what people write one way or another: leading zeros of numbers, and capitals."""
+    return re.sub("(?<![0-9])0+(?=[0-9])", "", code).casefold()
+
+
+def notes_on_sittings(sessions: Iterable[SessionLog]) -> Iterator[str]:
+    """Yield who has several sessions and what is done with them, and which codes are so near that one may be meant."""
+    sittings: dict[str, list[str]] = {}
+    for session in sessions:
+        if session.answers:
+            sittings.setdefault(str(session.header.observer), []).append(str(session.header.session))
+    for observer, labels in sorted(sittings.items()):
+        if len(labels) > 1:
+            listed = ", ".join(labels[:_NAMED]) + (", ..." if len(labels) > _NAMED else "")
+            yield (
+                f"Observer {observer} has {len(labels)} sittings ({listed}): the answers of all are counted, as one "
+                "observer's."
+            )
+    near: dict[str, list[str]] = {}
+    for observer in sorted(sittings):
+        near.setdefault(plain_code(observer), []).append(observer)
+    for codes in near.values():
+        if len(codes) > 1:
+            yield (
+                f"The codes {' and '.join(codes)} differ in leading zeros or capitals only, and are counted as "
+                f"{len(codes)} observers: if they are one, rename the folder sub-{codes[-1]} to sub-{codes[0]}."
+            )
+
+
 Span = tuple[datetime, datetime]
 
 

@@ -232,6 +232,7 @@ class HeaderRecord(Fields):
     station: Text = ""
     planned: list[Planned] = Field(default_factory=list)
     order_rule: Literal[1, 2] = 1
+    sitting: Count = 1
 
 
 def read_header(line: dict[str, Any]) -> HeaderRecord:

@@ -51,7 +51,8 @@ class Header:
     that the experiment sets. ``station`` is a random name that an account on a machine keeps, empty in older logs.
     ``planned`` holds each block's ``kind``, its number of ``trials`` and ``expected_s``, empty in older logs.
     ``order_rule`` says which neighbouring observers take opposite sides: 2, the numbers 1 and 2; 1, as in older logs,
-    2 and 3. ``hashes`` identifies the experiment, stimuli and display by SHA-256.
+    2 and 3. ``sitting`` counts the observer's sessions in the folder from 1, which it is in older logs. ``hashes``
+    identifies the experiment, stimuli and display by SHA-256.
     """
 
     experiment: str
@@ -72,6 +73,7 @@ class Header:
     station: str = ""
     planned: tuple[Json, ...] = ()
     order_rule: int = 1
+    sitting: int = 1
     schema_version: int = SCHEMA_VERSION
 
     @property
@@ -235,6 +237,7 @@ def _header(record: HeaderRecord, line: Json) -> Header:
         station=record.station,
         planned=tuple(line.get("planned", ())),
         order_rule=record.order_rule,
+        sitting=record.sitting,
     )
 
 

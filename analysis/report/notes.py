@@ -9,7 +9,7 @@ from analysis.comparisons.comparisons import Comparisons
 from analysis.observers.haste import Haste
 from analysis.observers.responses import catch_results
 from analysis.ratings.preferences import preferences
-from analysis.records.codes import Sitting, notes_on_codes
+from analysis.records.codes import Sitting, notes_on_codes, notes_on_sittings
 from analysis.records.seal import notes_on_seals
 from analysis.records.session_record import SessionLog
 from analysis.records.times import SessionTimes
@@ -68,6 +68,7 @@ def on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
             "There is one observer: scores, intervals and tests are this observer's, and say nothing of others."
         )
     notes += notes_on_codes(map(Sitting.of, sessions))
+    notes += notes_on_sittings(sessions)
     incomplete = sum(not session.complete for session in sessions)
     if incomplete:
         what = "session was" if incomplete == 1 else "sessions were"

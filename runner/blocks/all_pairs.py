@@ -321,7 +321,7 @@ class AllPairsSpec(BlockSpec):
     def make(self, setting: Setting) -> AllPairs:
         """Return the block in the observer's own order."""
         between_s = BLANK_BETWEEN_S if self.blank_between_s is None else self.blank_between_s
-        part = self._part(setting.stimuli, setting.shared_seed, place_of(setting.observer))
+        part = self._part(setting.stimuli, setting.shared_seed, place_of(setting.observer, setting.draw.sitting))
         return AllPairs(
             chosen(self.stimuli, setting.stimuli),
             setting.question,

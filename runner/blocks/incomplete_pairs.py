@@ -22,21 +22,28 @@ from runner.blocks.orders import Pair
 
 PLACES = 120
 """Designs that differ; the observer after the last has the first again."""
+_SITTINGS_APART = 49  # has no factor in common with `PLACES`: 120 sittings have 120 places
 _NUMBER_AT_THE_END = re.compile(r"[0-9]+$", re.ASCII)
 
 
-def place_of(observer: str) -> int:
+def place_of(observer: str, sitting: int = 1) -> int:
     """Return an observer's place, from 0 to `PLACES` - 1: by the number that ends the code, else drawn from the code.
+
+    Each further ``sitting`` takes a place of its own, far from those of the next observers.
 
     Examples
     --------
     >>> place_of("01"), place_of("p12"), place_of("121"), place_of("anna")
     (0, 11, 0, 46)
+    >>> place_of("01", 2), place_of("01", 3)
+    (49, 98)
     """
     number = _NUMBER_AT_THE_END.search(observer)
     if number is not None:
-        return (int(number[0][-18:]) - 1) % PLACES
-    return int.from_bytes(hashlib.sha256(observer.encode()).digest()[:8]) % PLACES
+        first = int(number[0][-18:]) - 1
+    else:
+        first = int.from_bytes(hashlib.sha256(observer.encode()).digest()[:8])
+    return (first + _SITTINGS_APART * (sitting - 1)) % PLACES
 
 
 def fewest_pairs(count: int, pairs: Sequence[Pair]) -> int:

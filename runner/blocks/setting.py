@@ -42,10 +42,12 @@ class Draw:
     """What beside seed and observer fixes the order of a session's trials, as its log's header has it.
 
     ``rule`` is how observers are paired: by 1, as in older logs, the numbers 2 and 3, 4 and 5, take opposite sides; by
-    2 it is 1 and 2, 3 and 4.
+    2 it is 1 and 2, 3 and 4. ``sitting`` is 1 for an observer's first session, 2 for the second: its order is another,
+    and every second sitting has the other sides.
     """
 
     rule: int = 2
+    sitting: int = 1
 
     def pair_number(self, observer: int) -> int:
         """Return the number of the pair of observers that has the ``observer`` of this number."""
@@ -97,7 +99,7 @@ class Setting:
     @property
     def flips_sides(self) -> bool:
         """Whether this is the one of two neighbours, who share an orientation, who takes the other sides."""
-        return bool(self.observer_number % 2)
+        return bool(self.observer_number % 2) != (self.draw.sitting % 2 == 0)
 
     @property
     def pair_seed(self) -> str:
@@ -112,7 +114,8 @@ class Setting:
     @property
     def own_seed(self) -> str:
         """A seed of this observer alone."""
-        return f"{self.pair_seed}/{self.observer}"
+        again = f"/sitting {self.draw.sitting}" if self.draw.sitting > 1 else ""
+        return f"{self.pair_seed}/{self.observer}{again}"
 
     def pair_layout(self) -> PairLayout:
         """Place two pictures, the question and a reference picture if there is one.

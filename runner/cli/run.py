@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 @click.option("--resume", is_flag=True, help="Resume this observer's last session exactly where it stopped.")
 @click.option("--new", is_flag=True, help="Begin another session although this observer has an unfinished one.")
 @click.option(
+    "--again", is_flag=True, help="Let an observer who finished a session sit once more; the record states it."
+)
+@click.option(
     "--accept-changes",
     is_flag=True,
     help="With --resume or --replay: continue although experiment, stimuli or display changed.",
@@ -84,6 +87,7 @@ def command(
     observer: str,
     resume: bool,
     new: bool,
+    again: bool,
     accept_changes: bool,
     accept_gamma_table: bool,
     results: Path,
@@ -109,10 +113,11 @@ def command(
     interrupted or failed, with the command that continues it; 2 if the input was wrong.
     """
     from contextlib import ExitStack
+    from dataclasses import replace
 
     from runner.cli.main import WorkError
     from runner.cli.progress import progress_bar
-    from runner.errors import SessionStoppedError
+    from runner.errors import SessionStoppedError, UsedCodeError
     from runner.session.options import SessionOptions, session_command
     from runner.session.run import run_session
     from runner.session.session import Session
@@ -148,6 +153,7 @@ def command(
             results=results,
             resume=resume,
             new=new,
+            again=again,
             accept_changes=accept_changes,
             accept_gamma_table=accept_gamma_table,
             mode=mode,
@@ -165,7 +171,16 @@ def command(
             on_trial=on_trial,
         )
         try:
-            done = run_session(experiment, observer, options)
+            try:
+                done = run_session(experiment, observer, options)
+            except UsedCodeError as error:
+                if not of_a_person or as_json or not at_a_terminal():
+                    raise
+                click.echo(error.what, err=True)
+                if not click.confirm("Is this the same person, who sits once more?", err=True):
+                    raise
+                options = replace(options, again=True)
+                done = run_session(experiment, observer, options)
         except SessionStoppedError as error:
             raise WorkError(str(error)) from error
     completed = done.ending == "completed" and done.folder is not None
@@ -178,8 +193,15 @@ def command(
         )
     else:
         saved = f"{done.answered} of {counted(done.trials, 'answer', 'answers')} saved"
-        again = session_command(experiment, observer, options, resume=begun, new=options.new and not begun)
-        more = "The recording ends here" if replay else f"{'Continue' if begun else 'Begin again'}: {again}"
+        typed = session_command(
+            experiment,
+            observer,
+            options,
+            resume=begun,
+            new=options.new and not begun,
+            again=options.again and not begun,
+        )
+        more = "The recording ends here" if replay else f"{'Continue' if begun else 'Begin again'}: {typed}"
         click.echo(f"{_ENDINGS[done.ending]}; {saved}. {more}")
     if not as_json:
         _say_what_vision_failed(observer, done)

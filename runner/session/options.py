@@ -29,6 +29,8 @@ class SessionOptions:
         Whether to resume this observer's unfinished session where it stopped.
     new
         Whether to begin another session although this observer has an unfinished one, which stays as it is.
+    again
+        Whether this observer, who finished a session before, sits once more; the record says so.
     accept_gamma_table
         Whether to show pictures although the graphics card's gamma table is not the one that the display was measured
         with, or changes meanwhile; the record says so.
@@ -67,6 +69,7 @@ class SessionOptions:
     results: str | Path = Path("results")
     resume: bool = False
     new: bool = False
+    again: bool = False
     accept_changes: bool = False
     accept_gamma_table: bool = False
     mode: str | None = None
@@ -115,7 +118,7 @@ def session_command(experiment: str | Path, observer: str, options: SessionOptio
     """Return what to type to run a session with ``options`` and those ``changed``, such as ``resume=True``."""
     words = ["run", str(experiment), "--observer", observer]
     standard = SessionOptions()
-    for name in sorted((each.name for each in fields(options)), key=("new", "resume").__contains__):
+    for name in sorted((each.name for each in fields(options)), key=("again", "new", "resume").__contains__):
         value = changed.get(name, getattr(options, name))
         if value != getattr(standard, name) and isinstance(value, bool | str | Path):
             no = "no-" if value is False else ""

@@ -31,6 +31,7 @@ from runner.session.one_at_a_time import only_session, refuse_running
 from runner.session.options import Backend, Ending, SessionOptions, SessionResult, session_command
 from runner.session.picture_source import Progress, build_stimuli, no_progress
 from runner.session.session import Left, Session
+from runner.session.sittings import near_codes, refuse_used
 from runner.session.station import Station
 from runner.session.status import SessionStatus
 from runner.session.timing_marks import lost_marks
@@ -127,6 +128,14 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
             )
     elif not (options.new or options.replay):
         _refuse_unfinished(experiment, observer, design, options)
+    if not (options.resume or options.replay):
+        beside = unfinished(results, design.spec.name, observer) if options.new else None
+        if not (options.again or (beside and answered(beside))):
+            typed = session_command(experiment, observer, options, again=True)
+            way = f"if it is the same person, who sits once more, type: {typed}"
+            refuse_used(results, design.spec.name, observer, way, simulated=bool(law))
+        for line in near_codes(results, design.spec.name, observer):
+            options.notify(f"warning: {line}")
     refuse_running(results, design.spec.name, observer)
     if stopped and is_running(stopped.file.parent):  # by an older version, or from Python
         raise in_use(stopped.file.parent)
@@ -173,7 +182,7 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
                 options.on_trial(status)
 
         def on_lost() -> None:
-            again = session_command(experiment, observer, options, resume=status is not None, new=False)
+            again = session_command(experiment, observer, options, resume=status is not None, new=False, again=False)
             sys.stderr.write(f"\ncyclopean: {LOST}. Every answer before this is saved. Continue: {again}\n")
 
         person = Person(station.surface.wait_key, station.presenter.point)
@@ -207,7 +216,7 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
         except (SessionStoppedError, GraphicsError, OSError) as error:
             why = f"the session stopped: {error}" if isinstance(error, OSError) else str(error)
             kind = GraphicsError if isinstance(error, GraphicsError) else SessionStoppedError
-            again = session_command(experiment, observer, options, resume=True, new=False)
+            again = session_command(experiment, observer, options, resume=True, new=False, again=False)
             raise kind(f"{why}. {_what_next(error, again)}") from error
         finally:
             for fault in (station.end_mirror(), *lost_marks(station.marks)):
@@ -247,6 +256,7 @@ def simulate(
     *,
     results: str | Path = Path("results"),
     seed: int | None = None,
+    again: bool = False,
     mode: str | None = None,
     allow_uncharacterised: bool = False,
     backend: Backend = "egl",
@@ -266,6 +276,8 @@ def simulate(
         Folder that the sessions are written below.
     seed
         Random seed for the answers; that of the experiment if None. The order of trials does not depend on it.
+    again
+        Whether observers who finished a session in ``results`` have another sitting.
     mode, allow_uncharacterised
         As in `SessionOptions`.
     backend
@@ -282,7 +294,7 @@ def simulate(
     ------
     InputError
         If a file is wrong, the observers cannot judge every stimulus, one of them has an unfinished session in
-        ``results``, or the results cannot be written.
+        ``results`` or, unless ``again``, a finished one, or the results cannot be written.
 
     Examples
     --------
@@ -304,8 +316,10 @@ def simulate(
         what = f"{'these observers have' if len(stopped) > 1 else 'this observer has'} an unfinished session of "
         what += f"'{design.spec.name}': {', '.join(stopped)}"
         resumed = SessionOptions(results, resume=True, mode=mode, simulate=observer_file)
-        again = session_command(experiment, stopped[0], replace(resumed, allow_uncharacterised=allow_uncharacterised))
-        raise SessionError(Finding(what, str(results), remedy=f"choose another folder, or resume each: {again}"))
+        typed = session_command(experiment, stopped[0], replace(resumed, allow_uncharacterised=allow_uncharacterised))
+        raise SessionError(Finding(what, str(results), remedy=f"choose another folder, or resume each: {typed}"))
+    for code in () if again else codes:
+        refuse_used(Path(results), design.spec.name, code, _AGAIN, simulated=True)
     stimuli = build_stimuli(design, progress)
     folders = []
     further = (Path(observer_file),)
@@ -316,6 +330,9 @@ def simulate(
             progress("Running simulated observers", done, len(codes))
         work = station.presenter.counters
     return Simulation(tuple(folders), work, design, stimuli)
+
+
+_AGAIN = "choose another folder of results or, for a further sitting of each, give again=True"
 
 
 def _refuse_unfinished(experiment: str | Path, observer: str, design: Experiment, options: SessionOptions) -> None:

@@ -40,6 +40,7 @@ from runner.session.mirroring import refuse_mirror_within, start_mirror
 from runner.session.picture_source import PictureSource
 from runner.session.pooling import RecordedPool, ResultsPool, pooled_blocks
 from runner.session.session import Place, Session
+from runner.session.sittings import next_sitting
 from runner.session.timing_marks import OpenMarks, TimingMarks, close_marks, open_marks
 from runner.session.timing_record import timing_facts
 from stimuli.build import StimulusSet
@@ -263,7 +264,11 @@ class Station:
         """
         check_observer(observer)
         earlier = resume or replayed
-        draw = Draw(earlier.header.order_rule) if earlier else Draw()
+        if earlier:
+            draw = Draw(earlier.header.order_rule, earlier.header.sitting)
+        else:
+            draw = Draw(sitting=next_sitting(self.results, self.experiment.spec.name, observer, simulated=simulated))
+
         blocks = self.experiment.blocks(observer, draw)
         self.pictures.add(blocks)
         if not (simulated or resume) and (first := _first_with_pictures(blocks)):
@@ -411,7 +416,7 @@ class Station:
         started_utc = clock()
         label = new_label(parent, datetime.fromisoformat(started_utc))
         header = self._header(observer, label, simulated, remarks, started_utc)
-        header = replace(header, planned=planned(self.experiment, blocks), order_rule=draw.rule)
+        header = replace(header, planned=planned(self.experiment, blocks), order_rule=draw.rule, sitting=draw.sitting)
         self.configuration.keep(parent.parent)
         return Recorder.create(parent / f"ses-{header.session}", header), header
 

@@ -14,10 +14,13 @@ from typing import Any
 import pytest
 from filelock import FileLock
 
+from analysis.records import read_results
 from analysis.records.session_record import read_session, session_files
+from analysis.report.notes import on_sessions
 from documents.files.chain import EMPTY, sealed
+from runner.blocks.incomplete_pairs import PLACES, place_of
 from runner.blocks.setting import Draw
-from runner.errors import SessionError
+from runner.errors import SessionError, UsedCodeError
 from runner.session.one_at_a_time import only_session
 from runner.session.options import SessionOptions
 from runner.session.run import run_session
@@ -126,7 +129,7 @@ def test_a_second_session_is_refused_before_anything_is_drawn_and_what_it_says_t
     (study.results / "small/sub-01" / second.file.parent.name).rename(study.folder / "apart")
     study.cyclopean(*_typed(study, told.stderr, "to resume it, type:"))
     assert read_session(log).complete
-    _simulate(study)  # nothing is unfinished now
+    _simulate(study, "--again")  # nothing is unfinished now
 
 
 def test_a_session_that_stopped_before_its_first_answer_is_no_obstacle(study: Study) -> None:
@@ -365,7 +368,11 @@ def _as_older_version(file: Path) -> None:
     """Take what says how the order is drawn out of a log, as older versions wrote it, with right checksums."""
     lines, before = [], EMPTY
     for number, text in enumerate(file.read_text("utf-8").splitlines(), start=1):
-        record = {key: value for key, value in json.loads(text).items() if key not in ("line", "chain", "order_rule")}
+        record = {
+            key: value
+            for key, value in json.loads(text).items()
+            if key not in ("line", "chain", "order_rule", "sitting")
+        }
         line, before = sealed(record, number, before)
         lines.append(line + b"\n")
     file.write_bytes(b"".join(lines))
@@ -374,7 +381,7 @@ def _as_older_version(file: Path) -> None:
 @pytest.mark.usefixtures("undrawn")
 def test_an_old_session_is_resumed_and_replayed_in_its_old_order(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr("runner.session.station.Draw", lambda *_: Draw(1))
+        patch.setattr("runner.session.station.Draw", lambda sitting: Draw(1, sitting))
         run_session(study.experiment, "02", SessionOptions(study.results, simulate=study.observers))
     (file,) = session_files(study.results)
     _as_older_version(file)
@@ -438,3 +445,103 @@ def test_a_session_that_never_began_leaves_no_folder(study: Study, monkeypatch: 
     with pytest.raises(SessionError, match="no screen"):
         run_session(study.experiment, "01", SessionOptions(study.results, simulate=study.observers))
     assert not study.results.exists()
+
+
+def _person(study: Study, monkeypatch: pytest.MonkeyPatch, answer: str | None, *more: str) -> Any:
+    """Run `run --observer 88` as for a person who would not sit: what is asked is read, and no window opens."""
+    from click.testing import CliRunner
+
+    from runner.cli.run import command
+    from runner.session.station import Station
+
+    def never(*_: Any, **__: Any) -> None:
+        raise SessionError("a window was opened")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Station, "open", never)
+        patch.setattr("runner.cli.run.at_a_terminal", lambda: answer is not None)
+        words = [str(study.experiment), "--observer", "88", "--results", str(study.results), *more]
+        return CliRunner().invoke(command, words, input=answer)
+
+
+def _sat(study: Study, observer: str, **more: Any) -> None:
+    run_session(study.experiment, observer, SessionOptions(study.results, simulate=study.observers, **more))
+
+
+def _as_of_a_person(file: Path) -> None:
+    lines, before = [], EMPTY
+    for number, text in enumerate(file.read_text("utf-8").splitlines(), start=1):
+        record = {key: value for key, value in json.loads(text).items() if key not in ("line", "chain")}
+        line, before = sealed(record | ({"simulated": False} if number == 1 else {}), number, before)
+        lines.append(line + b"\n")
+    file.write_bytes(b"".join(lines))
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_code_that_was_used_is_asked_about_before_a_window_opens(
+    study: Study, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened = "a window was opened"
+    assert opened in str(_person(study, monkeypatch, None).exception)  # nobody sat: no question
+    _sat(study, "88")
+    assert opened in str(_person(study, monkeypatch, None).exception)  # what was simulated is no person's
+    (file,) = session_files(study.results)
+    _as_of_a_person(file)
+    refused = _person(study, monkeypatch, None).exception
+    assert isinstance(refused, UsedCodeError)
+    assert str(file) in str(refused)
+    assert "with 6 answers" in refused.what
+    assert "--observer 88" in str(refused)
+    assert str(refused).endswith("--again")  # to be copied
+    declined = _person(study, monkeypatch, "n\n")
+    assert refused.what in declined.output
+    assert isinstance(declined.exception, UsedCodeError)
+    assert opened in str(_person(study, monkeypatch, "y\n").exception)
+    assert opened in str(_person(study, monkeypatch, None, "--again").exception)
+    assert len(list(session_files(study.results))) == 1
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_further_sitting_has_an_order_of_its_own_the_other_sides_and_a_note_in_the_report(study: Study) -> None:
+    _sat(study, "88")
+    with pytest.raises(UsedCodeError, match="--again"):
+        _sat(study, "88")
+    with pytest.raises(UsedCodeError):
+        _sat(study, "88", new=True)  # that is for what is unfinished
+    _sat(study, "88", again=True)
+    first, second = (read_session(file) for file in session_files(study.results))
+    assert (first.header.sitting, second.header.sitting) == (1, 2)
+    orders = [
+        [(trial.data["first"], trial.data["second"]) for trial in log.trials if trial.kind == "all_pairs"]
+        for log in (first, second)
+    ]
+    assert {(right, left) for left, right in orders[0]} == set(orders[1])
+    assert [{*pair} for pair in orders[0]] != [{*pair} for pair in orders[1]]
+    second.file.write_bytes(b"".join(second.file.read_bytes().splitlines(keepends=True)[:5]))
+    _sat(study, "88", resume=True)  # in the order of its sitting
+    resumed = read_session(second.file)
+    pairs = [(trial.data["first"], trial.data["second"]) for trial in resumed.trials if trial.kind == "all_pairs"]
+    assert (pairs, resumed.header.sitting) == (orders[1], 2)
+    run_session(study.experiment, "88", SessionOptions(study.folder / "replayed", replay=second.file))
+    assert _answered(study.folder / "replayed") == orders[1]
+    notes = " ".join(on_sessions([first, resumed]))
+    assert f"Observer 88 has 2 sittings ({first.header.session}, {second.header.session})" in notes
+    assert "sittings" not in " ".join(on_sessions([first]))
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_codes_that_differ_in_leading_zeros_are_noted(study: Study) -> None:
+    said: list[str] = []
+    _sat(study, "1", notify=said.append)
+    _sat(study, "10", notify=said.append)
+    assert not any("somebody else" in line for line in said)
+    _sat(study, "01", notify=said.append)
+    assert sum("sessions of observer 1, and 01 counts as somebody else" in line for line in said) == 1
+    (note,) = (note for note in on_sessions(read_results(study.results)) if "leading zeros" in note)
+    assert "The codes 01 and 1 differ" in note
+
+
+def test_a_further_sitting_takes_other_pairs_of_an_incomplete_design() -> None:
+    places = [place_of("7", sitting) for sitting in range(1, PLACES + 1)]
+    assert (places[0], len(set(places))) == (place_of("7"), PLACES)
+    assert not {place_of(str(number), 2) for number in range(1, 40)} & {place_of(str(n)) for n in range(1, 40)}

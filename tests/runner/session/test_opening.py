@@ -73,6 +73,7 @@ def test_nothing_is_read_to_open_and_the_second_time_nothing_for_costs(study: St
         first = _run(study, station)
         assert (station.pictures.read, station.cost_work.clipping_costs_computed) == (4, 4)
     with _open(study) as station:
+        station.results = study.folder / "elsewhere"  # where it is a first sitting, too, in the same order
         second = _run(study, station)
         assert station.cost_work.clipping_costs_computed == 0
         assert station.cost_work.clipping_costs_cached == 4
