@@ -22,10 +22,11 @@ def read_results(*places: str | Path) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        One row for each trial, its last attempt: experiment, observer, session, whether the session is complete, block
-        and trial (from 0), kind, attempt, response time in seconds, UTC, and what the kind of block records. For pairs:
-        ``first``, ``second``, ``answer``, ``chosen``, ``rejected``. ``nominal`` is the standard that a display which
-        was not measured was taken for, such as ``srgb``: it is there if any was. Nested values are columns with dots in
+        One row for each trial, its last attempt: experiment, observer, session, whether the observer was simulated and
+        the session is complete, block and trial (from 0), kind, attempt, response time in seconds, UTC, and what the
+        kind of block records. For pairs: ``first``, ``second``, ``answer``, ``chosen``, ``rejected``. ``nominal`` is
+        the standard that a display which was not measured was taken for, such as ``srgb``: it is there if any was.
+        Nested values are columns with dots in
         their names, such as ``clipping.first.left.delta_e_00_mean``.
 
     Raises
@@ -47,6 +48,7 @@ def read_results(*places: str | Path) -> pd.DataFrame:
             "experiment": log.header.experiment,
             "observer": log.header.observer,
             "session": log.header.session,
+            "simulated": log.header.simulated,
             "complete": log.complete,
             **_by_role({key: value for key, value in trial.to_json().items() if key not in ("record", "events")}),
         }
@@ -97,7 +99,7 @@ def verify(*places: str | Path, mirror: str | Path | None = None) -> pd.DataFram
     )
 
 
-def export_bids(*places: str | Path, folder: str | Path, name: str = "") -> Path:
+def export_bids(*places: str | Path, folder: str | Path, name: str = "", with_simulated: bool = False) -> Path:
     """Write results as a BIDS dataset.
 
     Parameters
@@ -108,6 +110,8 @@ def export_bids(*places: str | Path, folder: str | Path, name: str = "") -> Path
         Folder of the dataset; an earlier export there is replaced.
     name
         Name of the dataset; that of the experiments if empty.
+    with_simulated
+        Whether to export simulated observers beside people.
 
     Returns
     -------
@@ -121,10 +125,13 @@ def export_bids(*places: str | Path, folder: str | Path, name: str = "") -> Path
     """
     from analysis.bids import About, export_dataset
 
-    return export_dataset([Path(place) for place in places], Path(folder), About(name=name)).folder
+    results = [Path(place) for place in places]
+    return export_dataset(results, Path(folder), About(name=name), with_simulated=with_simulated).folder
 
 
-def report(*places: str | Path, output: str | Path | None = None, pdf: bool = False) -> Path:
+def report(
+    *places: str | Path, output: str | Path | None = None, pdf: bool = False, with_simulated: bool = False
+) -> Path:
     """Write the HTML report on the results of one experiment.
 
     Parameters
@@ -135,6 +142,8 @@ def report(*places: str | Path, output: str | Path | None = None, pdf: bool = Fa
         The page to write; ``report.html`` in the first folder if None.
     pdf
         Whether to print it to PDF too; needs Chromium or Chrome.
+    with_simulated
+        Whether to count simulated observers beside people.
 
     Returns
     -------
@@ -146,10 +155,12 @@ def report(*places: str | Path, output: str | Path | None = None, pdf: bool = Fa
     InputError
         If results are missing, damaged or of different experiments.
     """
+    from analysis.observers import Filter
     from runner.reports import ReportOptions, report_results
 
     page = None if output is None else Path(output)
-    return report_results([Path(place) for place in places], page, ReportOptions(pdf=pdf)).page
+    options = ReportOptions(rule=Filter(with_simulated=with_simulated), pdf=pdf)
+    return report_results([Path(place) for place in places], page, options).page
 
 
 def _by_role(trial: dict[str, Any]) -> dict[str, Any]:

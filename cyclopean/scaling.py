@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from analysis.factors import FactorEffects
     from analysis.jod import JodScales
     from analysis.observers import ObserverTable
+    from analysis.records import SessionLog
     from analysis.scaling import CovarianceChoice, GroupedScores, Model, ModelMethod, Scores
     from runner.reports import PowerStudy
 
@@ -44,7 +45,8 @@ def scores(
         A folder of results, a CSV table, the DataFrame of `read_results`, or a DataFrame with the columns ``winner``
         and ``loser`` and, if there are any, ``count``, ``observer``, ``first`` and ``outcome``; for pairs within
         scenes also ``group``, ``scene`` or ``content``. Or a table or a DataFrame of another layout: pwcmp's, choices
-        among items, a square matrix of counts (also a MAT-file).
+        among items, a square matrix of counts (also a MAT-file). Of a folder, simulated observers count only where no
+        person answered.
     model
         ``bradley-terry``, ``thurstone`` (Case V), or ``davidson`` or ``rao-kupper``, which have ties.
     method
@@ -166,13 +168,12 @@ def effects(
     0  gloss  per unit      0.47
     """
     from analysis.factors import factor_effects, session_factors
-    from analysis.records import read_results as read_logs
 
     if factors is None:
         if isinstance(answers, pd.DataFrame) or _is_table(Path(answers)):
             remedy = "give factors={'name': {'view': 'stereo'}, ...}, or a folder of results"
             raise InputError(Finding("a table of answers does not name the factors of its stimuli", remedy=remedy))
-        factors = session_factors(read_logs(answers))
+        factors = session_factors(_logs(answers))
     result = factor_effects(comparisons(answers), factors, use=use)
     rows = [effect.to_json() for effect in result.effects]
     names = ", ".join(factor.name for factor in result.factors)
@@ -206,12 +207,11 @@ def observers(answers: Answers) -> Result[ObserverTable]:
     0       01      3.0                          0.0
     """
     from analysis.observers import observers_in_comparisons, observers_in_sessions
-    from analysis.records import read_results as read_logs
 
     if isinstance(answers, pd.DataFrame) or _is_table(Path(answers)):
         table = observers_in_comparisons(comparisons(answers))
     else:
-        table = observers_in_sessions(read_logs(answers))
+        table = observers_in_sessions(_logs(answers))
     rows = [line.to_json() for line in table.lines]
     return Result(table, rows, f"{len(rows)} observers")
 
@@ -281,12 +281,11 @@ def comparisons(answers: Answers, layout: str | None = None, choice_codes: Seque
         If they cannot be read or hold no comparison.
     """
     from analysis.comparisons import KINDS, from_sessions, read_any
-    from analysis.records import read_results as read_logs
 
     if not isinstance(answers, pd.DataFrame):
         path = Path(answers)
         if not _is_table(path):
-            return from_sessions(read_logs(path))
+            return from_sessions(_logs(path))
         return read_any(path, layout=layout, choice_codes=choice_codes).comparisons
     table = answers
     # Of trials, as `read_results` gives them, pairs are compared within groups where all of them have one.
@@ -305,12 +304,18 @@ def _with_common_names(
     if isinstance(answers, pd.DataFrame) or _is_table(Path(answers)):
         return comparisons(answers, layout, choice_codes), None
     from analysis.comparisons import grouped_comparisons
-    from analysis.records import read_results as read_logs
     from analysis.report import common_names
 
-    logs = read_logs(Path(answers))
+    logs = _logs(answers)
     table, groups = grouped_comparisons(logs)
     return table, None if groups is None else common_names(logs[0].header, groups)
+
+
+def _logs(answers: str | Path) -> Sequence[SessionLog]:
+    """Return the sessions that count together: those of simulated observers only where no person answered."""
+    from analysis.records import pool, read_results
+
+    return pool(read_results(answers)).sessions
 
 
 def _is_table(path: Path) -> bool:

@@ -87,7 +87,7 @@ _MOST_PLACES = 256
 _LONGEST_NAME = 64
 _MOST_LEVELS = 64
 _LONGEST_LEVEL = 32
-FIXED = ("onset", "block", "trial", "attempt", "trial_type", "response_time", "utc", "events")
+FIXED = ("onset", "block", "trial", "attempt", "trial_type", "response_time", "utc", "events", "simulated")
 # Names that BIDS defines.
 _RESERVED = frozenset({*FIXED, "duration", "stim_file", "hed", "channel"})
 

@@ -15,13 +15,24 @@ from typing import Any
 from analysis.bids.sources import Source
 from analysis.bids.text import escape, write_json, write_table
 from analysis.errors import ResultsError
+from analysis.records.answered_by import WhoAnswered
 from documents import Finding
 from documents.files import read_kept_json, whole_folder
 from documents.text import counted
 
 BIDS_VERSION = "1.10.0"
 GENERATOR = "cyclopean"
-PARTICIPANTS = {"participant_id": {"Description": "A code for the observer, and all that stands here of a person."}}
+PARTICIPANTS = {
+    "participant_id": {"Description": "A code for the observer, and all that stands here of a person."},
+    "simulated": {
+        "Description": "Whether the observer was simulated; the tables say it of each trial.",
+        "Levels": {
+            "false": "a person",
+            "true": "a simulated observer",
+            "some": "a person and a simulated observer have this code",
+        },
+    },
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,8 +125,16 @@ def write_dataset_files(folder: Path, about: About, sources: Sequence[Source], c
     (folder / "README").write_text(readme(about, sources), encoding="utf-8", newline="\n")
     (folder / "CHANGES").write_text(changes(changes_before, sources), encoding="utf-8", newline="\n")
     labels = sorted({source.observer for source in sources})
-    write_table(folder / "participants.tsv", ("participant_id",), ((f"sub-{label}",) for label in labels))
+    who = WhoAnswered.of((source.observer, source.simulated) for source in sources)
+    rows = ((f"sub-{label}", _simulated(who, label)) for label in labels)
+    write_table(folder / "participants.tsv", ("participant_id", "simulated"), rows)
     write_json(folder / "participants.json", PARTICIPANTS)
+
+
+def _simulated(who: WhoAnswered, label: str) -> str:
+    if label in who.shared:
+        return "some"
+    return "true" if label in who.simulated else "false"
 
 
 def _line(text: str) -> str:

@@ -17,9 +17,10 @@ from typing import Any
 from analysis.bids.columns import FIXED, Column, ColumnCollector, flatten
 from analysis.bids.dataset import About, check_replaceable, replacing, write_dataset_files
 from analysis.bids.sidecars import EVENT_DEFINITIONS, describe, fixed, session_sidecar, task_sidecar, trial_type
-from analysis.bids.sources import Source, find_sources, log_files
+from analysis.bids.sources import Source, find_sources, log_files, without_simulated
 from analysis.bids.text import MISSING, cell, write_json, write_table
 from analysis.errors import ResultsError
+from analysis.records.answered_by import WhoAnswered
 from analysis.records.configuration import kept_files
 from analysis.records.session_record import SessionLog, Trial, read_session
 from analysis.records.times import Record, SessionTimes
@@ -33,7 +34,8 @@ Progress = Callable[[str, int, int], None]
 class Export:
     """What was exported; ``copies`` are pairs of the file that was exported and its copy.
 
-    ``simulated`` is how many of the sessions are of simulated observers, ``notes`` how many notes in words there are.
+    ``who`` says who answered in them, ``left_out`` how many sessions of simulated observers are not in the dataset,
+    ``notes`` how many notes in words there are.
     ``doubts`` are sentences on observers' codes that may be of two people, or were changed.
     """
 
@@ -44,13 +46,21 @@ class Export:
     tasks: Mapping[str, str]
     copies: tuple[tuple[Path, Path], ...]
     notes: int
-    simulated: int
+    who: WhoAnswered
+    left_out: int = 0
     doubts: tuple[str, ...] = ()
+
+    @property
+    def simulated(self) -> int:
+        """How many of the sessions are of simulated observers."""
+        return self.who.simulated_sessions
 
     def to_json(self) -> dict[str, Any]:
         """Return the export as an object for JSON."""
         copies = [[str(kept), str(copy)] for kept, copy in self.copies]
-        return {**asdict(self), "folder": str(self.folder), "tasks": dict(self.tasks), "copies": copies}
+        values = {**asdict(self), "folder": str(self.folder), "tasks": dict(self.tasks), "copies": copies}
+        del values["who"]
+        return values | {"simulated": self.simulated, "simulated_left_out": values.pop("left_out")}
 
 
 @dataclass(slots=True)
@@ -66,6 +76,8 @@ def export_dataset(
     folder: Path,
     about: About | None = None,
     progress: Progress = lambda what, done, of: None,
+    *,
+    with_simulated: bool = False,
 ) -> Export:
     """Export every session in ``results`` as a BIDS dataset.
 
@@ -82,6 +94,9 @@ def export_dataset(
         Name, authors and licence; by default, the name is that of the experiments.
     progress
         Called with what is done, how many sessions are done, and how many there are.
+    with_simulated
+        Whether to export sessions of simulated observers beside those of people. Where there are no others, they are
+        always exported.
 
     Returns
     -------
@@ -110,7 +125,7 @@ def export_dataset(
     """
     folder = folder.resolve()
     check_replaceable(folder)
-    files = log_files(results, folder)
+    files, left_out = without_simulated(log_files(results, folder), with_simulated=with_simulated)
     tasks: dict[str, _Task] = {}
 
     def collect(source: Source, log: SessionLog) -> None:
@@ -130,7 +145,7 @@ def export_dataset(
     read = find_sources(counted(), collect)
     for task in tasks.values():
         task.columns, task.whole = task.collector.columns(), task.collector.whole
-    trials = notes = simulated = 0
+    trials = notes = 0
     changes = folder / "CHANGES"
     before = (
         read_regular(changes, _MOST_BYTES, error=ResultsError).decode("utf-8", "replace") if changes.is_file() else None
@@ -141,7 +156,6 @@ def export_dataset(
             log = _copy(source, part / source.raw)
             trials += _write_session(source, log, tasks[source.task], part)
             notes += len(log.notes)
-            simulated += log.header.simulated
             _copy_configuration(source, part)
         for label, task in tasks.items():
             _write_descriptions(part, label, task)
@@ -155,7 +169,8 @@ def export_dataset(
         {source.task: source.experiment for source in read.sources},
         read.copies,
         notes,
-        simulated,
+        WhoAnswered.of((source.observer, source.simulated) for source in read.sources),
+        left_out,
         read.doubts,
     )
 
@@ -257,6 +272,7 @@ def answer_rows(
             cell(trial.response_time_s),
             time_cell(trial.utc),
             cell([list(event) for event in trial.events]),
+            cell(log.header.simulated),
             *(cell(recorded.get(column.place)) for column in columns),
         )
 

@@ -132,6 +132,7 @@ _DEFINED: Mapping[str, dict[str, Any]] = {
         "Description": "Key presses since the last record as JSON: pairs of key and seconds from the scene's onset.",
         "Format": "string",
     },
+    "simulated": {"Description": "Whether the observer was simulated.", "Format": "boolean"},
 }
 EVENT_DEFINITIONS: dict[str, Any] = {
     "onset": {

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from analysis.errors import ResultsError
+from analysis.records.answered_by import WhoAnswered, counts
 from analysis.records.codes import Sitting, by_folder, notes_on_codes
 from analysis.records.results import result_files
 from analysis.records.session_record import FILE_NAME, SessionLog, read_session
@@ -109,6 +111,29 @@ def log_files(results: Sequence[Path], leave_out: Path) -> list[Path]:
 def _is_result(file: Path, place: Path, leave_out: Path) -> bool:
     hidden = any(part.startswith(".") for part in file.relative_to(place).parts)
     return not hidden and not file.resolve().is_relative_to(leave_out)
+
+
+def without_simulated(files: Sequence[Path], *, with_simulated: bool) -> tuple[list[Path], int]:
+    """Return the logs to export, and how many of simulated observers are left out beside those of people.
+
+    A log whose header cannot be read stays, so that `find_sources` reports it.
+    """
+    if with_simulated:
+        return [*files], 0
+    simulated = [_is_simulated(file) for file in files]
+    who = WhoAnswered.of(("", one) for one in simulated if one is not None)
+    chosen = [file for file, one in zip(files, simulated, strict=True) if counts(who, simulated=bool(one))]
+    return chosen, len(files) - len(chosen)
+
+
+def _is_simulated(file: Path) -> bool | None:
+    """Return what the header says; None if there is none that can be read."""
+    try:
+        header = json.loads(_content(file).partition(b"\n")[0])
+    except (InputError, OSError, ValueError, RecursionError):
+        return None
+    simulated = header.get("simulated") if isinstance(header, dict) else None
+    return simulated if isinstance(simulated, bool) else None
 
 
 def find_sources(files: Iterable[Path], collect: Callable[[Source, SessionLog], None]) -> Sources:

@@ -39,6 +39,7 @@ class TrialsReading:
     notes: tuple[str, ...] = ("each line is a trial; those that compare no pair, and catch trials, are left out",)
     columns: Columns = field(init=False)
     experiments: set[str] = field(default_factory=set)
+    simulated: set[str] = field(default_factory=set)
     found: int = 0
 
     def __post_init__(self) -> None:
@@ -65,11 +66,14 @@ class TrialsReading:
         return None
 
     def end(self) -> tuple[str, str] | None:
-        """Return what is wrong with the whole: several experiments, or no comparison."""
+        """Return what is wrong with the whole: several experiments, people beside simulated ones, nothing."""
         if len(self.experiments) > 1:
             names = sorted(self.experiments)
             what = f"the trials are of {len(names)} experiments: {', '.join(names)}"
             return what, f"keep one: trials[trials['experiment'] == '{names[0]}']"
+        if len(self.simulated) > 1:
+            what = "the trials are of people and of simulated observers"
+            return what, "keep one: trials[~trials['simulated']]; or drop the column to count both"
         return None if self.found else _EMPTY
 
     def _compared(self, rows: Sequence[Sequence[str]]) -> Iterator[list[str]]:
@@ -79,6 +83,7 @@ class TrialsReading:
                 self.experiments.add(value["experiment"])
             if value.get("kind") not in KINDS or value.get("catch"):
                 continue
+            self.simulated.add(value.get("simulated", "").casefold())
             tie = value["answer"] in TIES
             if tie:
                 value |= {"chosen": value["first"], "rejected": value["second"]}

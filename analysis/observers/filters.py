@@ -9,6 +9,7 @@ from typing import Any
 from analysis.errors import ResultsError
 from analysis.observers.responses import catch_answers
 from analysis.observers.screening import Unscreened, failed_tests, passed_screening
+from analysis.records.answered_by import pool
 from analysis.records.results import sessions_by_observer
 from analysis.records.session_record import SessionLog
 from documents import Finding
@@ -30,12 +31,15 @@ class Filter:
         an empty tuple every test that was taken.
     unscreened
         Whether to keep observers who did not take these tests.
+    with_simulated
+        Whether simulated observers count beside people. Where nobody else answered, they always count.
     """
 
     without: tuple[str, ...] = ()
     most_missed: int | None = None
     screening: tuple[str, ...] | None = None
     unscreened: Unscreened = "keep"
+    with_simulated: bool = False
 
     @property
     def sentence(self) -> str:
@@ -57,11 +61,16 @@ class Filter:
 
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """The ``sessions`` that remain, in order, the ``rule``, and for each observer ``left_out`` the reasons."""
+    """The ``sessions`` that remain, in order, the ``rule``, and for each observer ``left_out`` the reasons.
+
+    ``simulated`` are the codes of simulated observers who do not count beside people, ``notes`` say so in a sentence.
+    """
 
     sessions: tuple[SessionLog, ...]
     rule: Filter
     left_out: Mapping[str, tuple[str, ...]]
+    simulated: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def sentence(self) -> str:
@@ -75,11 +84,14 @@ class Kept:
         """Return rule and reasons as plain values for JSON, with the observers who remain."""
         reasons = {observer: list(why) for observer, why in self.left_out.items()}
         remain = list(sessions_by_observer(self.sessions))
-        return {"rule": self.rule.sentence, "kept": remain, "left_out": reasons}
+        simulated = list(self.simulated)
+        return {"rule": self.rule.sentence, "kept": remain, "left_out": reasons, "simulated": simulated}
 
 
 def keep(sessions: Sequence[SessionLog], rule: Filter) -> Kept:
     """Return the sessions of the observers that ``rule`` keeps; an observer is kept or left out with all sessions.
+
+    Simulated observers do not count beside people unless the rule says so (`analysis.records.answered_by.pool`).
 
     Parameters
     ----------
@@ -109,9 +121,10 @@ def keep(sessions: Sequence[SessionLog], rule: Filter) -> Kept:
     >>> keep([first, second], Filter(without=("02",))).sentence
     'Left out: 02 (by hand).'
     """
-    by_observer = sessions_by_observer(sessions)
+    pooled = pool(sessions, with_simulated=rule.with_simulated)
+    by_observer = sessions_by_observer(pooled.sessions)
     for name in rule.without:
-        if name not in by_observer:
+        if name not in by_observer and name not in pooled.left_out.simulated:
             there = ", ".join(by_observer) or "none"
             raise ResultsError(Finding(f"there is no observer '{name}' to leave out", remedy=f"observers: {there}"))
     if rule.most_missed is not None and rule.most_missed < 0:
@@ -121,8 +134,8 @@ def keep(sessions: Sequence[SessionLog], rule: Filter) -> Kept:
     if sessions and len(left_out) == len(by_observer):
         everyone = "; ".join(f"{name}: {', '.join(reasons)}" for name, reasons in left_out.items())
         raise ResultsError(Finding(f"the filter leaves no observer ({everyone})", remedy="relax the filter"))
-    kept = tuple(session for session in sessions if session.header.observer not in left_out)
-    return Kept(kept, rule, left_out)
+    kept = tuple(session for session in pooled.sessions if session.header.observer not in left_out)
+    return Kept(kept, rule, left_out, pooled.left_out.simulated, pooled.notes)
 
 
 def _reasons(name: str, sessions: Sequence[SessionLog], rule: Filter) -> tuple[str, ...]:

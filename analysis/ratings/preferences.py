@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from analysis.errors import ResultsError
+from analysis.records.answered_by import WhoAnswered, who_answered
 from analysis.records.session_record import SessionLog
 from documents import Finding
 
@@ -18,10 +19,12 @@ VIEWS = ("stereo", "flat")
 class Preferences:
     """The trials of the kind ``preference``: by observer, how often stereo and how often flat was chosen.
 
-    The answers of an observer are correlated: the independent units are the observers.
+    ``who`` says who answered in the sessions. The answers of an observer are correlated: the independent units are the
+    observers.
     """
 
     by_observer: dict[str, tuple[int, int]]
+    who: WhoAnswered
 
     @property
     def stereo(self) -> int:
@@ -46,9 +49,9 @@ class Preferences:
     @property
     def sentence(self) -> str:
         """The counts in words."""
-        total, people = self.stereo + self.flat, len(self.by_observer)
+        total, people = self.stereo + self.flat, self.who.words(self.by_observer)
         return (
-            f"Of {total} preferences between stereo and flat, {self.stereo} are for stereo; of {people} observers, "
+            f"Of {total} preferences between stereo and flat, {self.stereo} are for stereo; of {people}, "
             f"{self.observers_for_stereo} chose stereo more often and {self.observers_for_flat} flat."
         )
 
@@ -76,4 +79,5 @@ def preferences(sessions: Sequence[SessionLog]) -> Preferences:
                 what = f"trial {trial.trial} of block {trial.block} chose the view {view!r}, not stereo or flat"
                 raise ResultsError(Finding(what, str(session.file), remedy="restore the file"))
             chosen.setdefault(session.header.observer, []).append(str(view))
-    return Preferences({name: (views.count("stereo"), views.count("flat")) for name, views in chosen.items()})
+    counts = {name: (views.count("stereo"), views.count("flat")) for name, views in chosen.items()}
+    return Preferences(counts, who_answered(sessions))

@@ -9,6 +9,7 @@ from analysis.comparisons.comparisons import Comparisons
 from analysis.observers.haste import Haste
 from analysis.observers.responses import catch_results
 from analysis.ratings.preferences import preferences
+from analysis.records.answered_by import who_answered
 from analysis.records.codes import Sitting, notes_on_codes, notes_on_sittings
 from analysis.records.seal import notes_on_seals
 from analysis.records.session_record import SessionLog
@@ -55,14 +56,13 @@ def notes_on_groups(
 def on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
     """Return the notes on sessions of any kind."""
     notes = list(_on_nominal(sessions))
-    simulated = sum(session.header.simulated for session in sessions)
-    if simulated == len(sessions):
+    who = who_answered(sessions)
+    if who.all_simulated:
         notes.append("All observers are simulated: these are not answers of people.")
-    elif simulated:
-        notes.append(
-            f"{simulated} of {len(sessions)} sessions {'is' if simulated == 1 else 'are'} simulated, mixed with "
-            "those of people."
-        )
+    elif who.are_mixed:
+        count = who.simulated_sessions
+        are = "is" if count == 1 else "are"
+        notes.append(f"{count} of {len(sessions)} sessions {are} simulated, mixed with those of people.")
     if len({session.header.observer for session in sessions}) == 1:
         notes.append(
             "There is one observer: scores, intervals and tests are this observer's, and say nothing of others."

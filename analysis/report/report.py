@@ -14,6 +14,7 @@ from analysis.observers.filters import Filter, Kept, keep
 from analysis.observers.table import ObserverTable, observers_in_sessions
 from analysis.ratings.preferences import Preferences, preferences
 from analysis.ratings.ratings import RatingSummary, summarise_ratings
+from analysis.records.answered_by import pool, who_answered
 from analysis.records.results import refuse_mixtures
 from analysis.records.session_record import Header, SessionLog
 from analysis.report.checks import FailedCheck, failed_checks
@@ -105,8 +106,8 @@ class Report:
             sentences.append(self.thresholds.sentence)
         if self.ratings is not None:
             count = sum(observer.ratings for scale in self.ratings.scales for observer in scale.observers)
-            people = len({observer.observer for scale in self.ratings.scales for observer in scale.observers})
-            sentences.append(f"{people} observer{'' if people == 1 else 's'}, {count:,} ratings.")
+            people = {observer.observer for scale in self.ratings.scales for observer in scale.observers}
+            sentences.append(f"{who_answered(self.sessions).words(people)}, {counted(count, 'rating')}.")
         return tuple(sentences)
 
     def to_json(self) -> dict[str, Any]:
@@ -151,7 +152,7 @@ def describe(
     alpha, adjust, covariance
         As `analysis.report.summary.summarise`.
     rule
-        Which observers to leave out; nobody if None.
+        Which observers to leave out; nobody if None, but simulated observers do not count beside people.
 
     Returns
     -------
@@ -176,8 +177,9 @@ def describe(
     >>> describe([log]).kinds
     ('Paired comparisons',)
     """
-    refuse_mixtures(sessions)
-    kept = keep(sessions, rule or Filter())
+    rule = rule or Filter()
+    refuse_mixtures(pool(sessions, with_simulated=rule.with_simulated).sessions)
+    kept = keep(sessions, rule)
     remaining = kept.sessions
     kinds = {trial.kind for session in remaining for trial in session.trials}
     if not (kinds - set(PAGES) or any(session.complete for session in remaining)):
@@ -187,7 +189,8 @@ def describe(
     pairs, grouped = _compared(remaining, alpha, adjust, covariance)
     series = summarise_series(remaining) if "best_of_series" in kinds else None
     compared = pairs or grouped
-    notes = list(compared.notes) if compared else [*on_sessions(remaining), *_without_scores(remaining)]
+    notes = [*kept.notes]
+    notes += compared.notes if compared else [*on_sessions(remaining), *_without_scores(remaining)]
     notes += [note for note in series.notes if "simulated" not in note] if series else []
     preferred = preferences(remaining) if "preference" in kinds else None
     if preferred is not None:  # the sentence is in the head of the page

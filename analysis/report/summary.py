@@ -18,6 +18,7 @@ from analysis.comparisons.session_comparisons import from_sessions, is_compariso
 from analysis.errors import ResultsError
 from analysis.observers.responses import catch_results, first_choices
 from analysis.ratings.preferences import preferences
+from analysis.records.answered_by import WhoAnswered, who_answered
 from analysis.records.session_record import Header, SessionLog
 from analysis.report.estimate import Estimate, estimate_scores
 from analysis.report.notes import notes_on
@@ -74,9 +75,9 @@ class Answered(ABC):
         return int(self.comparisons.count.sum())
 
     @property
-    def simulated(self) -> bool:
-        """Whether any observer is simulated."""
-        return any(session.header.simulated for session in self.sessions)
+    def who(self) -> WhoAnswered:
+        """Who answered: people, simulated observers, or both."""
+        return who_answered(self.sessions)
 
     @property
     def incomplete(self) -> tuple[SessionLog, ...]:
@@ -86,9 +87,7 @@ class Answered(ABC):
     @property
     def numbers(self) -> str:
         """The numbers of observers and comparisons, in words."""
-        who = f"{len(self.observers)} {'simulated ' if self.simulated else ''}observer"
-        who += "" if len(self.observers) == 1 else "s"
-        return f"{who}, {self.trials:,} comparisons of {len(self.comparisons.items)} stimuli"
+        return f"{self.who.words(self.observers)}, {self.trials:,} comparisons of {len(self.comparisons.items)} stimuli"
 
     def answered_json(self) -> dict[str, Any]:
         """Return plain values for JSON: those of the experiment."""
@@ -97,7 +96,8 @@ class Answered(ABC):
             "question": self.header.question,
             "sessions": len(self.sessions),
             "incomplete_sessions": len(self.incomplete),
-            "simulated": self.simulated,
+            "simulated": self.who.all_simulated,
+            "simulated_observers": list(self.who.simulated),
             "observers": list(self.observers),
             "trials": self.trials,
             "ties": self.comparisons.ties,

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.records.answered_by import WhoAnswered, who_answered
 from analysis.records.session_record import SessionLog
 from analysis.series.agreement import SeriesAgreement, series_agreement
 from analysis.series.choice_tests import (
@@ -45,6 +46,8 @@ class SeriesSummary:
     ----------
     choices
         The choices, with the series and their levels.
+    who
+        Who answered: people, simulated observers, or both.
     weight
         The rating scale by which choices are weighted in the scores; None where there are no scores.
     levels
@@ -71,7 +74,7 @@ class SeriesSummary:
 
     choices: Choices
     experiment: str
-    simulated: bool
+    who: WhoAnswered
     weight: str | None
     levels: tuple[PictureScore, ...]
     pictures: tuple[PictureScore, ...]
@@ -90,8 +93,7 @@ class SeriesSummary:
     @property
     def sentence(self) -> str:
         """The numbers of observers, choices and series, in words."""
-        plan, people = self.choices.design, len(self.choices.observers)
-        who = f"{people} {'simulated ' if self.simulated else ''}observer{'' if people == 1 else 's'}"
+        plan, who = self.choices.design, self.who.words(self.choices.observers)
         count, series = len(self.choices.choices), len(plan.series)
         return f"{who}, {count:,} choice{'' if count == 1 else 's'} from {series} series."
 
@@ -100,7 +102,7 @@ class SeriesSummary:
         plan = self.choices.design
         return {
             "experiment": self.experiment,
-            "simulated": self.simulated,
+            "simulated": self.who.all_simulated,
             "weight": self.weight,
             "observers": list(self.choices.observers),
             "choices": len(self.choices.choices),
@@ -175,7 +177,7 @@ def summarise_series(
     return SeriesSummary(
         choices=choices,
         experiment=sessions[0].header.experiment,
-        simulated=any(session.header.simulated for session in sessions),
+        who=who_answered(sessions),
         weight=weight,
         levels=levels,
         pictures=picture_scores(choices, pooled=False, weight=weight),
@@ -209,8 +211,7 @@ def _notes(
     sessions: Sequence[SessionLog], choices: Choices, weight: str | None, weights: Sequence[str]
 ) -> tuple[str, ...]:
     notes = []
-    simulated = sum(session.header.simulated for session in sessions)
-    if simulated:
+    if simulated := who_answered(sessions).simulated_sessions:
         were = "is" if simulated == 1 else "are"
         notes.append(f"{simulated} of {counted(len(sessions), 'session', 'sessions')} {were} by simulated observers.")
     people, complete = len(choices.observers), len(choices.complete)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from analysis.errors import ResultsError
+from analysis.records.answered_by import WhoAnswered, who_answered
 from analysis.records.results import damaged, refuse_mixtures
 from analysis.records.session_record import SessionLog, Trial
 from analysis.records.times import in_time
@@ -86,6 +87,7 @@ class ThresholdSummary:
 
     experiment: str
     questions: tuple[QuestionSummary, ...]
+    who: WhoAnswered
 
     @property
     def sentence(self) -> str:
@@ -94,7 +96,7 @@ class ThresholdSummary:
         trials = sum(question.trials for question in self.questions)
         sought = [each.fit for question in self.questions for each in question.observers]
         missing = sum(fit.threshold is None for fit in sought)
-        words = f"{len(people)} observer{'' if len(people) == 1 else 's'}, {trials:,} trials at thresholds"
+        words = f"{self.who.words(people)}, {trials:,} trials at thresholds"
         return f"{words}; {missing} of {len(sought)} thresholds cannot be estimated." if missing else f"{words}."
 
     def to_json(self) -> list[dict[str, Any]]:
@@ -140,7 +142,8 @@ def summarise_thresholds(sessions: Sequence[SessionLog]) -> ThresholdSummary:
         files = ", ".join(str(session.file) for session in sessions[:3])
         what = "the results hold no trial of a threshold"
         raise ResultsError(Finding(what, files, remedy="answer some trials first"))
-    return ThresholdSummary(sessions[0].header.experiment, tuple(_fitted(*each) for each in asked.items()))
+    fitted = tuple(_fitted(*each) for each in asked.items())
+    return ThresholdSummary(sessions[0].header.experiment, fitted, who_answered(sessions))
 
 
 def _fitted(question: Question, people: Mapping[str, _Answers]) -> QuestionSummary:

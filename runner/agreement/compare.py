@@ -22,7 +22,7 @@ from analysis.classes import Adjust
 from analysis.comparisons import factors_of
 from analysis.errors import ResultsError
 from analysis.observers import Filter, keep
-from analysis.records import Header, SessionLog, read_results
+from analysis.records import Header, SessionLog, read_results, who_answered
 from documents import Finding, did_you_mean
 from runner.agreement.photographs import photographs_of
 from runner.agreement.shown import ShownPictures, shown_pictures
@@ -137,7 +137,8 @@ def compare_with_observers(
     _check_limits(options.limits, [measure.name for measure in chosen])
     if options.page is not None:
         check_page(options.page, ())
-    sessions = keep(read_results(*results), options.rule).sessions
+    kept = keep(read_results(*results), options.rule)
+    sessions = kept.sessions
     found, notes = observed_groups(sessions, task=options.task, alpha=options.alpha, adjust=options.adjust)
     header = sessions[0].header
     shown = shown_pictures(sessions, options.experiment, results[0])
@@ -145,7 +146,7 @@ def compare_with_observers(
     groups, photographs = photographs_of(found, factors_of(header), reference, options.photographs)
     predicted = _predict(shown, groups, photographs, [one.name for one in chosen], options.limits, progress)
     level = options.alpha if options.alpha is not None else float(header.analysis.get("alpha", 0.05))
-    notes = (*_session_notes(sessions), *notes, *_mixed(shown, groups, photographs))
+    notes = (*kept.notes, *_session_notes(sessions), *notes, *_mixed(shown, groups, photographs))
     agreement = agree(groups, photographs, predicted, alpha=level, notes=notes)
     written = WrittenAgreement(agreement, header, _facts(shown, agreement))
     if options.page is not None:
@@ -254,8 +255,9 @@ def _mixed(shown: ShownPictures, groups: Sequence[ObservedGroup], photographs: S
 
 def _session_notes(sessions: Sequence[SessionLog]) -> list[str]:
     notes = []
-    if any(session.header.simulated for session in sessions):
-        notes.append("Observers are simulated.")
+    who = who_answered(sessions)
+    if who.simulated:
+        notes.append("Observers are simulated." if who.all_simulated else f"There are {who.words()}.")
     unfinished = sum(not session.complete for session in sessions)
     if unfinished:
         notes.append(f"{unfinished} of {len(sessions)} sessions were not completed; their answers count.")

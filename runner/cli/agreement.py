@@ -57,6 +57,11 @@ class Limit(click.ParamType[tuple[str, float]]):
     help="Answers to compare with: pairs, series, ratings or ratings:SCALE. Default: the first that there are.",
 )
 @click.option("--without", multiple=True, metavar="OBSERVER", help="Observer to leave out; repeat for each.")
+@click.option(
+    "--with-simulated",
+    is_flag=True,
+    help="Count simulated observers beside people; without it they count only where nobody else answered.",
+)
 @click.option("--alpha", type=float, help="Significance level. Default: the experiment's.")
 @click.option(
     "--adjust",
@@ -78,6 +83,7 @@ def command(
     limits: tuple[tuple[str, float], ...],
     task: str | None,
     without: tuple[str, ...],
+    with_simulated: bool,
     alpha: float | None,
     adjust: str | None,
     experiment: Path | None,
@@ -106,7 +112,7 @@ def command(
         photographs=photographs,
         limits=dict(limits),
         task=task,
-        rule=Filter(without),
+        rule=Filter(without, with_simulated=with_simulated),
         alpha=alpha,
         adjust=cast("Adjust | None", adjust),
         experiment=experiment,

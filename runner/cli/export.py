@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from documents.text import counted
+
+if TYPE_CHECKING:
+    from analysis.bids import Export
 
 
 @click.command(name="export")
@@ -15,6 +20,11 @@ from documents.text import counted
 @click.option("--name", help="Name of the dataset. Default: the experiments' names.")
 @click.option("--author", "authors", multiple=True, help="Author of the dataset; repeat for each.")
 @click.option("--license", "license_", help="Licence of the dataset, such as CC0 or CC-BY-4.0.")
+@click.option(
+    "--with-simulated",
+    is_flag=True,
+    help="Export simulated observers beside people; without it they are exported only where nobody else answered.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     results: tuple[Path, ...],
@@ -22,6 +32,7 @@ def command(
     name: str | None,
     authors: tuple[str, ...],
     license_: str | None,
+    with_simulated: bool,
     as_json: bool,
 ) -> None:
     """Write results as a BIDS dataset.
@@ -36,7 +47,8 @@ def command(
 
     try:
         with progress_bar(quiet=as_json) as step:
-            done = export_dataset(results, output, About(name, authors, license_), step)
+            about = About(name, authors, license_)
+            done = export_dataset(results, output, about, step, with_simulated=with_simulated)
     except OSError as error:
         raise WorkError(f"the dataset cannot be written to {output}: {error.strerror}") from error
     if as_json:
@@ -46,14 +58,8 @@ def command(
         click.echo(f"note: {copy} is a copy of {kept} and is exported once")
     for doubt in done.doubts:
         click.echo(f"note: {doubt}")
-    if done.simulated == done.sessions:
-        click.echo("note: all sessions are of simulated observers")
-    elif done.simulated:
-        click.echo(
-            f"note: {done.simulated} of {done.sessions} sessions {'is' if done.simulated == 1 else 'are'} "
-            "simulated, beside those of people and under the "
-            "same observers' codes; to leave them out, name the folders of the others (the demo's are in results/demo)"
-        )
+    for sentence in _who(done):
+        click.echo(f"note: {sentence}")
     if done.notes:
         click.echo(
             f"note: {counted(done.notes, 'note in free text is', 'notes in free text are')} in the dataset; "
@@ -64,3 +70,17 @@ def command(
         f"{counted(done.participants, 'participant', 'participants')}, {counted(done.trials, 'trial', 'trials')}, as "
         f"{', '.join(f'task-{label}' for label in done.tasks)}: {done.folder}"
     )
+
+
+def _who(done: Export) -> Iterator[str]:
+    """Yield what a reader must know of simulated observers."""
+    if done.left_out:
+        are = "session of a simulated observer is" if done.left_out == 1 else "sessions of simulated observers are"
+        yield f"{done.left_out} {are} left out, beside those of people; --with-simulated exports them too"
+    if done.who.all_simulated:
+        yield "all sessions are of simulated observers"
+    elif done.who.are_mixed:
+        shared = done.who.shared
+        same = f"; a person and a simulated observer share the code {', '.join(shared)}" if shared else ""
+        are = "is" if done.simulated == 1 else "are"
+        yield f"{done.simulated} of {done.sessions} sessions {are} simulated, by the column simulated{same}"

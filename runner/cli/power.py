@@ -69,6 +69,11 @@ class Numbers(click.ParamType[tuple[int, ...]]):
     type=click.Path(path_type=Path),
     help="Results, or a table TABLE.csv with observers, that say how much observers differ.",
 )
+@click.option(
+    "--with-simulated",
+    is_flag=True,
+    help="Count simulated observers beside people in results; without it they count only where nobody else answered.",
+)
 @click.option("--lapse-rate", type=float, help="Share of random answers. Default: that of --simulate, or 0.")
 @click.option("--pair", nargs=2, multiple=True, metavar="A B", help="Pair of stimuli that matters; repeat for each.")
 @click.option(
@@ -120,6 +125,7 @@ def command(
     spread: float | None,
     observer_sd: float | None,
     observers_from: Path | None,
+    with_simulated: bool,
     lapse_rate: float | None,
     pair: tuple[tuple[str, str], ...],
     target: float,
@@ -177,6 +183,7 @@ def command(
         seed=seed,
         scheduler=scheduler,
         workers=workers,
+        with_simulated=with_simulated,
     )
     try:
         with progress_bar(quiet=as_json) as step:

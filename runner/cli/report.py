@@ -26,6 +26,11 @@ import click
 @click.option("--replace", is_flag=True, help="With --figures, replace figures that are there already.")
 @click.option("--without", multiple=True, metavar="OBSERVER", help="Observer to leave out; repeat for each.")
 @click.option(
+    "--with-simulated",
+    is_flag=True,
+    help="Count simulated observers beside people; without it they count only where nobody else answered.",
+)
+@click.option(
     "--passed",
     multiple=True,
     metavar="TEST",
@@ -69,6 +74,7 @@ def command(
     figure_folder: Path | None,
     replace: bool,
     without: tuple[str, ...],
+    with_simulated: bool,
     passed: tuple[str, ...],
     screened: bool,
     most_missed: int | None,
@@ -81,8 +87,9 @@ def command(
 ) -> None:
     """Write an HTML report on the results of one experiment.
 
-    RESULTS are folders of sessions, from one station or many, or single session.jsonl files. No observer is left
-    out by default; the page lists observers who are left out by an option.
+    RESULTS are folders of sessions, from one station or many, or single session.jsonl files. No person is left
+    out by default; the page lists observers who are left out by an option. Simulated observers are not counted beside
+    people.
     """
     import json
     from typing import cast
@@ -101,7 +108,7 @@ def command(
     if screened and not passed:
         raise click.UsageError("--screened goes with --passed: name the test")
     options = ReportOptions(
-        rule=Filter(without, most_missed, passed or None, "leave_out" if screened else "keep"),
+        rule=Filter(without, most_missed, passed or None, "leave_out" if screened else "keep", with_simulated),
         alpha=alpha,
         adjust=cast("Adjust | None", adjust),
         covariance=cast("CovarianceChoice | None", covariance),

@@ -60,6 +60,8 @@ class PowerOptions:
         Studies for each number of observers, and the random seed.
     scheduler, workers
         As `analysis.power.compute.compute`.
+    with_simulated
+        Whether simulated observers count beside people in results.
     """
 
     observers: tuple[int, ...]
@@ -79,6 +81,7 @@ class PowerOptions:
     seed: int = SEED
     scheduler: str | None = None
     workers: int | None = None
+    with_simulated: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -155,8 +158,16 @@ def study_power(
     """
     design = read_experiment(experiment)
     pairs = pair_design(design)
-    assumed = assume(pairs, scores=options.scores, simulate=options.simulate, spread_nats=options.spread_nats)
-    observers = observer_spread_of(options.observer_sd, options.observers_from, assumed.spread)
+    assumed = assume(
+        pairs,
+        scores=options.scores,
+        simulate=options.simulate,
+        spread_nats=options.spread_nats,
+        with_simulated=options.with_simulated,
+    )
+    observers = observer_spread_of(
+        options.observer_sd, options.observers_from, assumed.spread, with_simulated=options.with_simulated
+    )
     check_target(options.target)  # before the work, not after it
     chosen_pairs(pairs.items, options.pairs)
     plan = Plan(

@@ -14,7 +14,7 @@ from analysis.comparisons import Comparisons, from_sessions, read_table
 from analysis.errors import ResultsError
 from analysis.hierarchical import fit_observers, observer_spread
 from analysis.power import ScoresOf, differing_pairs, score_theta, spread_theta
-from analysis.records import read_results
+from analysis.records import pool, read_results
 from analysis.scaling import score, score_groups
 from documents import Finding
 from documents.files import read_regular
@@ -63,7 +63,9 @@ class ObserverSpread:
 MeasuredSpread = tuple[float, float, float | None]  # estimate, low, high
 
 
-def observer_spread_of(sd: float | None, file: Path | None, measured: MeasuredSpread | None) -> ObserverSpread:
+def observer_spread_of(
+    sd: float | None, file: Path | None, measured: MeasuredSpread | None, *, with_simulated: bool = False
+) -> ObserverSpread:
     """Return how much observers differ: as given, as measured in earlier answers, or a typical value, with a note.
 
     Parameters
@@ -74,6 +76,8 @@ def observer_spread_of(sd: float | None, file: Path | None, measured: MeasuredSp
         Results, or a table of comparisons, to measure it in.
     measured
         What the answers that the assumed scores come from say.
+    with_simulated
+        Whether simulated observers count beside people in results.
 
     Raises
     ------
@@ -85,8 +89,10 @@ def observer_spread_of(sd: float | None, file: Path | None, measured: MeasuredSp
         raise ResultsError(Finding(what, remedy="give one of --observer-sd and --observers-from"))
     if sd is not None:
         return ObserverSpread(sd, "given")
+    told: tuple[str, ...] = ()
     if file is not None:
-        found = observer_spread(earlier_answers(file))
+        answers, told = earlier_answers(file, with_simulated=with_simulated)
+        found = observer_spread(answers)
         measured = found.estimate, found.low, found.high
     if measured is None:
         note = (
@@ -99,7 +105,7 @@ def observer_spread_of(sd: float | None, file: Path | None, measured: MeasuredSp
     note = f"The observers of the earlier answers differ by {estimate:.2f} nats (95 % interval from {low:.2f} {to})."
     ends = (low, high) if high is not None else (low, max(OTHER_SDS[-1], 2 * estimate))
     others = tuple(end for end in ends if abs(end - estimate) > LEAST_APART)
-    return ObserverSpread(estimate, "measured", low, high, others, (note,))
+    return ObserverSpread(estimate, "measured", low, high, others, (*told, note))
 
 
 def unsimulated(behaviour: BehaviourSpec, design: PairDesign) -> list[str]:
@@ -129,13 +135,21 @@ class Assumed:
     spread: MeasuredSpread | None = None
 
 
-def assume(design: PairDesign, *, scores: Path | None, simulate: Path | None, spread_nats: float | None) -> Assumed:
+def assume(
+    design: PairDesign,
+    *,
+    scores: Path | None,
+    simulate: Path | None,
+    spread_nats: float | None,
+    with_simulated: bool = False,
+) -> Assumed:
     """Return the scores that the given source gives; equal steps over 2 nats without a source.
 
     A file of simulated observers gives scores and, where it names them for all stimuli, their classes; ``simulate``
     also takes its lapses. A file that ends with .json is what `cyclopean scores --json` or `report --json` printed. A
     table that ends with .csv, or results, are fitted with observers as a distribution where they name several: these
-    scores are the typical observer's, all others those of the average answer.
+    scores are the typical observer's, all others those of the average answer. In results, simulated observers count
+    beside people only ``with_simulated``.
 
     Raises
     ------
@@ -146,7 +160,8 @@ def assume(design: PairDesign, *, scores: Path | None, simulate: Path | None, sp
     if scores is not None and scores.suffix.lower() == ".json":
         return _by_printed(_printed(scores), str(scores), design, ties)
     if scores is not None and (scores.is_dir() or scores.suffix.lower() in ANSWERS):
-        return _by_printed(_fitted(earlier_answers(scores)), str(scores), design, ties)
+        answers, told = earlier_answers(scores, with_simulated=with_simulated)
+        return _by_printed(_fitted(answers), str(scores), design, (*told, *ties))
     file = scores if simulate is None else simulate
     if file is None:
         nats = DEFAULT_SPREAD_NATS if spread_nats is None else spread_nats
@@ -166,8 +181,8 @@ def assume(design: PairDesign, *, scores: Path | None, simulate: Path | None, sp
     )
 
 
-def earlier_answers(path: Path) -> Comparisons:
-    """Return the comparisons of a table that ends with .csv, or of results.
+def earlier_answers(path: Path, *, with_simulated: bool = False) -> tuple[Comparisons, tuple[str, ...]]:
+    """Return the comparisons of a table that ends with .csv, or of results, and a note on whom they leave out.
 
     Raises
     ------
@@ -177,7 +192,10 @@ def earlier_answers(path: Path) -> Comparisons:
     if path.is_file() and path.suffix.lower() not in ANSWERS:
         what = "this is neither a table of comparisons nor results"
         raise ResultsError(Finding(what, str(path), remedy="name a TABLE.csv, or a folder of results"))
-    return read_table(path) if path.suffix.lower() == ".csv" else from_sessions(read_results(path))
+    if path.suffix.lower() == ".csv":
+        return read_table(path), ()
+    pooled = pool(read_results(path), with_simulated=with_simulated)
+    return from_sessions(pooled.sessions), pooled.notes
 
 
 def _fitted(comparisons: Comparisons) -> dict[str, Any]:

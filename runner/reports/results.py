@@ -14,7 +14,7 @@ from typing import Any
 from analysis.classes import Adjust
 from analysis.errors import ResultsError
 from analysis.observers import Filter, check_tests
-from analysis.records import Header, kept_experiments, read_results
+from analysis.records import Header, kept_experiments, pool, read_results
 from analysis.report import Report, write_report
 from analysis.scaling import CovarianceChoice
 from documents import Finding
@@ -135,7 +135,8 @@ def report_results(
     first = results[0]
     page = output or (first if first.is_dir() else first.parent) / "report.html"
     check_tests(sessions, options.rule.screening or ())
-    header, folder = sessions[0].header, page.parent if output is None else first
+    header = pool(sessions, with_simulated=options.rule.with_simulated).sessions[0].header
+    folder = page.parent if output is None else first
     pictures = stimulus_pictures(header, options.experiment, progress, folder) if options.pictures else {}
     report = write_report(
         sessions,

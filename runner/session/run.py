@@ -182,7 +182,14 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
                 options.on_trial(status)
 
         def on_lost() -> None:
-            again = session_command(experiment, observer, options, resume=status is not None, new=False, again=False)
+            again = session_command(
+                experiment,
+                observer,
+                options,
+                resume=status is not None,
+                new=False,
+                again=options.again and status is None,
+            )
             sys.stderr.write(f"\ncyclopean: {LOST}. Every answer before this is saved. Continue: {again}\n")
 
         person = Person(station.surface.wait_key, station.presenter.point)

@@ -10,6 +10,7 @@ from typing import Any
 from analysis.comparisons.session_comparisons import is_comparison
 from analysis.observers.filters import Kept
 from analysis.observers.responses import catch_results
+from analysis.records.answered_by import who_answered
 from analysis.records.session_record import Header, SessionLog
 from analysis.report.blocks import Block, Facts, Numbered, Paragraph, Section
 from analysis.report.grouped import GroupedSummary
@@ -70,11 +71,10 @@ def methods_section(
 
 def _people(sessions: Sequence[SessionLog], kept: Kept | None) -> str:
     observers = dict.fromkeys(session.header.observer for session in sessions)
-    simulated = {session.header.observer for session in sessions if session.header.simulated}
+    who = who_answered(sessions)
     words = f"{counted(len(observers), 'observer')} took part in {counted(len(sessions), 'session')}"
-    if simulated:
-        all_of_them = len(simulated) == len(observers)
-        words += "; all of them were simulated" if all_of_them else f"; {len(simulated)} of them were simulated"
+    if who.simulated:
+        words += f"; {'all' if who.all_simulated else len(who.simulated)} of them were simulated"
     incomplete = sum(not session.complete for session in sessions)
     if incomplete:
         words += f"; {counted(incomplete, 'session')} ended early; the answers until then are included"

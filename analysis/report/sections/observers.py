@@ -50,9 +50,13 @@ def observers_section(table: ObserverTable, kept: Kept | None) -> Section:
 
 def left_out_words(kept: Kept | None) -> str:
     """Return who was left out, by which rule and why, in words."""
-    if kept is None or kept.rule.sentence == "No observer left out.":
+    if kept is None:
         return "No observer was left out."
-    return f"Rule: {kept.rule.sentence} {kept.sentence}"
+    simulated = counted(len(kept.simulated), "simulated observer") if kept.simulated else ""
+    if kept.rule.sentence == "No observer left out.":
+        return f"{simulated} left out, and nobody else." if simulated else "No observer was left out."
+    words = f"Rule: {kept.rule.sentence} {kept.sentence}"
+    return f"{words} Also left out: {simulated}." if simulated else words
 
 
 def _row(line: ObserverLine) -> tuple[Cell, ...]:

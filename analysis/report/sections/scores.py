@@ -242,10 +242,9 @@ def belief_section(summary: Summary, agreement: Concordance | None) -> Section:
 def diagnostics(whole: Answered, scale: Summary | None, agreement: Concordance | None) -> tuple[tuple[str, str], ...]:
     """Return the diagnostics of the ``whole``; ``scale`` is the one that all its answers are on, if there is one."""
     comparisons = whole.comparisons
-    simulated = " (simulated)" if whole.simulated else ""
     sessions = f"{len(whole.sessions)} session{'' if len(whole.sessions) == 1 else 's'}"
     rows = [
-        ("Observers", f"{len(whole.observers)}{simulated}, in {sessions}"),
+        ("Observers", f"{whole.who.words(whole.observers)}, in {sessions}"),
         ("Comparisons", f"{whole.trials:,}" + (f", and {comparisons.ties:g} ties" if comparisons.ties else "")),
     ]
     if scale is not None:

@@ -132,8 +132,8 @@ def test_participants_carry_codes_only(lab: Lab) -> None:
     lab.session(observer="a", session="s2")
     lab.session(observer="a", session="s3")
     folder = exported(lab)
-    assert (folder / "participants.tsv").read_text() == "participant_id\nsub-a\nsub-b\n"
-    assert list(json.loads((folder / "participants.json").read_text())) == ["participant_id"]
+    assert (folder / "participants.tsv").read_text() == ("participant_id\tsimulated\nsub-a\ttrue\nsub-b\ttrue\n")
+    assert list(json.loads((folder / "participants.json").read_text())) == ["participant_id", "simulated"]
 
 
 def test_the_description_holds_what_people_gave(lab: Lab) -> None:

@@ -33,11 +33,14 @@ def test_simulated_sessions_beside_a_person_s_are_told(lab: Lab, cyclopean: Cycl
     words = ("export", lab.folder / "results", "-o", lab.folder / "bids")
     assert "note: all sessions are of simulated observers" in cyclopean(*words).stdout
     lab.session(session="20260103T030405abcd", simulated=False)
-    told = cyclopean(*words).stdout
-    assert "note: 1 of 2 sessions is simulated, beside those of people and under the same observers' codes" in told
-    assert json.loads(cyclopean(*words, "--json").stdout)["simulated"] == 1
+    assert "note: 1 session of a simulated observer is left out" in cyclopean(*words).stdout
+    done = json.loads(cyclopean(*words, "--json").stdout)
+    assert (done["sessions"], done["simulated"], done["simulated_left_out"]) == (1, 0, 1)
+    told = cyclopean(*words, "--with-simulated").stdout
+    assert "note: 1 of 2 sessions is simulated" in told
+    assert "share the code 01" in told
     lab.session(simulated=False)
-    assert "are simulated" not in cyclopean(*words).stdout
+    assert "are simulated" not in cyclopean(*words, "--with-simulated").stdout
 
 
 def test_wrong_input_ends_with_2_and_writes_nothing(lab: Lab, cyclopean: Cyclopean) -> None:

@@ -76,7 +76,7 @@ def test_display_question_and_observers_are_told(make_session: Maker) -> None:
         make_session(f"{number:02d}", display=display, presentation=presentation, simulated=number == 1)
         for number in range(1, 4)
     ]
-    text, _ = methods(sessions, Filter(without=("02",)))
+    text, _ = methods(sessions, Filter(without=("02",), with_simulated=True))
     for words in (
         "2 observers took part in 2 sessions; 1 of them were simulated",
         "Left out: 02 (by hand).",

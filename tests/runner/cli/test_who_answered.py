@@ -1,0 +1,193 @@
+"""Simulated observers beside people: who is said to have answered, and who counts."""
+
+from __future__ import annotations
+
+import csv
+import json
+import random
+from collections.abc import Callable
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+
+import cyclopean
+from documents import InputError
+from runner.cli import main
+
+NAMES = "abcd"
+PEOPLE, SIMULATED = ("01", "02"), ("01", "91", "92")
+Folder = Callable[..., Path]
+
+
+def _session(folder: Path, observer: str, *, simulated: bool) -> None:
+    rng = random.Random(f"{observer}{simulated}")
+    started = "2026-01-02T03:04:05Z"
+    header: dict[str, Any] = {
+        "record": "session",
+        "experiment": "small",
+        "observer": observer,
+        "session": f"s{observer}{'simulated' if simulated else ''}",
+        "started_utc": started,
+        "seed": 1,
+        "question": "Which?",
+        "simulated": simulated,
+        "stimuli": [{"name": name, "factors": {"size": place}} for place, name in enumerate(NAMES)],
+        **{key: {} for key in ("analysis", "hashes", "software", "presentation")},
+        "display": {"mode": "flat"},
+    }
+    lines = [header]
+    for number, (one, other) in enumerate([*combinations(NAMES, 2)] * 2):
+        chosen, rejected = (one, other) if rng.random() < 0.7 else (other, one)
+        answer = {"first": one, "second": other, "answer": "first" if chosen == one else "second"}
+        place = {"record": "trial", "block": 0, "trial": number, "kind": "all_pairs", "first_position": "top"}
+        press = {"events": [["up" if chosen == one else "down", 1.0]], "response_time_s": 1.0, "utc": started}
+        lines.append({**place, **press, **answer, "chosen": chosen, "rejected": rejected})
+    file = folder / "small" / f"sub-{observer}" / f"ses-{header['session']}"
+    file.mkdir(parents=True)
+    text = "".join(f"{json.dumps(line)}\n" for line in [*lines, {"record": "end"}])
+    (file / "session.jsonl").write_text(text, encoding="utf-8")
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Folder:
+    def make(people: tuple[str, ...], simulated: tuple[str, ...]) -> Path:
+        results = tmp_path / f"results-{len(people)}-{'-'.join(simulated)}"
+        for observer in people:
+            _session(results, observer, simulated=False)
+        for observer in simulated:
+            _session(results, observer, simulated=True)
+        return results
+
+    return make
+
+
+def _run(*words: object) -> str:
+    done = CliRunner().invoke(main.group, [str(word) for word in words])
+    assert done.exit_code == 0, done.output
+    return done.stdout
+
+
+def _reported(*words: object) -> dict[str, Any]:
+    return dict(json.loads(_run("report", *words, "--no-thumbnails", "--json")))
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_simulated_session_makes_no_person_simulated_and_is_left_out(folder: Folder) -> None:
+    results = folder(PEOPLE, SIMULATED)
+    told = _run("report", results, "--no-thumbnails")
+    assert "2 observers, 24 comparisons" in told
+    assert "simulated observer" in told
+    assert "--with-simulated" in told
+    values = _reported(results)
+    assert (values["observers"], values["trials"], values["simulated"]) == (list(PEOPLE), 24, False)
+    assert values["left_out"]["simulated"] == list(SIMULATED)
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_asked_for_they_count_and_a_shared_code_stays_two_observers(folder: Folder) -> None:
+    results = folder(PEOPLE, SIMULATED)
+    told = _run("report", results, "--no-thumbnails", "--with-simulated")
+    assert "5 observers, 3 of them simulated, 60 comparisons" in told
+    values = _reported(results, "--with-simulated")
+    assert sorted(values["observers"]) == ["01", "01 (simulated)", "02", "91", "92"]
+    assert values["simulated_observers"] == ["01 (simulated)", "91", "92"]
+    assert (values["simulated"], values["left_out"]["simulated"]) == (False, [])
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_simulated_observers_alone_and_people_alone_are_reported_as_such(folder: Folder) -> None:
+    alone = folder((), SIMULATED)
+    assert "3 simulated observers, 36 comparisons" in _run("report", alone, "--no-thumbnails")
+    assert _reported(alone)["simulated"] is True
+    page = (alone / "report.html").read_text(encoding="utf-8")
+    assert "all of them were simulated" in page
+    people = _run("report", folder(PEOPLE, ()), "--no-thumbnails")
+    assert "2 observers, 24 comparisons" in people
+    assert "imulated observer" not in people
+    assert "--with-simulated" not in people
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_page_and_methods_say_the_same_as_the_headline(folder: Folder) -> None:
+    results = folder(PEOPLE, SIMULATED)
+    _run("report", results, "--no-thumbnails")
+    page = (results / "report.html").read_text(encoding="utf-8")
+    assert "2 observers took part in 2 sessions." in page
+    assert "3 simulated observers left out" in page
+    _run("report", results, "--no-thumbnails", "--with-simulated")
+    assert "5 observers took part in 5 sessions; 3 of them were simulated" in (results / "report.html").read_text(
+        encoding="utf-8"
+    )
+
+
+def test_one_who_is_left_out_anyway_may_be_named(folder: Folder) -> None:
+    values = _reported(folder(PEOPLE, SIMULATED), "--without", "91")
+    assert values["observers"] == list(PEOPLE)
+
+
+def _scored(answers: Any) -> tuple[str, ...]:
+    scores: Any = cyclopean.scores(answers).value
+    return tuple(scores.comparisons.observers)
+
+
+def test_trials_say_who_was_simulated_and_are_not_pooled(folder: Folder, tmp_path: Path) -> None:
+    results = folder(PEOPLE, SIMULATED)
+    trials = cyclopean.read_results(results)
+    assert trials.groupby("simulated")["session"].nunique().to_dict() == {False: 2, True: 3}
+    with pytest.raises(InputError, match="people and of simulated"):
+        cyclopean.scores(trials)
+    table = tmp_path / "trials.csv"
+    trials.to_csv(table, index=False)
+    refused = CliRunner().invoke(main.group, ["scores", str(table)])
+    assert isinstance(refused.exception, InputError)
+    assert "people and of simulated" in str(refused.exception)
+    assert _scored(trials[~trials["simulated"]]) == PEOPLE
+    assert _scored(trials[trials["simulated"]]) == SIMULATED
+    assert _scored(results) == PEOPLE
+    assert [line["observer"] for line in cyclopean.observers(results).rows] == list(PEOPLE)
+
+
+def _participants(dataset: Path) -> dict[str, str]:
+    with (dataset / "participants.tsv").open(encoding="utf-8") as file:
+        return {row["participant_id"]: row["simulated"] for row in csv.DictReader(file, delimiter="\t")}
+
+
+def _trials(dataset: Path) -> set[tuple[str, str]]:
+    found = set()
+    for table in dataset.glob("sub-*/ses-*/beh/*_beh.tsv"):
+        with table.open(encoding="utf-8") as file:
+            found |= {(table.parts[-3], row["simulated"]) for row in csv.DictReader(file, delimiter="\t")}
+    return {(session.removeprefix("ses-"), simulated) for session, simulated in found}
+
+
+def test_a_dataset_has_simulated_observers_only_where_asked_for(folder: Folder, tmp_path: Path) -> None:
+    results, dataset = folder(PEOPLE, SIMULATED), tmp_path / "bids"
+    told = _run("export", results, "-o", dataset)
+    assert "3 sessions of simulated observers are left out" in told
+    assert _participants(dataset) == {"sub-01": "false", "sub-02": "false"}
+    told = _run("export", results, "-o", dataset, "--with-simulated")
+    assert "share the code 01" in told
+    assert _participants(dataset) == {"sub-01": "some", "sub-02": "false", "sub-91": "true", "sub-92": "true"}
+    assert ("s01simulated", "true") in _trials(dataset)
+    assert ("s01", "false") in _trials(dataset)
+
+
+def test_a_shared_code_is_told_only_where_there_is_one(folder: Folder, tmp_path: Path) -> None:
+    words = ("-o", tmp_path / "bids", "--with-simulated")
+    told = _run("export", folder(PEOPLE, ("91", "92")), *words)
+    assert "2 of 4 sessions are simulated" in told
+    assert "share the code" not in told
+    assert "note:" not in _run("export", folder(PEOPLE, ()), "-o", tmp_path / "people")
+
+
+def test_earlier_answers_for_power_are_those_of_people(folder: Folder, tmp_path: Path) -> None:
+    from runner.reports.power_assumed import earlier_answers
+
+    results = folder(PEOPLE, SIMULATED)
+    answers, notes = earlier_answers(results)
+    assert (answers.observers, len(notes)) == (PEOPLE, 1)
+    answers, notes = earlier_answers(results, with_simulated=True)
+    assert (len(answers.observers), notes) == (5, ())
