@@ -131,8 +131,8 @@ def with_jackknife(name: str, coefficient: Callable[[Floats], float | None], row
     """Return the coefficient of ``rows``, a row for each observer, with 95 % limits by the jackknife over observers.
 
     Tukey's pseudo-values [Miller1974], by Student's t, limited to 1. A bootstrap over observers would be biased: an
-    observer drawn twice agrees with themselves. No limits with fewer than four observers, or where a coefficient is not
-    defined.
+    observer drawn twice agrees with themselves. No limits with fewer than four observers, where a coefficient is not
+    defined, or where they would have no width or leave out the estimate.
     """
     from scipy.special import stdtrit
 
@@ -150,9 +150,13 @@ def with_jackknife(name: str, coefficient: Callable[[Floats], float | None], row
     pseudo = people * value - (people - 1) * known
     reach = float(stdtrit(people - 1, 0.975)) * float(pseudo.std(ddof=1)) / np.sqrt(people)
     low, high = float(pseudo.mean() - reach), min(1.0, float(pseudo.mean() + reach))
+    # Pseudo-values that are equal but for rounding tell nothing of the spread; one question often gives such.
+    if high - low <= 1e-9 or not low <= value <= high:
+        return Coefficient(name, value, reason=f"{reason} {_NO_LIMITS}".strip())
     return Coefficient(name, value, low, high, reason=reason)
 
 
+_NO_LIMITS = "No interval: the coefficient hardly changes whichever observer is left out, as with a single series."
 _FEW = "Not defined: at least two observers must have answered all of them."
 _FEW_THINGS = "Not defined: at least two series must have been rated."
 _ALL_ALIKE = "Not defined: all choices are the same, so agreement by chance is complete already."

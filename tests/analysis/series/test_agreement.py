@@ -150,6 +150,31 @@ def test_things_that_do_not_differ_have_no_reliability() -> None:
     assert agreement.value < 0.2
 
 
+def _kappa(places: NDArray[np.float64]) -> float | None:
+    return fleiss_kappa((places.T[:, :, None] == np.arange(places.max() + 1)).sum(axis=1).astype(np.float64))
+
+
+@pytest.mark.parametrize("answers", [[0, 0, 1, 1], [0, 0, 0, 1, 1, 1], [0, 1, 2, 3]])
+def test_one_series_gives_no_interval_without_width_or_its_estimate(answers: list[int]) -> None:
+    rows = np.array(answers, np.float64)[:, None]
+    for coefficient in (_kappa, lambda rows: krippendorff_alpha(rows, nominal=True)):
+        found = with_jackknife("agreement", coefficient, rows)
+        assert found.value is not None
+        assert (found.low, found.high) == (None, None)
+        assert "No interval" in found.reason
+
+
+def test_observers_who_differ_over_several_series_still_have_an_interval() -> None:
+    rows = np.random.default_rng(3).integers(0, 3, (8, 6)).astype(np.float64)
+    rows[:5] = rows[0]
+    found = with_jackknife("Fleiss' κ", _kappa, rows)
+    assert found.value is not None
+    assert found.low is not None
+    assert found.high is not None
+    assert found.low < found.value < found.high
+    assert "No interval" not in found.reason
+
+
 def test_jackknife_limits_hold_for_a_mean() -> None:
     rows = np.random.default_rng(2).normal(0.2, 0.05, (9, 1))
     found = with_jackknife("mean", lambda rows: float(rows.mean()), rows)
