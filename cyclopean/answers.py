@@ -72,8 +72,9 @@ def verify(*places: str | Path, mirror: str | Path | None = None) -> pd.DataFram
     -------
     pandas.DataFrame
         One row for each log of a session or a measurement: ``file``, ``kind``, ``lines``, ``chained_from`` (the first
-        line with a checksum), ``complete``, ``torn_bytes`` of an unfinished last line, ``digest``, ``mirror`` (how the
-        copy compares) and ``findings``, a list of sentences, empty if all fits.
+        line with a checksum; missing: the log is unchained, nothing protects it), ``complete``, ``torn_bytes`` of an
+        unfinished last line, ``digest``, ``mirror`` (how the copy compares) and ``findings``, a list of sentences,
+        empty if all fits.
 
     Raises
     ------

@@ -73,9 +73,11 @@ def _cyclopean(*words: object, expect: int | None = 0, text: str = "") -> subpro
 def unchained() -> Callable[[Path], None]:
     """Take the checksums off a log's lines, as older versions wrote them."""
 
+    added = ("line", "chain", "lines", "chained")
+
     def unchain(file: Path) -> None:
         lines = [json.loads(line) for line in file.read_bytes().splitlines()]
-        kept = [{key: value for key, value in line.items() if key not in ("line", "chain", "lines")} for line in lines]
+        kept = [{key: value for key, value in line.items() if key not in added} for line in lines]
         text = "".join(json.dumps(line, ensure_ascii=False, separators=(",", ":")) + "\n" for line in kept)
         file.write_bytes(text.encode("utf-8", "backslashreplace"))
 

@@ -50,9 +50,9 @@ class LogCheck:
 
     @property
     def checksums(self) -> str:
-        """Whether the lines were recorded with checksums, in words."""
+        """What protects the lines, in words."""
         if self.chained_from is None:
-            return "recorded without checksums"
+            return "unchained: nothing protects it"
         return "chained" if self.chained_from == 1 else f"chained from line {self.chained_from}"
 
     @property

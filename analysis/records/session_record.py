@@ -13,8 +13,8 @@ that show it or, if none does, in a line after the last trial of the last block 
 reads a log finds it in the header's ``stimuli`` all the same.
 
 The reader defines the format; the runner writes it. Each line's last two keys are its number and its checksum
-(`documents.files.chain`), and the end line also states how many ``lines`` are before it; older logs have none of the
-three.
+(`documents.files.chain`), the end line also states how many ``lines`` are before it, and the header that the log is
+``chained``; older logs have none of the four.
 """
 
 from __future__ import annotations

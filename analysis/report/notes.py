@@ -17,6 +17,7 @@ from analysis.records.times import SessionTimes
 from analysis.report.estimate import Estimate
 from analysis.report.words import counted, listed, some
 from analysis.scaling.departure import OneScale
+from documents.files import unprotected
 
 FEWEST_FOR_CHOSEN_PAIRS = 5
 LONG_STOP_S = 12 * 3600.0  # another day
@@ -77,12 +78,7 @@ def on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
     if unseen:
         notes.append(f"In {counted(unseen, 'trial')} the panel was larger than the screen: a part was not seen.")
     notes += _on_presses_and_windows(sessions)
-    unchained = sum(session.state.lines > 0 and session.chained_from != 1 for session in sessions)
-    if unchained:
-        what = "session was" if unchained == 1 else "sessions were"
-        notes.append(
-            f"{unchained} {what} recorded without checksums, at least at first: a change of such a log is not noticed."
-        )
+    notes += [f"{sentence}." for sentence in unprotected(session.chained_from for session in recorded(sessions))]
     notes += _on_stops(sessions)
     torn = sum(bool(session.torn_tail) for session in sessions)
     if torn:
@@ -98,6 +94,11 @@ def on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
     said = {str(session.header.nominal.get("words")) for session in sessions if session.header.nominal}
     remarks = dict.fromkeys(str(remark) for session in sessions for remark in session.header.remarks)
     return notes + [remark for remark in remarks if not any(words in remark for words in said)]
+
+
+def recorded(sessions: Sequence[SessionLog]) -> list[SessionLog]:
+    """Return the sessions that were read from a log."""
+    return [session for session in sessions if session.state.lines]
 
 
 def _on_stops(sessions: Sequence[SessionLog]) -> Iterator[str]:

@@ -4,6 +4,7 @@ from .atomic import write_whole as write_whole
 from .chain import RESTORE as RESTORE
 from .chain import ChainReader as ChainReader
 from .chain import LogState as LogState
+from .chain import unprotected as unprotected
 from .durable_log import DurableLog as DurableLog
 from .durable_log import LogInUseError as LogInUseError
 from .hashes import sha256_of_file as sha256_of_file

@@ -3,7 +3,8 @@
 The last two keys of a line are its number, from 1, as ``line``, and ``chain``: the SHA-256, in hexadecimal digits, of
 the chain of the line before and of this line's bytes before ``,"chain":``. Before the first line that has a chain
 stands the SHA-256 of all lines before it: of none in a log that has chains from its first line, of those without in a
-log that an older version began.
+log that an older version began. The first line of a log that is chained from there says so, by ``"chained": true``,
+which its chain covers: chains that were taken off all lines are missed.
 """
 
 from __future__ import annotations
@@ -11,11 +12,11 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-NUMBER, CHAIN, COUNT = "line", "chain", "lines"
+NUMBER, CHAIN, COUNT, CHAINED = "line", "chain", "lines", "chained"
 EMPTY = hashlib.sha256().hexdigest()
 RESTORE = "restore the file from its mirror or a copy"
 
@@ -46,6 +47,37 @@ def sealed(line: Mapping[str, Any], number: int, before: str) -> tuple[bytes, st
 
 def _next(before: str, body: bytes) -> str:
     return hashlib.sha256(before.encode() + body).hexdigest()
+
+
+def unprotected(chained_from: Iterable[int | None]) -> Iterator[str]:
+    """Yield what no checksum protects in logs, by the first line with a checksum of each; nothing if all is protected.
+
+    Parameters
+    ----------
+    chained_from
+        For each log 1 if it was chained from its beginning, a later line, or None if it is unchained.
+
+    Yields
+    ------
+    str
+        A sentence without its full stop.
+
+    Examples
+    --------
+    >>> list(unprotected([1, None, None, 4]))[0]
+    '2 logs are unchained: nothing protects them, and no change would be noticed'
+    """
+    firsts = list(chained_from)
+    unchained = sum(first is None for first in firsts)
+    later = sum(first is not None and first > 1 for first in firsts)
+    if unchained:
+        words = (
+            "log is unchained: nothing protects it" if unchained == 1 else "logs are unchained: nothing protects them"
+        )
+        yield f"{unchained} {words}, and no change would be noticed"
+    if later:
+        words = "log was" if later == 1 else "logs were"
+        yield f"{later} {words} chained when resumed: nothing protected the lines before until then"
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, BinaryIO, Protocol, TypeVar
 
 from documents.files.atomic import whole_file
-from documents.files.chain import COUNT, EMPTY, LogState, sealed
+from documents.files.chain import CHAINED, COUNT, EMPTY, LogState, sealed
 from documents.files.log_rescue import LogDisturbedError, difference, rescue
 from documents.platform import sync_folder
 
@@ -82,7 +82,7 @@ class DurableLog:
         """
         lock = _locked(lock_file)
         try:
-            line, digest = sealed(header, 1, EMPTY)
+            line, digest = sealed({**header, CHAINED: True}, 1, EMPTY)
             with whole_file(file) as draft, open(draft, "wb", buffering=0) as stream:
                 _write(stream, line + b"\n", 0)
             sync_folder(file.parent)

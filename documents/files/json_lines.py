@@ -11,7 +11,7 @@ from typing import Any
 
 from pydantic_core import from_json
 
-from documents.files.chain import CHAIN, COUNT, NUMBER, RESTORE, ChainReader, Link, LogState
+from documents.files.chain import CHAIN, CHAINED, COUNT, NUMBER, RESTORE, ChainReader, Link, LogState
 from documents.findings import Finding, InputError
 
 _LONGEST = 64 << 20
@@ -154,6 +154,11 @@ def _value(raw: bytes, link: Link, number: int) -> Any:
     if link.chain is None and isinstance(value, dict) and NUMBER in value and CHAIN in value:
         what = "this line was written again by another program, and no longer fits its checksum"
         raise DamagedLineError(number, what, changed=True)
+    if number == 1 and isinstance(value, dict) and CHAINED in value:
+        if link.chain is None:
+            what = "the log was recorded with checksums, which were taken off: it was changed after it was recorded"
+            raise DamagedLineError(number, what, changed=True)
+        del value[CHAINED]
     if link.chain is not None:
         del value[NUMBER], value[CHAIN]
         if value.get("record") == "end" and value.pop(COUNT, None) != number - 1:

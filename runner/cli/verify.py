@@ -14,17 +14,21 @@ import click
     type=click.Path(path_type=Path),
     help="Folder of the copies. Default: the one that the rig of a session named, if it is there.",
 )
+@click.option(
+    "--strict", is_flag=True, help="Exit status 1 also for a log that is unchained, from its first line or at all."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
-def command(results: tuple[Path, ...], mirror: Path | None, as_json: bool) -> None:
+def command(results: tuple[Path, ...], mirror: Path | None, strict: bool, as_json: bool) -> None:
     """Check that results are as they were recorded.
 
     RESULTS are folders of sessions and measurements, from one station or many, or single logs. Each line's checksum is
     computed again, each copy compared with its log, and each folder that was sealed with its seal. Every line that does
-    not fit is named, and the exit status is then 1.
+    not fit is named, and the exit status is then 1. Logs of older versions are unchained: nothing protects them.
     """
     import json
 
     from analysis.records import check_results
+    from documents.files import unprotected
     from documents.text import counted, visible
 
     check = check_results(*results, mirror=mirror)
@@ -41,11 +45,14 @@ def command(results: tuple[Path, ...], mirror: Path | None, as_json: bool) -> No
             click.echo(f"{file}: sealed {utc}, {words}, SHA-256 {seal.seal.digest}")
         for finding in check.findings:
             click.echo(f"error: {finding}", err=True)
-    if check.findings:
+    weak = [log for log in check.logs if log.chained_from != 1]
+    if strict:
+        for log in weak:
+            click.echo(f"error: {visible(str(log.file))}: this log is {log.checksums}", err=True)
+    if check.findings or (strict and weak):
         raise SystemExit(1)
     if not as_json:
-        unchained = sum(log.chained_from != 1 for log in check.logs)
-        click.echo(f"{counted(len(check.logs), 'log', 'logs')}: every checksum fits")
-        if unchained:
-            what = "log has lines" if unchained == 1 else "logs have lines"
-            click.echo(f"note: {unchained} {what} without checksums, of which a change is not noticed")
+        if chained := sum(log.chained_from is not None for log in check.logs):
+            click.echo(f"{counted(chained, 'log', 'logs')}: every checksum fits")
+        for sentence in unprotected(log.chained_from for log in check.logs):
+            click.echo(f"note: {sentence}")

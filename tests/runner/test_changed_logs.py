@@ -117,25 +117,88 @@ def test_logs_that_fit_are_listed(study: Study) -> None:
     assert "folder holds no session.jsonl" in study.cyclopean("verify", study.folder / "cache", expect=2).stderr
 
 
+def _take_off_checksums(file: Path, **edited: object) -> None:
+    """Write a log again without its checksums, as a person with a few lines of Python would, and edit its values."""
+    lines = [json.loads(line) for line in file.read_bytes().splitlines()]
+    for line in lines:
+        for key in ("line", "chain", "lines"):
+            line.pop(key, None)
+        line.update({key: value for key, value in edited.items() if key in line})
+    file.write_text("".join(json.dumps(line) + "\n" for line in lines), encoding="utf-8")
+
+
+def test_checksums_that_were_taken_off_are_missed(study: Study) -> None:
+    run = ["run", study.experiment, "--observer", "01", "--results", study.results, "--simulate", study.observers]
+    study.cyclopean(*run)
+    (file,) = session_files(study.results)
+    assert study.cyclopean("verify", "--strict", study.results).stderr == ""
+    _take_off_checksums(file, simulated=False)
+    told = study.cyclopean("verify", study.results, expect=1)
+    assert f"error: {file}:1:1: " in told.stderr
+    assert "fits" not in told.stdout
+    found = json.loads(study.cyclopean("verify", file, "--json", expect=1).stdout)
+    assert [(finding["file"], finding["line"]) for finding in found["findings"]] == [(str(file), 1)]
+    for command in (
+        ["report", study.results],
+        ["export", study.results, "-o", study.folder / "bids"],
+        [*run, "--resume"],
+    ):
+        assert f"{file}:1:1: " in study.cyclopean(*command, expect=2).stderr, command
+
+
+def test_checksums_that_were_taken_off_a_measurement_are_missed(tmp_path: Path, cyclopean: Any) -> None:
+    from devices.measurements.log import MeasurementLog
+
+    file = tmp_path / "display.jsonl"
+    with MeasurementLog.create(file, {"steps": []}) as log:
+        log.note(remark="begun")
+    cyclopean("verify", "--strict", file)
+    _take_off_checksums(file, remark="began")
+    assert f"error: {file}:1:1: " in cyclopean("verify", file, expect=1).stderr
+
+
 @pytest.mark.usefixtures("undrawn")
-def test_a_log_without_checksums_is_resumed_and_reported_with_a_note(study: Study, unchained: Any) -> None:
+def test_an_unchained_log_is_resumed_and_never_said_to_fit(study: Study, unchained: Any) -> None:
     run = ["run", study.experiment, "--observer", "01", "--results", study.results, "--simulate", study.observers]
     study.cyclopean(*run)
     (file,) = session_files(study.results)
     file.write_bytes(b"".join(file.read_bytes().splitlines(keepends=True)[:5]))
     unchained(file)
-    assert "recorded without checksums, stopped" in study.cyclopean("verify", study.results).stdout
+    told = study.cyclopean("verify", study.results).stdout
+    assert ", unchained: nothing protects it, stopped" in told
+    assert "1 log is unchained: nothing protects it" in told
+    assert "fits" not in told
+    assert f"error: {file}: " in study.cyclopean("verify", "--strict", study.results, expect=1).stderr
+    assert json.loads(study.cyclopean("verify", "--json", study.results).stdout)["logs"][0]["chained_from"] is None
+    report = study.folder / "report.html"
+    study.cyclopean("report", study.results, "-o", report)
+    notes, methods = report.read_text(encoding="utf-8").split('id="methods"')
+    assert "1 log is unchained: nothing protects it" in notes
+    assert "1 log is unchained: nothing protects it" in methods
+    assert "every checksum fits" not in notes + methods
     study.cyclopean(*run, "--resume")
     told = study.cyclopean("verify", study.results).stdout
     assert "chained from line 6, complete" in told
-    assert "1 log has lines without checksums, of which a change is not noticed" in told
-    report = study.folder / "report.html"
+    assert "1 log was chained when resumed: nothing protected the lines before until then" in told
+    study.cyclopean("verify", "--strict", study.results, expect=1)
     study.cyclopean("report", study.results, "-o", report)
-    assert "1 session was recorded without checksums" in report.read_text()
+    assert report.read_text(encoding="utf-8").count("1 log was chained when resumed") == 2
     file.write_bytes(file.read_bytes().replace(b'"answer":"', b'"answer": "', 1))
     told = study.cyclopean("verify", study.results, expect=1)
     assert f"{file}:6:1: this line does not fit its checksum" in told.stderr
     assert "or in those before it, 1 to 5, which have no checksums" in told.stderr
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_report_of_chained_logs_says_that_they_fit(study: Study) -> None:
+    study.cyclopean(
+        "run", study.experiment, "--observer", "01", "--results", study.results, "--simulate", study.observers
+    )
+    report = study.folder / "report.html"
+    study.cyclopean("report", study.results, "-o", report)
+    notes, methods = report.read_text(encoding="utf-8").split('id="methods"')
+    assert "every checksum fits" in methods
+    assert "unchained" not in notes + methods
 
 
 def test_verify_lists_every_changed_line_and_measurements_and_seals(study: Study, tmp_path: Path) -> None:

@@ -95,4 +95,6 @@ def _lasting(answer: Any) -> tuple[Any, ...]:
 
 def test_they_are_verified(cyclopean: Callable[..., Any]) -> None:
     told = cyclopean("verify", RECORDED / "results")
-    assert "7 logs have lines without checksums" in told.stdout + told.stderr
+    assert "7 logs are unchained: nothing protects them" in told.stdout
+    assert "fits" not in told.stdout
+    assert cyclopean("verify", "--strict", RECORDED / "results", expect=1).stderr.count("error: ") == 7

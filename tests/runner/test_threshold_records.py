@@ -31,7 +31,7 @@ def _changed(folder: Path, variant: int, change: Callable[[list[Line]], None]) -
     trials = [line for line in lines if line.get("kind") == "threshold"]
     change(trials)
     for line in lines:
-        for key in ("seq", "chain", "number", "sha256"):
+        for key in ("line", "chain", "lines", "chained"):
             line.pop(key, None)
     file = folder / "session.jsonl"
     file.write_text("".join(json.dumps(line) + "\n" for line in lines))

@@ -395,7 +395,9 @@ def _logs() -> tuple[bytes, ...]:
             log.note(resumed_utc="2026-01-01T00:10:00+00:00")
         chained = file.read_bytes()
     lines = [json.loads(line) for line in chained.splitlines()]
-    plain = "".join(json.dumps({k: v for k, v in line.items() if k not in ("line", "chain")}) + "\n" for line in lines)
+    plain = "".join(
+        json.dumps({k: v for k, v in line.items() if k not in ("line", "chain", "chained")}) + "\n" for line in lines
+    )
     return plain.encode(), plain.encode(), chained
 
 

@@ -14,7 +14,7 @@ from analysis.records.answered_by import who_answered
 from analysis.records.session_record import Header, SessionLog
 from analysis.report.blocks import Block, Facts, Numbered, Paragraph, Section
 from analysis.report.grouped import GroupedSummary
-from analysis.report.notes import nominal_words
+from analysis.report.notes import nominal_words, recorded
 from analysis.report.references import Citations
 from analysis.report.sections.observers import left_out_words, screening_words
 from analysis.report.sections.series import weighting
@@ -22,6 +22,7 @@ from analysis.report.sections.shown import clipping_rows, timing_facts
 from analysis.report.summary import Answered, Summary
 from analysis.report.words import counted, fixed, key_words, listed, plain
 from analysis.series.summary import SeriesSummary
+from documents.files import unprotected
 
 _POOLED = {
     "active_pairs": "compared pairs of {stimuli} stimuli that were chosen by the earlier answers of all observers",
@@ -62,6 +63,7 @@ def methods_section(
         _others(cited, series=series, ratings=ratings, preferences=preferences, factors=factors, observers=observers),
         _thresholds(sessions, cited) if thresholds else "",
         _software(header),
+        _protection(sessions),
     ]
     blocks: list[Block] = [Paragraph(text) for text in paragraphs if text]
     if cited.keys:
@@ -393,6 +395,16 @@ def _software(header: Header) -> str:
     if header.software.get("commit"):
         words += f" (commit {header.software['commit']})"
     return f"{words}." if words else ""
+
+
+def _protection(sessions: Sequence[SessionLog]) -> str:
+    """Say how many of the logs have checksums, which fit where a report is made, and what is not protected."""
+    firsts = [session.chained_from for session in recorded(sessions)]
+    if not firsts:
+        return ""
+    chained = sum(first is not None for first in firsts)
+    fits = f"Each line of {counted(chained, 'log')} is chained to the line before by SHA-256, and every checksum fits."
+    return " ".join([*([fits] if chained else []), *(f"{sentence}." for sentence in unprotected(firsts))])
 
 
 def _record(header: Header) -> list[tuple[str, str]]:

@@ -96,9 +96,8 @@ def edits(lines: list[bytes], other: list[bytes]) -> Iterator[tuple[str, list[by
         edited = {**json.loads(lines[at]), "response_time_s": 0.5}
         yield "written again", [*lines[:at], json.dumps(edited).encode() + b"\n", *lines[at + 1 :]], at + 1
         bare = {key: value for key, value in json.loads(lines[at]).items() if key not in ("line", "chain")}
-        if at:
-            line = json.dumps(bare, separators=(",", ":")).encode() + b"\n"
-            yield "without its checksum", [*lines[:at], line, *lines[at + 1 :]], at + 1
+        line = json.dumps(bare, separators=(",", ":")).encode() + b"\n"
+        yield "without its checksum", [*lines[:at], line, *lines[at + 1 :]], at + 1
     yield "joined", [*lines, *other], last + 1
     yield "continued", [*lines, *other[1:]], last + 1
     yield "continued by a torn line", [*lines, other[1][:20]], last + 1

@@ -178,7 +178,8 @@ def test_a_log_that_lacks_a_batch_is_not_resumed(design: Experiment, results: Pa
     file = results / "every_kind/sub-01/ses-cut" / FILE_NAME
     lines = [json.loads(line) for line in file.read_text().splitlines()]
     for line in lines:
-        del line["line"], line["chain"]  # as an older version would write them
+        for key in ("line", "chain", "chained"):  # as an older version would write them
+            line.pop(key, None)
     kept = [line for line in lines if line["record"] != "pool"]
     file.write_text("".join(json.dumps(line) + "\n" for line in kept))
     with pytest.raises(Exception, match="the log does not say which pairs were chosen"):
@@ -194,7 +195,7 @@ def write_again(file: Path, change: str, to: str, *, sealed: bool) -> None:
     if not sealed:
         plain = [json.loads(line) for line in lines]
         for line in plain:
-            for key in ("line", "chain", "lines"):
+            for key in ("line", "chain", "lines", "chained"):
                 line.pop(key, None)
         lines = [json.dumps(line, separators=(",", ":")) for line in plain]
     file.write_text("".join(line + "\n" for line in lines))
