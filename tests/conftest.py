@@ -8,6 +8,7 @@ import io
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -35,7 +36,9 @@ settings.register_profile("searching", deadline=None)
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Take the examples that are the same every time, unless others are asked for."""
+    """Hear Ctrl-C in a shell's background too, and take the examples that are the same every time, unless asked."""
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # which each program that a test starts would inherit
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     if not config.getoption("--hypothesis-profile"):
         settings.load_profile("patient")
 
