@@ -10,6 +10,7 @@ from devices.characterise.patches import primaries_at_full
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from devices.errors import DeviceError
+from devices.measurements.code_range import LEAST_FULL_DRIVE
 from devices.measurements.table import Measurements
 from documents import Finding
 from documents.text import counted
@@ -18,7 +19,6 @@ Floats = NDArray[np.float64]
 
 LEAST_LEVELS = 5
 _COLOURS = ("red", "green", "blue")
-_LEAST_FULL = 0.75
 _MOST_NEGATIVE = 0.01
 _DEAD = 0.005
 _MOST_CONDITION = 40.0
@@ -69,7 +69,7 @@ def _levels(codes: Floats) -> list[Finding]:
                     remedy=f"a curve needs {LEAST_LEVELS} at the very least, and about 20 to be chosen well",
                 )
             )
-        elif codes[:, channel].max() < _LEAST_FULL:
+        elif codes[:, channel].max() < LEAST_FULL_DRIVE:
             findings.append(
                 Finding(
                     f"the highest code of {colour} is {codes[:, channel].max():.3g} of full drive",

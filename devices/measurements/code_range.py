@@ -1,14 +1,21 @@
-"""Which number a file writes for full drive: 1, 255 or 1023, as declared, or from the largest value."""
+"""Which number a file writes for full drive, and whether codes reach from black to near full drive."""
 
 from __future__ import annotations
 
 import re
+
+import numpy as np
+from numpy.typing import NDArray
 
 from devices.errors import DeviceError
 from documents import Finding
 
 _RANGE = re.compile(r"^\s*(?:0\s*(?:\.\.+|-|–|to)\s*)?(\d+(?:\.\d*)?)\s*$")
 _FULL_CODES = (255.0, 1023.0)
+LEAST_FULL_DRIVE = 0.75
+"""The least highest code of a channel, as a share of full drive, from which a model is fitted."""
+# Half a code of 16 bits is lost in writing a table.
+ROUNDING = 1e-5
 
 
 def parse_code_range(text: str, file: str, line: int | None = None) -> float:
@@ -48,3 +55,21 @@ def full_code(largest: float, declared: float | None, file: str) -> tuple[float,
             remedy="declare it in a line '# codes: 0..255', or with --codes 0..255",
         )
     )
+
+
+def can_be_modelled(black: NDArray[np.float64], codes: NDArray[np.float64], sent: NDArray[np.float64]) -> bool:
+    """Return whether models can be fitted to the codes that a gamma table ``sent`` as well as to ``codes``.
+
+    Without code 0 no model finds the panel's own black, and where a table ends far below full drive, none knows the
+    rest. Then the codes before the table are those to fit to, which hold while it is loaded.
+
+    Parameters
+    ----------
+    black
+        What the table makes of code 0, as shares of full drive, shape (3,).
+    codes, sent
+        The codes before and behind the table, 0..1, shape (n, 3).
+    """
+    driven = codes.max(axis=0, initial=0.0) >= LEAST_FULL_DRIVE
+    reached = sent.max(axis=0, initial=0.0) >= LEAST_FULL_DRIVE
+    return bool(np.all(black <= ROUNDING) and np.all(reached[driven]))

@@ -40,8 +40,8 @@ def read_ti3(path: Path) -> Measurements:
     """Read the readings of the ``.ti3`` file at ``path``, and the calibration that they were taken through.
 
     A calibration (the table CAL after the readings) is applied to the codes: ``codes`` are those that the panel
-    received, and ``gamma_table`` is the identity; ``assumptions`` says how far it is from that. One that lifts code 0
-    is not: then ``codes`` are the file's, and ``gamma_table`` is the calibration.
+    received, and ``gamma_table`` is the identity; ``assumptions`` says how far it is from that. One that lifts code 0,
+    or ends far below full drive, is not: then ``codes`` are the file's, and ``gamma_table`` is the calibration.
 
     XYZ that are normalised to a white of 100 are brought back to cd/m² by ``LUMINANCE_XYZ_CDM2``; where the file has
     none, they stay relative and ``assumptions`` says so. Spectra (``SPEC_nnn``, in mW/(sr m² nm)) are brought to the
@@ -80,7 +80,7 @@ def parse_ti3(lines: list[str], file: str) -> Measurements:
     surround = _numbers(table, _SURROUND, findings, highest=100.0) / 100.0 if surrounded else None
     if findings:
         raise DeviceError(findings[:20])
-    stated = read_statements(table, later_table(lines, table, "CAL"))
+    stated = read_statements(table, later_table(lines, table, "CAL"), codes / 100.0)
     scale, notes = _absolute(table)
     notes = [*stated.notes(), *notes]
     XYZ = None if light is None else light * scale
@@ -93,7 +93,7 @@ def parse_ti3(lines: list[str], file: str) -> Measurements:
         XYZ = spectra.XYZ
     named = next((names.index(name) for name in _NAMES if name in names), None)
     return Measurements(
-        stated.codes_sent(codes / 100.0),
+        stated.codes_sent,
         XYZ,
         tuple(f"patch{i + 1}" if named is None else row[named].text for i, row in enumerate(table.rows)),
         times,

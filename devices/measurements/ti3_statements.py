@@ -2,8 +2,8 @@
 
 ArgyllCMS's dispread writes the calibration that it was given (-k: loaded in the graphics card, -K: applied to the
 codes) as a second table, CAL. Either way the panel received CAL(code), so that this is the code which gives the same
-light through an identity table. Where that leaves no reading at code 0, the calibration stays the graphics card's
-table of the readings instead. With -E each value v was sent as (16 + 219 v) / 255 [Argyll].
+light through an identity table. Where that leaves no reading at code 0 or near full drive, the calibration stays the
+graphics card's table of the readings instead. With -E each value v was sent as (16 + 219 v) / 255 [Argyll].
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from devices.display.gamma_table import GammaTable
 from devices.errors import DeviceError
 from devices.measurements.cgats import CgatsTable
+from devices.measurements.code_range import ROUNDING, can_be_modelled
 from devices.measurements.observer import CIE_1931_2, OBSERVERS, observer_name
 from documents import Finding
 
@@ -25,17 +26,21 @@ Floats = NDArray[np.float64]
 
 _CAL_FIELDS = ("RGB_I", "RGB_R", "RGB_G", "RGB_B")
 _COLOURS = ("red", "green", "blue")
-# Half a code of 16 bits is lost in writing a table; less than a quarter of a code of 10 bits changes no verdict.
-_ROUNDING, _SAME = 1e-5, 0.25 / 1023
+# Less than a quarter of a code of 10 bits changes no verdict.
+_SAME = 0.25 / 1023
 _MOST_FINDINGS = 20
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Statements:
-    """``observer`` by name; ``calibration``: codes in equal or other steps and what they became, (k, 4), or None."""
+    """``observer`` by name; ``calibration``: codes in equal or other steps and what they became, (k, 4), or None.
+
+    ``codes`` in 0..1 are those of the file, shape (n, 3).
+    """
 
     observer: str
     calibration: Floats | None
+    codes: Floats
 
     @property
     def _departure(self) -> float:
@@ -46,12 +51,15 @@ class Statements:
 
     @property
     def _applies(self) -> bool:
-        """Whether the codes that the panel received stand for those of the file: where black's are 0 there too.
+        """Whether the codes that the panel received stand for those of the file, which else hold with the table."""
+        return self.calibration is not None and can_be_modelled(self.calibration[0, 1:], self.codes, self._received)
 
-        Without code 0, and mostly without full code, no model finds the panel's own black: then the codes of the file
-        stay, and hold with the calibration loaded.
-        """
-        return self.calibration is not None and bool(np.all(self.calibration[0, 1:] <= _ROUNDING))
+    @property
+    def _received(self) -> Floats:
+        """The codes that the panel received, shape (n, 3)."""
+        assert self.calibration is not None
+        steps, values = self.calibration[:, 0], self.calibration[:, 1:]
+        return np.stack([np.interp(self.codes[:, i], steps, values[:, i]) for i in range(3)], axis=1)
 
     @property
     def gamma_table(self) -> GammaTable | None:
@@ -63,12 +71,10 @@ class Statements:
         steps = np.concatenate([[0.0], self.calibration[1:-1, 0], [1.0]])
         return GammaTable.from_shares(self.calibration[:, 1:], steps)
 
-    def codes_sent(self, codes: Floats) -> Floats:
-        """Return the codes in 0..1 that hold with `gamma_table`, shape (n, 3), for those of the file."""
-        if self.calibration is None or not self._applies or self._departure <= _SAME:
-            return codes
-        steps, values = self.calibration[:, 0], self.calibration[:, 1:]
-        return np.stack([np.interp(codes[:, i], steps, values[:, i]) for i in range(3)], axis=1)
+    @property
+    def codes_sent(self) -> Floats:
+        """The codes in 0..1 that hold with `gamma_table`, shape (n, 3)."""
+        return self.codes if self._departure <= _SAME or not self._applies else self._received
 
     def notes(self) -> list[str]:
         """Return what was taken for granted of the calibration, in sentences."""
@@ -78,18 +84,20 @@ class Statements:
             "the readings were taken through a calibration of the graphics card's table, up to "
             f"{self._departure:.2g} of full code from the identity"
         )
-        if not self._applies:
-            return [f"{begin}, which lifts code 0: the model holds only while this calibration is loaded"]
-        notes = [f"{begin}; the codes are those that it sent, so that the model holds with an identity table"]
         highest = self.calibration[:, 1:].max(axis=0)
         short = [f"{name} {value:.3g}" for name, value in zip(_COLOURS, highest, strict=True) if value < 1 - _SAME]
+        if not self._applies:
+            lifts = bool(np.any(self.calibration[0, 1:] > ROUNDING))
+            why = "lifts code 0" if lifts else f"sends no codes above {', '.join(short)}"
+            return [f"{begin}, which {why}: the model holds only while this calibration is loaded"]
+        notes = [f"{begin}; the codes are those that it sent, so that the model holds with an identity table"]
         if short:
             notes.append(f"the calibration sent no codes above {', '.join(short)}: what they give is extrapolated")
         return notes
 
 
-def read_statements(table: CgatsTable, calibration: CgatsTable | None) -> Statements:
-    """Return what ``table`` and the CAL table after it, if there is one, state of the readings.
+def read_statements(table: CgatsTable, calibration: CgatsTable | None, codes: Floats) -> Statements:
+    """Return what ``table`` and the CAL table after it, if there is one, state of the readings with ``codes`` (n, 3).
 
     Raises
     ------
@@ -110,7 +118,7 @@ def read_statements(table: CgatsTable, calibration: CgatsTable | None) -> Statem
     curves = None if calibration is None else _calibration(calibration, findings)
     if findings:
         raise DeviceError(findings[:_MOST_FINDINGS])
-    return Statements(observer, curves)
+    return Statements(observer, curves, codes)
 
 
 def _of_a_display(table: CgatsTable) -> list[Finding]:
@@ -154,7 +162,7 @@ def _calibration(table: CgatsTable, findings: list[Finding]) -> Floats | None:
     for index, row in enumerate(table.rows):
         for column, place in enumerate(places):
             value = _number(row[place].text)
-            if not -_ROUNDING <= value <= 1 + _ROUNDING:
+            if not -ROUNDING <= value <= 1 + ROUNDING:
                 what = f"{_CAL_FIELDS[column]} of the calibration is '{row[place].text}'"
                 findings.append(table.finding(what, row[place], "a number in 0..1 is needed"))
             values[index, column] = value

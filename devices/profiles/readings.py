@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from devices.display import GammaTable
 from devices.errors import DeviceError
 from devices.measurements.cgats import CgatsTable
+from devices.measurements.code_range import can_be_modelled
 from devices.measurements.table import Measurements
 from devices.measurements.ti3 import parse_ti3
 from devices.profiles.carried_text import CarriedText, carried
@@ -142,17 +143,24 @@ def _relative(table: CgatsTable, readings: Measurements, *, known: bool) -> bool
 
 
 def _through_gamma_table(readings: Measurements, profile: Profile) -> Measurements:
-    """Return ``readings`` with the codes that the profile's gamma table sent, unless another has been applied."""
+    """Return ``readings`` with the codes that the profile's gamma table sent, unless another has been applied.
+
+    Where no model could be fitted to these codes, the table stays that of the readings.
+    """
     table = profile.gamma_table
     if table is None or readings.gamma_table is not None:
         return readings
     if table.is_identity:
         return replace(readings, gamma_table=table)
+    sent = table.at(readings.codes)
+    if not can_be_modelled(table.shares[0], readings.codes, sent):
+        words = f"the profile goes with a gamma table ('vcgt'), {table.sentence()}"
+        return replace(readings, gamma_table=table).says(f"{words}: the model holds only while that table is loaded")
     words = (
         f"the profile's gamma table ('vcgt'), {table.sentence()}, was applied to the codes, so that the model is right "
         "with an identity table"
     )
-    return replace(readings, codes=table.at(readings.codes), gamma_table=GammaTable.identity(2)).says(words)
+    return replace(readings, codes=sent, gamma_table=GammaTable.identity(2)).says(words)
 
 
 def sampled_codes() -> Floats:

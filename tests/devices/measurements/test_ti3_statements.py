@@ -183,6 +183,25 @@ def test_a_calibration_that_lifts_black_stays_the_table_of_the_readings(top: flo
     assert not fit.gamma_table.is_identity
 
 
+@pytest.mark.parametrize(("green", "codes_to", "kept"), [(0.746, 1.0, True), (0.76, 1.0, False), (0.85, 0.8, True)])
+def test_a_calibration_that_ends_far_below_full_drive_stays_the_table(
+    green: float, codes_to: float, kept: bool
+) -> None:
+    """The conversion of codes is never what takes full drive away: (0.85, 0.8) would send green to 0.68 at most."""
+    codes = codes_to * table_c1_codes()
+    found = parse_ti3(_through(np.stack([STEPS, green * STEPS, 0.95 * STEPS], axis=1), codes), "d.ti3")
+    assert found.gamma_table is not None
+    assert found.gamma_table.is_identity is not kept
+    np.testing.assert_allclose(found.codes, codes * ([1, 1, 1] if kept else [1, green, 0.95]), atol=1e-5)
+    assert any(f"green {green:g}" in said for said in found.assumptions)
+
+
+def test_readings_whose_own_codes_end_low_are_converted_as_before() -> None:
+    found = parse_ti3(_through(np.stack([STEPS, 0.9 * STEPS, STEPS], axis=1), 0.5 * table_c1_codes()), "d.ti3")
+    assert found.gamma_table is not None
+    assert found.gamma_table.is_identity
+
+
 def test_a_calibration_of_five_digits_that_changes_nothing_leaves_the_codes() -> None:
     rounded = np.round(np.stack([STEPS] * 3, axis=1), 5)
     found = parse_ti3([line.replace("CAL   ", "CAL    ") for line in _through(rounded, CODES)], "d.ti3")

@@ -92,9 +92,21 @@ def test_codes_are_those_that_the_gamma_table_sent(tmp_path: Path) -> None:
 
 
 def test_a_calibration_beside_the_readings_goes_before_the_profiles(tmp_path: Path) -> None:
-    calibrated = Measurements(CODES, LIGHT, gamma_table=GammaTable.from_shares([0.0, 0.5]))
+    calibrated = Measurements(CODES, LIGHT, gamma_table=GammaTable.from_shares([0.0, 0.8]))
     path = _file(tmp_path, {"targ": text(format_ti3(calibrated)), "vcgt": vcgt(1, 2, [0, 16384, 65535])})
-    np.testing.assert_allclose(read_measurements(path).codes, 0.5 * CODES, atol=3e-3)
+    np.testing.assert_allclose(read_measurements(path).codes, 0.8 * CODES, atol=3e-3)
+
+
+@pytest.mark.parametrize("entries", [[0, 16384, 45000], [3000, 16384, 65535]])
+def test_a_gamma_table_without_black_or_full_drive_stays_that_of_the_readings(
+    tmp_path: Path, entries: list[int]
+) -> None:
+    tags = {"targ": text(format_ti3(READINGS)), "vcgt": vcgt(1, 2, entries)}
+    found = read_measurements(_file(tmp_path, tags))
+    np.testing.assert_allclose(found.codes, CODES)
+    assert found.gamma_table is not None
+    assert np.asarray(found.gamma_table.entries)[:, 0].tolist() == entries
+    assert any("'vcgt'" in said and "only while that table is loaded" in said for said in found.assumptions)
 
 
 def test_a_matrix_is_asked_for_colours(tmp_path: Path) -> None:

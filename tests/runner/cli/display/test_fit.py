@@ -17,6 +17,7 @@ from devices.characterise import choose, display_fit
 from devices.characterise.example_displays import liquid_crystal_XYZ, noisy, table_c1_codes, thesis_display
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
+from devices.display import EYES, GammaTable
 from devices.display.display_file import read_display
 from devices.display.plvc import Plvc
 from devices.errors import DeviceError
@@ -24,6 +25,8 @@ from devices.measurements import Measurements, PatchEye, write_csv
 from devices.measurements.read import read_measurements
 from devices.measurements.ti3 import write_ti3
 from runner.cli.main import group
+from runner.presenter.gamma_check import compare_tables
+from runner.presenter.surfaces.gamma_tables import LoadedTable
 from tests.kept import kept
 
 CODES = table_c1_codes()
@@ -151,6 +154,26 @@ def test_a_ti3_is_fitted_and_converted(thesis: Path, tmp_path: Path) -> None:
         assert head == ["name", *columns.split(",")]
         assert [row[0] for row in rows] == list(readings.name)
         np.testing.assert_allclose(np.array([row[1:] for row in rows], dtype=float), found(given), rtol=1e-8)
+
+
+def test_a_calibrated_display_whose_calibration_ends_low_is_fitted_with_its_table(tmp_path: Path) -> None:
+    """Readings through dispread -k: the codes stay as sent, and the calibration becomes the mode's gamma table."""
+    calibration = GammaTable.from_shares(np.linspace(0.0, 1.0, 256)[:, None] * [0.97, 0.746, 0.68])
+    light = noisy(thesis_display().xyz(calibration.at(CODES)), 0.002, 1)
+    file, path = tmp_path / "calibrated.ti3", tmp_path / "d.yaml"
+    write_ti3(Measurements(CODES, light, mode="flat", gamma_table=calibration), file)
+    told = _run("fit", str(file), "--model", "gog", "-o", str(path), *PANEL)
+    assert "only while this calibration is loaded" in told
+    display = read_display(path)
+    held = display.gamma_table("flat", "left")
+    assert held.same_as(calibration)
+    # What run and check compare: that calibration is right, and an identity table is another one.
+    for loaded, right in ((calibration, True), (GammaTable.identity(256), False)):
+        verdict = compare_tables(display.gamma_tables["flat"], dict.fromkeys(EYES, LoadedTable("DP-1", loaded)))
+        assert (not verdict.refusal) is right
+    model, white = display.models("flat").left, light.max(axis=0)
+    apart = delta_e_2000(xyz_to_lab(model.xyz(CODES), white), xyz_to_lab(light, white))
+    assert apart.mean() < 0.3
 
 
 def test_a_mode_is_added_and_nothing_else_changes(thesis: Path, tmp_path: Path) -> None:
