@@ -13,14 +13,19 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal, get_args
 
-from documents.text import did_you_mean
+from documents.text import did_you_mean, nearest
 from documents.yaml import read_yaml
 from runner.ports import Ask
 
 Language = Literal["en", "de", "fr"]
 LANGUAGES: tuple[Language, ...] = get_args(Language)
 _IN_BRACES = re.compile(r"\{(\w+)\}")
+# What stands between braces, or a brace without its other one; what is shown of it is no longer than a name.
+_ANY_BRACES = re.compile(r"\{[^{}]*\}|[{}]")
+_LONGEST_NAME = 40
 _ARROWS = ("up", "down", "left", "right")
+# Words that stand in the braces of others, and have none of their own.
+_INSERTED = ("arrows", "the_arrows", "arrow_keys")
 # What blocks listen to, for which an experiment may give other keys. Escape always opens the pause menu.
 KEYS = (*_ARROWS, "space", "enter", "home", "end", "page_up", "page_down", *"0123456789", *"abcdefghijkl", *"nrsu")
 PRESSES = (
@@ -91,7 +96,7 @@ class Interface:
         if name in values:
             return str(values[name])
         keys = _ARROWS if name == "arrow_keys" else _ARROWS[2:]
-        if name in ("arrow_keys", "arrows", "the_arrows"):
+        if name in _INSERTED:
             return " / ".join(map(self.key, keys)) if set(keys) & set(self.keys) else self._words(name)
         return self.key(name)
 
@@ -111,11 +116,27 @@ def word_faults(words: Mapping[str, str]) -> Iterator[tuple[str, str, str]]:
         elif not text.strip():
             yield name, f"'{name}' is empty", "leave it out, or write words"
         else:
-            known = [*_IN_BRACES.findall(english[name]), *KEYS[:6]]
-            for brace in _IN_BRACES.findall(text):
-                if brace not in known:
-                    remedy = did_you_mean(brace, known, f"there can be: {', '.join(f'{{{k}}}' for k in known)}")
-                    yield name, f"nothing is called {{{brace}}} in '{name}'", remedy
+            yield from ((name, *fault) for fault in _brace_faults(name, text, _fillable(name)))
+
+
+def _fillable(name: str) -> list[str]:
+    """Return what is filled in between braces in the words called ``name``: in those of a key, nothing."""
+    if name in _INSERTED or name.startswith("key_"):
+        return []
+    return list(dict.fromkeys([*_IN_BRACES.findall(words_of("en")[name]), *KEYS[:6]]))
+
+
+def _brace_faults(name: str, text: str, known: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """Yield braces that would stay in the words as they are: around anything but one of ``known``, or alone."""
+    listed = f"there can be: {', '.join(f'{{{each}}}' for each in known)}" if known else "write it without braces"
+    for braces in dict.fromkeys(_ANY_BRACES.findall(text)):
+        inner = braces[1:-1]
+        if inner in known:
+            continue
+        shown = braces if len(braces) <= _LONGEST_NAME else f"{braces[: _LONGEST_NAME - 4]}...}}"
+        what = f"nothing is called {shown} in" if braces[1:] else f"'{braces}' stands without its other brace in"
+        near = nearest(inner, known)
+        yield f"{what} '{name}'", f"did you mean '{near}'? {listed}" if near else listed
 
 
 def key_faults(keys: Mapping[str, Sequence[str]]) -> Iterator[tuple[tuple[str | int, ...], str, str]]:

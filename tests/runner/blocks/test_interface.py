@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import json
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -23,6 +24,8 @@ from tests.runner import every_kind as EVERY
 from tests.runner.every_kind import ROOT, VARIANTS
 
 _BRACES = re.compile(r"\{(\w+)\}")
+# What str.format would fill in, and the interface does not: its braces would be shown.
+NOT_FILLED_IN = ("{done.nope}", "{done[0]}", "{done!r}", "{done:03d}", "{ done }", "{done-}", "{nope.done}")
 # What the experiments of every_kind.py themselves say.
 THEIRS = (
     *("Which is closer?", "Look.", "Rest.", "How good", "How old", "Which hand", "What else", "left", "right"),
@@ -143,7 +146,21 @@ def findings(folder: Path, more: str, block: str = "kind: all_pairs, stimuli: [a
     [
         ("words: {language: english}", "there is no language 'english'"),
         ("words: {pres_space: Weiter}", "no words called 'pres_space' (did you mean 'press_space'?)"),
-        ("words: {press_space: 'Hit {spade}'}", "nothing is called {spade} in 'press_space' (did you mean 'space'?)"),
+        (
+            "words: {press_space: 'Hit {spade}'}",
+            "nothing is called {spade} in 'press_space' (did you mean 'space'? there can be: {space}",
+        ),
+        *((f"words: {{comparisons_done: '{text}'}}", f"nothing is called {text} in") for text in NOT_FILLED_IN),
+        (
+            "words: {language: de, series_done: '{done.nope}'}",
+            "(did you mean 'done'? there can be: {done}, {all}, {up}",
+        ),
+        ("words: {finish: '{}'}", "nothing is called {} in 'finish' (there can be: {space}, {up}"),
+        ("words: {finish: 'Press {space'}", "'{' stands without its other brace in 'finish'"),
+        ("words: {finish: 'Press space}'}", "'}' stands without its other brace in 'finish'"),
+        # Words that other words take up are put there as they are.
+        ("words: {arrows: '{left}'}", "nothing is called {left} in 'arrows' (write it without braces)"),
+        ("words: {key_space: '{enter}'}", "nothing is called {enter} in 'key_space' (write it without braces)"),
         ("words: {pause: ' '}", "'pause' is empty"),
         ("keys: {lefft: [a]}", "no screen asks for the key 'lefft' (did you mean 'left'?)"),
         ("keys: {left: [spacee]}", "there is no key 'spacee' (did you mean 'space'?)"),
@@ -156,6 +173,17 @@ def test_words_and_keys_that_cannot_be_are_refused_with_their_place(tmp_path: Pa
     (finding,) = findings(tmp_path, more + "\n")
     assert words in finding
     assert re.search(r"every_kind\.yaml:\d+:\d+: ", finding)
+
+
+def test_every_brace_of_words_that_pass_is_filled_in(tmp_path: Path) -> None:
+    """With the shipped words of every language as an experiment's own, and with every key beside them."""
+    for language in LANGUAGES:
+        own = dict(words_of(language)) | {"press_space": "{space} {enter} {left} {right} {up} {down}"}
+        text = "".join(f"  {name}: {json.dumps(words)}\n" for name, words in own.items())
+        design = EVERY.experiment(tmp_path / language, "kind: all_pairs, stimuli: [a, b, c]", more=f"words:\n{text}")
+        for name, words in own.items():
+            values = {brace: 1 for brace in _BRACES.findall(words_of("en")[name])}
+            assert not re.search("[{}]", design.style.say(name, **values)), words
 
 
 def test_one_key_cannot_choose_both_but_may_choose_and_go_on(tmp_path: Path) -> None:
