@@ -1,7 +1,8 @@
 """Any instrument that ArgyllCMS knows, by its program `spotread` in a process of its own.
 
 It runs once for the whole measurement with ``-e`` (emissive, absolute cd/m²), and gets an empty line for each reading.
-ARGYLL_NOT_INTERACTIVE makes it take a line where it would take a key. Source: ArgyllCMS documentation [Argyll].
+ARGYLL_NOT_INTERACTIVE makes it take a line where it would take a key. Whatever goes wrong, it says so and prompts for
+the next key: a prompt that comes without a result is a failed reading. Source: ArgyllCMS documentation [Argyll].
 """
 
 from __future__ import annotations
@@ -22,9 +23,12 @@ from documents import Finding
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _RESULT = re.compile(rf"Result is XYZ:\s*({_NUMBER})\s+({_NUMBER})\s+({_NUMBER})\s*[,\n]")
 _READY = re.compile(r"key to take a reading")
-_CALIBRATE = re.compile(r"any (?:other )?key to (?:continue|start)", re.IGNORECASE)
+_CALIBRATE = re.compile(r"any (?:other )?key to (?:continue|start)|hit any key to retry", re.IGNORECASE)
 _RETRY = re.compile(r"any other key to retry")
-_FAILED = re.compile(r"Spot read failed due to[^\n]*")
+# Readings that the instrument stored by itself are not of the patch that is shown.
+_STORED = re.compile(r"any other key to use reading")
+# Where a prompt begins; what stands before it is what the program says of the reading.
+_PROMPT = re.compile(r"Place instrument on|Using the XY table|Correct position|Hit ESC or Q", re.IGNORECASE)
 _RANGE = re.compile(r"too (?:bright|high|dark|low)|satur|over ?range", re.IGNORECASE)
 _ENDING_S = 3.0
 
@@ -85,17 +89,16 @@ class Spotread:
                 self._heard = self._heard[match.end() :]
                 X, Y, Z = map(float, match.groups())
                 return Reading((X, Y, Z))
-            failed = _FAILED.search(self._heard)
             retry = _RETRY.search(self._heard)
-            if retry or (failed and _READY.search(self._heard)):
-                why = failed[0].strip() if failed else self._last_words()
+            if retry or _READY.search(self._heard):
+                why = self._said_of_the_reading()
                 if retry:
                     self._send()
                 raise (RangeError if _RANGE.search(why) else GarbledError)(f"spotread says: {why}")
             if _CALIBRATE.search(self._heard):
-                self._calm()
                 self._until_ready(self._measure_s)
                 self._send()
+                until_s = time.monotonic() + self._measure_s
             self._hear(until_s)
 
     def close(self) -> None:
@@ -118,8 +121,11 @@ class Spotread:
         while not _READY.search(self._heard):
             if _CALIBRATE.search(self._heard):
                 self._calm()
+                until_s = time.monotonic() + within_s
             elif _RETRY.search(self._heard):
                 self._send()
+            elif _STORED.search(self._heard):
+                self._send(b"N\n")
             else:
                 self._hear(until_s)
 
@@ -130,12 +136,12 @@ class Spotread:
             raise LostError(Finding(f"spotread waits for a hand: {words}", remedy="run this at a terminal"))
         self._send()
 
-    def _send(self) -> None:
+    def _send(self, key: bytes = b" \n") -> None:
         """Send a key; the output before it no longer counts."""
         stream = self._process.stdin
         try:
             if stream is not None:
-                stream.write(b" \n")
+                stream.write(key)
                 stream.flush()
         except (OSError, ValueError) as error:
             raise LostError(f"spotread has ended: {self._last_words()}") from error
@@ -159,6 +165,10 @@ class Spotread:
             self._said.put(heard)
             if not heard:
                 return
+
+    def _said_of_the_reading(self) -> str:
+        lines = [line.strip() for line in _PROMPT.split(self._heard)[0].splitlines() if line.strip()]
+        return " ".join(lines)[-200:] or "nothing, and asks for the next reading"
 
     def _last_words(self) -> str:
         lines = [line.strip() for line in self._heard.splitlines() if line.strip()]

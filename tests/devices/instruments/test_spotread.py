@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import stat
 import sys
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -35,6 +36,10 @@ for act in script:
         say(READY); key()
     elif act == "calibrate":
         say(CALIBRATE); key(); say("\\nCalibration complete\\n")
+    elif act == "stored":
+        say("\\nThere are saved spot readings in the instrument.\\n")
+        say("Hit ESC or Q to exit, N to not read saved reading,\\nany other key to use reading: ")
+        assert sys.stdin.readline().strip() == "N"
     elif act == "retry":
         say("Hit Esc or Q to give up, any other key to retry:"); key(); say("\\n")
     elif act == "result":
@@ -113,6 +118,53 @@ def test_a_sensor_in_the_wrong_place_is_told_without_a_key(spotread: Make) -> No
     instrument = spotread("ready", said, "ready", "result", "ready")
     with pytest.raises(GarbledError, match="wrong position"):
         instrument.read(SHOWING)
+    assert instrument.read(SHOWING).XYZ_cd_m2 == (1.125, 2.25, 3.5)
+
+
+@pytest.mark.parametrize(
+    ("said", "error"),
+    [
+        ("\n Result is XYZ: nan nan nan, D50 Lab: nan nan nan\n", GarbledError),
+        ("\n Result is XYZ: -nan(ind) 0.1 inf, D50 Lab: 1.0 2.0 3.0\n", GarbledError),
+        ("\n Result is Y: 12.3, L*: 4.5\n", GarbledError),
+        ("\nNo refresh detectable, or measurement failed\n", GarbledError),
+        ("\nThe sensor is saturated\n", RangeError),
+        ("\n", GarbledError),
+    ],
+)
+def test_a_prompt_without_a_result_is_a_failed_reading_at_once(
+    spotread: Make, said: str, error: type[Exception]
+) -> None:
+    instrument = spotread("ready", said, "ready", "result", "ready", measure_s=60.0)
+    began_s = time.monotonic()
+    with pytest.raises(error) as caught:
+        instrument.read(SHOWING)
+    assert time.monotonic() - began_s < 30.0
+    assert type(caught.value) is error
+    assert said.strip() in str(caught.value)
+    assert instrument.read(SHOWING).XYZ_cd_m2 == (1.125, 2.25, 3.5)
+
+
+def test_a_calibration_that_fails_is_a_persons_to_mend(spotread: Make) -> None:
+    failed = (
+        "Calibration failed with 'Measurement misread' (No refresh rate)\nHit any key to retry, or Esc or Q to abort:"
+    )
+    asked: list[str] = []
+
+    def ask(prompt: str) -> str:
+        asked.append(prompt)
+        return ""
+
+    instrument = spotread("ready", failed, "hang", "ready", "result", "ready", ask=ask, measure_s=60.0)
+    assert instrument.read(SHOWING).XYZ_cd_m2 == (1.125, 2.25, 3.5)
+    assert len(asked) == 1
+    assert "No refresh rate" in asked[0]
+    with pytest.raises(LostError, match="No refresh rate"):
+        spotread(failed, "hang", "ready")
+
+
+def test_readings_that_the_instrument_stored_are_not_taken(spotread: Make) -> None:
+    instrument = spotread("stored", "ready", "result", "ready")
     assert instrument.read(SHOWING).XYZ_cd_m2 == (1.125, 2.25, 3.5)
 
 
