@@ -1,8 +1,9 @@
 """Fit every candidate, judge each on readings that it was not fitted to, and choose the simplest that does well.
 
-The model with the fewest free numbers wins whose held-out mean is within 0.05 ΔE00 of the best and whose 95th
-percentile is within 0.2; see `devices.characterise.cross_validation`. Readings that no model predicts from the others
-are left out first, see `devices.characterise.outliers`.
+The model with the fewest free numbers wins whose held-out mean is within 0.05 ΔE00 of the best, whose 95th percentile
+is within 0.2, and whose luminance is about as good in every decade as that of any of these; see
+`devices.characterise.cross_validation` and `devices.characterise.light_errors`. Readings that no model predicts from
+the others are left out first, see `devices.characterise.outliers`.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from devices.characterise.figures import (
     r_squared,
     table_error_codes,
 )
+from devices.characterise.light_errors import LightError, light_errors, worse
 from devices.characterise.outliers import Screened, screen
 from devices.characterise.patches import Patches
 from devices.characterise.readings_check import check_readings
@@ -54,16 +56,17 @@ _FEW = 30
 class Candidate:
     """One model, fitted to all readings, and what is known of it.
 
-    ``held_out`` is of readings that it was not fitted to. ``r2_XYZ``: of X, Y and Z over all readings. ``unusable``
-    says why it cannot be chosen, empty where it can. ``table_error_codes``: the presenter's table against the model;
-    ``inversion_error_codes``: the model's inverse against the codes that gave the light; both in codes of 8 bits, None
-    where it cannot be undone.
+    ``held_out`` is of readings that it was not fitted to, and so is ``held_out_light``. ``r2_XYZ``: of X, Y and Z over
+    all readings. ``unusable`` says why it cannot be chosen, empty where it can. ``table_error_codes``: the presenter's
+    table against the model; ``inversion_error_codes``: the model's inverse against the codes that gave the light; both
+    in codes of 8 bits, None where it cannot be undone.
     """
 
     name: Name
     model: DisplayModel
     free_numbers: int
     held_out: Errors
+    held_out_light: tuple[LightError, ...]
     fitted: Errors
     r2_XYZ: tuple[float, ...]
     condition: float
@@ -79,6 +82,11 @@ class Candidate:
         return float(np.mean(self.r2_XYZ))
 
     @property
+    def worst_light(self) -> LightError | None:
+        """The decade in which its held-out luminance is off by most, of those with readings enough to choose by."""
+        return max((error for error in self.held_out_light if error.judged), key=lambda e: e.share, default=None)
+
+    @property
     def numbers(self) -> ModelNumbers:
         """The model's numbers, with standard errors where the fit gives them."""
         return ModelNumbers.of(self.model, self.standard_errors)
@@ -89,6 +97,7 @@ class Candidate:
             "model": self.name,
             "free_numbers": self.free_numbers,
             "held_out_delta_e_2000": self.held_out.to_json(),
+            "held_out_luminance": [error.to_json() for error in self.held_out_light],
             "fitted_delta_e_2000": self.fitted.to_json(),
             "r2": {**dict(zip("XYZ", self.r2_XYZ, strict=True)), "average": self.r2_average},
             "condition": self.condition if np.isfinite(self.condition) else None,
@@ -197,9 +206,19 @@ def characterise(
             f"the chosen model errs by {mean:.2f} ΔE00 on average, which people see: "
             + (why[0] if why else "measure again, or more")
         )
+    if far := [error for error in chosen.held_out_light if error.notable]:
+        notes.append(
+            "its light is off by "
+            + ", ".join(f"{error.off} from {error.between}" for error in far)
+            + ": dark parts of pictures are not shown as they are; more dark patches, read more often, help"
+        )
     if chosen.unusable:
         notes.append(f"{chosen.name} was asked for; {chosen.unusable}")
-    errs = _where(judged.delta_e_2000[chosen.name], judged.patches, names, judged.judged)
+    errs = (
+        *_where(judged.delta_e_2000[chosen.name], judged.patches, names, judged.judged),
+        "held-out luminance from white down: "
+        + ", ".join(f"{error.off} from {error.between} ({error.readings})" for error in chosen.held_out_light),
+    )
     left_out = tuple(readings.name[i] for i in np.flatnonzero(wrong))
     return Characterisation(
         chosen,
@@ -306,6 +325,7 @@ def _candidate(name: Name, judged: CrossValidation, *, undone: bool) -> Candidat
         model,
         fit.free_numbers,
         errors_of(judged.delta_e_2000[name][judged.judged], data.XYZ[judged.judged, 1]),
+        light_errors(judged.predicted_XYZ[name][judged.judged, 1], data.XYZ[judged.judged, 1], float(data.white[1])),
         errors_of(differences(model, data), data.XYZ[:, 1]),
         r_squared(data.XYZ, model.xyz(data.codes)),
         fit.condition,
@@ -327,12 +347,20 @@ def _choose(candidates: tuple[Candidate, ...], asked: str) -> tuple[Candidate, s
         for c in fit
         if c.held_out.mean <= best.held_out.mean + MARGIN_MEAN and c.held_out.p95 <= best.held_out.p95 + MARGIN_P95
     ]
-    chosen = min(near, key=lambda c: c.free_numbers)
+    light = [c.held_out_light for c in near]
+    beyond = {c.name: worse(c.held_out_light, light) for c in near}
+    least = min(share for share, _ in beyond.values())
+    chosen = min((c for c in near if beyond[c.name][0] <= least), key=lambda c: c.free_numbers)
+    simplest = min(near, key=lambda c: c.free_numbers)
+    darker = ""
+    if simplest is not chosen and (where := beyond[simplest.name][1]):
+        darker = f"; {simplest.name} is simpler, but its light from {where.between} is off by {where.off}"
     if chosen is best:
-        return chosen, "it has the least held-out error, and no simpler model comes within the margin"
+        only = darker or ", and no simpler model comes within the margin"
+        return chosen, f"it has the least held-out error{only}"
     return chosen, (
         f"it is the simplest within {MARGIN_MEAN} ΔE00 in the mean and {MARGIN_P95} in the 95th percentile "
-        f"of the best, {best.name}"
+        f"of the best, {best.name}{darker}"
     )
 
 

@@ -244,7 +244,8 @@ def _print_candidates(candidates: Sequence[Candidate], chosen: str, console: Con
             [
                 ("→ " if candidate.name == chosen else "  ") + candidate.name,
                 str(candidate.free_numbers),
-                *(f"{value:.2f}" for value in (held.mean, held.p95, held.max, held.dark_mean)),
+                *(f"{value:.2f}" for value in (held.mean, held.p95, held.max)),
+                "–" if candidate.worst_light is None else candidate.worst_light.size,
                 f"{candidate.fitted.mean:.2f}",
                 _number(candidate.r2_average),
                 _number(candidate.condition, ".0f"),
@@ -252,8 +253,11 @@ def _print_candidates(candidates: Sequence[Candidate], chosen: str, console: Con
                 _number(candidate.table_error_codes, ".1g"),
             ]
         )
-    columns = ("model", "free", "mean", "p95", "max", "dark", "fit", "R²", "cond.", "inverse", "table")
-    title = "Held-out ΔE00 (dark: its darkest third); the inverse's and the presenter's table's errors in 8-bit codes"
+    columns = ("model", "free", "mean", "p95", "max", "light", "fit", "R²", "cond.", "inv.", "table")
+    title = (
+        "Held-out ΔE00 (light: by how much luminance is off in the worst decade; inv. and table: errors of the inverse "
+        "and of the presenter's table in 8-bit codes)"
+    )
     _print_table(title, columns, rows, console)
 
 

@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 import pytest
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from devices.characterise.choose import Characterisation, characterise
 from devices.characterise.cross_validation import NAMES, Name
@@ -21,6 +21,7 @@ from devices.characterise.example_displays import (
     thesis_display,
 )
 from devices.characterise.figures import inversion_error_codes
+from devices.characterise.light_errors import light_errors, worse
 from devices.characterise.readings_check import check_readings
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
@@ -30,6 +31,7 @@ from devices.measurements import Measurements, read_csv
 CODES = table_c1_codes()
 THESIS = thesis_display().xyz(CODES)
 LCD = liquid_crystal_XYZ(CODES)
+SRGB = np.array([[41.2, 35.8, 18.0], [21.3, 71.5, 7.2], [1.9, 11.9, 95.0]])  # XYZ in cd/m² by channel
 SOME = np.union1d(np.arange(0, 120, 4), [26, 52, 78, 119])  # black, white and primaries among them
 THESIS_READINGS = Measurements(CODES[SOME], noisy(THESIS, 0.002, 1)[SOME])
 CRT = Path(__file__).parents[4] / "shared" / "data" / "displays" / "apple17_crt_2000.csv"
@@ -282,3 +284,80 @@ def test_few_readings_are_told() -> None:
     rows = np.concatenate([np.arange(0, 120, 6), [26, 52, 78, 119]])
     found = characterise(Measurements(CODES[rows], noisy(THESIS, 0.002, 1)[rows]), "gog")
     assert any("too few" in sentence for sentence in found.notes)
+
+
+def srgb_with_black(codes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """XYZ in cd/m²: curves of IEC 61966-2-1, a white of 100 cd/m², and a black of 0.05."""
+    light = np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
+    return np.asarray(light @ SRGB.T + 0.05)
+
+
+def pq_with_roll_off(codes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """XYZ in cd/m²: the curve of SMPTE ST 2084, bent from 300 cd/m² on towards 600."""
+    root = codes ** (32.0 / 2523.0)
+    asked = 10000.0 * (np.maximum(root - 0.8359375, 0.0) / (18.8515625 - 18.6875 * root)) ** (16384.0 / 2610.0)
+    bent = np.where(asked < 300.0, asked, 600.0 - 300.0 * np.exp(1.0 - np.maximum(asked, 300.0) / 300.0))
+    return np.asarray(bent @ SRGB.T / 100.0 + 0.0005)
+
+
+def gog_with_noise_in_the_dark(codes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """XYZ in cd/m²: one gain, offset and gamma, and readings off by 0.003 cd/m² besides."""
+    noise = 0.003 * np.random.default_rng(3).standard_normal(codes.shape)
+    return np.asarray(100.0 * (0.97 * codes + 0.03) ** 2.2 @ SRGB.T / 100.0 + noise)
+
+
+@pytest.mark.parametrize(
+    ("light", "noise", "chosen", "most"),
+    [
+        (srgb_with_black, 0.005, {"table", "plvc"}, 0.03),
+        (pq_with_roll_off, 0.002, {"table", "plvc", "residual"}, 0.08),
+        (gog_with_noise_in_the_dark, 0.005, {"gog"}, 0.05),
+    ],
+)
+def test_a_model_is_chosen_by_light_too(
+    light: Callable[[NDArray[np.float64]], NDArray[np.float64]], noise: float, chosen: set[str], most: float
+) -> None:
+    """By ΔE00 alone sRGB's curves are near enough to GOG, whose light from 0.1 to 1 cd/m² is 8 % too bright."""
+    found = characterise(Measurements(CODES, noisy(light(CODES), noise, 1)))
+    assert found.chosen.name in chosen
+    decades = found.chosen.held_out_light
+    assert sum(decade.readings for decade in decades) == found.chosen.held_out.patches
+    assert found.chosen.worst_light is not None
+    assert found.chosen.worst_light.share < most
+    assert not any(decade.notable for decade in decades)
+
+
+def test_light_that_is_far_off_is_noted() -> None:
+    """Where a model is asked for that cannot follow the dark."""
+    named = characterise(Measurements(CODES, noisy(pq_with_roll_off(CODES), 0.002, 1)), "table")
+    dark = [decade for decade in named.chosen.held_out_light if decade.to_cd_m2 < 0.1 and decade.judged]
+    best = characterise(Measurements(CODES, noisy(srgb_with_black(CODES), 0.002, 1)), "gamma")
+    assert [decade.judged for decade in dark] == [True]
+    assert sum(decade.notable for decade in best.chosen.held_out_light) == 1
+    assert len(best.notes) == 1
+
+
+def test_light_is_judged_by_decades_from_white_down() -> None:
+    read = np.array([100.0, 50.0, 20.0, 5.0, 2.0, 0.02, 0.0, -0.01])
+    bright, middle, dark = light_errors(read * np.array([1.0, 1.1, 1.1, 0.5, 0.5, 3.6, 1, 1]), read, 100.0)
+    assert (bright.from_cd_m2, bright.to_cd_m2, bright.readings) == (10.0, 100.0, 3)
+    assert bright.share == pytest.approx(0.1)
+    assert bright.bias == pytest.approx(0.1)
+    assert middle.readings == 2
+    assert (middle.share, middle.bias, dark.share) == pytest.approx((1.0, -0.5, 2.6))
+    assert not dark.judged
+    assert [error.off for error in (bright, middle, dark)] == [
+        "10 % too bright",
+        "2 times too dark",
+        "3.6 times too bright",
+    ]
+
+
+@pytest.mark.parametrize(("off", "beyond"), [(0.021, 0.0), (0.05, 0.0), (0.06, 0.0085)])
+def test_light_within_the_margin_of_the_best_is_as_good(off: float, beyond: float) -> None:
+    """The best is off by 2.1 %: half as much again, and 2 % more, are granted."""
+    read = np.array([3.0, 2.0, 5.0])
+    best, other = light_errors(read * 1.021, read, 10.0), light_errors(read * (1.0 + off), read, 10.0)
+    share, where = worse(other, [best, other])
+    assert share == pytest.approx(beyond, abs=1e-9)
+    assert where == (other[0] if beyond else None)
