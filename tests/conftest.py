@@ -237,6 +237,22 @@ def study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Study:
     return write_study(tmp_path)
 
 
+@pytest.fixture
+def install_fonts(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., None]]:
+    """Let only the fonts that it is called with be installed here; none before."""
+    from documents import fonts
+
+    def install(*files: Path) -> None:
+        monkeypatch.setattr("matplotlib.font_manager.findSystemFonts", lambda: list(map(str, files)))
+        for known in (fonts.installed_fonts, fonts.font_of):
+            known.cache_clear()
+
+    install()
+    yield install
+    for known in (fonts.installed_fonts, fonts.font_of):
+        known.cache_clear()
+
+
 class Person:
     """Someone at the keyboard and the mouse of the display ``screen``."""
 

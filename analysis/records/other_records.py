@@ -183,6 +183,7 @@ class Appearance(Fields):
     share_of_white: NotNegative | None = None
     xy: Annotated[tuple[Number, Number], Strict(False)] | None = None
     height_arcmin: Positive | None = None
+    font: Text | None = None
 
 
 class Appearances(Fields):
@@ -192,6 +193,14 @@ class Appearances(Fields):
     text: Appearance | None = None
 
 
+class Font(Fields):
+    """A font other than DejaVu Sans that drew words."""
+
+    name: Text
+    file: Text
+    sha256: Text
+
+
 class Interface(Fields):
     """The language of the session, and what the experiment sets of how it looks and of its keys."""
 
@@ -199,6 +208,7 @@ class Interface(Fields):
     style: Appearances | None = None
     keys: Json | None = None
     words: dict[Name, Text] | None = None
+    fonts: list[Font] | None = None
 
 
 class Planned(Fields):

@@ -9,8 +9,10 @@ import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from documents.fonts import dejavu_sans, font_name, font_runs, other_fonts
 from documents.work import count_work
 
 if TYPE_CHECKING:
@@ -163,6 +165,7 @@ def drawn(figure: Figure, label: str) -> Drawing:
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
     count_work("figures_drawn")
+    _take_other_fonts(figure)
     out = io.StringIO()
     with _drawn_once(figure):
         facts = dict.fromkeys(("Date", "Creator", "Format", "Type"))
@@ -173,6 +176,29 @@ def drawn(figure: Figure, label: str) -> Drawing:
     view = re.search(r'viewBox="[^"]*"', head)
     element = f'<svg {view.group(0) if view else ""} role="img" aria-label="{escape(label)}">{rest.rstrip()}'
     return Drawing(element, label, figure, rcParams["hatch.linewidth"])
+
+
+def _take_other_fonts(figure: Figure) -> None:
+    """Give the texts of a figure the fonts that are installed here for letters that matplotlib's font lacks."""
+    from matplotlib.text import Text
+
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.get_ticklabels()  # the names of ticks are not written before
+    for text in figure.findobj(Text):
+        if isinstance(text, Text) and (fonts := other_fonts(text.get_text())):
+            text.set_fontfamily(["DejaVu Sans", *map(_family, fonts), "sans-serif"])
+
+
+def _family(font: Path) -> str:
+    """Return the name of a font by which matplotlib finds the file."""
+    from matplotlib.font_manager import FontEntry, fontManager
+
+    name, file = font_name(font), str(font)
+    known = {entry.weight for entry in fontManager.ttflist if entry.name == name}
+    for weight in {400, 700} - known:  # of a weight that a font has not, matplotlib writes a line to the terminal
+        fontManager.ttflist.append(FontEntry(fname=file, name=name, weight=weight))
+    return name
 
 
 @contextmanager
@@ -285,7 +311,10 @@ def row_names(axes: Axes, names: Mapping[int, str], side: Literal["left", "right
     texts = [axes.text(float(side == "right"), row, name, in_layout=False, **look) for row, name in names.items()]
 
     def width(text: Text) -> float:
-        return text_to_path.get_text_width_height_descent(text.get_text(), text.get_fontproperties(), False)[0]
+        font = text.get_fontproperties()
+        measured: float = text_to_path.get_text_width_height_descent(text.get_text(), font, False)[0]
+        other = sum(len(letters) for file, letters in font_runs(text.get_text()) if file != dejavu_sans())
+        return measured + _WIDER * other * font.get_size_in_points()
 
     if texts:
         with without_drawing_warnings():
@@ -293,6 +322,7 @@ def row_names(axes: Axes, names: Mapping[int, str], side: Literal["left", "right
 
 
 _NAME_PT = 3.5  # between a name and the axes
+_WIDER = 0.4  # than DejaVu Sans's box is a Chinese letter, in the size of the type
 
 
 def short(name: str, longest: int = LONGEST_NAME) -> str:

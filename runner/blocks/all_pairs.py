@@ -36,7 +36,7 @@ from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.tasks import Compare
 from runner.ports import Ask
-from runner.presenter.scene import Offset, Picture, Scene, Text
+from runner.presenter.scene import Offset, Picture, Scene
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +100,7 @@ _SECONDS_PER_RATING = 4.0
 
 def fixation(style: Style, place_px: Offset = (0, 0)) -> Scene:
     """Return a cross."""
-    return Scene((Text("+", place_px, style.px(48)),))
+    return Scene((style.text_at("+", place_px, height=48),))
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from runner.blocks.block import Hold
 from runner.blocks.layout import SingleLayout
 from runner.blocks.style import Style
 from runner.ports import Target
-from runner.presenter.scene import Item, Offset, Picture, Scene, Text
+from runner.presenter.scene import Item, Offset, Picture, Scene
 
 YES_NO = ("yes", "no")
 _KEYS = {"left": "yes", "pad_left": "yes", "right": "no", "pad_right": "no"}
@@ -60,9 +60,9 @@ class DetectionView:
         layout, style = self.layout, self.style
         said = (style.say("yes_key"), style.say("no_key"))
         return (
-            Text(self.words, layout.question_px, style.px(24), layout.question_width_px),
+            style.text_at(self.words, layout.question_px, width_px=layout.question_width_px),
             *(
-                Text(words, place, style.px(20), style.px(_WIDTH))
+                style.text_at(words, place, height=20, width_px=style.px(_WIDTH))
                 for words, place in zip(said, self._places_px, strict=True)
             ),
         )

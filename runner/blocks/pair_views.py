@@ -36,7 +36,9 @@ def tie_words(ties: Ties, middle_px: Offset, style: Style) -> tuple[Text, ...]:
     """Return the answers in small words, side by side about a place."""
     places = _tie_places(ties, middle_px, style)
     said = {m: style.say(m, key=style.interface.key(_TIE_KEYS[m])) for m in places}
-    return tuple(Text(said[m], place, style.px(17), style.px(_WIDTH), 0.2) for m, place in places.items())
+    return tuple(
+        style.text_at(said[m], place, height=17, width_px=style.px(_WIDTH), share=0.2) for m, place in places.items()
+    )
 
 
 def tie_targets(ties: Ties, middle_px: Offset, style: Style) -> dict[str, Target]:
@@ -107,12 +109,11 @@ class SimultaneousView:
     def _words(self) -> tuple[Item, ...]:
         layout, (x, y) = self.layout, self.layout.question_px
         if self.ties == "none":
-            return (Text(self.words, (x, y), self.style.px(24), layout.question_width_px),)
+            return (self.style.text_at(self.words, (x, y), width_px=layout.question_width_px),)
         # Above the other answers there is room for a line of large type, or two of small.
-        height = self.style.px(24)
-        if len(self.words) * _LETTER_SHARE * height > layout.question_width_px:
-            height = self.style.px(17)
-        question = Text(self.words, (x, y - self.style.px(16)), height, layout.question_width_px)
+        large = len(self.words) * _LETTER_SHARE * self.style.px(24) <= layout.question_width_px
+        above, height = (x, y - self.style.px(16)), 24 if large else 17
+        question = self.style.text_at(self.words, above, height=height, width_px=layout.question_width_px)
         return question, *tie_words(self.ties, self._answers_px, self.style)
 
     @property
@@ -158,12 +159,14 @@ class SequenceView:
     def interval(self, number: int, stimulus: str, *, hint: str = "") -> Scene:
         """Return an interval, 0 or 1: the picture under its number, with words under it if there are any."""
         x, below = self.layout.picture_px[0], self.layout.below_px + self.style.px(40)
-        hints = (Text(hint, (x, below), self.style.px(18), self.layout.question_width_px, 0.2),) if hint else ()
+        width_px = self.layout.question_width_px
+        hints = (self.style.text_at(hint, (x, below), height=18, width_px=width_px, share=0.2),) if hint else ()
+        above = x, self.layout.question_px[1]
         return Scene(
             (
                 Picture(stimulus, self.layout.picture_px, self.layout.aperture_px),
                 *self.layout.reference(self.reference),
-                Text(str(number + 1), (x, self.layout.question_px[1]), self.style.px(36), luminance_share=_LABEL_SHARE),
+                self.style.text_at(str(number + 1), above, height=36, share=_LABEL_SHARE),
                 *hints,
             )
         )
@@ -178,8 +181,8 @@ class SequenceView:
         return Scene(
             (
                 *self.layout.reference(self.reference),
-                Text(self.words, self.layout.question_px, self.style.px(24), self.layout.question_width_px),
-                *(Text(label, place, self.style.px(48)) for label, place in numbers),
+                self.style.text_at(self.words, self.layout.question_px, width_px=self.layout.question_width_px),
+                *(self.style.text_at(label, place, height=48) for label, place in numbers),
                 *tie_words(self.ties, self._answers_px, self.style),
             )
         )

@@ -32,7 +32,7 @@ from runner.blocks.orders import repeated
 from runner.blocks.scale import Scale, ScaleSpec, rate, scale_faults, scale_items, scales_named
 from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import FULL_HD_HALF, Style
-from runner.presenter.scene import Item, Offset, Picture, Scene, Text
+from runner.presenter.scene import Item, Offset, Picture, Scene
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +86,7 @@ class Rating(Block):
             if self.blank_s and number:
                 yield Hold("blank", Scene(), self.blank_s)
             if self.fixation_s:
-                cross = Text("+", self.layout.picture_px, self.style.px(48))
+                cross = self.style.text_at("+", self.layout.picture_px, height=48)
                 yield Hold("fixation", Scene((cross,)), self.fixation_s)
             pictures = self._pictures(stimulus)
             if self.exposure_s:

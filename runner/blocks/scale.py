@@ -202,7 +202,7 @@ def _end(style: Style) -> float:
 def _question(scale: Scale, style: Style, top: float, layout: SingleLayout | None) -> Text:
     if layout is None:
         return style.text(scale.question, 0, top - 110, height=30)
-    return Text(scale.question, layout.question_px, style.px(24), layout.question_width_px)
+    return style.text_at(scale.question, layout.question_px, width_px=layout.question_width_px)
 
 
 def _hint(scale: Scale, current: int | None) -> str:

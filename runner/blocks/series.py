@@ -16,7 +16,7 @@ from runner.blocks.layout import SingleLayout
 from runner.blocks.setting import Stimuli, level_words
 from runner.blocks.style import Style
 from runner.ports import Target
-from runner.presenter.scene import Item, Picture, Scene, Text
+from runner.presenter.scene import Item, Picture, Scene
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,7 +145,7 @@ def series_scene(
     top = layout.below_px / style.unit_px
     items: list[Item] = [
         *series_pictures(stimuli[index], layout, reference),
-        Text(question, layout.question_px, style.px(24), layout.question_width_px),
+        style.text_at(question, layout.question_px, width_px=layout.question_width_px),
     ]
     middle, step = _row(len(stimuli), layout, style)
     for number in range(len(stimuli)):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, Literal
 
 from runner.blocks.interface import ENGLISH, Interface
@@ -21,13 +22,14 @@ class Style:
     Lengths are given in units of ``unit_px`` pixels. A view of 960 x 1080 pixels, half of a full HD screen, has one
     pixel to the unit; larger views show the same picture larger. Places are from the middle of the view, x to the right
     and y down. ``type_px`` is the size of a question's type where it is not left to the view: all else keeps its
-    proportion to it.
+    proportion to it. ``font`` is the file of the study's own font, if it has one.
     """
 
     view_px: tuple[int, int] = (960, 1080)
     interface: Interface = ENGLISH
     progress: Progress = "none"
     type_px: float | None = None
+    font: Path | None = None
     unit_px: float = field(init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -62,7 +64,13 @@ class Style:
     ) -> Text:
         """Return words centred on a place, in type of ``height``, wrapped at ``width``; ``share`` of white."""
         width = min(width, self.width - 40)
-        return Text(words, self.place(x, y), max(1, self.px(height)), self.px(width), share)
+        return self.text_at(words, self.place(x, y), height=height, width_px=self.px(width), share=share)
+
+    def text_at(
+        self, words: str, place_px: Offset, *, height: float = 24, width_px: int = 800, share: float = 0.4
+    ) -> Text:
+        """Return words centred on a place in pixels, wrapped at ``width_px``; else as `text` does."""
+        return Text(words, place_px, max(1, self.px(height)), width_px, share, self.font)
 
     def box(self, x: float, y: float, width: float, height: float, share: float = 0.4) -> Box:
         """Return a filled rectangle about a place, at least a pixel wide and high."""

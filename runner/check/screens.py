@@ -7,6 +7,7 @@ from itertools import combinations, islice
 from typing import Any, NamedTuple
 
 from documents import Finding
+from documents.fonts import font_name, other_fonts, undrawable
 from documents.text import counted
 from documents.yaml import Path_, YamlSource
 from runner.blocks.block import Block, Draft
@@ -21,32 +22,43 @@ from runner.protocol.experiment import Experiment
 # More screens than show all there is to read: pages between trials come every some dozens of trials.
 _MOST_STEPS = 2_000
 _SHOWN = 40
+_LETTERS = 12
+
+
+_NO_FONT = "name a font file that has them as font: under style: text, install a font for them, or write other letters"
 
 
 class _Misfit(NamedTuple):
-    """Words that do not fit: ``what`` is wrong, and how many of their letters would fit."""
+    """Words that do not fit: ``what`` is wrong, how many of their letters would fit, and a ``remedy`` of its own."""
 
     words: str
     what: str
     fitting: int
+    remedy: str = ""
 
 
 def check_screens(report: CheckReport, design: Experiment, source: YamlSource) -> None:
-    """Report words that leave an eye's view, are drawn over a picture, or over other words; each once."""
-    told: set[str] = set()
+    """Report words that leave an eye's view, are drawn over a picture, or over other words; each once.
+
+    Likewise letters that no font has, and the fonts other than DejaVu Sans that have some.
+    """
+    told: set[tuple[str, str]] = set()
+    texts: set[Text] = set()
     trials = sum(block.trials for block in design.example_blocks)
     for index, (spec, block) in enumerate(zip(design.spec.blocks, design.example_blocks, strict=True)):
         scenes = (design.style.with_progress(scene, 0, trials) for scene in _scenes(block))
-        for misfit in _misfits(scenes, design.view_px):
-            if misfit.words in told:
+        for misfit in _misfits(scenes, design.view_px, texts):
+            if (misfit.words, misfit.remedy) in told:
                 continue
-            told.add(misfit.words)
+            told.add((misfit.words, misfit.remedy))
             where = f"in block {index + 1} ({spec.kind})"
             report.errors.append(_finding(misfit, where, _place(misfit.words, index, source.data), source, design))
-    for misfit in _misfits(_around(design), design.view_px):
+    for misfit in _misfits(_around(design), design.view_px, texts):
         own = [("words", name) for name, words in design.spec.words.items() if words.strip() in misfit.words]
         where = "at the end" if misfit.words == (design.end_page or "").rstrip() else "around the blocks"
         report.errors.append(_finding(misfit, where, own[0] if own else ("style",), source, design))
+    if fonts := other_fonts("".join(sorted({text.words for text in texts})), design.font):
+        report.facts["fonts"] = [f"{font_name(font)} ({font.name})" for font in fonts]
 
 
 def _scenes(block: Block) -> Iterator[Scene]:
@@ -64,6 +76,8 @@ def _around(design: Experiment) -> Iterator[Scene]:
 def _finding(misfit: _Misfit, where: str, place: Path_, source: YamlSource, design: Experiment) -> Finding:
     words = " ".join(misfit.words.split())
     begins = words if len(words) <= _SHOWN else f"{words[:_SHOWN].rstrip()}…"
+    if misfit.remedy:
+        return source.finding(place, f"{where} the words '{begins}' {misfit.what}", misfit.remedy)
     if place[-1:] == ("text",):
         remedy = "write fewer lines, or a page more: another block of instructions"
     elif misfit.fitting:
@@ -75,8 +89,11 @@ def _finding(misfit: _Misfit, where: str, place: Path_, source: YamlSource, desi
     return source.finding(place, f"{where} the words '{begins}' {misfit.what}", remedy)
 
 
-def _misfits(scenes: Iterator[Scene], view_px: tuple[int, int]) -> Iterator[_Misfit]:
-    """Yield the words of ``scenes`` that do not fit an eye's view of ``view_px``; equal screens are looked at once."""
+def _misfits(scenes: Iterator[Scene], view_px: tuple[int, int], known: set[Text]) -> Iterator[_Misfit]:
+    """Yield the words of ``scenes`` that do not fit an eye's view of ``view_px``, or that no font here can draw.
+
+    Equal screens are looked at once. ``known`` are the texts that were looked at, to which these are added.
+    """
     seen: set[tuple[Any, ...]] = set()
     for scene in scenes:
         texts = [item for item in scene.items if isinstance(item, Text)]
@@ -84,8 +101,18 @@ def _misfits(scenes: Iterator[Scene], view_px: tuple[int, int]) -> Iterator[_Mis
         key = (*texts, *pictures)
         if key not in seen:
             seen.add(key)
+            yield from _empty_boxes([text for text in texts if text not in known])
+            known.update(texts)
             if misfits := list(_misfits_of(texts, pictures, view_px)):
                 yield _worst(misfits, texts)
+
+
+def _empty_boxes(texts: Sequence[Text]) -> Iterator[_Misfit]:
+    for text in texts:
+        if letters := undrawable(text.words, text.font):
+            named = ", ".join(f"{letter} (U+{ord(letter):04X})" for letter in letters[:_LETTERS])
+            more = f" and {len(letters) - _LETTERS} more" if len(letters) > _LETTERS else ""
+            yield _Misfit(text.words, f"would show empty boxes: no font here has {named}{more}", 0, _NO_FONT)
 
 
 def _worst(misfits: Sequence[_Misfit], texts: Sequence[Text]) -> _Misfit:

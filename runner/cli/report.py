@@ -139,3 +139,8 @@ def command(
         click.echo(f"Its tables: {csv_folder}")
     if figure_folder is not None:
         click.echo(f"Its figures: {figure_folder}")
+    if written.empty_boxes:
+        click.echo(
+            f"In the PDF files of the figures these letters are empty boxes: {written.empty_boxes}. "
+            "Install a font that has them, or take the SVG files."
+        )

@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from documents.fonts import dejavu_sans, font_of, font_runs, type_face
 from runner.presenter.scene import Text
 
 if TYPE_CHECKING:
-    from PIL import ImageFont
+    from PIL.ImageDraw import ImageDraw
+    from PIL.ImageFont import FreeTypeFont
 
 LINE_SPACING = 1.25
-CAPITAL = 0.729  # height of a capital letter of DejaVu Sans, in the size of the type
+_CAPITAL = 0.729  # height of a capital letter of DejaVu Sans, in the size of the type
+_CAPITAL_PX = 1000
 _PADDING_PX = 2  # room for what overhangs a letter's advance
+Ink = int | tuple[int, int, int]
 
 
 class Area(NamedTuple):
@@ -42,7 +44,7 @@ class Area(NamedTuple):
 
 def text_area(text: Text) -> Area | None:
     """Return where ``text`` is drawn, as `coverage` draws it; None if there is nothing to see."""
-    lines = _set(text.words, text.height_px, text.width_px)
+    lines = _set(text.words, text.height_px, text.width_px, text.font)
     if lines is None:
         return None
     width, height = lines.size_px
@@ -77,52 +79,73 @@ def break_lines(words: str, width_px: float, measure: Callable[[str], float]) ->
     return lines
 
 
-def coverage(words: str, height_px: int, width_px: int) -> NDArray[np.uint8] | None:
+def capital_share(own: Path | None) -> float:
+    """Return the height of a capital letter in the size of the type, with the font ``own`` before DejaVu Sans."""
+    font = font_of("H", own)
+    if font is None or font == dejavu_sans():
+        return _CAPITAL
+    _, top, _, bottom = type_face(font, _CAPITAL_PX).getbbox("H", anchor="ls")
+    return (bottom - top) / _CAPITAL_PX
+
+
+def coverage(words: str, height_px: int, width_px: int, own: Path | None = None) -> NDArray[np.uint8] | None:
     """Return the coverage (height, width) of centred ``words``, 0 to 255; None if there is nothing to see.
 
-    ``height_px`` is the size of the type, ``width_px`` the longest line.
+    ``height_px`` is the size of the type, ``width_px`` the longest line, ``own`` a font that is asked for each letter
+    before DejaVu Sans and those that are installed.
     """
     from PIL import Image, ImageDraw
 
-    lines = _set(words, height_px, width_px)
+    lines = _set(words, height_px, width_px, own)
     if lines is None:
         return None
     width, height = lines.size_px
     image = Image.new("L", (width, height), 0)
     pen = ImageDraw.Draw(image)
     for number, line in enumerate(lines.lines):
-        left = (width - lines.font.getlength(line)) // 2
-        pen.text((left, _PADDING_PX + number * lines.step_px), line, fill=255, font=lines.font)
+        left = (width - _length(line)) // 2
+        _write(pen, line, left, _PADDING_PX + number * lines.step_px + lines.ascent_px, 255)
     return np.asarray(image, dtype=np.uint8)
 
 
+def write(pen: ImageDraw, place_px: tuple[float, float], words: str, height_px: int, ink: Ink) -> None:
+    """Write a line of ``words`` in type of ``height_px`` from its top left at ``place_px``."""
+    left, top = place_px
+    _write(pen, _runs(words, height_px, None), left, top + type_face(dejavu_sans(), height_px).getmetrics()[0], ink)
+
+
+_Runs = list[tuple["FreeTypeFont", str]]
+
+
 class _Lines(NamedTuple):
-    font: ImageFont.FreeTypeFont
-    lines: list[str]
+    lines: list[_Runs]
+    ascent_px: int
     step_px: int
     size_px: tuple[int, int]
 
 
-def _set(words: str, height_px: int, width_px: int) -> _Lines | None:
+def _set(words: str, height_px: int, width_px: int, own: Path | None) -> _Lines | None:
     """Return ``words`` in lines, and the size (width, height) of all of them."""
-    font = type_face(height_px)
-    lines = break_lines(words, width_px, font.getlength)
-    if not any(lines):
+    broken = break_lines(words, width_px, lambda line: _length(_runs(line, height_px, own)))
+    if not any(broken):
         return None
-    ascent, descent = font.getmetrics()
+    lines = [_runs(line, height_px, own) for line in broken]
+    ascent, descent = type_face(own or dejavu_sans(), height_px).getmetrics()
     step = max(round(height_px * LINE_SPACING), 1)
-    width = int(max(font.getlength(line) for line in lines)) + 1 + 2 * _PADDING_PX
+    width = int(max(map(_length, lines))) + 1 + 2 * _PADDING_PX
     height = step * (len(lines) - 1) + ascent + descent + 2 * _PADDING_PX
-    return _Lines(font, lines, step, (width, height))
+    return _Lines(lines, ascent, step, (width, height))
 
 
-@lru_cache(maxsize=16)
-def type_face(height_px: int) -> ImageFont.FreeTypeFont:
-    """DejaVu Sans as matplotlib carries it: it has Greek, Cyrillic, accents and arrows; Pillow's own has not even é."""
-    from PIL import ImageFont
+def _runs(line: str, height_px: int, own: Path | None) -> _Runs:
+    return [(type_face(font, height_px), letters) for font, letters in font_runs(line, own)]
 
-    spec = find_spec("matplotlib")  # located, not imported
-    folders = spec.submodule_search_locations if spec else None
-    if not folders:
-        raise FileNotFoundError("matplotlib, whose DejaVu Sans draws the words, is not installed")
-    return ImageFont.truetype(Path(folders[0]) / "mpl-data" / "fonts" / "ttf" / "DejaVuSans.ttf", height_px)
+
+def _length(line: _Runs) -> float:
+    return sum(face.getlength(letters) for face, letters in line)
+
+
+def _write(pen: ImageDraw, line: _Runs, left: float, baseline: float, ink: Ink) -> None:
+    for face, letters in line:
+        pen.text((left, baseline), letters, fill=ink, font=face, anchor="ls")
+        left += face.getlength(letters)

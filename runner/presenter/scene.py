@@ -7,6 +7,7 @@ both eyes, so that everything but the pictures themselves has zero parallax.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TypeAlias
 
 Offset = tuple[int, int]
@@ -28,7 +29,8 @@ class Picture:
 class Text:
     """Words in grey at ``luminance_share`` of the display's white, centred, wrapped at ``width_px``.
 
-    ``height_px`` is the size of the type.
+    ``height_px`` is the size of the type, ``font`` a font file that is asked for each letter before DejaVu Sans and the
+    fonts that are installed.
     """
 
     words: str
@@ -36,6 +38,7 @@ class Text:
     height_px: int = 24
     width_px: int = 800
     luminance_share: float = 0.4
+    font: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import moderngl
@@ -102,17 +103,18 @@ class Words:
         self._work = work
         self._squeeze = squeeze
         self._bits = bits
-        self._sheets: LruCache[tuple[str, int, int], Sheet] = LruCache(budget_bytes)
+        self._sheets: LruCache[tuple[str, int, int, Path | None], Sheet] = LruCache(budget_bytes)
         self._inks: LruCache[tuple[int | str, float], Sheet] = LruCache(1 << 20)
         self._whole: Sheet | None = None
 
     def coverage(self, item: Text | Box) -> Sheet | None:
         """Return the coverage of ``item``, top row first; None if there is nothing to see."""
+        key: tuple[str, int, int, Path | None]
         if isinstance(item, Box):
-            key = "", item.size_px[1], item.size_px[0]  # no text has no words
+            key = "", item.size_px[1], item.size_px[0], None  # no text has no words
             sheet = self._sheets.get(key, lambda: self._fill(item.size_px))
         elif item.words.strip():
-            key = item.words, item.height_px, item.width_px
+            key = item.words, item.height_px, item.width_px, item.font
             sheet = self._sheets.get(key, lambda: self._rasterise(*key))
         else:
             return None
@@ -149,9 +151,9 @@ class Words:
             return ink_codes(model, luminance_share, self._bits)
         return mixed_ink_codes(self._mixture, self._models, luminance_share, self._bits)
 
-    def _rasterise(self, words: str, height_px: int, width_px: int) -> Sheet:
+    def _rasterise(self, words: str, height_px: int, width_px: int, font: Path | None) -> Sheet:
         self._work.add(texts_rasterised=1)
-        drawn = coverage(words, height_px, width_px)
+        drawn = coverage(words, height_px, width_px, font)
         return self._sheet(self._filtered(drawn) if drawn is not None else np.zeros((1, 1), np.uint8), 1)
 
     def _fill(self, size_px: tuple[int, int]) -> Sheet:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import islice
+from pathlib import Path
 from typing import Annotated, Any, cast
 
 from pydantic import Field, NonNegativeFloat, PositiveFloat, model_validator
@@ -12,13 +13,16 @@ from pydantic_core import CoreSchema
 
 from devices.compensation import Correction
 from devices.display import Rig, px_from_mm, size_mm
+from documents import InputError
+from documents.files import beside
+from documents.fonts import read_font
 from documents.yaml import Strict
 from runner.blocks.block import Block, Fault
 from runner.blocks.interface import KEYS, LANGUAGES, PRESSES, Interface, Language, key_faults, word_faults, words_of
 from runner.blocks.style import Progress, Style
 from runner.ports import Ask
 from runner.presenter.ground import Ground, Inks, Light
-from runner.presenter.lettering import CAPITAL
+from runner.presenter.lettering import capital_share
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 
@@ -63,7 +67,7 @@ class BackgroundSpec(_LightSpec):
 
 
 class TextStyleSpec(_LightSpec):
-    """The light of plain words, to which all others keep their proportion, and their size."""
+    """The light of plain words, to which all others keep their proportion, their size and their font."""
 
     height_arcmin: Annotated[
         PositiveFloat | None,
@@ -71,6 +75,15 @@ class TextStyleSpec(_LightSpec):
             le=600,
             description="Height of a capital letter of the question, in minutes of arc at the rig's distance; ISO "
             "9241-303 recommends 20 to 22, and 16 at least. Left out, words are as large as suits the view.",
+        ),
+    ] = None
+    font: Annotated[
+        str | None,
+        Field(
+            exclude_if=lambda font: font is None,  # the hash of a file without it stays what it was
+            min_length=1,
+            description="A font file, relative to this file, for letters that it has; left out, DejaVu Sans. What it "
+            "lacks comes from DejaVu Sans, then from fonts that are installed.",
         ),
     ] = None
 
@@ -85,7 +98,7 @@ class StyleSpec(Strict):
     background: Annotated[BackgroundSpec | None, Field(description="Light behind everything; black if left out.")] = (
         None
     )
-    text: Annotated[TextStyleSpec | None, Field(description="Light and size of words.")] = None
+    text: Annotated[TextStyleSpec | None, Field(description="Light, size and font of words.")] = None
     progress: Annotated[
         Progress, Field(description="How far the session is, at the lower edge: none, bar, or count of trials.")
     ] = "none"
@@ -104,11 +117,17 @@ class StyleSpec(Strict):
         text = self.text.light if self.text else None
         return Ground(background, text) if background or text else None
 
-    def make(self, view_px: tuple[int, int], interface: Interface, pixel_pitch_mm: float, distance_mm: float) -> Style:
-        """Return how words look in an eye's view of ``view_px`` at the rig's distance."""
+    def font(self, experiment_file: Path) -> Path | None:
+        """The file of the study's own font, None if it has none."""
+        return beside(experiment_file, self.text.font) if self.text and self.text.font else None
+
+    def make(self, view_px: tuple[int, int], interface: Interface, rig: Rig, font: Path | None) -> Style:
+        """Return how words look in an eye's view of ``view_px`` at the rig's distance, with the study's ``font``."""
         arcmin = self.text and self.text.height_arcmin
-        capital_px = px_from_mm(size_mm(arcmin / 60.0, distance_mm), pixel_pitch_mm) if arcmin else None
-        return Style(view_px, interface, self.progress, None if capital_px is None else float(capital_px) / CAPITAL)
+        if not arcmin:
+            return Style(view_px, interface, self.progress, font=font)
+        capital_px = px_from_mm(size_mm(arcmin / 60.0, rig.distance_mm), rig.display.panel.pixel_pitch_mm)
+        return Style(view_px, interface, self.progress, float(capital_px) / capital_share(font), font)
 
 
 LEAST_CONTRAST = 3.0  # of plain words to their background, in luminance: ISO 9241-303
@@ -164,6 +183,16 @@ def interface_faults(words: Mapping[str, str], keys: Mapping[str, Sequence[str]]
         yield Fault(message, ("words", name), remedy)
     for path, message, remedy in key_faults(keys):
         yield Fault(message, ("keys", *path), remedy)
+
+
+def font_faults(style: StyleSpec, experiment_file: Path) -> Iterator[Fault]:
+    """Yield a font that is missing or is none."""
+    try:
+        if font := style.font(experiment_file):
+            read_font(font)
+    except InputError as error:
+        (fault,) = error.findings
+        yield Fault(f"the font cannot be read: {fault.message}", ("style", "text", "font"), fault.remedy or "")
 
 
 def light_faults(style: StyleSpec, rig: Rig) -> Iterator[Fault]:

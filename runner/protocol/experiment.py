@@ -37,6 +37,7 @@ from runner.protocol.appearance import (
     OwnStyle,
     OwnWords,
     StyleSpec,
+    font_faults,
     interface_faults,
     interface_of,
     key_clashes,
@@ -158,7 +159,12 @@ class Experiment:
     @property
     def style(self) -> Style:
         """How words look, and what they are."""
-        return _style(self.spec, self.rig, self.view_px)
+        return _style(self.spec, self.rig, self.view_px, self.font)
+
+    @property
+    def font(self) -> Path | None:
+        """The file of the study's own font, None if it has none."""
+        return self.spec.style.font(self.file)
 
     @property
     def ground(self) -> Ground | None:
@@ -208,7 +214,7 @@ class Experiment:
 
     def blocks(self, observer: str, draw: Draw = Draw()) -> tuple[Block, ...]:  # noqa: B008  # it is frozen
         """Return the blocks as ``observer`` will meet them: the order is drawn from both by ``draw``."""
-        settings = _settings(self.spec, self.rig, self.view_px, self.stimuli, observer, draw)
+        settings = _settings(self.spec, self.rig, self.style, self.stimuli, observer, draw)
         return tuple(spec.make(setting) for spec, setting in zip(self.spec.blocks, settings, strict=True))
 
 
@@ -302,16 +308,17 @@ def read_experiment(
                 sound.discard(index)
     if not rig or not view_px:
         raise SessionError(findings)
-    said = list(interface_faults(spec.words, spec.keys))
+    said = [*interface_faults(spec.words, spec.keys), *font_faults(spec.style, file)]
     findings += _at(source, said)
     if said:
         raise SessionError(findings)
-    blocks, wrong = _make_blocks(spec, _settings(spec, rig, view_px, stimuli or Stimuli({}), "01", Draw()), source)
+    style = _style(spec, rig, view_px, spec.style.font(file))
+    blocks, wrong = _make_blocks(spec, _settings(spec, rig, style, stimuli or Stimuli({}), "01", Draw()), source)
     findings += wrong
     findings += _at(source, light_faults(spec.style, rig))
     # Only a block without a fault can be walked through.
     walked = [block for index, block in blocks.items() if index in sound and block.trials <= MOST_TRIALS]
-    findings += _at(source, key_clashes(_style(spec, rig, view_px).interface, walked))
+    findings += _at(source, key_clashes(style.interface, walked))
     faults = list(_too_large(rig.display.panel.resolution_px))
     if not findings and not faults:
         faults += _too_many(spec.blocks, tuple(blocks.values()))
@@ -323,19 +330,18 @@ def read_experiment(
 
 
 def _settings(
-    spec: ExperimentSpec, rig: Rig, view_px: tuple[int, int], stimuli: Stimuli, observer: str, draw: Draw
+    spec: ExperimentSpec, rig: Rig, style: Style, stimuli: Stimuli, observer: str, draw: Draw
 ) -> list[Setting]:
     """Return what ``observer`` meets each block in."""
-    common = spec.name, spec.seed, spec.question, spec.layout, rig, _style(spec, rig, view_px), stimuli
+    common = spec.name, spec.seed, spec.question, spec.layout, rig, style, stimuli
     kinds = [block.kind for block in spec.blocks]
     following = ["page" if kind in (*PAGES, "screening") else "trials" for kind in kinds[1:]]
     after: list[Any] = [*following, "nothing"]
     return [Setting(*common, observer, index, after[index], draw) for index in range(len(kinds))]
 
 
-def _style(spec: ExperimentSpec, rig: Rig, view_px: tuple[int, int]) -> Style:
-    interface = interface_of(spec.words, spec.keys)
-    return spec.style.make(view_px, interface, rig.display.panel.pixel_pitch_mm, rig.distance_mm)
+def _style(spec: ExperimentSpec, rig: Rig, view_px: tuple[int, int], font: Path | None) -> Style:
+    return spec.style.make(view_px, interface_of(spec.words, spec.keys), rig, font)
 
 
 def _make_blocks(

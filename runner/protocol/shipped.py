@@ -174,6 +174,8 @@ def named_files(experiment: Experiment) -> Iterator[tuple[Path, bool]]:
     keys = ("display", "photodiode_verification")
     named += [(rig, of_rig[key]) for key in keys if isinstance(of_rig.get(key), str)]
     named += [(recipe, name) for name in read_recipe(recipe)[0].inputs()]
+    style = experiment.spec.style.text
+    named += [(experiment.file, style.font)] if style and style.font else []
     yield experiment.file, False
     beyond = {file for file, name in ((rig, experiment.spec.rig), (recipe, experiment.spec.stimuli)) if isabs(name)}
     for file, name in named:

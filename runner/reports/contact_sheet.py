@@ -15,7 +15,7 @@ from PIL import Image, ImageDraw
 
 from devices.display import Eye
 from documents.files import whole_file
-from runner.presenter.lettering import type_face
+from runner.presenter.lettering import write
 from runner.presenter.modes.mode import EyeArea
 from runner.presenter.surfaces.gl_calls import Codes
 
@@ -93,7 +93,7 @@ def _page(tiles: list[Tile]) -> Image.Image:
         for column, tile in enumerate(row):
             left = _GAP_PX + column * (_TILE_PX + _GAP_PX)
             for line, words in enumerate(tile.words()):
-                pen.text((left, top + line * _LINE_PX), words, fill=_INK, font=type_face(_TYPE_PX))
+                write(pen, (left, top + line * _LINE_PX), words, _TYPE_PX, _INK)
             for place, view in enumerate(tile.views):
                 page.paste(view, (left + place * (PAIR_PX[0] + _GUTTER_PX), top + 2 * _LINE_PX))
     return page

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import tempfile
@@ -18,7 +19,8 @@ from analysis.records import Header, kept_experiments, pool, read_results
 from analysis.report import Report, write_report
 from analysis.scaling import CovarianceChoice
 from documents import Finding
-from documents.files import whole_file
+from documents.files import read_regular_text, whole_file
+from documents.fonts import undrawable
 from runner.errors import SessionError
 from runner.protocol.shipped import shipped_folder
 from runner.reports.thumbnails import find_shown, thumbnails
@@ -32,6 +34,7 @@ OUTSIDE_PATH = (
 )
 QUIET = ("--headless", "--disable-gpu", "--no-first-run", "--disable-background-networking", "--disable-sync")
 LONGEST_S = 120
+_MOST_SVG_BYTES = 100_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,17 +77,20 @@ class ReportOptions:
 class WrittenReport:
     """A ``report`` and where it was written: the ``page``, and its ``pdf`` where it was asked for.
 
-    ``without_pictures`` says why the page has no pictures of the stimuli, where they were asked for.
+    ``without_pictures`` says why the page has no pictures of the stimuli, where they were asked for. ``empty_boxes``
+    are letters that no font here has: in the figures' PDF files, which bring their fonts, they are empty boxes.
     """
 
     report: Report
     page: Path
     pdf: Path | None
     without_pictures: str = ""
+    empty_boxes: str = ""
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
-        return {**self.report.to_json(), "report": str(self.page)}
+        boxes = {"empty_boxes": self.empty_boxes} if self.empty_boxes else {}
+        return {**self.report.to_json(), "report": str(self.page), **boxes}
 
 
 def report_results(
@@ -153,7 +159,16 @@ def report_results(
     pdf = page.with_suffix(".pdf") if options.pdf else None
     if pdf is not None:
         print_pdf(page, pdf)
-    return WrittenReport(report, page, pdf, _WITHOUT if options.pictures and not pictures else "")
+    without = _WITHOUT if options.pictures and not pictures else ""
+    return WrittenReport(report, page, pdf, without, _empty_boxes(options.figure_folder))
+
+
+def _empty_boxes(figures: Path | None) -> str:
+    """Return the letters in the figures' SVG files, whose text is text, that no font here has."""
+    if figures is None:
+        return ""
+    files = sorted(figures.glob("*.svg"))
+    return undrawable("".join(re.sub("<[^>]*>", "", read_regular_text(file, _MOST_SVG_BYTES)) for file in files))
 
 
 _WITHOUT = (

@@ -1,7 +1,8 @@
 """What sessions were made with, kept beside them: copies of the files that the experiment consists of.
 
-The experiment, rig, display, recipe and what else is text are copied as they lie beside each other, with the stimuli's
-manifest, which has the SHA-256 of every picture. `analysis.records.configuration` says where; no copy is ever changed.
+The experiment, rig, display, recipe, font and what else is text are copied as they lie beside each other, with the
+stimuli's manifest, which has the SHA-256 of every picture. `analysis.records.configuration` says where; no copy is ever
+changed.
 """
 
 from __future__ import annotations
@@ -75,7 +76,7 @@ def configuration_of(experiment: Experiment, stimuli: StimulusSet, further: Sequ
         If a file cannot be read.
     """
     rig, recipe = Path(experiment.rig.file), experiment.recipe_file
-    always = {_whole(experiment.file), _whole(rig), _whole(recipe)}
+    always = {_whole(file) for file in (experiment.file, rig, recipe, experiment.font) if file}
     named_as = {_whole(file): absolute for file, absolute in named_files(experiment)}
     named_as |= {_whole(file): True for file in further}
     files = [file for file in named_as if file in always or file.suffix.lower() in _TEXT]

@@ -9,14 +9,15 @@ import platform
 import re
 import secrets
 import subprocess
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from analysis.records import Header
 from documents import Finding, InputError
-from documents.files import read_regular, write_whole
+from documents.files import read_regular, sha256_of_file, write_whole
+from documents.fonts import font_name, other_fonts
 from documents.platform import state_folder
 from runner.errors import SessionError
 from runner.session.clocks import SteadyClock
@@ -24,7 +25,7 @@ from runner.session.clocks import SteadyClock
 if TYPE_CHECKING:  # `software` is all that many want of this module
     from devices.display import Rig
     from runner.blocks.block import Block
-    from runner.protocol.experiment import Experiment, ExperimentSpec
+    from runner.protocol.experiment import Experiment
     from stimuli.build import StimulusSet
 
 _NOTABLE = ("cyclopean", "numpy", "moderngl", "glfw", "OpenImageIO", "scipy")
@@ -72,11 +73,13 @@ def _rig_digest(rig: Rig) -> str:
 
 def hashes(experiment: Experiment, stimuli: StimulusSet) -> dict[str, str]:
     """Return the SHA-256 of everything that determines what an observer is asked."""
+    own_font = {"font": sha256_of_file(experiment.font)} if experiment.font else {}
     return {
         "experiment": experiment.digest,
         "stimuli": stimuli.digest,
         "display": _display_digest(experiment.rig),
         "rig": _rig_digest(experiment.rig),
+        **own_font,
     }
 
 
@@ -180,7 +183,7 @@ def make_header(
         software=software(),
         presentation=dict(presentation),
         remarks=remarks,
-        interface=_interface(experiment.spec),
+        interface=_interface(experiment),
         station="" if simulated else station(),
     )
 
@@ -194,15 +197,36 @@ def planned(experiment: Experiment, blocks: Sequence[Block]) -> tuple[Mapping[st
     )
 
 
-def _interface(spec: ExperimentSpec) -> dict[str, Any]:
+def _interface(experiment: Experiment) -> dict[str, Any]:
     """Return the language of what observers read, and what the experiment sets of how it looks and of its keys."""
+    spec = experiment.spec
     own = {name: words for name, words in spec.words.items() if name != "language"}
     return {
         "language": spec.words.get("language", "en"),
         "style": spec.style.model_dump(mode="json", exclude_defaults=True),
         "keys": dict(spec.keys),
         "words": own,
+        **_fonts(experiment),
     }
+
+
+def _fonts(experiment: Experiment) -> dict[str, Any]:
+    """Return the fonts other than DejaVu Sans that draw what the experiment says, if there are any."""
+    spec = experiment.spec
+    said = "".join(_strings([spec.question, dict(spec.words), [block.model_dump() for block in spec.blocks]]))
+    fonts = [
+        {"name": font_name(font), "file": font.name, "sha256": sha256_of_file(font)}
+        for font in other_fonts(said, experiment.font)
+    ]
+    return {"fonts": fonts} if fonts else {}
+
+
+def _strings(value: object) -> Iterator[str]:
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, Mapping | Sequence):
+        for inner in value.values() if isinstance(value, Mapping) else value:
+            yield from _strings(inner)
 
 
 def _room(rig: Rig) -> dict[str, Any]:

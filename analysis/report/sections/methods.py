@@ -222,6 +222,8 @@ def _interface(header: Header) -> list[str]:
             light.append(f"capital letters of {stated['height_arcmin']:g} minutes of arc")
         if light:
             parts.append(f"The {name} had {', '.join(light)}.")
+    if fonts := [str(font.get("name")) for font in header.interface.get("fonts") or ()]:
+        parts.append(f"Words were set in DejaVu Sans and {', '.join(fonts)}.")
     return parts
 
 
