@@ -26,8 +26,9 @@ def read_results(*places: str | Path) -> pd.DataFrame:
         the session is complete, block and trial (from 0), kind, attempt, response time in seconds, UTC, and what the
         kind of block records. For pairs: ``first``, ``second``, ``answer``, ``chosen``, ``rejected``. ``nominal`` is
         the standard that a display which was not measured was taken for, such as ``srgb``: it is there if any was.
-        Nested values are columns with dots in
-        their names, such as ``clipping.first.left.delta_e_00_mean``.
+        Nested values are columns with dots in their names, such as ``clipping.first.left.delta_e_00_mean``.
+        ``seen.mode`` and so on say what the eyes saw in the session: stereo mode, ΔE00 that filters and clipping cost
+        over its stimuli, sizes, surround, resampling; what a log does not say is missing.
 
     Raises
     ------
@@ -41,8 +42,11 @@ def read_results(*places: str | Path) -> pd.DataFrame:
     ...
     analysis.errors.ResultsError: experiments: the folder holds no session.jsonl (name a folder of results)
     """
+    from analysis.records import Seen
     from analysis.records import read_results as read_logs
 
+    logs = read_logs(*places)
+    seen = [Seen.of(log).to_json() for log in logs]
     rows = [
         {
             "experiment": log.header.experiment,
@@ -51,8 +55,9 @@ def read_results(*places: str | Path) -> pd.DataFrame:
             "simulated": log.header.simulated,
             "complete": log.complete,
             **_by_role({key: value for key, value in trial.to_json().items() if key not in ("record", "events")}),
+            "seen": what,
         }
-        for log in read_logs(*places)
+        for log, what in zip(logs, seen, strict=True)
         for trial in log.trials
     ]
     return pd.json_normalize(rows)

@@ -10,6 +10,7 @@ from typing import Any
 from analysis.bids.columns import Column
 from analysis.bids.sources import Source
 from analysis.bids.text import escape
+from analysis.records.seen import Seen
 from analysis.records.session_record import SessionLog
 from analysis.records.times import SessionTimes
 
@@ -275,6 +276,7 @@ def session_sidecar(source: Source, log: SessionLog) -> dict[str, Any]:
         "SimulatedObserver": header.simulated,
         **({"Station": header.station} if header.station else {}),
         "Question": header.question,
+        "WhatEyesSaw": Seen.of(log).to_json(),
         "StereoMode": header.display.get("mode"),
         "Glasses": header.display.get("glasses"),
         "DisplayCharacterisation": dict(header.display),

@@ -21,6 +21,8 @@ from .seal import SealCheck as SealCheck
 from .seal import check_seal as check_seal
 from .seal import read_seal as read_seal
 from .seal import write_seal as write_seal
+from .seen import Seen as Seen
+from .seen import what_eyes_saw as what_eyes_saw
 from .session_record import FILE_NAME as FILE_NAME
 from .session_record import Header as Header
 from .session_record import Mark as Mark

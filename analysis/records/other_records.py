@@ -43,6 +43,9 @@ class EyeCosts(Fields):
     percent_above_full: Percent | None = None
     delta_e_00_mean: NotNegative | None = None
     delta_e_00_max: NotNegative | None = None
+    percent_noticed: Percent | None = None
+    projection_delta_e_00_mean: NotNegative | None = None
+    projection_delta_e_00_max: NotNegative | None = None
 
 
 class Crosstalk(Fields):
@@ -64,6 +67,8 @@ class Stimulus(Fields):
     name: Name
     factors: dict[Name, Text | Level | bool] = Field(default_factory=dict)
     flat: bool = False
+    size_px: _Size | None = None
+    resampled: Text | None = None
     clipping: Clipping | None = None
 
 
@@ -83,6 +88,19 @@ class Eyes(Fields):
 
     left: XYZ | None = None
     right: XYZ | None = None
+
+
+_Row = Annotated[tuple[Number, Number, Number], Strict(False)]
+_Filter = _Row | Annotated[tuple[_Row, _Row, _Row], Strict(False)]
+
+
+class Filters(Fields):
+    """What an anaglyph's filters do to light; None where the display was measured through them."""
+
+    left: _Filter | None = None
+    right: _Filter | None = None
+    assumed: list[Literal["left", "right"]] = Field(default_factory=list)
+    white_XYZ_cd_m2: Eyes | None = None
 
 
 class Nominal(Fields):
@@ -109,9 +127,11 @@ class Display(Fields):
     white_XYZ_cd_m2: Eyes | None = None
     black_XYZ_cd_m2: Eyes | None = None
     ambient_XYZ_cd_m2: Eyes | None = None
+    surround_XYZ_cd_m2: Eyes | None = None
     distance_mm: Positive | None = None
     glasses: Text | None = None
     mode_options: Json | None = None
+    filters: Filters | None = None
     crosstalk_cancelled: bool | None = None
     lift_black: bool | None = None
     dither: Text | None = None

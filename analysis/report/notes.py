@@ -15,6 +15,7 @@ from analysis.records.seal import notes_on_seals
 from analysis.records.session_record import SessionLog
 from analysis.records.times import SessionTimes
 from analysis.report.estimate import Estimate
+from analysis.report.sections.seen import filters_notes
 from analysis.report.words import counted, listed, some
 from analysis.scaling.departure import OneScale
 from documents.files import unprotected
@@ -56,7 +57,7 @@ def notes_on_groups(
 
 def on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
     """Return the notes on sessions of any kind."""
-    notes = list(_on_nominal(sessions))
+    notes = [*_on_nominal(sessions), *filters_notes(sessions)]
     who = who_answered(sessions)
     if who.all_simulated:
         notes.append("All observers are simulated: these are not answers of people.")

@@ -18,6 +18,7 @@ from analysis.report.sections.observers import observers_section, people_section
 from analysis.report.sections.ratings import preferences_section, ratings_section
 from analysis.report.sections.reviewers import reviewers_section
 from analysis.report.sections.scores import belief_section, classes_section, counts_section, scores_section
+from analysis.report.sections.seen import caption, seen_section
 from analysis.report.sections.series import series_sections
 from analysis.report.sections.shown import (
     Thumbnails,
@@ -169,7 +170,10 @@ def sections_of(report: Report, published: Published, thumbnails: Thumbnails) ->
         sections.append(observers_section(report.observers, report.kept))
     sections += [
         vision_section(report.sessions),
-        gallery_section({**in_groups, "Others": rest} if in_groups else {"": names}, thumbnails),
+        gallery_section(
+            {**in_groups, "Others": rest} if in_groups else {"": names}, thumbnails, caption(report.sessions)
+        ),
+        seen_section(report.sessions),
         clipping_section(report.header, names),
         timing_section(report.sessions),
         people_section(report.sessions),

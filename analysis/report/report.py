@@ -16,6 +16,7 @@ from analysis.ratings.preferences import Preferences, preferences
 from analysis.ratings.ratings import RatingSummary, summarise_ratings
 from analysis.records.answered_by import pool, who_answered
 from analysis.records.results import refuse_mixtures
+from analysis.records.seen import what_eyes_saw
 from analysis.records.session_record import Header, SessionLog
 from analysis.report.checks import FailedCheck, failed_checks
 from analysis.report.grouped import GroupedSummary, summarise_groups
@@ -117,6 +118,7 @@ class Report:
             "question": self.header.question,
             "sessions": len(self.sessions),
             "left_out": self.kept.to_json(),
+            "what_eyes_saw": [{"sessions": n, **seen.to_json()} for seen, n in what_eyes_saw(self.sessions).items()],
         }
         if self.pairs is not None:
             parts |= self.pairs.to_json()

@@ -5,7 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 
-UNITS: Mapping[str, str] = {"_cd_m2": "cd/m²", "_mm": "mm", "_px": "pixels", "_hz": "Hz", "_ms": "ms", "_s": "s"}
+UNITS: Mapping[str, str] = {
+    "_cd_m2": "cd/m²",
+    "_mm": "mm",
+    "_px": "pixels",
+    "_deg": "°",
+    "_hz": "Hz",
+    "_ms": "ms",
+    "_s": "s",
+}
 
 
 def fixed(value: float | None, digits: int = 4) -> str:

@@ -40,9 +40,10 @@ def _not_measured(rig: Rig) -> Iterator[str]:
             yield "size of the panel (as the monitor reports it)"
         if rig.glasses:
             yield f"light that the glasses take ({rig.glasses})"
-    stated = options.filters and (options.filters.left or options.filters.right)
-    if models.left is models.right and not stated and find_mode(rig.mode, options).mixture(models):
-        yield "filters of the glasses (round figures)"
+    through = find_mode(rig.mode, options).seen_through(models)
+    if through and through.assumed:
+        which = "filters of the glasses" if len(through.assumed) == 2 else f"filter before the {through.assumed[0]} eye"
+        yield f"{which} (round figures)"
     if rig.crosstalk is None and rig.mode != "flat":
         yield "crosstalk"
     if rig.gain_map is None:

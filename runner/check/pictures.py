@@ -42,6 +42,8 @@ def check_pictures(report: CheckReport, design: Experiment, source: YamlSource, 
     report.facts["clipping_cost_mean_delta_e_00"] = _per_eye(clipping, "delta_e_00_mean")
     if design.mode.mixture(design.rig.models) is not None:
         report.facts["filters_cost_mean_delta_e_00"] = _per_eye(clipping, "projection_delta_e_00_mean")
+        report.facts["filters_cost_max_delta_e_00"] = _per_eye(clipping, "projection_delta_e_00_max")
+        _filters(report, source)
     if options.budget:
         pictures = (load(name) for name in stimuli.names)
         budget = picture_budget(design.rig, costs.compensation, pictures, design.places_px)
@@ -102,6 +104,24 @@ def _ghosts(report: CheckReport, design: Experiment, source: YamlSource) -> None
     models, can_lift = design.rig.models, not design.rig.lift_black
     can_lift = can_lift and models.left.additive and models.right.additive
     remedy = "write lift_black: true in the rig file, or accept it" if can_lift else ""
+    report.warnings.append(source.finding(("stimuli",), what, remedy))
+
+
+def _filters(report: CheckReport, source: YamlSource) -> None:
+    """Warn of pictures whose colours an anaglyph's filters change so much that an eye notices it on the whole."""
+    means, largest = report.facts["filters_cost_mean_delta_e_00"], report.facts["filters_cost_max_delta_e_00"]
+    changed = [name for name, eyes in means.items() if max(eyes) >= NOTICED_DELTA_E_00]
+    if not changed:
+        return
+    most = max(changed, key=lambda name: max(means[name]))
+    what = (
+        f"the anaglyph's filters change the colours of {len(changed)} of {counted(len(means), 'stimulus', 'stimuli')} "
+        f"by a mean ΔE00 of {NOTICED_DELTA_E_00:g} or more: {_some(changed)}; most of '{most}', by "
+        f"{max(means[most]):.1f} on average, and {max(largest[most]):.0f} at most"
+    )
+    remedy = (
+        "choose a mode that gives each eye its own colours (`cyclopean doctor` lists them), show greys, or accept it"
+    )
     report.warnings.append(source.finding(("stimuli",), what, remedy))
 
 

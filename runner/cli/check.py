@@ -36,6 +36,7 @@ _APART = (
     "clipped_percent",
     "clipping_cost_mean_delta_e_00",
     "filters_cost_mean_delta_e_00",
+    "filters_cost_max_delta_e_00",
     "clip_limit_percent",
     "ghost_percent",
     "ghost_cost_max_delta_e_00",

@@ -1,4 +1,4 @@
-"""Small pictures of the stimuli for the report, as the display showed them to each eye."""
+"""Small pictures of the stimuli for the report, each view as the display shows it by itself."""
 
 from __future__ import annotations
 

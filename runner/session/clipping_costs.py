@@ -48,6 +48,7 @@ class ClippingCosts:
     load: Callable[[str], StereoImage]
     compensation: Compensation
     places_px: tuple[tuple[int, int], ...]
+    aperture_px: tuple[int, int]
     depends_on: Mapping[str, Any]
     cache: CostCache
     work: CostWork = field(default_factory=CostWork)
@@ -69,7 +70,7 @@ class ClippingCosts:
         compensation = experiment.mode.compensation(rig.models, panel_px, Correction(rig.crosstalk, rig.gain_map))
         cache = cache or CostCache(cache_folder() / COSTS)
         depends_on = _depends_on(experiment, stimuli, compensation)
-        costs = cls(stimuli, load, compensation, experiment.places_px, depends_on, cache)
+        costs = cls(stimuli, load, compensation, experiment.places_px, experiment.aperture_px, depends_on, cache)
         if rig.crosstalk is None or not rig.lift_black:
             return costs
         lift_share = max((costs._lift(name) for name in stimuli.names), default=0.0)
@@ -96,7 +97,12 @@ class ClippingCosts:
         return {**self._named(name), **(cost or {"flat": bool(self.stimuli.entry(name)["flat"])})}
 
     def _named(self, name: str) -> dict[str, Any]:
-        return {"name": name, "factors": dict(self.stimuli.factors(name))}
+        """Return what is known without the picture: name, factors, size as it is shown, and how it was resampled."""
+        size_px = [min(both) for both in zip(self.stimuli.size_px(name), self.aperture_px, strict=True)]
+        steps = self.stimuli.entry(name).get("steps", ())
+        resampled = ", ".join(words for step in steps if (words := _resampling(step)))
+        more = {"size_px": size_px, "resampled": resampled or None}
+        return {"name": name, "factors": dict(self.stimuli.factors(name)), **more}
 
     @property
     def _more(self) -> dict[str, Any]:
@@ -134,6 +140,22 @@ class ClippingCosts:
         cost = self.cache.find(depends_on)
         self.work.clipping_costs_cached += cost is not None
         return cost
+
+
+# The steps of a recipe that compute pixels between pixels, and what says how, or whether they did.
+_RESAMPLING = {
+    "resample": "filter",
+    "interpolate": "interpolation",
+    "straighten": "applied",
+    "rectify_toe_in": "interpolation",
+}
+
+
+def _resampling(step: Mapping[str, Any]) -> str:
+    """Return how a step of a recipe resampled its picture, such as "resample (area)"; empty if it did not."""
+    kind = str(step.get("step"))
+    how = step.get(_RESAMPLING[kind], True) if kind in _RESAMPLING else None
+    return f"{kind} ({how})" if isinstance(how, str) else kind if how else ""
 
 
 def clipping_record(

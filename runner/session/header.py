@@ -23,10 +23,15 @@ from runner.errors import SessionError
 from runner.session.clocks import SteadyClock
 
 if TYPE_CHECKING:  # `software` is all that many want of this module
-    from devices.display import Rig
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from devices.display import DisplayModel, Rig
     from runner.blocks.block import Block
     from runner.protocol.experiment import Experiment
     from stimuli.build import StimulusSet
+
+    Floats = NDArray[np.float64]
 
 _NOTABLE = ("cyclopean", "numpy", "moderngl", "glfw", "OpenImageIO", "scipy")
 
@@ -170,9 +175,11 @@ def make_header(
                 "right": [round(float(v), 6) for v in rig.models.right.shown_white_XYZ_cd_m2],
             },
             **_room(rig),
+            "surround_XYZ_cd_m2": _surround(experiment),
             "distance_mm": rig.distance_mm,
             "glasses": rig.glasses,
             "mode_options": dict(rig.mode_options),
+            "filters": _filters(experiment),
             "crosstalk_cancelled": rig.crosstalk is not None,
             "lift_black": rig.lift_black,
             "dither": rig.dither,
@@ -240,6 +247,40 @@ def _room(rig: Rig) -> dict[str, Any]:
         "ambient_XYZ_cd_m2": {eye: model.ambient_XYZ_cd_m2 for eye, model in models.items()},
     }
     return {name: {eye: [round(float(v), 6) for v in xyz] for eye, xyz in eyes.items()} for name, eyes in terms.items()}
+
+
+def _surround(experiment: Experiment) -> dict[str, list[float]]:
+    """Return the light around the pictures: the background, or the darkest that the display can do if that is more."""
+    models, nominal = experiment.rig.models, experiment.rig.nominal
+    of_standard = nominal.black_XYZ_cd_m2 if nominal else 0.0
+
+    def light(model: DisplayModel) -> Floats:
+        darkest = model.shown_black_XYZ_cd_m2 + of_standard
+        background = experiment.ground.background_XYZ_cd_m2(model) if experiment.ground else darkest
+        return darkest if background[1] < darkest[1] else background
+
+    return _at_the_eyes(experiment, light(models.left), light(models.right))
+
+
+def _filters(experiment: Experiment) -> dict[str, Any] | None:
+    """Return the filters of an anaglyph, and what they leave of white; None in a mode without such filters."""
+    models = experiment.rig.models
+    through = experiment.mode.seen_through(models)
+    if through is None:
+        return None
+    white = _at_the_eyes(experiment, models.left.shown_white_XYZ_cd_m2, models.right.shown_white_XYZ_cd_m2)
+    return {**through.to_json(), "white_XYZ_cd_m2": white}
+
+
+def _at_the_eyes(experiment: Experiment, left_XYZ: Floats, right_XYZ: Floats) -> dict[str, list[float]]:
+    """Return what the eyes see of lights in cd/m² that are asked of the display: in an anaglyph, behind the filters."""
+    models, seen = experiment.rig.models, (left_XYZ, right_XYZ)
+    mixture = experiment.mode.mixture(models)
+    if mixture is not None:
+        light = mixture.light(left_XYZ, right_XYZ).clip(*mixture.limits)
+        left, right = (each.dark_XYZ_cd_m2 + each.primaries_XYZ_cd_m2 @ light for each in (models.left, models.right))
+        seen = mixture.left_through @ left, mixture.right_through @ right
+    return {eye: [round(float(v), 6) for v in xyz] for eye, xyz in zip(("left", "right"), seen, strict=True)}
 
 
 def changes(header: Header, now: Mapping[str, str]) -> dict[str, dict[str, str | None]]:

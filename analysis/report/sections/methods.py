@@ -4,21 +4,23 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from statistics import fmean, median
+from statistics import median
 from typing import Any
 
 from analysis.comparisons.session_comparisons import is_comparison
 from analysis.observers.filters import Kept
 from analysis.observers.responses import catch_results
 from analysis.records.answered_by import who_answered
+from analysis.records.seen import Seen
 from analysis.records.session_record import Header, SessionLog
 from analysis.report.blocks import Block, Facts, Numbered, Paragraph, Section
 from analysis.report.grouped import GroupedSummary
 from analysis.report.notes import nominal_words, recorded
 from analysis.report.references import Citations
 from analysis.report.sections.observers import left_out_words, screening_words
+from analysis.report.sections.seen import NO_EYE, methods_words, white_place
 from analysis.report.sections.series import weighting
-from analysis.report.sections.shown import clipping_rows, timing_facts
+from analysis.report.sections.shown import timing_facts
 from analysis.report.summary import Answered, Summary
 from analysis.report.words import counted, fixed, key_words, listed, plain
 from analysis.series.summary import SeriesSummary
@@ -105,7 +107,8 @@ def _display(sessions: Sequence[SessionLog], cited: Citations) -> str:
     header = sessions[0].header
     display = header.display
     panel = display.get("panel") or {}
-    words = f"Stimuli were shown on a display described by {display.get('file', 'an unnamed file')}"
+    words = f"{NO_EYE} " if who_answered(sessions).all_simulated else ""
+    words += f"Stimuli were shown on a display described by {display.get('file', 'an unnamed file')}"
     panel_facts = (
         [f"{' × '.join(str(side) for side in panel['resolution_px'])} pixels"] if panel.get("resolution_px") else []
     )
@@ -135,29 +138,19 @@ def _display(sessions: Sequence[SessionLog], cited: Citations) -> str:
         white = display.get("white_XYZ_cd_m2") or {}
         if white:
             levels = dict.fromkeys(f"{float(xyz[1]):.4g}" for xyz in white.values())
-            words += f", with a white of {' and '.join(levels)} cd/m² at the eye"
+            words += f", with a white of {' and '.join(levels)} cd/m²{white_place(Seen.of(sessions[0]))}"
         room = [float(xyz[1]) for xyz in (display.get("ambient_XYZ_cd_m2") or {}).values()]
         if any(room):
             levels = dict.fromkeys(f"{luminance:.3g}" for luminance in room)
             words += f", {' and '.join(levels)} cd/m² of it the room's light on the screen"
         words += "."
     crosstalk = display.get("crosstalk_cancelled")
-    if crosstalk is not None:
+    if crosstalk is not None and display.get("mode") != "flat":
         words += f" Crosstalk between the eyes was {'' if crosstalk else 'not '}cancelled."
     if display.get("dither", "none") != "none":
         words += f" Codes were dithered ({display['dither']})."
-    costs = [
-        row
-        for row in clipping_rows(header, [str(stimulus["name"]) for stimulus in header.stimuli])
-        if row.delta_e_00_mean is not None
-    ]
-    if costs:
-        mean = fmean(row.delta_e_00_mean or 0.0 for row in costs)
-        worst = max(row.delta_e_00_mean or 0.0 for row in costs)
-        words += (
-            f" Clipping to the display's gamut caused a mean ΔE₀₀ {cited.cite('Sharma2005')} of {fixed(mean, 3)} per "
-            f"pixel over stimuli and eyes, and of {fixed(worst, 3)} in the worst case."
-        )
+    if said := methods_words(sessions, cited):
+        words += f" {said}"
     renderer = header.presentation.get("renderer")
     if renderer:
         words += f" Frames were drawn by {renderer}."

@@ -5,9 +5,10 @@ from __future__ import annotations
 import base64
 import io
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple
 from typing import Any
 
+from analysis.records.seen import eye_costs, ghosts_recorded
 from analysis.records.session_record import Header, SessionLog
 from analysis.records.times import SessionTimes, duration
 from analysis.report.blocks import Block, Cell, Column, Facts, Gallery, Heading, Paragraph, Picture, Section, Table
@@ -22,7 +23,7 @@ EYES = {"left": "left eye", "right": "right eye", "both": "both eyes"}
 
 
 def beside(thumbnails: Thumbnails) -> dict[str, str]:
-    """Return a smaller picture of each stimulus as a data URI, for the table of scores: what the left eye saw."""
+    """Return a smaller picture of each stimulus as a data URI, for the table of scores: the left eye's view."""
     from PIL import Image
 
     pictures = {}
@@ -54,8 +55,11 @@ def readable(thumbnails: Thumbnails) -> dict[str, Mapping[str, bytes]]:
     return {name: views for name, views in thumbnails.items() if views and all(map(is_whole, views.values()))}
 
 
-def gallery_section(names: Mapping[str, Sequence[str]], thumbnails: Thumbnails) -> Section | None:
-    """Return the stimuli as small pictures (PNG) per eye, by group and in the order of ``names``; None without any."""
+def gallery_section(names: Mapping[str, Sequence[str]], thumbnails: Thumbnails, words: str) -> Section | None:
+    """Return the stimuli as small pictures (PNG) per eye, by group and in the order of ``names``; None without any.
+
+    ``words`` say what the pictures are.
+    """
     galleries = {
         group: tuple(
             Picture(name, tuple((EYES.get(eye, eye), _uri(png)) for eye, png in thumbnails[name].items()))
@@ -77,10 +81,6 @@ def gallery_section(names: Mapping[str, Sequence[str]], thumbnails: Thumbnails) 
     missing = [name for own in names.values() for name in own if not thumbnails.get(name)]
     if missing:
         blocks.append(Paragraph(f"There is no picture of {some(missing)}."))
-    words = (
-        "As the display showed them to each eye, reduced in size and converted to sRGB: the display's white is this "
-        "page's white, and colours outside its gamut are clipped here too."
-    )
     return Section("stimuli", "The stimuli", (*blocks, Paragraph(words, small=True)))
 
 
@@ -89,40 +89,42 @@ def _uri(png: bytes) -> str:
 
 
 def clipping_section(header: Header, names: Sequence[str]) -> Section | None:
-    """Return the clipping of each stimulus and eye to the gamut; None where it was not recorded."""
-    rows = tuple(
-        (row.stimulus, row.eye, row.percent_any, row.percent_above_full, row.delta_e_00_mean, row.delta_e_00_max)
-        for row in clipping_rows(header, names)
-    )
-    if not rows:
+    """Return the clipping of each stimulus and eye to the gamut, and the cost of filters; None if neither is known."""
+    costs = eye_costs(header.stimuli, names)
+    if not costs:
         return None
-    columns = (
+    columns = [
         Column("Stimulus", "stimulus"),
         Column("Eye", "eye"),
         Column("Out of gamut", "percent_out_of_gamut", "number", 2, "%"),
         Column("Above full drive", "percent_above_full", "number", 2, "%"),
         Column("Mean ΔE₀₀", "delta_e_00_mean", "number", 3),
         Column("Largest ΔE₀₀", "delta_e_00_max", "number", 1),
-    )
+        Column("Filters’ mean ΔE₀₀", "filters_delta_e_00_mean", "number", 3),
+        Column("Filters’ largest", "filters_delta_e_00_max", "number", 1),
+    ]
     words = (
         "Share of each stimulus's pixels outside the display's gamut, which were clipped, and the colour difference "
         "between requested and shown colours, over all its pixels."
     )
-    table = Table("clipping", "Clipping to the gamut", columns, rows, folded=len(rows) > 40)
+    if any(cost.filters_mean is not None for cost in costs):
+        words += (
+            " Filters: what the anaglyph and its coloured filters cost besides, by what each eye sees, as if it had "
+            "adapted to its filter."
+        )
+    else:
+        columns = columns[:6]
+    rows = tuple(astuple(cost)[: len(columns)] for cost in costs)
+    table = Table("clipping", "Clipping to the gamut", tuple(columns), rows, folded=len(rows) > 40)
     blocks = (table, Paragraph(words, small=True), *_ghosts(header, names))
     return Section("clipping", "Clipping to the display's gamut", blocks)
 
 
 def _ghosts(header: Header, names: Sequence[str]) -> tuple[Table | Paragraph, ...]:
     """Return what crosstalk could not be cancelled of each stimulus and eye; nothing where none was measured."""
-    known = {str(stimulus["name"]): (stimulus.get("clipping") or {}).get("crosstalk") for stimulus in header.stimuli}
     keys = ("percent_negative", "percent_above_full", "delta_e_00_mean", "delta_e_00_max")
-    rows = tuple(
-        (name, eye, *(cost.get(key) for key in keys))
-        for name in names
-        for eye, cost in (known.get(name) or {}).items()
-        if eye in ("left", "right")
-    )
+    known = sorted(ghosts_recorded(header.stimuli), key=lambda ghost: names.index(ghost[0]))
+    rows = tuple((name, eye, *(cost.get(key) for key in keys)) for name, eye, cost in known)
     if not rows:
         return ()
     columns = (
@@ -244,37 +246,3 @@ def _timed(session: SessionLog) -> list[Mapping[str, float]]:
 def _span(values: Sequence[float], digits: int) -> str:
     least, most = fixed(min(values), digits), fixed(max(values), digits)
     return least if least == most else f"{least} to {most}"
-
-
-@dataclass(frozen=True, slots=True)
-class ClippingRow:
-    """A stimulus in one eye: percent of pixels out of gamut, and the ΔE00 due to clipping; None where not recorded."""
-
-    stimulus: str
-    eye: str
-    percent_any: float | None
-    percent_above_full: float | None
-    delta_e_00_mean: float | None
-    delta_e_00_max: float | None
-
-
-def clipping_rows(header: Header, names: Sequence[str]) -> list[ClippingRow]:
-    """Return one row per stimulus and eye, in the order of ``names``; one row for both eyes where they are equal."""
-    known = {str(stimulus["name"]): stimulus for stimulus in header.stimuli}
-    rows = []
-    for name in names:
-        clipping = known.get(name, {}).get("clipping") or {}
-        both = [_row(name, eye, clipping[eye]) for eye in ("left", "right") if eye in clipping]
-        if len(both) == 2 and _numbers(both[0]) == _numbers(both[1]):
-            both = [_row(name, "both", clipping["left"])]
-        rows += both
-    return rows
-
-
-def _row(name: str, eye: str, cost: dict[str, float]) -> ClippingRow:
-    keys = ("percent_any", "percent_above_full", "delta_e_00_mean", "delta_e_00_max")
-    return ClippingRow(name, eye, *(cost.get(key) for key in keys))
-
-
-def _numbers(row: ClippingRow) -> tuple[float | None, ...]:
-    return row.percent_any, row.percent_above_full, row.delta_e_00_mean, row.delta_e_00_max

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from devices.compensation import Filter, Mixture, Rectangle, Size, channel_split, least_squares
-from devices.display import EyeModels
+from devices.display import EYES, Eye, EyeModels
 from devices.errors import DeviceError
 from runner.presenter.errors import PresentationError
-from runner.presenter.modes.mode import EyeArea, Mode, Weave
+from runner.presenter.modes.mode import EyeArea, Mode, SeenThrough, Weave
 from runner.presenter.modes.options import Filters, refuse_options
 from runner.presenter.surfaces.surface import Buffer
 
@@ -213,19 +213,23 @@ class _Anaglyph(Mode):
         if per_eye and (filters.left is not None or filters.right is not None):
             why = "was characterised per eye, through its filters, and is given filters besides"
             raise refuse_options(self.name, why, "leave 'left_filter' and 'right_filter' out")
-        through = self._through(filters, per_eye=per_eye)
+        through = self.seen_through(models)
         if filters.split_channels:
-            return channel_split(models, self.left_channels, *through)
+            return channel_split(models, self.left_channels, through.left, through.right)
         try:
-            return least_squares(models, *through)
+            return least_squares(models, through.left, through.right)
         except DeviceError as error:
             finding = error.findings[0]
             raise PresentationError(f"the mode '{self.name}' cannot be shown: {finding}") from error
 
-    def _through(self, filters: Filters, *, per_eye: bool) -> tuple[Filter | None, Filter | None]:
-        if per_eye:
-            return None, None
-        return filters.left or self.left_passes, filters.right or self.right_passes
+    def seen_through(self, models: EyeModels) -> SeenThrough:
+        """Return the filters: measured with the display, as the rig states them, or the mode's round figures."""
+        if models.left is not models.right:
+            return SeenThrough(None, None)
+        stated = self.filters or Filters()
+        given: dict[Eye, Filter | None] = {"left": stated.left, "right": stated.right}
+        assumed = tuple(eye for eye in EYES if given[eye] is None)
+        return SeenThrough(stated.left or self.left_passes, stated.right or self.right_passes, assumed)
 
 
 class AnaglyphRedCyan(_Anaglyph):

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.compensation import Compensation, Correction, EyeView, Mixture, Rectangle, Size
+from devices.compensation import Compensation, Correction, EyeView, Filter, Mixture, Rectangle, Size
 from devices.display import EYES, Eye, EyeModels
 from runner.presenter.modes.options import Filters, refuse_options
 from runner.presenter.surfaces.surface import Buffer
@@ -61,6 +61,27 @@ class EyeArea(EyeView):
         return 1.0 if self.weave is None else 0.5
 
 
+@dataclass(frozen=True, slots=True)
+class SeenThrough:
+    """The filters before the eyes: what each does to light, None where the display was measured through it.
+
+    ``assumed`` are the eyes whose filter neither the rig states nor a measurement holds: round figures are taken.
+    """
+
+    left: Filter | None
+    right: Filter | None
+    assumed: tuple[Eye, ...] = ()
+
+    def swapped(self) -> SeenThrough:
+        """Return the filters, each before the other eye."""
+        others: dict[Eye, Eye] = {"left": "right", "right": "left"}
+        return SeenThrough(self.right, self.left, tuple(others[eye] for eye in self.assumed))
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the filters as a session's header has them."""
+        return {"left": self.left, "right": self.right, "assumed": list(self.assumed)}
+
+
 class Mode(Protocol):
     """One way to show two pictures.
 
@@ -98,6 +119,10 @@ class Mode(Protocol):
 
     def mixture(self, models: EyeModels) -> Mixture | None:
         """Return how the views of both eyes make one picture; None where each eye has pixels of its own."""
+        return None
+
+    def seen_through(self, models: EyeModels) -> SeenThrough | None:
+        """Return the filters that change what the eyes see of one picture; None in a mode without such filters."""
         return None
 
     def views(self, panel_px: Size) -> dict[Eye, EyeView]:

@@ -27,7 +27,7 @@ from runner.presenter.modes.kinds import (
     TopBottom,
     TopBottomHalf,
 )
-from runner.presenter.modes.mode import EyeArea, Mode
+from runner.presenter.modes.mode import EyeArea, Mode, SeenThrough
 from runner.presenter.modes.options import ModeOptions, refuse_options
 from runner.presenter.surfaces.surface import Surface
 
@@ -162,6 +162,13 @@ class Adjusted(Mode):
             return self.mode.mixture(models)
         mixture = self.mode.mixture(EyeModels(models.right, models.left))
         return mixture.swapped() if mixture else None
+
+    def seen_through(self, models: EyeModels) -> SeenThrough | None:
+        """Return the mode's filters, each before the other eye if they are swapped."""
+        if not self.options.swap_eyes:
+            return self.mode.seen_through(models)
+        through = self.mode.seen_through(EyeModels(models.right, models.left))
+        return through.swapped() if through else None
 
     def patch(self, size_px: Size) -> Rectangle | None:
         """Return the photodiode's square."""

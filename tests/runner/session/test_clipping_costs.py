@@ -55,6 +55,8 @@ def _slow(study: Study) -> list[dict[str, Any]]:
         {
             "name": name,
             "factors": dict(stimuli.factors(name)),
+            "size_px": [load(name).width_px, load(name).height_px],
+            "resampled": None,
             "flat": load(name).is_flat,
             "clipping": clipping_record(load(name), compensation, design.places_px),
         }
