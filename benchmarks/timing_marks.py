@@ -25,7 +25,7 @@ from promises import Promise
 from session_opening import EXPERIMENT, make, own_cache
 
 from analysis.records import read_session, session_files
-from devices.timing_marks import LslMarksSpec, MarksSpec, SerialMarksSpec, open_loopback
+from devices.timing_marks import LslMarksSpec, Marked, MarksSpec, SerialMarksSpec, open_loopback
 from documents.platform import pseudo_terminal
 from runner.session import SessionOptions, run_session
 
@@ -106,7 +106,7 @@ def run() -> dict[str, Any]:
     if find_spec("pylsl"):
         kinds.append(("Lab Streaming Layer, by an inlet", LslMarksSpec(kind="lsl", stream=f"benchmark {os.getpid()}")))
     for name, spec in kinds:
-        code = spec.code("onset")
+        code = spec.code(Marked("onset", 1, 4, stimuli=("a", "b")))
         with open_loopback(spec) as loopback:
             if loopback is None or code is None:
                 continue

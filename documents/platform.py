@@ -181,7 +181,12 @@ def serial_writer(port: Any) -> Callable[[bytes], object]:
         return port.write  # type: ignore[no-any-return]  # a bound method
     descriptor = port.fileno()
     os.set_blocking(descriptor, False)
-    return lambda data: os.write(descriptor, data)
+
+    def write(data: bytes) -> None:
+        if os.write(descriptor, data) < len(data):
+            raise BlockingIOError(errno.EAGAIN, "the port took a part of the bytes only")
+
+    return write
 
 
 @contextmanager

@@ -69,7 +69,8 @@ _EXACT: Mapping[str, _Known] = {
         "milliseconds, and the frames missed."
     ),
     "timing_marks": _Known(
-        "For each mark that another machine got: the port, whether it marks an onset or an answer, the code, when it "
+        "For each mark that another machine got: the port, whether it marks an onset or an answer, the code (on Lab "
+        "Streaming Layer text of name=value with block and trial), when it "
         "was sent in seconds from the start of the session, and how many milliseconds after the onset or the press "
         "that was; or why it was not sent. The session's sidecar describes the ports (GraphicsSystem, timing_marks)."
     ),

@@ -34,6 +34,7 @@ class TimingMark(Fields):
     port: Name
     mark: Literal["onset", "answer"]
     code: Name | Count
+    trial_byte: Count | None = None
     sent_s: Number | None = None
     after_ms: Number | None = None
     failed: Name | None = None

@@ -1,5 +1,6 @@
 from .loopback import Loopback as Loopback
 from .loopback import open_loopback as open_loopback
+from .marked import Marked as Marked
 from .open import open_mark_port as open_mark_port
 from .port import Code as Code
 from .port import Event as Event

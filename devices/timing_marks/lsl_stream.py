@@ -56,7 +56,12 @@ class LslStream:
         except (OSError, RuntimeError, ValueError) as error:
             raise MarkError(Finding(f"LSL opens no stream: {error}", self._name)) from error
 
-    def send(self, code: Code, event_s: float) -> None:
+    @property
+    def is_heard(self) -> bool:
+        """Whether a recorder receives the stream now: what is sent before is lost to it."""
+        return bool(self._outlet.have_consumers())
+
+    def send(self, code: Code, event_s: float, trial_byte: int | None = None) -> None:
         """Send the text ``code``, stamped with the time of the event; the library's own threads do the rest."""
         try:
             stamp_s = event_s - time.monotonic() + self._lsl.local_clock()

@@ -31,9 +31,11 @@ class ParallelPort:
             self._port = open_parallel_port(spec.port)
         except OSError as error:
             raise MarkError(_not_opened(spec.port, error)) from error
-        self._pulse = Pulse(partial(set_parallel_pins, self._port), spec.pulse_ms / 1000.0)
+        self._pulse = Pulse(partial(set_parallel_pins, self._port), spec.pulse_ms / 1000.0, 0)
 
-    def send(self, code: Code, event_s: float) -> None:
+    is_heard = True  # nothing tells
+
+    def send(self, code: Code, event_s: float, trial_byte: int | None = None) -> None:
         """Set the pins to ``code``, which stands for the pulse's time."""
         try:
             self._pulse.send(int(code))

@@ -21,10 +21,15 @@ class PortLostError(MarkError):
 class MarkPort(Protocol):
     """An open port. Nothing that is done to it waits for whatever reads from it."""
 
-    def send(self, code: Code, event_s: float) -> None:
+    @property
+    def is_heard(self) -> bool:
+        """Whether something reads what is sent; True also where no port could tell."""
+
+    def send(self, code: Code, event_s: float, trial_byte: int | None = None) -> None:
         """Send ``code`` for what happened at ``event_s`` of ``time.monotonic``, without waiting.
 
-        Raises MarkError if it could not be sent: PortLostError if no other will be either.
+        ``trial_byte`` follows it, 0 to 255, where the port takes two bytes. Raises MarkError if it could not be sent:
+        PortLostError if no other will be either.
         """
 
     def close(self) -> None:

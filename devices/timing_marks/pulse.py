@@ -6,19 +6,24 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from typing import Generic, TypeVar
 
 from documents.platform import serial_errors
 
 _LEAVING_S = 1.0
 
 
-class Pulse:
-    """Writes codes with ``write``, and 0 once the latest has stood for ``pulse_s``, from a thread of its own.
+Word = TypeVar("Word")
+
+
+class Pulse(Generic[Word]):
+    """Writes codes with ``write``, and ``off`` once the latest has stood for ``pulse_s``, from a thread of its own.
 
     A code that comes before that is written at once, and stands for ``pulse_s`` in its turn.
     """
 
-    def __init__(self, write: Callable[[int], object], pulse_s: float) -> None:
+    def __init__(self, write: Callable[[Word], object], pulse_s: float, off: Word) -> None:
+        self._off = off
         self._write = write
         self._pulse_s = pulse_s
         self._turn = threading.Condition()
@@ -27,7 +32,7 @@ class Pulse:
         self._thread = threading.Thread(target=self._run, name="timing marks", daemon=True)
         self._thread.start()
 
-    def send(self, code: int) -> None:
+    def send(self, code: Word) -> None:
         """Write ``code`` now."""
         with self._turn:
             self._write(code)
@@ -47,7 +52,7 @@ class Pulse:
                 if self._due_s is not None and (self._over or time.monotonic() >= self._due_s):
                     self._due_s = None
                     with suppress(*serial_errors()):  # the next mark finds out, and says so
-                        self._write(0)
+                        self._write(self._off)
                 if self._over:
                     return
                 self._turn.wait(None if self._due_s is None else max(0.0, self._due_s - time.monotonic()))

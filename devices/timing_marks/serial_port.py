@@ -37,12 +37,15 @@ class SerialPort:
         except _GONE as error:
             raise MarkError(_not_opened(spec.port, error)) from error
         self._write = serial_writer(self._serial)
-        self._pulse = None if spec.pulse_ms is None else Pulse(self._put, spec.pulse_ms / 1000.0)
+        self._pulse = None if spec.pulse_ms is None else Pulse(self._write, spec.pulse_ms / 1000.0, bytes(1))
 
-    def send(self, code: Code, event_s: float) -> None:
-        """Send the byte ``code``; nothing waits for the line."""
+    is_heard = True  # nothing tells
+
+    def send(self, code: Code, event_s: float, trial_byte: int | None = None) -> None:
+        """Send the byte ``code``, and ``trial_byte`` behind it; nothing waits for the line."""
+        word = bytes([int(code)] if trial_byte is None else [int(code), trial_byte])
         try:
-            (self._pulse.send if self._pulse else self._put)(int(code))
+            (self._pulse.send if self._pulse else self._write)(word)
         except BlockingIOError as error:
             raise MarkError(Finding("the port takes no more bytes: nothing reads them", self._name)) from error
         except _GONE as error:
@@ -54,9 +57,6 @@ class SerialPort:
             self._pulse.close()
         with suppress(*_GONE):
             self._serial.close()
-
-    def _put(self, code: int) -> None:
-        self._write(bytes([code]))
 
 
 def _not_opened(port: str, error: Exception) -> Finding:

@@ -2,17 +2,33 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
-from pydantic import Discriminator, Field, Tag
+from pydantic import AfterValidator, Discriminator, Field, Tag
 
-from devices.timing_marks.port import Code, Event
+from devices.timing_marks.marked import Marked
+from devices.timing_marks.port import Code
 from documents.yaml import Strict
 
 Byte = Annotated[int, Field(ge=1, le=255)]
 Words = Annotated[str, Field(min_length=1, max_length=100)]
 PulseMs = Annotated[float, Field(ge=0.1, le=1000)]
+_PAIR = r"(event=(onset|answer)|(block|trial|attempt)=[0-9]+|(timed|stimuli|condition\.[^\s=]+)=[^\s=,]+)"
+
+
+def _checked_rule(rule: str) -> str:
+    if not re.fullmatch(rf"{_PAIR}( {_PAIR})*", rule):
+        raise ValueError(
+            "write name=value, with one space before the next, such as condition.light=sun or event=answer block=1; "
+            "names are event, block, trial, attempt, timed, stimuli and condition.FACTOR"
+        )
+    return rule
+
+
+Rule = Annotated[str, Field(max_length=1000), AfterValidator(_checked_rule)]
+Codes = Annotated[dict[Rule, Byte], Field(max_length=255)]
 
 
 class _Marks(Strict):
@@ -26,10 +42,20 @@ class _Marks(Strict):
         """What it is called in records and messages, such as ``serial /dev/ttyUSB0``."""
         return f"{self.kind} {getattr(self, self.place)}"
 
-    def code(self, event: Event) -> Code | None:
-        """Return what is sent at ``event``, None if nothing."""
-        code: Code | None = getattr(self, event)
+    def code(self, marked: Marked) -> Code | None:
+        """Return what is sent for ``marked``, None if nothing."""
+        code: Code | None = getattr(self, marked.event)
         return code
+
+    @property
+    def with_trial_byte(self) -> bool:
+        """Whether the number of the trial follows each code, in a byte."""
+        return False
+
+    @property
+    def waits_s(self) -> float:
+        """How many seconds a session waits, before its window opens, for someone who reads the marks."""
+        return 0.0
 
     @property
     def facts(self) -> dict[str, Any]:
@@ -46,12 +72,36 @@ class LslMarksSpec(_Marks):
     stream: Words = "cyclopean"
     """The name of the stream, by which a recorder finds it."""
     onset: Words | None = "onset"
-    """The text of the mark at each onset; null sends none."""
+    """The word for an onset in the text of each onset's mark; null sends none."""
     answer: Words | None = "answer"
-    """The text of the mark at each answer; null sends none."""
+    """The word for an answer in the text of each answer's mark; null sends none."""
+    wait_s: Annotated[float, Field(ge=0, le=3600)] = 30.0
+    """Seconds that a session waits, before its window opens, for a recorder that receives the stream."""
+
+    def code(self, marked: Marked) -> Code | None:
+        """Return the text of ``marked``, with this stream's word for the event; None if nothing is sent."""
+        word = super().code(marked)
+        return None if word is None else marked.text_as(str(word))
+
+    @property
+    def waits_s(self) -> float:
+        """How many seconds a session waits for a recorder."""
+        return self.wait_s
 
 
-class SerialMarksSpec(_Marks):
+class _Coded(_Marks):
+    """Marks that are a byte each."""
+
+    codes: Codes = Field(default_factory=dict)
+    """A byte by what is marked, such as condition.light=sun or timed=fixation; the first that fits is sent."""
+
+    def code(self, marked: Marked) -> Code | None:
+        """Return the byte of the first of ``codes`` that fits ``marked``, else that of its event; None for no mark."""
+        fitting = (code for rule, code in self.codes.items() if marked.fits(rule))
+        return next(fitting, super().code(marked))
+
+
+class SerialMarksSpec(_Coded):
     """Marks on a serial port: one byte each, 8 data bits, no parity, 1 stop bit."""
 
     kind: Literal["serial"]
@@ -66,9 +116,16 @@ class SerialMarksSpec(_Marks):
     """The byte at each answer, 1 to 255; null sends none."""
     pulse_ms: PulseMs | None = None
     """Milliseconds after which the byte 0 follows each mark; null sends no 0."""
+    trial_byte: bool = False
+    """Whether a second byte follows each mark: how many trials were recorded before it, 0 to 255 and from 0 again."""
+
+    @property
+    def with_trial_byte(self) -> bool:
+        """Whether the number of the trial follows each code."""
+        return self.trial_byte
 
 
-class ParallelMarksSpec(_Marks):
+class ParallelMarksSpec(_Coded):
     """Marks on the eight data pins of a parallel port of Linux."""
 
     kind: Literal["parallel"]

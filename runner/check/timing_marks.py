@@ -9,7 +9,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 
 from devices.display import Rig
-from devices.timing_marks import MarkError, MarkPort, MarksSpec, open_loopback, open_mark_port
+from devices.timing_marks import Marked, MarkError, MarkPort, MarksSpec, open_loopback, open_mark_port
 from documents import Finding
 from runner.check.report import CheckOptions, CheckReport
 from runner.session.timing_marks import placed
@@ -38,8 +38,8 @@ def check_timing_marks(report: CheckReport, rig: Rig, options: CheckOptions) -> 
 
 
 def _words(spec: MarksSpec) -> str:
-    codes = {event: spec.code(event) for event in ("onset", "answer")}
-    return f"{spec.name} ({', '.join(f'{event} = {code}' for event, code in codes.items() if code is not None)})"
+    codes = {"onset": spec.onset, "answer": spec.answer} | getattr(spec, "codes", {})
+    return f"{spec.name} ({', '.join(f'{what} = {code}' for what, code in codes.items() if code is not None)})"
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,7 +136,8 @@ def _delays(
     MarkError
         If a mark was not sent, or did not come back.
     """
-    code = next(code for code in (spec.code("onset"), spec.code("answer"), 1) if code is not None)
+    marks_of = (spec.code(Marked("onset")), spec.code(Marked("answer")), 1)
+    code = next(code for code in marks_of if code is not None)
     sent_s: list[float] = []
     received_s: list[float] = []
     for _ in range(marks):

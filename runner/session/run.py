@@ -158,6 +158,7 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
             wrong_screen=options.wrong_screen,
             further_files=(Path(options.simulate),) if options.simulate else (),
             send_marks=(None if law or recording else True) if options.marks is None else options.marks,
+            notify=options.notify,
         ) as station,
     ):
         for remark in station.remarks:

@@ -41,7 +41,7 @@ from runner.ports import (
 )
 from runner.presenter.scene import Scene
 from runner.session.clocks import SteadyClock
-from runner.session.timing_marks import TimingMarks
+from runner.session.timing_marks import Shown, TimingMarks
 
 Place = tuple[int, int]
 
@@ -124,6 +124,7 @@ class Session:
     _away: set[str] = field(init=False, default_factory=set)
     # What of a block is being shown: a timed scene's name, empty for a question, None for a menu or the last page.
     _showing: str | None = field(init=False, default=None)
+    _stimuli: tuple[str, ...] = field(init=False, default=())
     # Records are stamped and written one after the other, so that their times rise however slow the disk is.
     _writing: threading.RLock = field(init=False, default_factory=threading.RLock)
 
@@ -189,7 +190,11 @@ class Session:
     def onset(self, onset_s: float) -> None:
         """Send the timing marks of an onset; of a menu or the page at the end there are none."""
         if self._showing is not None:
-            self._state.timing_marks += self.timing_marks.onset(onset_s, self._showing)
+            self._state.timing_marks += self.timing_marks.onset(self._shown(), onset_s)
+
+    def _shown(self) -> Shown:
+        block, trial = self._place
+        return Shown(block, trial, self._state.attempt, self._showing or "", self._stimuli, len(self.sink.answers()))
 
     def mark(self, by: str) -> Place | None:
         """Mark the last answered trial to be asked once more after its block, or at the end if that is over.
@@ -278,7 +283,7 @@ class Session:
     def _hold(self, step: Hold) -> None:
         if self._state.past:
             return  # the log holds the trial: nobody need look at it again
-        self._showing = step.what
+        self._showing, self._stimuli = step.what, step.scene.stimuli
         holding = self.presenter.hold(step.scene, step.seconds)
         self._end_holding(holding.onset_s)
         self._state.holding = step.what, holding
@@ -302,14 +307,14 @@ class Session:
         while True:
             press, onset_s = self._show_and_wait(ask, of_block=True)
             if ask.meaning(press.key) is not None:
-                self._state.timing_marks += self.timing_marks.answer(press.time_s)
+                self._state.timing_marks += self.timing_marks.answer(self._shown(), press.time_s)
                 return press.key, round(press.time_s - onset_s, 6)
             if press.key == "escape":
                 self._state.interruptions += 1
                 self._pause()
 
     def _show_and_wait(self, ask: Ask, *, of_block: bool = False) -> tuple[KeyPress, float]:
-        self._showing = "" if of_block else None
+        self._showing, self._stimuli = "" if of_block else None, ask.scene.stimuli
         shown_s = self.presenter.show(ask.scene)
         self._end_holding(shown_s)
         # Of a scene that stands already, the question begins where the last answer was given.

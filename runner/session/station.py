@@ -41,7 +41,7 @@ from runner.session.picture_source import PictureSource
 from runner.session.pooling import RecordedPool, ResultsPool, pooled_blocks
 from runner.session.session import Place, Session
 from runner.session.sittings import next_sitting
-from runner.session.timing_marks import OpenMarks, TimingMarks, close_marks, open_marks
+from runner.session.timing_marks import OpenMarks, TimingMarks, close_marks, open_marks, unheard
 from runner.session.timing_record import timing_facts
 from stimuli.build import StimulusSet
 
@@ -89,10 +89,11 @@ class Station:
         wrong_screen: bool = True,
         further_files: tuple[Path, ...] = (),
         send_marks: bool | None = None,
+        notify: Callable[[str], None] = lambda sentence: None,
     ) -> Station:
         """Open the surface and the presenter in the rig's stereo mode and, to ``send_marks``, the ports of its marks.
 
-        Where marks are asked not to be sent (False), the record states it.
+        Where marks are asked not to be sent (False), the record states it. ``notify`` is told what is waited for.
 
         Raises
         ------
@@ -110,7 +111,7 @@ class Station:
         costs = ClippingCosts.of(experiment, stimuli, pictures.stimulus)
         correction = costs.compensation.correction
         with ExitStack() as undo:
-            marks = open_marks(rig) if send_marks else ()
+            marks = open_marks(rig, notify) if send_marks else ()
             undo.callback(close_marks, marks)
             surface = open_surface(
                 backend,
@@ -147,6 +148,7 @@ class Station:
         elif not rig.is_characterised:
             remarks += (_UNCHARACTERISED.format(mode=rig.mode, other=rig.characterised_as),)
         remarks += rig.settings_doubts
+        remarks += unheard(marks)
         if rig.timing_marks and send_marks is False:
             remarks += ("the rig's timing marks were not sent (--no-marks)",)
         return cls(
@@ -347,7 +349,8 @@ class Station:
     def _timing_marks(self, header: Header, clock: SteadyClock) -> TimingMarks:
         """Return the marks of a session, timed from its start."""
         start = read_utc(header.started_utc) or datetime.fromisoformat(clock())
-        return TimingMarks(self.marks, lambda: clock.since(start))
+        factors = {name: self.stimuli.factors(name) for name in self.stimuli.names}
+        return TimingMarks(self.marks, lambda: clock.since(start), factors)
 
     def _read_meanwhile(self) -> None:
         """Make the pictures ready while the observer looks at what is shown, and compute what the cache has not."""

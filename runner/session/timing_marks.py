@@ -7,15 +7,20 @@ that fails costs its marks and nothing else: the record says which, and the expe
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from devices.display import Rig
-from devices.timing_marks import Event, MarkError, MarkPort, MarksSpec, PortLostError, open_mark_port
+from devices.timing_marks import Event, Marked, MarkError, MarkPort, MarksSpec, PortLostError, open_mark_port
 from documents import Finding
 from documents.text import counted
 from documents.yaml import read_yaml
+from runner.blocks.setting import Factors, level_words
+
+_LOOKED_S = 0.05
+_NOBODY = "nobody receives the stream"
 
 
 class OpenMarks:
@@ -33,19 +38,26 @@ class OpenMarks:
         self.lost_in_all = 0
         self._is_gone = False
 
-    def send(self, event: Event, event_s: float) -> dict[str, Any] | None:
-        """Send the mark of ``event``, and return what is recorded of it; None where the event has none here.
+    def send(self, marked: Marked, event_s: float, trials: int) -> dict[str, Any] | None:
+        """Send the mark of ``marked``, and return what is recorded of it; None where there is none for it here.
 
-        ``sent_s`` in it is on the clock of ``time.monotonic``, which `TimingMarks` makes the session's.
+        ``trials`` is how many were recorded before. ``sent_s`` in what is recorded is on the clock of
+        ``time.monotonic``, which `TimingMarks` makes the session's.
         """
-        code = self.spec.code(event)
+        code = self.spec.code(marked)
         if code is None:
             return None
-        row: dict[str, Any] = {"port": self.spec.name, "mark": event, "code": code}
+        row: dict[str, Any] = {"port": self.spec.name, "mark": marked.event, "code": code}
+        trial_byte = trials % 256 if self.spec.with_trial_byte else None
+        if trial_byte is not None:
+            row["trial_byte"] = trial_byte
         if self._is_gone:
             return self._failed(row)
         try:
-            self.port.send(code, event_s)
+            self.port.send(code, event_s, trial_byte)
+            if not self.port.is_heard:
+                self.failing = _NOBODY
+                return self._failed(row)
         except MarkError as error:
             self.failing = error.findings[0].message
             self._is_gone = isinstance(error, PortLostError)
@@ -65,8 +77,10 @@ class OpenMarks:
         return self._is_gone
 
 
-def open_marks(rig: Rig) -> tuple[OpenMarks, ...]:
-    """Open every port of the rig's ``timing_marks``.
+def open_marks(rig: Rig, notify: Callable[[str], None] = lambda sentence: None) -> tuple[OpenMarks, ...]:
+    """Open every port of the rig's ``timing_marks``, and wait for those who receive them, as long as each entry says.
+
+    ``notify`` is told what is waited for.
 
     Raises
     ------
@@ -80,7 +94,33 @@ def open_marks(rig: Rig) -> tuple[OpenMarks, ...]:
     except MarkError as error:
         close_marks(opened)
         raise MarkError(placed(rig, len(opened), error)) from error
+    try:
+        for marks in opened:
+            _wait_for_a_recorder(marks, notify)
+    except BaseException:
+        close_marks(opened)
+        raise
     return tuple(opened)
+
+
+def _wait_for_a_recorder(marks: OpenMarks, notify: Callable[[str], None]) -> None:
+    if marks.port.is_heard or not marks.spec.waits_s:
+        return
+    notify(
+        f"waiting at most {marks.spec.waits_s:g} s (wait_s) for a recorder of {marks.spec.name}: choose it there now"
+    )
+    until_s = time.monotonic() + marks.spec.waits_s
+    while not marks.port.is_heard and time.monotonic() < until_s:
+        time.sleep(_LOOKED_S)
+
+
+def unheard(opened: Sequence[OpenMarks]) -> tuple[str, ...]:
+    """Return in sentences which marks nobody receives now."""
+    return tuple(
+        f"nobody receives the timing marks on {marks.spec.name}: what is sent before a recorder does is lost to it"
+        for marks in opened
+        if not marks.port.is_heard
+    )
 
 
 def placed(rig: Rig, index: int, error: MarkError) -> Finding:
@@ -98,41 +138,75 @@ def close_marks(opened: Sequence[OpenMarks]) -> None:
         marks.port.close()
 
 
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """What stands on the screen: of which trial, the name of a timed scene, its stimuli; ``trials`` were recorded."""
+
+    block: int
+    trial: int
+    attempt: int
+    timed: str
+    stimuli: tuple[str, ...]
+    trials: int
+
+
 class TimingMarks:
     """The marks of one session, on the ports that are ``opened``; ``since_start_s`` is the session's clock.
 
-    That gives the seconds from the start that the session's header states, now.
+    That gives the seconds from the start that the session's header states, now. ``factors`` are the stimuli's.
     """
 
-    def __init__(self, opened: Sequence[OpenMarks] = (), since_start_s: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self,
+        opened: Sequence[OpenMarks] = (),
+        since_start_s: Callable[[], float] = time.monotonic,
+        factors: Mapping[str, Factors] | None = None,
+    ) -> None:
         self._opened = opened
         self._since_start_s = since_start_s
+        self._factors = factors or {}
         self._latest_onset_s = float("-inf")
         self._told: set[str] = set()
 
-    def onset(self, onset_s: float, timed_scene: str = "") -> list[dict[str, Any]]:
-        """Send the marks of an onset, unless they were sent before, as where a scene stands already.
-
-        ``timed_scene`` is the name of a scene that stands for a given time.
-        """
+    def onset(self, shown: Shown, onset_s: float) -> list[dict[str, Any]]:
+        """Send the marks of the onset of what is ``shown``, unless they were sent, as where a scene stands already."""
         if onset_s == self._latest_onset_s:
             return []
         self._latest_onset_s = onset_s
-        rows = self._send("onset", onset_s)
-        return [row | {"scene": timed_scene} for row in rows] if timed_scene else rows
+        rows = self._send("onset", shown, onset_s)
+        return [row | {"scene": shown.timed} for row in rows] if shown.timed else rows
 
-    def answer(self, pressed_s: float) -> list[dict[str, Any]]:
-        """Send the marks of a press that answers."""
-        return self._send("answer", pressed_s)
+    def answer(self, shown: Shown, pressed_s: float) -> list[dict[str, Any]]:
+        """Send the marks of a press that answers what is ``shown``."""
+        return self._send("answer", shown, pressed_s)
 
-    def _send(self, event: Event, event_s: float) -> list[dict[str, Any]]:
-        rows = [row for marks in self._opened if (row := marks.send(event, event_s)) is not None]
+    def _send(self, event: Event, shown: Shown, event_s: float) -> list[dict[str, Any]]:
+        if not self._opened:
+            return []
+        marked = Marked(
+            event,
+            *(shown.block, shown.trial, shown.attempt),
+            timed=shown.timed,
+            stimuli=shown.stimuli,
+            condition=self._condition(shown.stimuli),
+        )
+        sent = (marks.send(marked, event_s, shown.trials) for marks in self._opened)
+        rows = [row for row in sent if row is not None]
         if rows:
             ahead_s = self._ahead_s()
             for row in rows:
                 if "sent_s" in row:
                     row["sent_s"] = round(row["sent_s"] + ahead_s, 6)
         return rows
+
+    def _condition(self, stimuli: Sequence[str]) -> dict[str, str]:
+        """Return the levels that all of ``stimuli`` share, by factor, in the order of the first."""
+        first, *others = [self._factors.get(name, {}) for name in stimuli] or [{}]
+        return {
+            factor: level_words(level)
+            for factor, level in first.items()
+            if all(other.get(factor) == level for other in others)
+        }
 
     def _ahead_s(self) -> float:
         """Return how far the session's clock is ahead of ``time.monotonic``, by the least held up of three readings."""

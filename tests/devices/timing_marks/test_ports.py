@@ -181,6 +181,7 @@ def test_a_stream_carries_words_and_the_time_of_the_event() -> None:
             pass
         ahead_s = pylsl.local_clock() - time.monotonic()
         onset_s = time.monotonic() - 0.25  # the mark is late, its time is that of the event
+        assert loopback.port.is_heard
         loopback.port.send("onset", onset_s)
         loopback.port.send("answer ä", onset_s + 0.2)
         got = [inlet.pull_sample(10.0) for _ in range(2)]
@@ -188,6 +189,22 @@ def test_a_stream_carries_words_and_the_time_of_the_event() -> None:
         for (_, stamp_s), event_s in zip(got, (onset_s, onset_s + 0.2), strict=True):
             assert stamp_s == pytest.approx(event_s + ahead_s, abs=0.005)  # both clocks are read one after the other
         inlet.close_stream()
+
+
+@needs_lsl
+def test_a_stream_knows_whether_it_is_received() -> None:
+    with closing(open_mark_port(LslMarksSpec(kind="lsl", stream=f"unheard {os.getpid()}"))) as port:
+        assert not port.is_heard
+        port.send("onset", time.monotonic())
+
+
+def test_a_trial_byte_follows_its_code(terminal: Any) -> None:
+    name, read = terminal
+    for more, ends in (({}, b""), ({"pulse_ms": 1000}, b"\x00")):
+        with closing(open_mark_port(serial(name, **more))) as port:
+            port.send(7, 0.0, 0)
+            port.send(9, 0.0, 255)
+        assert read_all(read, 4 + len(ends)) == bytes([7, 0, 9, 255]) + ends
 
 
 def test_a_missing_package_says_what_to_type(monkeypatch: pytest.MonkeyPatch) -> None:

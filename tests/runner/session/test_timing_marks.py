@@ -8,20 +8,20 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from analysis.records import SessionLog, check_results, read_session, session_files
-from devices.timing_marks import Code, MarkError, PortLostError, SerialMarksSpec, open_mark_port
+from devices.timing_marks import Code, Marked, MarkError, PortLostError, SerialMarksSpec, open_mark_port
 from documents import Finding, InputError
 from documents.platform import pseudo_terminal
 from runner.session import timing_marks as module
 from runner.session.options import SessionOptions
 from runner.session.run import run_session, simulate
-from runner.session.timing_marks import OpenMarks, TimingMarks
+from runner.session.timing_marks import OpenMarks, Shown, TimingMarks
 
 Study = Any  # tests/conftest.py
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals")
@@ -78,6 +78,7 @@ def test_each_onset_and_answer_is_a_byte_and_stands_in_its_trial(study: Study) -
     assert sent[-1] < 600.0
     assert log.header.presentation["timing_marks"] == [
         {"kind": "serial", "port": port, "baud": 115200, "onset": 17, "answer": 34, "pulse_ms": None}
+        | {"codes": {}, "trial_byte": False}
     ]
     assert [check.findings for check in check_results(study.results).logs] == [()]
 
@@ -179,6 +180,10 @@ WRONG = {
     "{kind: parallel, pulse_ms: 0}": "write a number from 0.1 to 1000",
     "{kind: lsl, baud: 9600}": "'timing_marks.baud'",
     "{kind: lsl, onset: 1}": "this is text: put quotes around it",
+    "{kind: serial, port: COM3, codes: {light=sun: 3}}": "'timing_marks.codes.light=sun' is",
+    "{kind: serial, port: COM3, codes: {block=1: 0}}": "write a whole number from 1 to 255",
+    "{kind: lsl, codes: {block=1: 3}}": "'timing_marks.codes'",
+    "{kind: lsl, wait_s: -1}": "write a number from 0 to 3600",
     "[]": "'timing_marks' holds nothing",
     "COM3": "'timing_marks' is 'COM3'",
 }
@@ -208,8 +213,9 @@ class Failing:
     faults: dict[int, MarkError]
     sent: int = 0
     closed: bool = False
+    is_heard: bool = True
 
-    def send(self, code: Code, event_s: float) -> None:
+    def send(self, code: Code, event_s: float, trial_byte: int | None = None) -> None:
         self.sent += 1
         if fault := self.faults.get(self.sent):
             raise fault
@@ -376,10 +382,129 @@ def test_timed_scenes_are_marked_by_name(study: Study) -> None:
         assert [timed["what"] for timed in trial.data["timed"]] == ["fixation", "pair"]
 
 
+@pytest.fixture
+def sunny(study: Study) -> Study:
+    """The study, in which two of the four pictures have a level of a factor in common."""
+    for name in ("one", "two"):
+        study.edit("recipe.yaml", f"file: {name}.exr}}", f"file: {name}.exr, factors: {{light: sun}}}}")
+    return study
+
+
+def test_codes_by_condition_and_a_byte_of_the_trial(sunny: Study) -> None:
+    codes = '{"condition.light=sun": 11, "event=answer": 12, "stimuli=four event=onset": 13}'
+    with serial_line(sunny, f", codes: {codes}, trial_byte: true") as (_, read):
+        log, _ = run(sunny)
+        sent = list(read(5.0))
+        assert sent == [byte for mark in marks_of(log) for byte in (mark["code"], mark["trial_byte"])]
+        log.file.write_bytes(b"".join(log.file.read_bytes().splitlines(keepends=True)[:5]))
+        resumed, _ = run(sunny, resume=True)
+        assert list(read(5.0)) == sent[-len(sent) + 2 * len([m for trial in log.trials[:4] for m in marks_in(trial)]) :]
+    assert marks_of(resumed)[-1]["trial_byte"] == RECORDS - 1
+    for done, trial in enumerate(log.trials[1:], start=1):
+        shown = {trial.data["first"], trial.data["second"]}
+        onset = 11 if shown == {"one", "two"} else 13 if "four" in shown else 1
+        assert [(mark["code"], mark["trial_byte"]) for mark in marks_in(trial)[-2:]] == [(onset, done), (12, done)]
+    assert marks_of(log)[0]["code"] == 1  # the instructions
+    assert [check.findings for check in check_results(sunny.results).logs] == [()]
+
+
+def marks_in(trial: Any) -> list[dict[str, Any]]:
+    return list(trial.data["timing_marks"])
+
+
+@dataclass(slots=True)
+class Stream:
+    """A stream that is received from the mark number ``heard_from`` on, or from so many looks on before any mark."""
+
+    heard_from: int
+    looks: int = -1
+    texts: list[str] = field(default_factory=list)
+
+    @property
+    def is_heard(self) -> bool:
+        self.looks -= 1
+        return len(self.texts) >= self.heard_from if self.texts or self.looks < -1 else self.looks == -1
+
+    def send(self, code: Code, event_s: float, trial_byte: int | None = None) -> None:
+        self.texts.append(str(code))
+
+    def close(self) -> None:
+        pass
+
+
+def on_stream(study: Study, monkeypatch: pytest.MonkeyPatch, stream: Stream, more: str = "") -> None:
+    with_marks(study, f"{{kind: lsl{more}}}")
+    monkeypatch.setattr(module, "open_mark_port", lambda spec: stream)
+
+
+def values(text: str) -> dict[str, str]:
+    return dict(pair.split("=") for pair in text.split())
+
+
+def test_a_stream_that_nobody_receives_is_waited_for_and_then_warned_of(
+    study: Study, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    on_stream(study, monkeypatch, Stream(10_000), ", wait_s: 0.2")
+    began_s = time.monotonic()
+    log, said = run(study)
+    assert time.monotonic() - began_s >= 0.2
+    assert log.complete
+    assert len(said) == 3  # what is waited for, that nobody came, and how many were lost
+    assert [remark in said[1] for remark in log.header.remarks] == [True]
+    assert {"failed" in mark for mark in marks_of(log)} == {True}
+    assert [check.findings for check in check_results(study.results).logs] == [()]
+
+
+def test_a_recorder_that_comes_in_time_ends_the_waiting_and_is_no_remark(
+    study: Study, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stream = Stream(0, looks=4)
+    on_stream(study, monkeypatch, stream, ", wait_s: 600")
+    log, said = run(study)
+    assert len(said) == 1
+    assert log.header.remarks == ()
+    assert ["failed" in mark for mark in marks_of(log)] == [False] * 2 * SCREENS
+    assert stream.texts == [mark["code"] for mark in marks_of(log)]
+
+
+def test_a_recording_that_began_late_is_joined_by_trial(sunny: Study, monkeypatch: pytest.MonkeyPatch) -> None:
+    stream = Stream(6)
+    on_stream(sunny, monkeypatch, stream, ", wait_s: 0, onset: my onset")
+    log, _ = run(sunny)
+    received = [values(text) for text in stream.texts[5:]]
+    assert [("failed" in mark, mark["code"]) for mark in marks_of(log)] == [
+        (number < 5, text) for number, text in enumerate(stream.texts)
+    ]
+    trials = {trial.place: trial for trial in log.trials}
+    for mark in received:
+        trial = trials[int(mark["block"]), int(mark["trial"])]
+        assert mark["event"] in ("my%20onset", "answer")
+        if "stimuli" in mark:
+            first, second = trial.data["first"], trial.data["second"]
+            assert set(mark["stimuli"].split(",")) == {first, second}
+            assert (mark.get("condition.light") == "sun") == ({first, second} == {"one", "two"})
+    onsets = [mark for mark in received if mark["event"] != "answer" and "stimuli" in mark]
+    assert {(int(mark["block"]), int(mark["trial"])) for mark in onsets} == {t.place for t in log.trials[3:]}
+
+
+def test_a_trial_that_is_asked_once_more_says_so() -> None:
+    again = Marked("answer", 1, 4, attempt=1, timed="pair", condition={"lamp %": "a=b, c"})
+    assert values(again.text)["attempt"] == "1"
+    assert values(again.text)["condition.lamp%20%25"] == "a%3Db%2C%20c"
+    rules = (
+        "event=answer attempt=1",
+        "event=answer timed=pair trial=4",
+        "event=answer condition.lamp%20%25=a%3Db%2C%20c",
+    )
+    assert all(again.fits(rule) for rule in rules)
+    assert not any(again.fits(rule) for rule in ("attempt=1", "event=answer attempt=0", "event=answer stimuli=a"))
+
+
 def test_an_onset_is_marked_once_however_often_its_scene_is_asked() -> None:
     port = Failing({})
     marks = TimingMarks((OpenMarks(SerialMarksSpec(kind="serial", port="COM7"), port),), lambda: 5.0)
-    assert len(marks.onset(1.0)) == 1
-    assert marks.onset(1.0) == []
-    assert len(marks.onset(2.0)) == 1
+    shown = Shown(0, 0, 0, "", (), 0)
+    assert len(marks.onset(shown, 1.0)) == 1
+    assert marks.onset(shown, 1.0) == []
+    assert len(marks.onset(shown, 2.0)) == 1
     assert port.sent == 2
