@@ -123,7 +123,8 @@ def clipping_section(header: Header, names: Sequence[str]) -> Section | None:
 def _ghosts(header: Header, names: Sequence[str]) -> tuple[Table | Paragraph, ...]:
     """Return what crosstalk could not be cancelled of each stimulus and eye; nothing where none was measured."""
     keys = ("percent_negative", "percent_above_full", "delta_e_00_mean", "delta_e_00_max")
-    known = sorted(ghosts_recorded(header.stimuli), key=lambda ghost: names.index(ghost[0]))
+    known = [ghost for ghost in ghosts_recorded(header.stimuli) if ghost[0] in names]
+    known.sort(key=lambda ghost: names.index(ghost[0]))
     rows = tuple((name, eye, *(cost.get(key) for key in keys)) for name, eye, cost in known)
     if not rows:
         return ()
