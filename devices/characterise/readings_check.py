@@ -10,7 +10,7 @@ from devices.characterise.patches import primaries_at_full
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from devices.errors import DeviceError
-from devices.measurements.code_range import LEAST_FULL_DRIVE
+from devices.measurements.code_range import LEAST_FULL_DRIVE, must_differ
 from devices.measurements.table import Measurements
 from documents import Finding
 from documents.text import counted
@@ -90,7 +90,7 @@ def _saturated(readings: Measurements) -> list[Finding]:
     for axis in range(3):
         values = readings.XYZ[:, axis]
         top = np.flatnonzero(values == values.max())
-        if len(np.unique(readings.codes[top], axis=0)) >= 3:
+        if must_differ(readings.codes[top]):
             return [
                 Finding(
                     f"{'XYZ'[axis]} is exactly {values.max():g} at {_names(readings, top)}",

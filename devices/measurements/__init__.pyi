@@ -1,3 +1,4 @@
+from .code_range import must_differ as must_differ
 from .csv_table import read_csv as read_csv
 from .csv_table import write_csv as write_csv
 from .log import CodeTriple as CodeTriple

@@ -57,6 +57,36 @@ def full_code(largest: float, declared: float | None, file: str) -> tuple[float,
     )
 
 
+_LEAST_CODES = 3
+
+
+def must_differ(codes: NDArray[np.float64]) -> bool:
+    """Return whether a display cannot give one light at all of ``codes``, whatever filter is before the instrument.
+
+    A channel that stays at one level may give all the light behind a filter that takes the others'.
+
+    Parameters
+    ----------
+    codes
+        Device codes in 0..1, shape (n, 3).
+
+    Returns
+    -------
+    bool
+        Whether there are three colours or more, and no channel that is lit stays at one level.
+
+    Examples
+    --------
+    >>> must_differ(np.array([[0.9, 0.9, 0.9], [0.95, 0.95, 0.95], [1, 1, 1]]))
+    True
+    >>> must_differ(np.array([[1, 0, 0], [1, 1, 0], [1, 1, 1]]))
+    False
+    """
+    different = np.unique(codes, axis=0)
+    stays = (np.ptp(different, axis=0) == 0) & (different[0] > 0)
+    return len(different) >= _LEAST_CODES and not bool(stays.any())
+
+
 def can_be_modelled(black: NDArray[np.float64], codes: NDArray[np.float64], sent: NDArray[np.float64]) -> bool:
     """Return whether models can be fitted to the codes that a gamma table ``sent`` as well as to ``codes``.
 

@@ -7,7 +7,7 @@ spectra, the wavelengths that they are at. A patch read again has a later line, 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from datetime import datetime
 from pathlib import Path
@@ -69,7 +69,8 @@ class Kept:
 class Session:
     """A measurement as far as it went. ``readings`` holds the last of each step, by position.
 
-    ``state`` says where its log ends; a last line that was cut short does not count.
+    ``accepted`` says of which readings a person was told that they make no sense, and kept them. ``state`` says where
+    its log ends; a last line that was cut short does not count.
     """
 
     file: Path
@@ -77,6 +78,7 @@ class Session:
     steps: tuple[Step, ...]
     readings: Mapping[int, Kept]
     failures: Mapping[int, str]
+    accepted: tuple[str, ...] = ()
     state: LogState = field(default=LogState(), repr=False, compare=False)
 
     @property
@@ -168,6 +170,10 @@ class MeasurementLog:
         what = {"record": "failure", "position": step.position, "label": step.label, "why": why}
         self._write({**what, "time_s": round(time_s, 3)})
 
+    def set_aside(self, positions: Sequence[int], why: str) -> None:
+        """Put on disk that the readings at ``positions`` no longer count, and why."""
+        self._write({"record": "set aside", "positions": list(positions), "why": why})
+
     def note(self, **facts: Any) -> None:
         """Put other facts on disk, such as when and with what the measurement was resumed."""
         self._write({"record": "note", **facts})
@@ -217,6 +223,7 @@ def read_session(file: Path) -> Session:
     """
     readings: dict[int, Kept] = {}
     failures: dict[int, str] = {}
+    accepted: list[str] = []
     wavelengths_nm: tuple[float, ...] = ()
     header: dict[str, Any] = {}
     steps: tuple[Step, ...] = ()
@@ -234,6 +241,12 @@ def read_session(file: Path) -> Session:
             wavelengths_nm = tuple(map(float, line["nm"]))
         elif kind == "failure":
             failures[_position(line, steps)] = str(line["why"])
+        elif kind == "set aside":
+            for position in map(int, line["positions"]):
+                readings.pop(position, None)
+                failures[position] = str(line["why"])
+        elif kind == "note" and "accepted" in line:
+            accepted.append(str(line["accepted"]))
         elif kind == "reading":
             X, Y, Z = map(float, line["XYZ_cd_m2"])
             spectrum = tuple(map(float, line.get("spectrum", ())))
@@ -253,7 +266,7 @@ def read_session(file: Path) -> Session:
         raise MeasuringError(error.finding(file, what, "restore the file, or measure again")) from error
     if not header:
         raise MeasuringError(Finding("this is no measurement: it has no header", str(file), 1))
-    return Session(file, header, steps, readings, failures, state)
+    return Session(file, header, steps, readings, failures, tuple(accepted), state)
 
 
 def _check_facts(header: Mapping[str, Any]) -> None:

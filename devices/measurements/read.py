@@ -130,6 +130,7 @@ def measurements_of(session: Session) -> Measurements:
     patches = [session.steps[reading.position].patch for reading in kept]
     wavelengths = {reading.reading.wavelengths_nm for reading in kept}
     order = f"{header['set']} ({header['set_source']}), seed {header['seed']}, begun {header['begun_utc']}"
+    accepted = tuple(f"readings were kept that were doubted while they were taken: {why}" for why in session.accepted)
     parts = any(patch.filled < 1 for patch in patches)
     spectral = len(wavelengths) == 1 and bool(kept[0].reading.wavelengths_nm)
     return Measurements(
@@ -144,7 +145,8 @@ def measurements_of(session: Session) -> Measurements:
         np.array([reading.reading.spectrum for reading in kept]) if spectral else None,
         np.array(kept[0].reading.wavelengths_nm) if spectral else None,
         str(header["instrument"]),
-        "; ".join(filter(None, (str(header.get("notes", "")), order))),
+        "; ".join(filter(None, (str(header.get("notes", "")), order, *accepted))),
+        assumptions=accepted,
         panel=str(header.get("panel", "")),
         monitor_settings=str(header.get("monitor_settings", "")),
         area=np.array([patch.filled for patch in patches]) if parts else None,

@@ -57,11 +57,15 @@ class PatchOptions:
 
 @dataclass(frozen=True, slots=True)
 class InstrumentOptions:
-    """What reads the light: one of `devices.instruments.INSTRUMENTS`, its serial port, and options of its own."""
+    """What reads the light: one of `devices.instruments.INSTRUMENTS`, its serial port, and options of its own.
+
+    With ``accept_readings`` a measurement goes on where readings make no sense (`runner.measuring.judge`), and says so.
+    """
 
     instrument: str
     port: str | None = None
     instrument_options: Mapping[str, str] = field(default_factory=dict)
+    accept_readings: bool = False
 
 
 def _say_nothing(words: str) -> None:

@@ -23,6 +23,7 @@ from devices.patches import PatchEye, PatchSet, Step, steps
 from documents import Finding, sha256_of_file
 from documents.text import did_you_mean
 from runner.measuring.code_screen import CodeScreen
+from runner.measuring.judge import Judge
 from runner.measuring.options import Dialogue, InstrumentOptions, PatchOptions, ShowOptions
 from runner.measuring.patch_screen import AskedScreen, PatchScreen
 from runner.measuring.take_readings import Outcome, take_readings
@@ -62,6 +63,7 @@ class MeasurementReport:
             "tables": [str(table) for table in self.tables],
             "readings": len(self.session.readings),
             "missing": [step.label for step in self.session.missing],
+            "accepted": list(self.session.accepted),
             **asdict(self.outcome),
         }
 
@@ -135,6 +137,7 @@ def measure_display(
             wiring,
             resume=resume,
             again=again,
+            accept_readings=instrument.accept_readings,
             dialogue=dialogue,
         )
     tables = tuple(tables) or (output.with_suffix(".csv"),)
@@ -186,11 +189,13 @@ def measure(
     *,
     resume: bool = False,
     again: Sequence[str] = (),
+    accept_readings: bool = False,
     dialogue: Dialogue | None = None,
 ) -> tuple[Outcome, Session]:
     """Measure, with the readings in ``file``, and return how it went and all readings there are.
 
     With ``resume``, the measurement in ``file`` is resumed; ``again`` are labels of steps to read once more.
+    Readings that make no sense stop it, unless ``accept_readings``.
 
     Raises
     ------
@@ -204,6 +209,7 @@ def measure(
     gamma_table = table_read_with(watch.loaded, order.show.eye)
     facts = _facts(target, order, screen, planned) | {"gamma_table": gamma_table.to_json()}
     log: MeasurementLog | None = None
+    judge = Judge()
     begun = datetime.now(UTC)
     wanted: tuple[Step, ...] = planned
     if resume or again:
@@ -213,6 +219,8 @@ def measure(
             _check_table(session, gamma_table)
             begun = datetime.fromisoformat(str(session.header["begun_utc"]))
             wanted = _chosen(session, again) if again else session.missing
+            trusted = session.readings.keys() - {step.position for step in wanted}
+            judge = Judge([session.readings[position] for position in trusted], session.steps)
         except BaseException:
             log.close()
             raise
@@ -242,6 +250,8 @@ def measure(
                 dialogue.say,
                 dialogue.ready,
                 watch.change,
+                judge,
+                accept=accept_readings,
             )
         finally:
             opened.close()

@@ -16,6 +16,7 @@ from queue import Empty, SimpleQueue
 from devices.instruments import GarbledError, Instrument, InstrumentError, LostError, RangeError, Reading, Showing
 from devices.measurements import MeasurementLog
 from devices.patches import BEFORE_SETTLINGS, Arrangement, PatchEye, Step
+from runner.measuring.judge import Judge
 from runner.measuring.keys import Keys
 from runner.measuring.patch_screen import PatchScreen
 
@@ -37,11 +38,15 @@ class Progress:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How many readings were taken, the labels of those that could not be, and why it stopped early, if it did."""
+    """How many readings were taken, the labels of those that could not be, and why it stopped early, if it did.
+
+    ``set_aside`` are the labels of readings that make no sense, which do not count; they are to be read again.
+    """
 
     taken: int
     failed: tuple[str, ...]
     stopped: str = ""
+    set_aside: tuple[str, ...] = ()
 
 
 def take_readings(
@@ -56,6 +61,9 @@ def take_readings(
     say: Callable[[str], None] = lambda words: None,
     ready: Callable[[str], bool] | None = None,
     change: Callable[[], str] = lambda: "",
+    judge: Judge | None = None,
+    *,
+    accept: bool = False,
 ) -> Outcome:
     """Read ``steps`` in their order, each kept in ``log`` before the next is shown.
 
@@ -68,6 +76,9 @@ def take_readings(
 
     ``change`` is called after each reading. What it returns, if anything, says what changed the light; the reading is
     then not kept, and the measurement stops.
+
+    Readings that ``judge`` doubts are set aside in ``log``, to be read again, and the measurement stops; with
+    ``accept`` they are kept, which ``log`` says.
     """
     keys = Keys(screen, say, "stopping after this reading; Escape again stops at once")
     ready = ready or keys.ask
@@ -112,6 +123,13 @@ def take_readings(
         if reading is not None:
             log.keep(step, read_at_s, reading, shown)
             taken += 1
+            doubt = judge.doubt(step, reading) if judge else None
+            if doubt and accept:
+                log.note(accepted=doubt.words, position=step.position)
+                say(f"kept all the same: {doubt.words}")
+            elif doubt:
+                log.set_aside(doubt.positions, doubt.words)
+                return Outcome(max(0, taken - len(doubt.labels)), tuple(failed), doubt.words, doubt.labels)
         else:
             log.fail(step, read_at_s, why)
             failed.append(step.label)

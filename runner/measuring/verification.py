@@ -189,7 +189,15 @@ def verify_display(
         }
         order = Order((patches_of(asked, model),), show, facts=facts)
         outcome, session = measure(
-            file, target, order, screen, instrument.instrument, wiring, resume=resume, dialogue=dialogue
+            file,
+            target,
+            order,
+            screen,
+            instrument.instrument,
+            wiring,
+            resume=resume,
+            accept_readings=instrument.accept_readings,
+            dialogue=dialogue,
         )
     if doubt := doubt_on_light(session, model):
         dialogue.warn(doubt)

@@ -124,6 +124,9 @@ _instrument_options = _gathered(
         callback=lambda _, __, options: parse_options(options),
         help='Option of the instrument: noise=0.01 (simulated), measure_s=400, "spotread=-X panel.ccss".',
     ),
+    click.option(
+        "--accept-readings", is_flag=True, help="Keep readings that make no sense, which else stop the measurement."
+    ),
 )
 
 
@@ -193,11 +196,15 @@ def raise_unless_complete(outcome: Outcome, file: Path) -> None:
     """Raise WorkError if patches are missing, saying how to resume."""
     from runner.cli.main import WorkError
 
-    if outcome.stopped:
+    safe = f"{counted(outcome.taken, 'reading is', 'readings are')} safe in {file}"
+    if outcome.set_aside:
+        aside = counted(len(outcome.set_aside), "reading was", "readings were")
         raise WorkError(
-            f"{outcome.stopped}; {counted(outcome.taken, 'reading is', 'readings are')} safe in {file}: resume "
-            "with --resume"
+            f"{outcome.stopped}; {aside} set aside, and {safe}: --resume reads what is missing; if such readings are "
+            "right, --accept-readings keeps them"
         )
+    if outcome.stopped:
+        raise WorkError(f"{outcome.stopped}; {safe}: resume with --resume")
     if outcome.failed:
         shown = ", ".join(outcome.failed[:5]) + (" ..." if len(outcome.failed) > 5 else "")
         raise WorkError(

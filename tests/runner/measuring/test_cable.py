@@ -80,7 +80,8 @@ def test_a_cable_pulled_mid_run_loses_no_reading(tmp_path: Path) -> None:
     file = tmp_path / "m.jsonl"
     display = str(tmp_path / "display.yaml")
     arguments = ["display", "measure", display, "--mode", "side-by-side", "-o", str(file), "--set", "grey",
-                 "--instrument", "cs2000", "--backend", "egl", "--settle", "0"]  # fmt: skip
+                 "--instrument", "cs2000", "--backend", "egl", "--settle", "0",
+                 "--accept-readings"]  # fmt: skip
     with _plugged(7) as port:
         result = CliRunner().invoke(group, [*arguments, "--port", port])
     assert result.exit_code == 1

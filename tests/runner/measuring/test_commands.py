@@ -188,7 +188,7 @@ def test_patches_can_be_begun_in_the_middle(folder: Path) -> None:
 def test_an_out_of_range_patch_is_measured_on_resuming(folder: Path) -> None:
     typed = iter(["1 2 3"] * 5 + ["skip"] + ["1 2 3"] * 33)
     arguments = ["measure", str(folder / "rig.yaml"), "-o", str(folder / "m.jsonl"), "--instrument", "manual",
-                 "--backend", "egl", "--settle", "0", "--set", "grey"]  # fmt: skip
+                 "--backend", "egl", "--settle", "0", "--set", "grey", "--accept-readings"]  # fmt: skip
     result = CliRunner().invoke(group, ["display", *arguments], input="\n".join(typed) + "\n")
     assert result.exit_code == 1
     assert "1 patch could not be read" in result.output
@@ -214,7 +214,8 @@ def test_a_person_who_leaves_is_told_how_to_go_on(folder: Path) -> None:
 def test_again_reads_the_named_patches_alone(measured: Path) -> None:
     before = read_session(measured / "m.jsonl")
     result = _measure(measured, "--set", "grey", "--again", "white#2", "--again", "grey250",
-                      "--instrument-option", "noise=0", "--instrument-option", "drift_per_hour=1000")  # fmt: skip
+                      "--instrument-option", "noise=0", "--instrument-option", "drift_per_hour=1000",
+                      "--accept-readings")  # fmt: skip
     assert result.exit_code == 0, result.output
     after = read_session(measured / "m.jsonl")
     changed = {
