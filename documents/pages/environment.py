@@ -1,4 +1,7 @@
-"""Templates of HTML pages: text is escaped, and a name that nothing defines is an error."""
+"""Templates of HTML pages: text is escaped, and a name that nothing defines is an error.
+
+Every page begins by including ``head.html.j2``, which is here: it alone says what a browser may load and run in pages.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,7 @@ def page_environment(*packages: str) -> Environment:
     Parameters
     ----------
     packages
-        Names of packages with a folder ``templates``; the first that has a template is used.
+        Names of packages with a folder ``templates``; the first that has a template is used, this room the last.
 
     Returns
     -------
@@ -33,7 +36,7 @@ def page_environment(*packages: str) -> Environment:
     from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 
     return Environment(
-        loader=ChoiceLoader([PackageLoader(package) for package in packages]),
+        loader=ChoiceLoader([PackageLoader(package) for package in (*packages, __package__)]),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

@@ -15,6 +15,7 @@ from analysis.agreement.observed import ObservedGroup
 from analysis.agreement.observed_means import of_means
 from analysis.errors import ResultsError
 from analysis.records.session_record import Header
+from tests.pages import policy_of
 
 Floats = NDArray[np.float64]
 HEADER = Header("plates <b>", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, (), {}, {}, {}, {}, {})
@@ -158,6 +159,7 @@ def test_the_terminal_the_page_and_the_tables(tmp_path: Path) -> None:
     assert "Within the limit of 0.5 px" in out.getvalue()
     write_agreement_page(found, HEADER, tmp_path / "page.html", (("Pictures", "<as shown>"),))
     page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert policy_of(page)
     assert page.count("<svg") == 8  # wide and narrow, of scores and limits, of two measures
     for text in ("plates &lt;b&gt;", "&lt;simulated&gt;", "&lt;as shown&gt;", "church &lt;i&gt;"):
         assert text in page

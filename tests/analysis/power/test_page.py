@@ -17,6 +17,7 @@ from analysis.power.plan import Plan
 from analysis.power.results import Needed, observers_needed
 from analysis.power.simulation import simulate_power
 from analysis.power.tables import COLUMNS, write_csv
+from tests.pages import policy_of
 
 MakePlan = Callable[..., Plan]
 NASTY = '<script>alert("1")</script>'
@@ -46,6 +47,7 @@ def test_the_page_stands_alone_and_holds_every_number(answer: Needed) -> None:
     page = render(answer, NASTY, ["A note with <b>."])
     seen = Tags()
     seen.feed(page)
+    assert policy_of(page)
     assert seen.tags.count("svg") == 3
     assert "script" not in seen.tags
     assert "b" not in seen.tags

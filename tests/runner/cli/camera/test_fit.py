@@ -16,6 +16,7 @@ from devices.colour.spaces import XYZ_from_xyY
 from devices.patches.colorchecker import colorchecker_xyY
 from documents import InputError
 from runner.cli.main import group
+from tests.pages import policy_of
 
 M = np.array([[220.0, 37.0, 3.0], [84.0, 146.0, -46.0], [12.0, -35.0, 220.0]])
 NAMES, XYY = colorchecker_xyY()
@@ -85,6 +86,7 @@ def test_a_table_to_a_camera_file_and_a_page(
     assert model.safe_luminance_cd_m2 == pytest.approx((XYZ[:, 1].min(), XYZ[:, 1].max()))
     assert "24 of 24 patches" in model.source
     html = page.read_text(encoding="utf-8")
+    assert policy_of(html)
     assert "D800 &lt;one&gt;" in html
     assert "<one>" not in html
     assert html.count("<svg") == 4

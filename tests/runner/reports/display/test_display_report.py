@@ -24,6 +24,7 @@ from runner.cli.main import group
 from runner.reports.display.figure import COLOURS, looks, panel_svg
 from runner.reports.display.page import render, short, typeset
 from tests.devices.diagnostics.simulated import MODEL, characterisation, crosstalk_readings
+from tests.pages import works_and_runs_nothing
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 QUIET = ["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking"]
@@ -128,17 +129,20 @@ def test_verdicts_come_first_and_each_check_has_its_section(page: str, verdicts:
     assert verdicts.sentence in parsed.text
 
 
+def test_it_opens_and_runs_nothing(page: str, tmp_path: Path) -> None:
+    works_and_runs_nothing(page, tmp_path)
+
+
 @pytest.mark.parametrize("width", [pytest.param(1280, marks=pytest.mark.stress), 390])
 def test_the_page_fits_its_window(page: str, width: int, tmp_path: Path) -> None:
     if CHROMIUM is None:
         pytest.skip("no Chromium is installed: the page is not opened in a browser")
     file = tmp_path / "page.html"
-    measure = "<script>document.title = document.documentElement.scrollWidth + ' of ' + window.innerWidth</script>"
     frame = f'<iframe src="page.html" style="width:{width}px;height:800px;border:0"></iframe>'
-    file.write_text(page.replace("</body>", f"{measure}</body>"), encoding="utf-8")
+    file.write_text(page, encoding="utf-8")
     outer = tmp_path / "outer.html"
-    tell = "<script>onload = () => { document.title = frames[0].document.title }</script>"
-    outer.write_text(f"<!doctype html><title>-</title>{frame}{tell}", encoding="utf-8")
+    tell = "document.title = frames[0].document.documentElement.scrollWidth + ' of ' + frames[0].innerWidth"
+    outer.write_text(f"<title>-</title>{frame}<script>onload = () => {{ {tell} }}</script>", encoding="utf-8")
     options = ["--dump-dom", "--allow-file-access-from-files", f"--user-data-dir={tmp_path / 'profile'}"]
     command = [CHROMIUM, *QUIET, *options, outer.as_uri()]
     shown = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True).stdout

@@ -1,0 +1,71 @@
+"""Every page says first what a browser may do with it: no script runs and nothing is fetched."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from documents.pages import page_environment
+from tests.pages import INJECTED, opened, policy_of, works_and_runs_nothing
+
+ROOT = Path(__file__).parents[3]
+FLOORS = ("documents", "devices", "stimuli", "analysis", "runner", "cyclopean")
+HEAD = "documents/pages/templates/head.html.j2"
+# White, one pixel.
+PICTURE = (
+    "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJ"
+    "AAAADUlEQVR42mP8/5+hHgAHggJ/PchI7wAAAABJRU5ErkJggg=="
+)
+PAGE = """{% include "head.html.j2" +%}
+<title>a page</title><style>p { color: red }</style></head>
+<body><p style="margin: 0">text</p><img src="{{ picture }}">
+<svg viewBox="0 0 1 1"><style>rect { fill: red }</style><image href="{{ picture }}" /></svg></body></html>"""
+
+
+def files_of(pattern: str) -> dict[str, str]:
+    """Return the files of the program that are called so, by their place."""
+    found = [file for floor in FLOORS for file in (ROOT / floor).rglob(pattern)]
+    return {file.relative_to(ROOT).as_posix(): file.read_text("utf-8") for file in found}
+
+
+def test_one_place_begins_pages() -> None:
+    files = files_of("*.py") | files_of("*.j2")
+    begun = [name for name, text in files.items() if re.search(r"<html|<head\b|<!doctype", text, re.IGNORECASE)]
+    assert begun == [HEAD]
+
+
+def test_every_page_takes_its_head_from_there() -> None:
+    pages = {name: text for name, text in files_of("*.html.j2").items() if name != HEAD}
+    assert len(pages) >= 6
+    for name, text in pages.items():
+        before, included, _ = text.partition('{% include "head.html.j2" +%}')
+        heir = re.match(r'{% extends "[a-z]+\.html\.j2" %}', text)
+        assert heir or included, name
+        assert not re.sub(r"{%-? macro.*?endmacro -%}\n", "", before, flags=re.DOTALL) or heir, name
+
+
+@pytest.fixture(scope="module")
+def page() -> str:
+    """A page with a style, an attribute of style, a picture, and a drawing that has its own."""
+    return page_environment("runner.reports.display").from_string(PAGE).render(picture=PICTURE)
+
+
+def test_scripts_and_fetching_are_not_allowed(page: str) -> None:
+    allowed = policy_of(page)
+    assert allowed.pop("style-src") == "'unsafe-inline'"
+    assert allowed.pop("img-src") == "data:"
+    assert allowed.pop("default-src") == "'none'"
+    assert set(allowed.values()) <= {"'none'"}
+    assert not policy_of(page.replace("<head>\n", '<head>\n<meta charset="utf-8">\n'))
+
+
+def test_a_page_is_drawn_and_what_was_injected_does_not_run(page: str, tmp_path: Path) -> None:
+    works_and_runs_nothing(page, tmp_path)
+
+
+def test_without_the_policy_it_would_run(page: str, tmp_path: Path) -> None:
+    bare = tmp_path / "bare.html"
+    bare.write_text(re.sub("<meta http-equiv.*?>", "", page).replace("</body>", f"{INJECTED}</body>"))
+    assert opened(bare, tmp_path / "profile")[0] == "owned"
