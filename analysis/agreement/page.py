@@ -61,7 +61,7 @@ def write_agreement_page(agreement: Agreement, header: Header, output: Path, fac
     ...     "Do measures" in Path(folder, "agreement.html").read_text(encoding="utf-8")
     True
     """
-    write_whole(output, render(agreement, header, facts))
+    write_whole(output, render(agreement, header, facts), private=True)
 
 
 def render(agreement: Agreement, header: Header, facts: Facts = ()) -> str:

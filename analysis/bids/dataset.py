@@ -195,6 +195,6 @@ def _is_export(folder: Path) -> bool:
 @contextmanager
 def replacing(folder: Path) -> Iterator[Path]:
     """Yield a new folder beside ``folder`` that replaces it on success, and is removed otherwise."""
-    with whole_folder(folder, replace=True) as part:
+    with whole_folder(folder, replace=True, private=True) as part:
         yield part
         check_replaceable(folder)

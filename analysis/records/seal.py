@@ -252,5 +252,5 @@ def write_seal(
         files=hashes_of(folder),
     )
     text = json.dumps(content.model_dump(mode="json", exclude_none=True), indent=1, ensure_ascii=False) + "\n"
-    write_whole(folder / SEAL, text)
+    write_whole(folder / SEAL, text, private=True)
     return Seal(folder / SEAL, hashlib.sha256(text.encode("utf-8")).hexdigest(), content)

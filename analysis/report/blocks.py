@@ -16,7 +16,7 @@ from typing import ClassVar, Literal, TypeAlias
 
 from analysis.errors import ResultsError
 from documents import Finding
-from documents.files import whole_file, write_whole
+from documents.files import make_private, whole_file, write_whole
 from documents.pages import Drawing
 
 ColumnKind = Literal["text", "number", "p", "interval", "class", "list"]
@@ -199,7 +199,7 @@ def write_figure_files(figures: Sequence[Figure], folder: Path, *, replace: bool
         raise ResultsError(Finding(what, str(folder), remedy=remedy))
     contents = [content for drawing in drawings for content in (drawing.svg_file().encode(), drawing.pdf())]
     for file, content in zip(files, contents, strict=True):
-        with whole_file(file) as draft:
+        with whole_file(file, private=True) as draft:
             draft.write_bytes(content)
     return tuple(files)
 
@@ -216,11 +216,11 @@ def write_csv_files(tables: Iterable[Table], folder: Path) -> tuple[Path, ...]:
     OSError
         If the folder or a file cannot be written.
     """
-    folder.mkdir(parents=True, exist_ok=True)
+    make_private(folder)
     all_tables = tuple(tables)
     files = tuple(folder / f"{name}.csv" for name in file_names(table.name for table in all_tables))
     for table, file in zip(all_tables, files, strict=True):
-        write_whole(file, csv_text(table))
+        write_whole(file, csv_text(table), private=True)
     return files
 
 

@@ -106,7 +106,7 @@ def write_report(
         write_figure_files(
             [figure for section in sections for figure in section.figures()], figure_folder, replace=replace
         )
-    write_whole(output, page)
+    write_whole(output, page, private=True)
     if csv_folder is not None:
         write_csv_files(tables_of(sections), csv_folder)
     return report

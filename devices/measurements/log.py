@@ -117,7 +117,7 @@ class MeasurementLog:
         try:
             file.parent.mkdir(parents=True, exist_ok=True)
             first = {"record": "header", "format": FORMAT, "version": VERSION, **header}
-            return cls(DurableLog.create(file, _lock_file(file), first))
+            return cls(DurableLog.create(file, _lock_file(file), first, private=False))
         except LogInUseError:
             raise _in_use(file) from None
         except OSError as error:

@@ -1,3 +1,5 @@
+from .access import make_private as make_private
+from .atomic import remove_left as remove_left
 from .atomic import whole_file as whole_file
 from .atomic import whole_folder as whole_folder
 from .atomic import write_whole as write_whole

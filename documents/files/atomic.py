@@ -1,13 +1,12 @@
 """Files and folders that appear with all their content or not at all.
 
-A draft is named after what it is to be, its process and its machine. What a killed process left is removed when the
-same file or folder is next written on that machine.
+A draft is named after what it is to be, its process and its machine. What killed processes left in a folder is removed
+when something is next written into that folder on that machine.
 """
 
 from __future__ import annotations
 
 import errno
-import glob
 import hashlib
 import os
 import platform
@@ -18,12 +17,17 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from documents.files.access import make_private, opener, restrict
 from documents.files.regular import refuse_to_replace
 from documents.platform import is_alive, rename
 
+_LONGEST = 80  # letters of a name that a draft's name has
+
 
 @contextmanager
-def whole_file(path: Path, *, keep_suffix: bool = False, make_folder: bool = True) -> Iterator[Path]:
+def whole_file(
+    path: Path, *, keep_suffix: bool = False, make_folder: bool = True, private: bool = False
+) -> Iterator[Path]:
     """Yield the name of a draft beside ``path`` for the body to write; at the end it takes the place of ``path``.
 
     Who reads ``path`` meanwhile finds what was there before, and two who write at once do not mix. If the body raises,
@@ -39,14 +43,19 @@ def whole_file(path: Path, *, keep_suffix: bool = False, make_folder: bool = Tru
         Whether the draft ends in the suffix of ``path``.
     make_folder
         Whether to make the folder of ``path`` if it is missing.
+    private
+        Whether it has people's data: nobody else may read it, nor the folder that is made, unless
+        ``CYCLOPEAN_ACCESS`` says otherwise. The draft is there then, empty.
 
     Yields
     ------
     pathlib.Path
-        The draft, not yet there, in the folder of ``path``.
+        The draft, in the folder of ``path``; not yet there unless ``private``.
 
     Raises
     ------
+    InputError
+        If ``CYCLOPEAN_ACCESS`` has no meaning.
     OSError
         If there is no folder, ``path`` is a pipe, a device or a socket, or the draft cannot be put in its place.
 
@@ -60,21 +69,30 @@ def whole_file(path: Path, *, keep_suffix: bool = False, make_folder: bool = Tru
     ['scores.txt']
     """
     if make_folder:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        _make_folder(path.parent, private)
     elif not path.parent.is_dir():
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path.parent))
     refuse_to_replace(path)
     suffix = path.suffix if keep_suffix else ""
-    _remove_left(path)
+    remove_left(path.parent)
     draft = _beside(path, f"part{suffix}")
     try:
+        if private:
+            open(draft, "xb", opener=opener).close()
         yield draft
         rename(draft, path)
     finally:
         draft.unlink(missing_ok=True)
 
 
-def write_whole(path: Path, text: str, *, make_folder: bool = True) -> None:
+def _make_folder(folder: Path, private: bool) -> None:
+    if private:
+        make_private(folder)
+    else:
+        folder.mkdir(parents=True, exist_ok=True)
+
+
+def write_whole(path: Path, text: str, *, make_folder: bool = True, private: bool = False) -> None:
     """Write ``text`` to ``path`` in UTF-8, its line ends as they are, whole or not at all.
 
     Parameters
@@ -83,9 +101,13 @@ def write_whole(path: Path, text: str, *, make_folder: bool = True) -> None:
         The file.
     text
         Its whole content.
+    private
+        As for `whole_file`.
 
     Raises
     ------
+    InputError
+        As `whole_file`.
     OSError
         If it cannot be written; what was at ``path`` is then still there.
 
@@ -97,12 +119,12 @@ def write_whole(path: Path, text: str, *, make_folder: bool = True) -> None:
     ...     Path(folder, "page.html").read_text(encoding="utf-8")
     '<p>ΔE00'
     """
-    with whole_file(path, make_folder=make_folder) as draft:
+    with whole_file(path, make_folder=make_folder, private=private) as draft:
         draft.write_bytes(text.encode("utf-8"))
 
 
 @contextmanager
-def whole_folder(path: Path, *, replace: bool = False) -> Iterator[Path]:
+def whole_folder(path: Path, *, replace: bool = False, private: bool = False) -> Iterator[Path]:
     """Yield a draft folder beside ``path`` for the body to fill; at the end it takes the place of ``path``.
 
     If the body raises, ``path`` stays as it was and the draft is removed. The folder above is made if need be. A folder
@@ -114,6 +136,8 @@ def whole_folder(path: Path, *, replace: bool = False) -> Iterator[Path]:
         The folder to make.
     replace
         Whether a folder at ``path`` that is not empty is replaced.
+    private
+        As for `whole_file`, of all that is in the folder at the end.
 
     Yields
     ------
@@ -122,6 +146,8 @@ def whole_folder(path: Path, *, replace: bool = False) -> Iterator[Path]:
 
     Raises
     ------
+    InputError
+        As `whole_file`.
     OSError
         If the draft cannot be put in place of ``path``.
 
@@ -134,8 +160,8 @@ def whole_folder(path: Path, *, replace: bool = False) -> Iterator[Path]:
     ...     [file.name for file in Path(folder, "results").iterdir()]
     ['scores.txt']
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    _remove_left(path)
+    _make_folder(path.parent, private)
+    remove_left(path.parent)
     draft = _beside(path, "part")
     draft.mkdir(mode=0o700)
     try:
@@ -143,6 +169,8 @@ def whole_folder(path: Path, *, replace: bool = False) -> Iterator[Path]:
         mask = os.umask(0)
         os.umask(mask)
         draft.chmod(0o777 & ~mask)
+        if private:
+            restrict(draft)
         if replace and path.exists():
             before = _beside(path, "before")
             rename(path, before)
@@ -162,7 +190,7 @@ def whole_folder(path: Path, *, replace: bool = False) -> Iterator[Path]:
 
 def _beside(path: Path, what: str) -> Path:
     """Return a new hidden name beside ``path`` that says which process of which machine it belongs to."""
-    return path.with_name(f".{path.name[:80]}.{os.getpid()}-{_machine()}-{secrets.token_hex(4)}.{what}")
+    return path.with_name(f".{path.name[:_LONGEST]}.{os.getpid()}-{_machine()}-{secrets.token_hex(4)}.{what}")
 
 
 def _machine() -> str:
@@ -170,17 +198,27 @@ def _machine() -> str:
     return hashlib.sha256(platform.node().encode()).hexdigest()[:8]
 
 
-def _remove_left(path: Path) -> None:
-    """Remove what killed processes of this machine left of drafts for ``path``; what stood there before comes back."""
-    owner = re.compile(rf"{re.escape(f'.{path.name[:80]}.')}(\d+)-{_machine()}-[0-9a-f]{{8}}\.(part|before)(\..*)?")
-    for left in path.parent.glob(f"{glob.escape(f'.{path.name[:80]}.')}*-{_machine()}-*"):
-        match = owner.fullmatch(left.name)
-        if match is None or is_alive(int(match[1])):
-            continue
-        with suppress(OSError):
-            if match[2] == "before" and not path.exists():
-                rename(left, path)
-            elif left.is_dir() and not left.is_symlink():
-                shutil.rmtree(left)
-            else:
-                left.unlink()
+def remove_left(folder: Path) -> None:
+    """Remove what killed processes of this machine left of drafts in ``folder``; what such a one took away comes back.
+
+    Nothing of a process that lives is touched, nor what another machine left.
+    """
+    owner = re.compile(rf"\.(.+)\.(\d+)-{_machine()}-[0-9a-f]{{8}}\.(part|before)(\..*)?")
+    with suppress(OSError), os.scandir(folder) as entries:
+        left = [match for entry in entries if (match := owner.fullmatch(entry.name))]
+        for match in left:
+            if not is_alive(int(match[2])):
+                with suppress(OSError):
+                    _clear(folder / match[0], match)
+
+
+def _clear(left: Path, match: re.Match[str]) -> None:
+    path = left.with_name(match[1])
+    if match[3] == "before" and len(path.name) == _LONGEST:
+        return  # its whole name is not known
+    if match[3] == "before" and not path.exists():
+        rename(left, path)
+    elif left.is_dir() and not left.is_symlink():
+        shutil.rmtree(left)
+    else:
+        left.unlink()

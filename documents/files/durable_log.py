@@ -19,6 +19,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, BinaryIO, Protocol, TypeVar
 
+from documents.files.access import opener
 from documents.files.atomic import whole_file
 from documents.files.chain import CHAINED, COUNT, EMPTY, LogState, sealed
 from documents.files.log_rescue import LogDisturbedError, difference, rescue
@@ -70,8 +71,10 @@ class DurableLog:
         return bytes(self._content[begin:end])
 
     @classmethod
-    def create(cls, file: Path, lock_file: Path, header: Mapping[str, Any]) -> DurableLog:
+    def create(cls, file: Path, lock_file: Path, header: Mapping[str, Any], *, private: bool = True) -> DurableLog:
         """Make the log ``file`` with ``header`` as its first line; it appears with the whole header or not at all.
+
+        ``private`` says that it has people's data, as for `whole_file`.
 
         Raises
         ------
@@ -83,7 +86,7 @@ class DurableLog:
         lock = _locked(lock_file)
         try:
             line, digest = sealed({**header, CHAINED: True}, 1, EMPTY)
-            with whole_file(file) as draft, open(draft, "wb", buffering=0) as stream:
+            with whole_file(file, private=private) as draft, open(draft, "wb", buffering=0) as stream:
                 _write(stream, line + b"\n", 0)
             sync_folder(file.parent)
             return cls(file, lock, _open(file), LogState(1, len(line) + 1, digest, 1), line + b"\n")
@@ -265,7 +268,7 @@ def _set_aside(file: Path, tail: bytes, torn_file: Path) -> None:
     while aside.exists() and aside.read_bytes() != tail:  # the log was torn here before
         number += 1
         aside = torn_file.with_stem(f"{stem}-{number}")
-    with open(aside, "wb") as kept:
+    with open(aside, "wb", opener=opener) as kept:
         kept.write(tail)
         kept.flush()
         os.fsync(kept.fileno())

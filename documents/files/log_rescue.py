@@ -100,7 +100,7 @@ def rescue(file: Path, content: bytes | bytearray) -> Rescue:
 
 def _write_again(file: Path, content: bytes | bytearray) -> Path | None:
     aside = None
-    with whole_file(file) as draft:
+    with whole_file(file, private=True) as draft:
         with open(draft, "wb") as stream:
             stream.write(content)
             stream.flush()

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
+from documents.files.access import make_private, opener
 from documents.files.atomic import whole_file
 from documents.files.durable_log import DurableLog
 
@@ -185,8 +186,8 @@ class Mirror:
         """Write what the copy lacks; it is compared with the log if it was touched meanwhile, or ``closely``."""
         if not self._folder.is_dir():
             raise FileNotFoundError(errno.ENOENT, "there is no such folder", str(self._folder))
-        self._copy.parent.mkdir(parents=True, exist_ok=True)
-        with open(self._copy, "ab", buffering=0) as stream:
+        make_private(self._copy.parent)
+        with open(self._copy, "ab", buffering=0, opener=opener) as stream:
             held = os.fstat(stream.fileno())
             done = held.st_size
             if closely or not done or (done, held.st_mtime_ns) != (self._done, self._left_ns):
@@ -208,5 +209,5 @@ class Mirror:
         if check.differs_at is not None:
             self._left = self._left or f"the copy {copy} is another file than {file}; it is left as it is"
         elif check.size < file.stat().st_size or not copy.exists():
-            with whole_file(copy) as draft:
+            with whole_file(copy, private=True) as draft:
                 draft.write_bytes(file.read_bytes())

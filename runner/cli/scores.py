@@ -275,7 +275,7 @@ def _random_observers(
 
     fit = fit_observers(read.comparisons, model, alpha=alpha, adjust=adjust)
     if file is not None:
-        write_whole(Path(file), observer_table(fit))
+        write_whole(Path(file), observer_table(fit), private=True)
     if as_json:
         click.echo(json.dumps(fit.to_json() | read.to_json() | work_done(), indent=2, allow_nan=False))
     else:

@@ -247,7 +247,7 @@ def print_pdf(page: Path, pdf: Path) -> None:
             raise _failed(browser, page) from error
         if not printed.is_file():
             raise _failed(browser, page)
-        with whole_file(pdf, make_folder=False) as draft:
+        with whole_file(pdf, make_folder=False, private=True) as draft:
             shutil.copyfile(printed, draft)
 
 

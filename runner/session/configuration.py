@@ -50,7 +50,7 @@ class Configuration:
         if (place / CONFIGURATION_LIST).exists():
             return place
         try:
-            with whole_folder(place) as draft:
+            with whole_folder(place, private=True) as draft:
                 for name, content in self.contents.items():
                     file = draft / name
                     file.parent.mkdir(parents=True, exist_ok=True)

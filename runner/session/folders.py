@@ -30,7 +30,7 @@ from analysis.records import (
     read_session,
 )
 from documents import Finding
-from documents.files import DurableLog, LogInUseError, Mirror
+from documents.files import DurableLog, LogInUseError, Mirror, make_private
 from documents.platform import sync_folder
 from documents.text import counted
 from runner.errors import SessionError
@@ -192,8 +192,7 @@ class Recorder:
             If the folder exists already or cannot be written.
         """
         try:
-            folder.parent.mkdir(parents=True, exist_ok=True)
-            folder.mkdir()
+            make_private(folder, new=True)
         except FileExistsError as error:
             raise SessionError(Finding("this session exists already", str(folder))) from error
         except OSError as error:

@@ -7,6 +7,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from documents import Finding
+from documents.files import make_private, remove_left
 from runner.errors import SessionError
 from runner.session.folders import is_running, observer_folder
 
@@ -35,7 +36,7 @@ def only_session(results: Path, experiment: str, observer: str) -> Iterator[None
     made = [path for path in (folder, folder.parent, results) if not path.exists()]
     lock = FileLock(folder / _LOCK, thread_local=False)
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        make_private(folder)
         lock.acquire(timeout=0)
     except Timeout as error:
         raise _running(folder, experiment, observer) from error
@@ -43,6 +44,8 @@ def only_session(results: Path, experiment: str, observer: str) -> Iterator[None
         what = f"the results folder cannot be written: {error.strerror}"
         raise SessionError(Finding(what, str(folder), remedy="choose another")) from error
     try:
+        for other in folder.glob("ses-*"):  # of a process that was killed while it wrote there
+            remove_left(other)
         yield
     finally:
         if folder in made and not any(folder.glob("ses-*")):

@@ -94,7 +94,10 @@ def test_what_fails_half_way_leaves_the_earlier_export_and_nothing_else(lab: Lab
     assert sorted(path.name for path in lab.folder.iterdir()) == ["bids", "results"]
 
 
-def test_the_folder_can_be_read_by_those_who_may_read_its_neighbours(tmp_path: Path) -> None:
+def test_the_folder_can_be_read_by_those_who_may_read_its_neighbours_if_asked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("CYCLOPEAN_ACCESS", "all")
     (tmp_path / "neighbour").mkdir()
     with replacing(tmp_path / "new"):
         pass

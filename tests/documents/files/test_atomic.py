@@ -112,11 +112,30 @@ def test_what_a_killed_process_left_goes_with_the_next_writing(tmp_path: Path) -
         killed(file, "file", "body")
         killed(folder, "folder", "body")
     left = [path.name for path in tmp_path.iterdir()]
-    assert len(left) == 2, left  # the second killed process had removed what the first left
+    assert len(left) == 1, left  # each killed process had removed what the one before left
     write_whole(file, "whole")
     with whole_folder(folder, replace=True) as draft:
         (draft / "inside").write_text("whole")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["data[1]", "report.html"]
+
+
+@posix
+def test_what_killed_processes_left_goes_whatever_is_written_into_the_folder(tmp_path: Path) -> None:
+    replaced = tmp_path / "dataset"
+    replaced.mkdir()
+    (replaced / "inside").write_text("old")
+    long = "a" * 90
+    for name in ("page.html", long):
+        killed(tmp_path / name, "file", "body")
+    killed(tmp_path / "made", "folder", "body")
+    killed(replaced, "folder", "between")
+    write_whole(tmp_path / "other.html", "whole")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["dataset", "other.html"]
+    assert (replaced / "inside").read_text() == "old"
+    killed(tmp_path / "page.html", "file", "body")
+    with whole_folder(tmp_path / "third"):
+        pass
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["dataset", "other.html", "third"]
 
 
 @posix

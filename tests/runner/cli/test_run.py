@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import os
 import shlex
+import signal
 import subprocess
+import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +19,7 @@ from filelock import FileLock
 from analysis.records import read_results
 from analysis.records.session_record import read_session, session_files
 from analysis.report.notes import on_sessions
+from documents.files import whole_file
 from documents.files.chain import EMPTY, sealed
 from runner.blocks.incomplete_pairs import PLACES, place_of
 from runner.blocks.setting import Draw
@@ -91,6 +94,20 @@ def test_resume_continues_where_the_session_stopped(study: Study) -> None:
     assert _answered(study.results) == whole
     told = _simulate(study, "--resume", expect=2)
     assert "there is no unfinished session to resume" in told.stderr
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="SIGKILL")
+def test_what_a_killed_session_left_of_a_draft_goes_with_the_observers_next_session(study: Study) -> None:
+    left = study.results / "small" / "sub-01" / "ses-20260101T000000abcdefghij" / "session.jsonl"
+    code = "import os, signal, sys; from pathlib import Path; from documents.files import whole_file\n"
+    code += "with whole_file(Path(sys.argv[1])) as draft: draft.touch(); os.kill(os.getpid(), signal.SIGKILL)"
+    with whole_file(left.with_name("page.html")) as ours:
+        done = subprocess.run([sys.executable, "-c", code, str(left)], cwd=Path(__file__).parents[3], check=False)
+        assert done.returncode == -signal.SIGKILL
+        ours.touch()
+        assert len(list(left.parent.iterdir())) == 2
+        _simulate(study)
+        assert list(left.parent.iterdir()) == [ours]
 
 
 def _typed(study: Study, told: str, after: str) -> list[str]:
