@@ -180,9 +180,25 @@ class GammaTable:
 
     def difference_codes(self, other: GammaTable) -> float:
         """Return the largest difference of two known tables at the smaller one's codes, in codes of 8 bits."""
+        return 255.0 * float(self._differences(other).max())
+
+    def difference_from(self, other: GammaTable) -> str:
+        """Return in a phrase by how much, at which code and in which channel this one differs most from ``other``.
+
+        Both must be known.
+        """
+        apart = self._differences(other)
+        entry, channel = (int(place) for place in np.unravel_index(int(np.argmax(apart)), apart.shape))
+        code = 255.0 * entry / (len(apart) - 1)
+        return (
+            f"it differs by up to {255.0 * apart.max():.2f} codes of 8 bits, most at code {code:.3g} of "
+            f"{('red', 'green', 'blue')[channel]}"
+        )
+
+    def _differences(self, other: GammaTable) -> Floats:
+        """Return by which shares two known tables differ at the smaller one's codes, shape (n, 3)."""
         smaller, larger = sorted((self, other), key=lambda table: table.size)
-        at = np.linspace(0.0, 1.0, smaller.size)
-        return 255.0 * float(np.abs(smaller.shares - larger.at(at)).max())
+        return np.abs(smaller.shares - larger.at(np.linspace(0.0, 1.0, smaller.size)))
 
     def at(self, codes: ArrayLike) -> Floats:
         """Return what ``codes`` in 0..1 become, shares of full code.

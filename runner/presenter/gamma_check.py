@@ -39,7 +39,8 @@ def compare_tables(measured: Mapping[Eye, GammaTable], loaded: Loaded) -> GammaV
         same = before.same_as(there.table)
         if same is False:
             what = f"the gamma table loaded on '{there.monitor}' is not the one that the display was measured with"
-            refusals[f"{what}: it is {there.table.sentence()}; measured with {before.sentence()}"] = None
+            apart = there.table.difference_from(before)
+            refusals[f"{what}: {apart}; it is {there.table.sentence()}; measured with {before.sentence()}"] = None
         elif not there.table.known:
             what = f"the gamma table of '{there.monitor}' cannot be read: {there.table.unknown}"
             warnings[f"{what}; colours are right only if it is the one that the display was measured with"] = None
@@ -51,6 +52,12 @@ def compare_tables(measured: Mapping[Eye, GammaTable], loaded: Loaded) -> GammaV
             what = f"the gamma table that the display was measured with is not known: {before.unknown}"
             warnings[f"{what}; loaded on '{there.monitor}' is {there.table.sentence()}"] = None
     return GammaVerdict("; ".join(refusals), "; ".join(warnings))
+
+
+def change_of_table(before: GammaTable, now: GammaTable) -> str:
+    """Return in a phrase how a table changed, and by how much where both are known."""
+    apart = f", and {now.difference_from(before)}" if before.known and now.known else ""
+    return f"it was {before.sentence()}, and is {now.sentence()}{apart}"
 
 
 def tables_json(tables: Mapping[Eye, LoadedTable] | Mapping[Eye, GammaTable]) -> dict[str, Any]:
@@ -93,5 +100,5 @@ class GammaWatch:
             was, there = before[eye], self.loaded[eye]
             if was.table.same_as(there.table) is False or was.table.known != there.table.known:
                 what = f"the gamma table on '{there.monitor or was.monitor}' changed"
-                return f"{what}: it was {was.table.sentence()}, and is {there.table.sentence()}"
+                return f"{what}: {change_of_table(was.table, there.table)}"
         return ""

@@ -25,7 +25,14 @@ from runner.observers.simulated import BradleyTerryObserver, mean_delta_e_00
 from runner.observers.walk import walk
 from runner.ports import NoOthers, Observer, Pool
 from runner.presenter.errors import GraphicsError
-from runner.presenter.gamma_check import REMEDY, GammaWatch, compare_tables, table_of_record, tables_json
+from runner.presenter.gamma_check import (
+    REMEDY,
+    GammaWatch,
+    change_of_table,
+    compare_tables,
+    table_of_record,
+    tables_json,
+)
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces.surface import Surface, open_surface
@@ -386,8 +393,13 @@ class Station:
         if not change:
             return
         session.note(change, "program")
-        if not self.accept_gamma_table:
+        if not self._gamma_may_change:
             raise SessionStoppedError(f"{change}. Load that table again (docs/gamma_table.md)")
+
+    @property
+    def _gamma_may_change(self) -> bool:
+        """Whether another gamma table is noted only: where that is accepted, and on a display that nobody measured."""
+        return self.accept_gamma_table or self.experiment.rig.nominal is not None
 
     @property
     def _stamps(self) -> dict[str, Any]:
@@ -427,12 +439,13 @@ class Station:
         now = hashes(self.experiment, self.stimuli)
         if not accept_changes:
             check_unchanged(stopped.header, now, stopped.file)
+        self.resume_remarks = ()
         changed = changes(stopped.header, now) | self._gamma_change(stopped)
         if changed:
             changed |= changes(stopped.header, {"configuration": self.configuration.digest})
         self.configuration.keep(stopped.file.parents[2])
         recorder, log, clock = Recorder.resume(stopped.file.parent, changed, stopped)
-        self.resume_remarks = tuple(_on_clock(log, clock))
+        self.resume_remarks += tuple(_on_clock(log, clock))
         return recorder, log, clock
 
     def _why_not_as_logged(self, log: SessionLog) -> str:
@@ -453,9 +466,10 @@ class Station:
         for eye in EYES:
             before, now = table_of_record(held, eye), self.watch.loaded[eye]
             if now.monitor and before.same_as(now.table) is False:
-                if not self.accept_gamma_table:
-                    what = f"this session began with another gamma table: {before.sentence()}; now there is {now}"
+                what = "this session began with another gamma table: " + change_of_table(before, now.table)
+                if not self._gamma_may_change:
                     raise SessionError(Finding(what, str(stopped.file), remedy=REMEDY))
+                self.resume_remarks += (f"{what} on '{now.monitor}'",)
                 return {"gamma_table": {"before": before.sha256, "now": now.table.sha256}}
         return {}
 

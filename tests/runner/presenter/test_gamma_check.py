@@ -49,7 +49,22 @@ def test_another_table_is_refused_with_both_named(before: GammaTable, now: Gamma
     refusal = compare_tables(measured(before), on(now)).refusal
     assert "'DP-1' is not the one that the display was measured with" in refusal
     assert f"it is {now.sentence()}; measured with {before.sentence()}" in refusal
+    assert now.difference_from(before) in refusal
     assert refusal.count("DP-1") == 1  # said once for both eyes
+
+
+def test_two_tables_that_are_as_far_from_the_identity_are_told_apart() -> None:
+    """Each is off by up to 255 codes, in another channel: what is said is the difference of the two."""
+    ramp = np.linspace(0.0, 1.0, 256)
+    shares = np.stack([ramp, ramp, ramp], axis=1)
+    before, now = (GammaTable.from_shares(np.where(turned, 1 - shares, shares)) for turned in ([0, 1, 1], [1, 0, 1]))
+    assert before.sentence() == now.sentence()
+    apart = now.difference_from(before)
+    assert apart == "it differs by up to 255.00 codes of 8 bits, most at code 0 of red"
+    small = GammaTable.from_shares(np.clip(shares + np.array([0.0, 0.0, 0.1]) * (ramp == ramp[128])[:, None], 0, 1))
+    assert small.difference_from(GammaTable.identity()).endswith("25.50 codes of 8 bits, most at code 128 of blue")
+    watch = GammaWatch(iter([on(before), on(now)]).__next__)
+    assert apart in watch.change(now=True)
 
 
 def test_each_eye_has_its_own() -> None:

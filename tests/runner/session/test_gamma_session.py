@@ -188,6 +188,28 @@ def test_a_session_is_not_resumed_with_another_table_though_none_was_measured(
     assert set(resumption.accepted_changes) == {"gamma_table"}
 
 
+def test_on_a_nominal_display_another_table_is_noted_and_refuses_nothing(
+    study: Study, load_table: Load, at_every_trial: None
+) -> None:
+    """Not in mid-session, and not when it is resumed; nobody measured it with any."""
+    panel = "panel: {resolution_px: [640, 480], pixel_pitch_mm: 0.25}"
+    study.edit("rig.yaml", "display: display.yaml", f"display: {{nominal: srgb, white_cd_m2: 100, {panel}}}")
+    assert (
+        run_session(study.experiment, "01", options(study, on_trial=change_at(2, load_table, 0.9))).ending
+        == "completed"
+    )
+    log = log_of(study)
+    assert [note.by for note in log.notes] == ["program"]
+    log.file.write_bytes(b"".join(log.file.read_bytes().splitlines(keepends=True)[:5]))  # killed
+    load_table(0.8)
+    said: list[str] = []
+    done = run_session(study.experiment, "01", options(study, resume=True, notify=said.append))
+    assert done.ending == "completed"
+    (resumption,) = log_of(study).resumptions
+    assert set(resumption.accepted_changes) == {"gamma_table"}
+    assert [line for line in said if "began with another gamma table" in line]
+
+
 def test_a_rig_sets_the_identity_for_its_sessions(study: Study, load_table: Load) -> None:
     measured_with(study, 1.0)
     study.edit("rig.yaml", "distance_mm: 700\n", "distance_mm: 700\ngamma_table: identity\n")
