@@ -135,8 +135,10 @@ class DisplayFit:
             errors = chosen.held_out
             readings = f"{len(fit.characterisation.patches)} readings of {origin_of(self.file, self.instrument)}"
             source = f"{chosen.name} fitted to {readings}; {HeldOut(errors.mean, errors.p95, errors.max).words}"
+            worst = chosen.worst_light
+            dark = () if worst is None else (f"held-out luminance off by {worst.off} from {worst.between} at worst",)
             drift = () if fit.drift is None else (f"corrected for drift: {fit.drift.words}",)
-            source = "; ".join((source, *drift, *self.assumptions))
+            source = "; ".join((source, *dark, *drift, *self.assumptions))
             table = [] if self.gamma_table is None else gamma_table_lines(self.gamma_table)
             light = self.room.get(eye) or self.room.get("both") or (next(iter(self.room.values()), None))
             ambient = [] if light is None else ambient_lines(light.ambient_XYZ_cd_m2)

@@ -156,6 +156,26 @@ def test_a_ti3_is_fitted_and_converted(thesis: Path, tmp_path: Path) -> None:
         np.testing.assert_allclose(np.array([row[1:] for row in rows], dtype=float), found(given), rtol=1e-8)
 
 
+def test_the_display_file_says_how_far_light_is_off(thesis: Path, tmp_path: Path) -> None:
+    """Both figures that a model is chosen by stand in ``source``; that of ΔE00 is still read from there."""
+    path = tmp_path / "d.yaml"
+    told = json.loads(_run("fit", str(thesis), "-o", str(path), "--json", *PANEL))
+    found = told["both"]
+    chosen = next(each for each in found["candidates"] if each["model"] == found["chosen"])
+    worst = max(
+        (each for each in chosen["held_out_luminance"] if each["readings"] >= 3), key=lambda e: e["off_percent"]
+    )
+    display = read_display(path)
+    text = path.read_text(encoding="utf-8")
+    said = re.search(r"held-out luminance off by ([\d.]+) (%|times)", text)
+    assert said is not None
+    assert said[2] == "%"
+    assert float(said[1]) == pytest.approx(worst["off_percent"], rel=0.1)
+    assert display.held_out["quad-buffered"]["left"].mean == pytest.approx(
+        chosen["held_out_delta_e_2000"]["mean"], abs=0.005
+    )
+
+
 def test_a_calibrated_display_whose_calibration_ends_low_is_fitted_with_its_table(tmp_path: Path) -> None:
     """Readings through dispread -k: the codes stay as sent, and the calibration becomes the mode's gamma table."""
     calibration = GammaTable.from_shares(np.linspace(0.0, 1.0, 256)[:, None] * [0.97, 0.746, 0.68])
