@@ -211,6 +211,13 @@ class Seen:
         """What an eye got of its picture's pixels, where that is not all of them; else empty."""
         return SAMPLED.get(self.mode, "")
 
+    @property
+    def otherwise(self) -> str:
+        """What an eye gets in place of its own view; empty where it gets its view."""
+        if self.has_filters:
+            return "both views mixed, through its coloured filter"
+        return f"{self.sampled} of its view" if self.sampled else ""
+
     def to_json(self) -> dict[str, Any]:
         """Return what is known as plain values, one under each key."""
         values: dict[str, Any] = {"mode": self.mode, "characterised_as": self.characterised_as}

@@ -22,7 +22,7 @@ from analysis.classes import Adjust
 from analysis.comparisons import factors_of
 from analysis.errors import ResultsError
 from analysis.observers import Filter, keep
-from analysis.records import Header, SessionLog, read_results, who_answered
+from analysis.records import Header, SessionLog, read_results, what_eyes_saw, who_answered
 from documents import Finding, did_you_mean
 from runner.agreement.photographs import photographs_of
 from runner.agreement.shown import ShownPictures, shown_pictures
@@ -261,6 +261,8 @@ def _session_notes(sessions: Sequence[SessionLog]) -> list[str]:
     unfinished = sum(not session.complete for session in sessions)
     if unfinished:
         notes.append(f"{unfinished} of {len(sessions)} sessions were not completed; their answers count.")
+    otherwise = dict.fromkeys(seen.otherwise for seen in what_eyes_saw(sessions) if seen.otherwise)
+    notes += [f"Each eye saw {what}. Measured is its view by itself, not what it saw." for what in otherwise]
     if sessions[0].header.nominal:
         notes.append("The display was not measured: luminances and colours of the pictures are nominal.")
     return notes
@@ -271,7 +273,7 @@ def _facts(shown: ShownPictures, agreement: Agreement) -> tuple[tuple[str, str],
     white = " ".join(f"{part:.4g}" for part in viewing.white_XYZ)
     return (
         ("Photographs", ", ".join(dict.fromkeys(agreement.photographs))),
-        ("Pictures", "as the display showed them: the part that the layout shows, clipped to the gamut"),
+        ("Pictures", "each eye's view by itself: the part that the layout shows, clipped to the display's gamut"),
         ("SHA-256 of the stimuli", shown.stimuli.digest),
         ("Viewing distance", f"{viewing.distance_mm:g} mm, by the record of the sessions"),
         ("Pixels per degree", f"{viewing.pixels_per_degree:.4g}"),

@@ -108,20 +108,18 @@ def _ghosts(report: CheckReport, design: Experiment, source: YamlSource) -> None
 
 
 def _filters(report: CheckReport, source: YamlSource) -> None:
-    """Warn of pictures whose colours an anaglyph's filters change so much that an eye notices it on the whole."""
+    """Warn of pictures that differ, through an anaglyph's filters, so much that an eye notices it on the whole."""
     means, largest = report.facts["filters_cost_mean_delta_e_00"], report.facts["filters_cost_max_delta_e_00"]
     changed = [name for name, eyes in means.items() if max(eyes) >= NOTICED_DELTA_E_00]
     if not changed:
         return
     most = max(changed, key=lambda name: max(means[name]))
     what = (
-        f"the anaglyph's filters change the colours of {len(changed)} of {counted(len(means), 'stimulus', 'stimuli')} "
-        f"by a mean ΔE00 of {NOTICED_DELTA_E_00:g} or more: {_some(changed)}; most of '{most}', by "
-        f"{max(means[most]):.1f} on average, and {max(largest[most]):.0f} at most"
+        f"through the anaglyph's filters, {len(changed)} of {counted(len(means), 'stimulus', 'stimuli')} differ from "
+        f"what was asked by a mean ΔE00 of {NOTICED_DELTA_E_00:g} or more: {_some(changed)}; most '{most}', by "
+        f"{max(means[most]):.1f} on average and {max(largest[most]):.0f} at most"
     )
-    remedy = (
-        "choose a mode that gives each eye its own colours (`cyclopean doctor` lists them), show greys, or accept it"
-    )
+    remedy = "choose a mode that gives each eye its own colours (`cyclopean doctor` lists them), or accept it"
     report.warnings.append(source.finding(("stimuli",), what, remedy))
 
 

@@ -161,6 +161,12 @@ def _in_words(shown: ShownPicture) -> str:
             f"{share['percent_above_full']:.2f} % above full drive; "
             f"that costs {share['delta_e_00_mean']:.3f} ΔE00 on average, at most {share['delta_e_00_max']:.1f}"
         )
+        if "projection_delta_e_00_mean" in share:
+            lines.append(
+                f"{eye} eye: the anaglyph's filters change colours besides by "
+                f"{share['projection_delta_e_00_mean']:.3f} ΔE00 on average, at most "
+                f"{share['projection_delta_e_00_max']:.1f}"
+            )
         if shown.crosstalk:
             lines.append(f"{eye} eye: {_ghosts(shown.crosstalk[eye])}")
     lines += [f"written: {path}" for path in shown.screenshots]

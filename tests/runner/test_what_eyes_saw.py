@@ -23,13 +23,13 @@ from runner.cli import main
 from runner.session import simulate
 from runner.studies import StudyOptions, new_study, panel_of
 
-RED_CUP, GREY_CUP = (200, 20, 30), (90, 90, 90)
+RED_CUP, GREY_CUP = (200, 20, 30), (130, 130, 130)
 FILTERS = ("filters_delta_e_00_mean", "filters_delta_e_00_worst_mean", "filters_delta_e_00_max")
 
 
 @dataclass(frozen=True, slots=True)
 class Tried:
-    """A study of two pictures that one simulated observer has judged."""
+    """A study of four pictures that one simulated observer has judged."""
 
     experiment: Path
     results: Path
@@ -53,7 +53,7 @@ def tried(tmp_path_factory: pytest.TempPathFactory) -> Any:
     @cache
     def make(cup: tuple[int, int, int], mode: str) -> Tried:
         folder = root / f"{mode}-{cup[0]}"
-        for name, size in (("one", 24), ("two", 16)):
+        for name, size in (("one", 24), ("two", 16), ("three", 20), ("four", 28)):
             for eye, left in (("L", 12), ("R", 10)):
                 pixels = np.full((36, 48, 3), (150, 150, 150), np.uint8)
                 pixels[6 : 6 + size, left : left + size] = cup
@@ -80,7 +80,7 @@ def _checked(study: Tried) -> dict[str, Any]:
 
 
 def _warned_of_filters(study: Tried) -> list[str]:
-    return [str(warning) for warning in _checked(study)["warnings"] if "filters change" in str(warning)]
+    return [str(warning) for warning in _checked(study)["warnings"] if "anaglyph's filters" in str(warning)]
 
 
 def _sections(page: Path) -> dict[str, str]:
@@ -166,3 +166,11 @@ def test_without_filters_nothing_is_said_of_them(tried: Any, mode: str) -> None:
     assert "coloured filter" not in page["methods"]
     assert not any("filter" in str(column) for column in cyclopean.read_results(study.results))
     assert study.log.display["filters"] is None
+
+
+@pytest.mark.parametrize(("mode", "said"), [("anaglyph-red-cyan", True), ("side-by-side", False)])
+def test_agreement_says_where_what_is_measured_is_not_what_was_seen(tried: Any, mode: str, said: bool) -> None:
+    study = tried(RED_CUP, mode)
+    words = ("--experiment", study.experiment, "--measures", "delta-e-2000", "--photograph", "one")
+    notes = json.loads(_run("agreement", study.results, *words, "--json"))["notes"]
+    assert any("through its coloured filter" in note for note in notes) is said

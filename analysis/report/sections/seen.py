@@ -71,17 +71,14 @@ def caption(sessions: Sequence[SessionLog]) -> str:
         "and colours outside its gamut are clipped here too."
     ]
     if any(seen.has_filters for seen in each):
-        words.append(
-            f"These are not the colours at the eyes: the pictures are an anaglyph{some}, and each eye sees both views "
-            "mixed, through its coloured filter."
-        )
-    for sampled in dict.fromkeys(seen.sampled for seen in each if seen.sampled):
-        words.append(f"Each eye sees {sampled} of its view{some}.")
+        words.append(f"These are not the colours at the eyes: the pictures are an anaglyph{some}.")
+    for otherwise in dict.fromkeys(seen.otherwise for seen in each if seen.otherwise):
+        words.append(f"Each eye sees {otherwise}{some}.")
     return " ".join(words)
 
 
 def _lead(sessions: Sequence[SessionLog], each: Iterable[Seen]) -> str:
-    if any(seen.has_filters or seen.sampled for seen in each):
+    if any(seen.otherwise for seen in each):
         return "The view for each eye"
     if any(seen.nominal for seen in each):
         return "As a display of the standard shows them to each eye"
@@ -145,7 +142,7 @@ def _sentences(seen: Seen, cited: Citations) -> Iterator[str]:
     if seen.has_filters:
         known = f" ({_lower(_filters(seen))})" if seen.filters_are else ""
         cost = (
-            f"which changes colours by a {_cost(seen.filters, cited)}"
+            f"so that what it sees differs from its view by a {_cost(seen.filters, cited)}"
             if seen.filters
             else "and what these cost the colours is not recorded"
         )

@@ -328,3 +328,24 @@ def test_a_moved_or_squeezed_view_reads_the_whole_picture(
     write_exr(file, random_stereo(20, 1200))
     moved = {"mode_options": {"left_offset_px": [30, 0]}}
     assert in_process(file, tmp_path / "out.png", moved)[0].read_px == (1200, 20)
+
+
+def test_what_the_filters_of_an_anaglyph_cost_is_said(show: Run, tmp_path: Path) -> None:
+    text = ASUS.read_text(encoding="utf-8").replace("[1920, 1080]", "[64, 48]")
+    (tmp_path / "display.yaml").write_text(text.replace("side-by-side:", "anaglyph-red-cyan:"), encoding="utf-8")
+    model = read_display(ASUS).models("side-by-side").left
+    red = np.broadcast_to(0.3 * model.primaries_XYZ_cd_m2[:, 0] + model.black_XYZ_cd_m2, (10, 10, 3)).astype(np.float32)
+    write_exr(tmp_path / "red.exr", StereoImage(red, red))
+    common = [
+        "red.exr",
+        "--display",
+        "display.yaml",
+        "--mode",
+        "anaglyph-red-cyan",
+        "--headless",
+        "--screenshot",
+        "out.png",
+    ]
+    cost = json.loads(show(*common, "--json").stdout)["clipping"]["right"]
+    assert cost["projection_delta_e_00_mean"] > 10.0
+    assert f"{cost['projection_delta_e_00_mean']:.3f} ΔE00" in show(*common).stdout
