@@ -102,8 +102,11 @@ class Judge:
         return self._with_others(doubts[0])
 
     def _pass(self, alike: list[_Read]) -> None:
-        """Trust all readings so far where black and white have just been read and make sense."""
-        if _codes(alike[-1]) in ({0.0}, {1.0}) and None not in (_last(alike, 0.0), _last(alike, 1.0)):
+        """Trust all readings so far where white has just been read and makes sense, beside black and the white before.
+
+        Black alone, which comes before it, shows neither a drift nor a cap.
+        """
+        if _codes(alike[-1]) == {1.0} and _last(alike, 0.0) is not None:
             self._checked = len(self._read)
 
     def _with_others(self, doubt: Doubt) -> Doubt:

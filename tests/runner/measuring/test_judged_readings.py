@@ -260,6 +260,18 @@ def test_white_may_change_as_much_as_a_display_that_warms_up() -> None:
     assert not any(_judged([0.0, 0.0, 0.0], "black", 0.0))
 
 
+def test_all_that_was_read_since_the_last_right_white_is_set_aside() -> None:
+    order = steps(find_patches("grey"), 1)
+    judge = Judge()
+    for step in order[:16]:
+        level = (60.0 if step.position > 5 else 100.0) * step.patch.codes[0] ** 2.2
+        doubt = judge.doubt(step, Reading((level, level, level)))
+    assert doubt is not None
+    assert [step.label for step in order[:2]] == ["black", "white"]
+    assert doubt.labels == tuple(step.label for step in order[2:16])
+    assert doubt.labels[-2:] == ("black#2", "white#2")
+
+
 def test_what_was_measured_before_counts_on_resuming() -> None:
     order = steps(find_patches("grey"), 1)
     before = [Kept(0, 0.0, Reading((0.1, 0.1, 0.1))), Kept(1, 1.0, Reading((95.0, 100.0, 109.0)))]
