@@ -71,7 +71,7 @@ def verify(*places: str | Path, mirror: str | Path | None = None) -> pd.DataFram
     places
         Folders of results, from one station or many, or single logs.
     mirror
-        Folder of the copies; None for the one that the rig of a session named, if it is there.
+        Folder of the copies; None for the one that the rig of a session named, if it lies in one of the ``places``.
 
     Returns
     -------

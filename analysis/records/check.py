@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,13 +13,14 @@ from analysis.records.results import result_files
 from analysis.records.seal import SEAL, SealCheck, check_seal
 from analysis.records.session_record import FILE_NAME, RecordReader, refusal
 from devices.measurements import is_measurement_log
-from documents import Finding
+from documents import Finding, InputError
 from documents.files import (
     MOST_LOG_BYTES,
     RESTORE,
     DamagedLineError,
     LogState,
     compare_copy,
+    inside,
     looked_for,
     open_regular,
     read_lines,
@@ -146,7 +148,7 @@ def copy_in_mirror(file: Path, mirror: Path) -> Path:
     return mirror.joinpath(*file.absolute().parts[-_LAYOUT:])
 
 
-def check_log(file: Path, mirror: Path | None = None) -> LogCheck:
+def check_log(file: Path, mirror: Path | None = None, within: Iterable[Path] = ()) -> LogCheck:
     """Check each line of a log: its checksum, and whether it is a record.
 
     Parameters
@@ -154,7 +156,9 @@ def check_log(file: Path, mirror: Path | None = None) -> LogCheck:
     file
         The log of a session, or of a measurement.
     mirror
-        Folder of the copies; None for the one that the session's header names, if it is there.
+        Folder of the copies; None for the one that the session's header names, if it is there and ``within``.
+    within
+        Folders outside of which nothing is looked at that the header names: whoever wrote the log wrote that name.
 
     Returns
     -------
@@ -190,7 +194,7 @@ def check_log(file: Path, mirror: Path | None = None) -> LogCheck:
         raise ResultsError(refusal(error, file)) from error
     if not state.lines:
         seen.findings.append(Finding("the file has no session header", str(file), 1, 1, RESTORE))
-    words = None if measured else _compare(file, state, seen, mirror)
+    words = None if measured else _compare(file, state, seen, mirror, within)
     return LogCheck(
         file,
         "measurement" if measured else "session",
@@ -204,13 +208,15 @@ def check_log(file: Path, mirror: Path | None = None) -> LogCheck:
     )
 
 
-def _compare(file: Path, state: LogState, seen: _Seen, mirror: Path | None) -> str | None:
+def _compare(file: Path, state: LogState, seen: _Seen, mirror: Path | None, within: Iterable[Path]) -> str | None:
     folder = mirror or (Path(seen.mirror) if seen.mirror else None)
     if folder is None:
         return None
+    copy = copy_in_mirror(file, folder)
+    if mirror is None and not any(_lies_in(place, copy) for place in within):
+        return f"not looked at: {folder} is outside of what is checked, to compare give --mirror"
     if mirror is None and not folder.is_dir():
         return f"not compared: there is no folder {folder}"
-    copy = copy_in_mirror(file, folder)
     try:
         check = compare_copy(file, copy, state.size)
     except OSError as error:
@@ -226,6 +232,18 @@ def _compare(file: Path, state: LogState, seen: _Seen, mirror: Path | None) -> s
     return str(check) if copy.exists() else "missing"
 
 
+def _lies_in(folder: Path, file: Path) -> bool:
+    """Return whether ``file`` lies in ``folder``; what is outside by its name is not touched to follow links."""
+    places = (os.path.abspath(folder), os.path.realpath(folder))
+    if not any(Path(os.path.abspath(file)).is_relative_to(place) for place in places):
+        return False
+    try:
+        inside(folder, file)
+    except (InputError, ValueError):  # the latter of what no file can be called
+        return False
+    return True
+
+
 def check_results(*places: str | Path, mirror: str | Path | None = None) -> ResultsCheck:
     """Check every log in ``places``, sessions and measurements, and the seal of each folder that has one.
 
@@ -234,7 +252,8 @@ def check_results(*places: str | Path, mirror: str | Path | None = None) -> Resu
     places
         Folders of results, from one station or many, or single logs.
     mirror
-        Folder of the copies to compare with; None for the one that a session's header names, if it is there.
+        Folder of the copies to compare with; None for the one that a session's header names, if it lies in one of the
+        ``places``.
 
     Returns
     -------
@@ -263,12 +282,13 @@ def check_results(*places: str | Path, mirror: str | Path | None = None) -> Resu
         if file in map(Path, places) and not _is_log(file):
             what = "this is no log of a session or a measurement"
             raise ResultsError(Finding(what, str(file), remedy="name a folder of results, or a log"))
+    within = [Path(place) for place in places]
     logs: list[LogCheck] = []
     seals: list[SealCheck] = []
     unreadable: list[Finding] = []
     for file in files:
         try:
-            logs.append(check_log(file, Path(mirror) if mirror else None))
+            logs.append(check_log(file, Path(mirror) if mirror else None, within))
         except ResultsError as error:
             unreadable += error.findings
     for folder in dict.fromkeys(seal.parent for place in places for seal in _seals(Path(place))):

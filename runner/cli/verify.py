@@ -12,7 +12,7 @@ import click
 @click.option(
     "--mirror",
     type=click.Path(path_type=Path),
-    help="Folder of the copies. Default: the one that the rig of a session named, if it is there.",
+    help="Folder of the copies. Default: the one that the rig of a session named, if it lies in RESULTS.",
 )
 @click.option(
     "--strict", is_flag=True, help="Exit status 1 also for a log that is unchained, from its first line or at all."

@@ -44,7 +44,7 @@ def test_the_copy_of_a_session_is_the_same_files(study: Study, backup: Path) -> 
     ours = {path.relative_to(study.results): path.read_bytes() for path in study.results.rglob("*") if path.is_file()}
     theirs = {path.relative_to(backup): path.read_bytes() for path in backup.rglob("*") if path.is_file()}
     assert theirs == {path: data for path, data in ours.items() if path.name != ".lock"}
-    (check,) = check_results(study.results).logs
+    (check,) = check_results(study.results, mirror=backup).logs
     assert check.mirror == "whole"
     assert check.complete
     assert read_session(file).header.presentation["results_mirror"] == str(backup)
@@ -83,10 +83,10 @@ def test_a_folder_that_is_not_there_is_noted_and_the_session_completed(study: St
     assert len(said) == 1
     assert "there is no such folder" in said[0]
     assert not backup.exists()
-    (check,) = check_results(study.results).logs
+    (check,) = check_results(study.folder).logs
     assert str(check.mirror).startswith("not compared")
     backup.mkdir()
-    checked = check_results(study.results)
+    checked = check_results(study.folder)
     assert [finding.message for finding in checked.findings] == [f"the copy of {file} is missing"]
 
 
@@ -158,13 +158,47 @@ def test_results_and_copies_in_one_folder_are_refused(study: Study, backup: Path
 
 def test_verify_compares_with_the_copies(study: Study, backup: Path) -> None:
     file, _ = run(study)
-    told = study.cyclopean("verify", study.results)
+    told = study.cyclopean("verify", study.results, "--mirror", backup)
     assert f"{file}: " in told.stdout
     assert "chained, complete, copy: whole, digest " in told.stdout
     copy = copy_in_mirror(file, backup)
     os.truncate(copy, copy.stat().st_size - 3)
     told = study.cyclopean("verify", study.results, "--mirror", backup, expect=1)
     assert f"the copy of {file} is behind by 1 line (resume the session, or copy the file)" in told.stderr
-    (log,) = json.loads(study.cyclopean("verify", study.results, "--json", expect=1).stdout)["logs"]
+    (log,) = json.loads(study.cyclopean("verify", study.results, "--mirror", backup, "--json", expect=1).stdout)["logs"]
     assert log["mirror"] == "behind by 1 line"
     assert "no such folder of copies" in study.cyclopean("verify", study.results, "--mirror", "no", expect=2).stderr
+
+
+def test_verify_follows_a_folder_that_a_log_names_only_within_what_it_is_given(
+    study: Study, backup: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file, _ = run(study)
+    copy_in_mirror(file, backup).write_bytes(b"the diary of somebody else\n")
+
+    def of(place: Path, expect: int) -> dict[str, str]:
+        told = json.loads(study.cyclopean("verify", place, "--json", expect=expect).stdout)
+        return {log["file"]: log["mirror"] for log in told["logs"]}
+
+    assert of(study.folder, 1)[str(file)] == "differs at line 1"
+    link = study.folder.with_name("link")
+    link.symlink_to(study.folder)
+    assert of(link, 1)[str(link / file.relative_to(study.folder))] == "differs at line 1"
+    link.unlink()
+    looked: list[str] = []
+    real = os.stat
+
+    def stat(path: Any, *more: Any, **other: Any) -> os.stat_result:
+        looked.append(str(path))
+        return real(path, *more, **other)
+
+    monkeypatch.setattr(os, "stat", stat)
+    monkeypatch.setattr(os, "lstat", stat)
+    assert of(study.results, 0)[str(file)].startswith("not looked at: ")
+    assert of(file, 0)[str(file)].startswith("not looked at: ")
+    assert not [path for path in looked if path.startswith(str(backup))]
+    monkeypatch.undo()
+    elsewhere = study.folder.with_name("elsewhere")
+    backup.rename(elsewhere)
+    backup.symlink_to(elsewhere)
+    assert of(study.folder, 0)[str(file)].startswith("not looked at: ")
