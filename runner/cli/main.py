@@ -215,13 +215,14 @@ def main() -> None:
         # Only now: these bring pydantic, which the help text must not wait for.
         from documents import InputError
         from documents.text import visible
+        from runner.errors import SessionStoppedError
         from runner.presenter.errors import GraphicsError
 
         if isinstance(error, InputError):
             for finding in error.findings:
                 click.echo(f"error: {finding}", err=True)
             sys.exit(2)
-        if isinstance(error, GraphicsError):
+        if isinstance(error, GraphicsError | SessionStoppedError):
             click.echo(f"cyclopean: {visible(str(error))}", err=True)
             sys.exit(1)
         raise

@@ -115,9 +115,8 @@ def command(
     from contextlib import ExitStack
     from dataclasses import replace
 
-    from runner.cli.main import WorkError
     from runner.cli.progress import progress_bar
-    from runner.errors import SessionStoppedError, UsedCodeError
+    from runner.errors import UsedCodeError
     from runner.session.options import SessionOptions, session_command
     from runner.session.run import run_session
     from runner.session.session import Session
@@ -171,18 +170,15 @@ def command(
             on_trial=on_trial,
         )
         try:
-            try:
-                done = run_session(experiment, observer, options)
-            except UsedCodeError as error:
-                if not of_a_person or as_json or not at_a_terminal():
-                    raise
-                click.echo(error.what, err=True)
-                if not click.confirm("Is this the same person, who sits once more?", err=True):
-                    raise
-                options = replace(options, again=True)
-                done = run_session(experiment, observer, options)
-        except SessionStoppedError as error:
-            raise WorkError(str(error)) from error
+            done = run_session(experiment, observer, options)
+        except UsedCodeError as error:
+            if not of_a_person or as_json or not at_a_terminal():
+                raise
+            click.echo(error.what, err=True)
+            if not click.confirm("Is this the same person, who sits once more?", err=True):
+                raise
+            options = replace(options, again=True)
+            done = run_session(experiment, observer, options)
     completed = done.ending == "completed" and done.folder is not None
     if as_json:
         click.echo(json.dumps(done.to_json()))

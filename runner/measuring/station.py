@@ -255,10 +255,11 @@ def measure(
             )
         finally:
             opened.close()
+        session = read_session(file)  # while nobody else may write it
     finally:
         if log is not None:
             log.close()
-    return outcome, read_session(file)
+    return outcome, session
 
 
 def table_read_with(loaded: Mapping[Eye, LoadedTable], eye: PatchEye) -> GammaTable:

@@ -8,7 +8,7 @@ import threading
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 
@@ -26,7 +26,7 @@ from runner.presenter.counters import Counters
 from runner.presenter.errors import GraphicsError
 from runner.presenter.surfaces.x11 import LOST
 from runner.protocol.experiment import Experiment, check_observer, read_experiment
-from runner.session.folders import answered, in_use, is_running, to_resume, unfinished
+from runner.session.folders import Recorder, answered, in_use, is_running, to_resume, unfinished
 from runner.session.one_at_a_time import only_session, refuse_running
 from runner.session.options import Backend, Ending, SessionOptions, SessionResult, session_command
 from runner.session.picture_source import Progress, build_stimuli, no_progress
@@ -88,7 +88,8 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
     GraphicsError
         If the graphics driver failed; every answer before that is on disk.
     SessionStoppedError
-        If an answer could not be written, or the gamma table changed; every answer before it is on disk.
+        If an answer could not be written, another program removed or changed the log, or the gamma table changed; every
+        answer before it is on disk, where it says.
 
     Examples
     --------
@@ -141,7 +142,9 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
         raise in_use(stopped.file.parent)
     backend = options.backend or ("egl" if law or recording else "window")
     stimuli = build_stimuli(design, options.progress)
+    typed = session_command(experiment, observer, options, resume=True, new=False, again=False)
     folder: Path | None = None
+    file: Path | None = None
     ending: Ending = "completed"
     status: SessionStatus | None = None
     running: Session | None = None
@@ -196,51 +199,48 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
         person = Person(station.surface.wait_key, station.presenter.point)
         station.surface.on_lost = on_lost
         try:
-            if recording:
-                folder = station.replay(
-                    recording,
-                    observer,
-                    accept_changes=options.accept_changes,
-                    on_trial=on_trial,
-                    on_session=on_begin,
-                )
-            else:
-                folder = station.run(
-                    observer,
-                    station.simulated(law, observer) if law else person,
-                    simulated=law is not None,
-                    resume=stopped,
-                    accept_changes=options.accept_changes,
-                    on_trial=on_trial,
-                    on_session=on_begin,
-                    on_window=on_window,
-                )
+            with _stops(typed):
+                if recording:
+                    folder = station.replay(
+                        recording,
+                        observer,
+                        accept_changes=options.accept_changes,
+                        on_trial=on_trial,
+                        on_session=on_begin,
+                    )
+                else:
+                    folder = station.run(
+                        observer,
+                        station.simulated(law, observer) if law else person,
+                        simulated=law is not None,
+                        resume=stopped,
+                        accept_changes=options.accept_changes,
+                        on_trial=on_trial,
+                        on_session=on_begin,
+                        on_window=on_window,
+                    )
         except Left:
             ending = "left"
         except WindowClosed:
             ending = "window closed"
         except KeyboardInterrupt as stop:
             ending = "terminated" if isinstance(stop, Terminated) else "interrupted"
-        except (SessionStoppedError, GraphicsError, OSError) as error:
-            why = f"the session stopped: {error}" if isinstance(error, OSError) else str(error)
-            kind = GraphicsError if isinstance(error, GraphicsError) else SessionStoppedError
-            again = session_command(experiment, observer, options, resume=True, new=False, again=False)
-            raise kind(f"{why}. {_what_next(error, again)}") from error
         finally:
             for fault in (station.end_mirror(), *lost_marks(station.marks)):
                 if fault:
                     options.notify(f"warning: {fault}")
-    if station.session_folder is not None:
-        _read_back(station.session_folder / FILE_NAME)
+        if station.recorder is not None:  # before others may resume the session
+            file = _read_back(station.recorder, typed)
+            station.recorder = None
     if status is None:  # interrupted before it began
         return SessionResult(ending, 0, sum(block.trials for block in design.example_blocks), folder)
-    if station.session_folder is None:
+    if file is None:
         return SessionResult(ending, status.answered, status.trials, folder)
     work = {"pictures_rendered": stimuli.rendered, **station.work}
     if not any(block.kind == "screening" for block in design.spec.blocks):
         return SessionResult(ending, status.answered, status.trials, folder, work=work)
     stopped = running = None  # a long log would be in memory twice
-    log = read_session(station.session_folder / FILE_NAME)
+    log = read_session(file)
     failed = failed_tests([log]).get(observer, ())
     haste = Haste.of(log.trials)
     doubt = haste.words if haste.striking and not log.header.simulated else ""
@@ -303,6 +303,8 @@ def simulate(
     InputError
         If a file is wrong, the observers cannot judge every stimulus, one of them has an unfinished session in
         ``results`` or, unless ``again``, a finished one, or the results cannot be written.
+    SessionStoppedError
+        If an answer could not be written, or another program removed or changed a log; the sessions before are whole.
 
     Examples
     --------
@@ -320,11 +322,13 @@ def simulate(
     design.refuse_name_clashes()
     law = _law(observer_file, design)
     stopped = [code for code in codes if (log := unfinished(Path(results), design.spec.name, code)) and answered(log)]
+    resumed = SessionOptions(
+        results, resume=True, mode=mode, simulate=observer_file, allow_uncharacterised=allow_uncharacterised
+    )
     if stopped:
         what = f"{'these observers have' if len(stopped) > 1 else 'this observer has'} an unfinished session of "
         what += f"'{design.spec.name}': {', '.join(stopped)}"
-        resumed = SessionOptions(results, resume=True, mode=mode, simulate=observer_file)
-        typed = session_command(experiment, stopped[0], replace(resumed, allow_uncharacterised=allow_uncharacterised))
+        typed = session_command(experiment, stopped[0], resumed)
         raise SessionError(Finding(what, str(results), remedy=f"choose another folder, or resume each: {typed}"))
     for code in () if again else codes:
         refuse_used(Path(results), design.spec.name, code, _AGAIN, simulated=True)
@@ -333,8 +337,12 @@ def simulate(
     further = (Path(observer_file),)
     with Station.open(design, stimuli, Path(results), backend, windowed=True, further_files=further) as station:
         for done, code in enumerate(codes, start=1):
+            typed = session_command(experiment, code, resumed)
             with only_session(station.results, design.spec.name, code):
-                folders.append(station.run(code, station.simulated(law, code, seed), simulated=True))
+                with _stops(typed):
+                    folders.append(station.run(code, station.simulated(law, code, seed), simulated=True))
+                if station.recorder is not None:
+                    _read_back(station.recorder, typed)
             progress("Running simulated observers", done, len(codes))
         work = station.presenter.counters
     return Simulation(tuple(folders), work, design, stimuli)
@@ -363,6 +371,17 @@ def _refuse_unfinished(experiment: str | Path, observer: str, design: Experiment
     raise SessionError([Finding(what, str(log.file)), *ways])
 
 
+@contextmanager
+def _stops(again: str) -> Iterator[None]:
+    """Say of what stops a session what is saved of it, and how it is continued: by typing ``again``."""
+    try:
+        yield
+    except (SessionStoppedError, GraphicsError, OSError) as error:
+        why = f"the session stopped: {error}" if isinstance(error, OSError) else str(error)
+        kind = GraphicsError if isinstance(error, GraphicsError) else SessionStoppedError
+        raise kind(f"{why}. {_what_next(error, again)}") from error
+
+
 def _what_next(error: Exception, again: str) -> str:
     """Say what is saved of a session that ``error`` stopped, and how it is continued."""
     if not isinstance(error, LogDisturbedError):
@@ -372,14 +391,18 @@ def _what_next(error: Exception, again: str) -> str:
     return f"{'Continue' if error.in_place else 'Then continue'}: {again}" if error.saved else "It cannot be resumed"
 
 
-def _read_back(file: Path) -> None:
-    """Raise SessionStoppedError if the log cannot be read, or one of its lines does not fit."""
+def _read_back(recorder: Recorder, again: str) -> Path:
+    """Return the log's file, if it has all that was recorded, and each line fits; else raise SessionStoppedError."""
+    with _stops(again):
+        recorder.check()
+    file = recorder.folder / FILE_NAME
     try:
         wrong = check_log(file).findings
     except ResultsError as error:
         wrong = error.findings
     if own := [finding for finding in wrong if finding.file == str(file)]:  # of its mirror was told before
         raise SessionStoppedError(f"the log was read back, and it is not as it was recorded: {own[0]}")
+    return file
 
 
 def _law(file: str | Path, design: Experiment) -> ObserverSpec:

@@ -77,7 +77,7 @@ class Station:
     watch: GammaWatch
     configuration: Configuration
     accept_gamma_table: bool = False
-    session_folder: Path | None = None  # of the session that runs, or ran last
+    recorder: Recorder | None = None  # of the session that runs, or ran last
     resume_remarks: tuple[str, ...] = ()  # on the clock, where that session was resumed
     mirror: Mirror | None = None  # of the log of that session
     marks: tuple[OpenMarks, ...] = ()  # the ports of the rig's timing marks, where they are sent
@@ -294,7 +294,7 @@ class Station:
         else:
             clock = SteadyClock()
             recorder, header = self._begin(observer, simulated, remarks, clock, blocks, draw)
-        self.session_folder = recorder.folder
+        self.recorder = recorder
         if not simulated:
             self._read_meanwhile()
 

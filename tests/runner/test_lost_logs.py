@@ -4,51 +4,23 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from analysis.records import check_log, read_session, session_files
-from documents.files import DurableLog, LogDisturbedError
+from analysis.records import FILE_NAME, Trial, check_log, read_session, session_files
+from documents.files import DurableLog, LogDisturbedError, durable_log
+from documents.files.chain import sealed
 from runner.errors import SessionStoppedError
+from runner.session.folders import Recorder
 from runner.session.options import SessionOptions
-from runner.session.run import run_session
+from runner.session.run import run_session, simulate
+from tests.runner.harms import HARMS, TO_FILE, Harm
 
 Study = Any  # tests/conftest.py
-Harm = Callable[[Path], None]
 
 
-def _replace(file: Path) -> None:
-    """Do what a program that synchronises folders does, or an editor: the same bytes, as another file."""
-    shutil.copy(file, file.with_name("t"))
-    os.replace(file.with_name("t"), file)
-
-
-def _edit(file: Path) -> None:
-    """Change a letter of the first line, and no length."""
-    data = file.read_bytes()
-    with open(file, "r+b") as stream:
-        stream.write(data.replace(b'"observer":"01"', b'"observer":"02"', 1))
-
-
-def _add(file: Path) -> None:
-    with open(file, "ab") as stream:
-        stream.write(b'{"by":"another"}\n')
-
-
-HARMS: dict[str, Harm] = {
-    "replaced": _replace,
-    "removed": Path.unlink,
-    "cut off": lambda file: os.truncate(file, file.stat().st_size // 2),
-    "emptied": lambda file: os.truncate(file, 0),
-    "edited": _edit,
-    "added to": _add,
-    "folder removed": lambda file: shutil.rmtree(file.parent),
-    "results removed": lambda file: shutil.rmtree(file.parents[3]),
-    "folder moved": lambda file: (file.parent.rename(file.parent.with_name("away")), None)[1],
-}
 AFTER = [1, 3, 6]  # of six answers
 
 
@@ -149,3 +121,69 @@ def test_a_note_that_finds_it_stops_the_next_answer(tmp_path: Path) -> None:
             log.append({"record": "trial", "trial": number})
     log.close()
     assert file.read_bytes().count(b"\n") == 4
+
+
+@pytest.mark.parametrize(
+    "what", [what if what in ("replaced", "edited") else pytest.param(what, marks=pytest.mark.stress) for what in HARMS]
+)
+def test_simulated_observers_stop_with_one_error(study: Study, monkeypatch: pytest.MonkeyPatch, what: str) -> None:
+    """The second observer's log is harmed after the third answer; the first observer's session stays whole."""
+    append, done = Recorder.append, 0
+
+    def then_harmed(self: Recorder, trial: Trial) -> None:
+        nonlocal done
+        append(self, trial)
+        if self.folder.parent.name == "sub-02":
+            done += 1
+            if done == 3:
+                HARMS[what](self.folder / FILE_NAME)
+
+    monkeypatch.setattr(Recorder, "append", then_harmed)
+    with pytest.raises(SessionStoppedError, match="another program") as stopped:
+        simulate(study.experiment, study.observers, 3, results=study.results)
+    assert "--observer 02" in str(stopped.value)
+    files = [file for file in session_files(study.results) if file.parent.name != "away"]
+    logs = {file.parent.parent.name: read_session(file) for file in files}
+    assert "sub-03" not in logs
+    assert (len(logs["sub-02"].answers), logs["sub-02"].complete) in ((3, False), (4, False))
+    if what != "results removed":
+        assert logs["sub-01"].complete
+
+
+@pytest.mark.parametrize("what", [what for what in TO_FILE if what != "replaced"])
+def test_what_is_done_after_the_log_was_closed_is_found_before_it_is_said_where_answers_are(
+    study: Study, monkeypatch: pytest.MonkeyPatch, what: str
+) -> None:
+    """As while the end page stands, or the copy of the log is waited for."""
+    close = Recorder.close
+
+    def then_harmed(self: Recorder) -> None:
+        close(self)
+        HARMS[what](self.folder / FILE_NAME)
+
+    monkeypatch.setattr(Recorder, "close", then_harmed)
+    words = "run", study.experiment, "--observer", "01", "--simulate", study.observers, "--results", study.results
+    told = study.cyclopean(*words, expect=1)
+    assert "answers are in" not in told.stdout
+    (file,) = session_files(study.results)
+    assert str(file) in told.stderr
+    assert "The session was complete" in told.stderr
+    assert len(read_session(file).answers) == 7
+    assert read_session(file).complete
+
+
+def test_a_line_that_was_not_written_as_it_was_meant_is_found_when_the_log_is_read_back(
+    study: Study, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What memory and file share, no comparison of the two can find: here a checksum that was computed wrongly."""
+
+    def wrong(line: Any, number: int, before: str) -> tuple[bytes, str]:
+        data, digest = sealed(line, number, before)
+        return (data.replace(b'"response_time_s":', b'"response_time_s":1', 1) if number == 4 else data), digest
+
+    monkeypatch.setattr(durable_log, "sealed", wrong)
+    words = "run", study.experiment, "--observer", "01", "--simulate", study.observers, "--results", study.results
+    told = study.cyclopean(*words, expect=1)
+    (file,) = session_files(study.results)
+    assert f"read back, and it is not as it was recorded: {file}:4" in told.stderr
+    assert "answers are in" not in told.stdout

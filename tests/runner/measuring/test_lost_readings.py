@@ -1,0 +1,89 @@
+"""A measurement's log is removed, cut off or changed while it is written: no reading is lost, and it is said."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from analysis.records import check_log
+from devices.measurements import MeasurementLog
+from devices.measurements.log import read_session
+from documents import InputError
+from runner.presenter.surfaces.surface import open_surface
+from tests.runner.harms import HARMS
+from tests.runner.measuring.displays import DISPLAY
+
+Cyclopean = Callable[..., Any]
+READINGS = 39  # of the set grey
+
+
+@pytest.fixture(autouse=True, scope="module")
+def egl() -> None:
+    try:
+        open_surface("egl", (8, 8)).close()
+    except InputError as error:
+        pytest.skip(str(error))
+
+
+def _words(folder: Path) -> list[object]:
+    simulated = ["--instrument", "simulated", "--backend", "egl", "--settle", "0", "--set", "grey"]
+    return ["display", "measure", folder / "rig.yaml", *simulated, "-o", folder / "a/b/c/d/m.jsonl"]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "display.yaml").write_text(DISPLAY)
+    (tmp_path / "rig.yaml").write_text(
+        "schema_version: 1\ndisplay: display.yaml\nmode: row-interleaved\ndistance_mm: 700\n"
+    )
+    return tmp_path
+
+
+def _harm_after(monkeypatch: pytest.MonkeyPatch, readings: int, what: str) -> list[bytes]:
+    """Harm the log once so many readings were kept; return what it held before."""
+    held: list[bytes] = []
+    keep, kept = MeasurementLog.keep, 0
+
+    def then_harmed(self: MeasurementLog, *given: Any) -> None:
+        nonlocal kept
+        keep(self, *given)
+        kept += 1
+        if kept == readings:
+            held.append(self.file.read_bytes())
+            HARMS[what](self.file)
+
+    monkeypatch.setattr(MeasurementLog, "keep", then_harmed)
+    return held
+
+
+@pytest.mark.parametrize("after", [20, *(pytest.param(after, marks=pytest.mark.stress) for after in (1, READINGS))])
+@pytest.mark.parametrize("what", HARMS)
+def test_no_reading_is_lost_and_the_measurement_stops(
+    folder: Path, cyclopean: Cyclopean, monkeypatch: pytest.MonkeyPatch, what: str, after: int
+) -> None:
+    if (what, after) == ("replaced", READINGS):
+        pytest.skip("what is replaced by the same bytes after the last reading is whole")
+    file = folder / "a/b/c/d/m.jsonl"
+    with monkeypatch.context() as patch:
+        held = _harm_after(patch, after, what)
+        told = cyclopean(*_words(folder), expect=None)
+    assert told.returncode != 0
+    assert str(file) in told.stderr
+    assert "another program" in told.stderr
+    assert "readings are in" not in told.stdout
+    assert file.read_bytes().startswith(held[0])
+    assert check_log(file).findings == ()
+    assert after <= len(read_session(file).readings) <= after + 1
+    shutil.rmtree(file.parent.with_name("away"), ignore_errors=True)
+    cyclopean(*_words(folder), "--resume")
+    assert len(read_session(file).readings) == READINGS
+
+
+def test_an_undisturbed_measurement_says_nothing(folder: Path, cyclopean: Cyclopean) -> None:
+    told = cyclopean(*_words(folder))
+    assert "another program" not in told.stderr
+    assert f"{READINGS} readings are in" in told.stdout
