@@ -49,8 +49,9 @@ class EyeCosts(Fields):
 
 
 class Crosstalk(Fields):
-    """What crosstalk could not be cancelled, by eye."""
+    """What crosstalk could not be cancelled, by eye, and the share of white by which black was lifted for it."""
 
+    lift_share: NotNegative | None = None
     left: EyeCosts | None = None
     right: EyeCosts | None = None
 

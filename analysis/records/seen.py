@@ -145,6 +145,10 @@ class Seen:
         Luminance of white at the left and the right eye, behind the filters.
     surround_cd_m2
         Luminance around the pictures at the left and the right eye, likewise.
+    dimmed_to
+        The share of their luminance that pictures kept so that the panel is even; None where they kept it all.
+    lifted_by
+        The share of white by which black was lifted so that crosstalk could be cancelled; None where it was not.
     smallest, largest
         Size of the smallest and the largest picture on the screen.
     resampled
@@ -166,6 +170,8 @@ class Seen:
     ghosts: Cost | None = None
     white_cd_m2: Both | None = None
     surround_cd_m2: Both | None = None
+    dimmed_to: float | None = None
+    lifted_by: float | None = None
     smallest: Size | None = None
     largest: Size | None = None
     resampled: tuple[str, ...] = ()
@@ -199,6 +205,8 @@ class Seen:
             ),
             _luminances(white.get("white_XYZ_cd_m2")),
             _luminances(display.get("surround_XYZ_cd_m2")),
+            share if (share := display.get("gain_map_delivers")) and share < 1.0 else None,
+            max((_lift(one) for one in stimuli), default=0.0) or None,
             sizes[0] if sizes else None,
             sizes[-1] if sizes else None,
             tuple(dict.fromkeys(str(one["resampled"] or "none") for one in stimuli if "resampled" in one)),
@@ -228,6 +236,7 @@ class Seen:
             values |= cost.to_json(what) if cost else {}
         for what, both in (("white", self.white_cd_m2), ("surround", self.surround_cd_m2)):
             values |= {f"{what}_{eye}_cd_m2": one for eye, one in zip(("left", "right"), both or (), strict=False)}
+        values |= {"dimmed_to_share": self.dimmed_to, "lifted_by_share": self.lifted_by}
         for which, size in (("smallest", self.smallest), ("largest", self.largest)):
             values |= {f"{which}_{key}": value for key, value in asdict(size).items()} if size else {}
         values |= {"resampled": ", ".join(self.resampled), "changed": ", ".join(self.changed)}
@@ -269,6 +278,10 @@ def _filters_are(stated: Mapping[str, Any]) -> tuple[str, str]:
 def _luminances(eyes: Mapping[str, Any] | None) -> Both | None:
     left, right = ((eyes or {}).get(eye) for eye in ("left", "right"))
     return (float(left[1]), float(right[1])) if left and right else None
+
+
+def _lift(stimulus: Mapping[str, Any]) -> float:
+    return float(((stimulus.get("clipping") or {}).get("crosstalk") or {}).get("lift_share") or 0.0)
 
 
 def _sizes(stimuli: Iterable[Mapping[str, Any]], display: Mapping[str, Any]) -> Iterator[Size]:

@@ -89,6 +89,8 @@ def on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
         for name in sorted({key for session in sessions for key in session.header.hashes} - {"configuration"})
         if len({str(session.header.hashes.get(name)) for session in sessions}) > 1
     ]
+    accepted = {name for session in sessions for stop in session.resumptions for name in stop.accepted_changes}
+    notes += [f"The {name} changed while a session was stopped, which was accepted." for name in sorted(accepted)]
     if len({str(session.header.display.get("mode")) for session in sessions}) > 1:
         notes.append("The sessions were shown in different display modes.")
     notes += notes_on_seals(sessions)

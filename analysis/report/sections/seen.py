@@ -9,7 +9,7 @@ from analysis.records.seen import Both, Cost, Seen, what_eyes_saw
 from analysis.records.session_record import SessionLog
 from analysis.report.blocks import Block, Column, Facts, Heading, Paragraph, Section, Table
 from analysis.report.references import Citations
-from analysis.report.words import counted, fixed, key_words, listed
+from analysis.report.words import counted, fixed, key_words, listed, percent
 
 NOT_RECORDED = "Not recorded"
 NO_EYE = "The sessions are simulated: no eye saw anything, and what follows is what the display would have shown."
@@ -121,6 +121,8 @@ def _facts(seen: Seen) -> Iterator[tuple[str, str]]:
         yield "Crosstalk left", f"{_upper(_cost(seen.ghosts))}, gamut included."
     if seen.white_cd_m2:
         yield "White", f"{_luminance(seen.white_cd_m2)} at the eyes."
+    if dimmed := list(_dimmed(seen)):
+        yield "Light", " ".join(dimmed)
     yield "Size", _size(seen)
     yield "Surround", f"{_luminance(seen.surround_cd_m2)} at the eyes." if seen.surround_cd_m2 else f"{NOT_RECORDED}."
     yield "Resampling", f"{_resampling(seen)}."
@@ -137,6 +139,7 @@ def _sentences(seen: Seen, cited: Citations) -> Iterator[str]:
     if seen.resampled:
         pixels = seen.resampled == (_NONE,)
         yield "They were not resampled." if pixels else f"Pixels were resampled: {_resampling(seen)}."
+    yield from _dimmed(seen)
     if seen.sampled:
         yield f"In the mode {seen.mode} each eye sees {seen.sampled} of its view."
     if seen.has_filters:
@@ -154,6 +157,13 @@ def _sentences(seen: Seen, cited: Citations) -> Iterator[str]:
         yield f"Clipping to the display's gamut {'besides ' * seen.has_filters}{caused}."
     if seen.changed:
         yield _changed(seen)
+
+
+def _dimmed(seen: Seen) -> Iterator[str]:
+    if seen.dimmed_to is not None:
+        yield f"Pictures had {percent(seen.dimmed_to, 1)} of their luminance, so that the panel was even."
+    if seen.lifted_by is not None:
+        yield f"Black was lifted by {percent(seen.lifted_by, 2)} of white, so that crosstalk could be cancelled."
 
 
 def _filters(seen: Seen) -> str:

@@ -124,6 +124,8 @@ def test_what_changed_when_a_session_was_resumed_is_said(make_session: Maker) ->
     report = describe([resumed, make_session("02")])
     assert [(seen.changed, count) for seen, count in what_eyes_saw(report.sessions).items()] == [(("rig",), 1), ((), 1)]
     assert "The rig changed when a session was resumed" in _text(report, "seen")
+    assert any("rig changed while a session was stopped" in note for note in report.notes)
+    assert not any("changed" in note for note in describe([make_session("02")]).notes)
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -132,6 +134,17 @@ def test_a_display_without_stereo_has_no_crosstalk(make_session: Maker) -> None:
     assert "Crosstalk" not in _text(flat, "methods")
     stereo = describe([make_session(display={"mode": "side-by-side", "crosstalk_cancelled": False})])
     assert "Crosstalk" in _text(stereo, "methods")
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_light_that_evenness_and_cancelling_crosstalk_take_is_said(make_session: Maker) -> None:
+    stimuli = _stimuli(make_session(), clipping={"left": clip_cost(1.0), "crosstalk": {"lift_share": 0.05}})
+    even = describe([make_session(display={"mode": "side-by-side", "gain_map_delivers": 0.83}, stimuli=stimuli)])
+    for key in ("seen", "methods"):
+        assert "83.0 % of their luminance" in _text(even, key)
+        assert "lifted by 5.00 % of white" in _text(even, key)
+    as_asked = describe([make_session(display={"mode": "side-by-side", "gain_map_delivers": 1.0})])
+    assert "luminance," not in _text(as_asked, "seen")
 
 
 def test_costs_that_one_session_did_not_come_to_are_taken_from_another(make_session: Maker) -> None:
