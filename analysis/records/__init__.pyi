@@ -39,3 +39,5 @@ from .times import duration as duration
 from .times import in_time as in_time
 from .times import latest_utc as latest_utc
 from .times import read_utc as read_utc
+from .versions import Changes as Changes
+from .versions import Version as Version

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import astuple
+from itertools import chain
 
 from analysis.comparisons.comparisons import Comparisons
 from analysis.observers.haste import Haste
@@ -14,6 +16,7 @@ from analysis.records.codes import Sitting, notes_on_codes, notes_on_sittings
 from analysis.records.seal import notes_on_seals
 from analysis.records.session_record import SessionLog
 from analysis.records.times import SessionTimes
+from analysis.records.versions import Changes, Version
 from analysis.report.estimate import Estimate
 from analysis.report.sections.seen import filters_notes
 from analysis.report.words import counted, listed, some
@@ -84,11 +87,7 @@ def on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
     torn = sum(bool(session.torn_tail) for session in sessions)
     if torn:
         notes.append(f"{torn} {'log ends' if torn == 1 else 'logs end'} in an incomplete line, which is not counted.")
-    notes += [
-        f"The {name} changed between sessions."
-        for name in sorted({key for session in sessions for key in session.header.hashes} - {"configuration"})
-        if len({str(session.header.hashes.get(name)) for session in sessions}) > 1
-    ]
+    notes += _on_versions(sessions)
     accepted = {name for session in sessions for stop in session.resumptions for name in stop.accepted_changes}
     notes += [f"The {name} changed while a session was stopped, which was accepted." for name in sorted(accepted)]
     if len({str(session.header.display.get("mode")) for session in sessions}) > 1:
@@ -97,6 +96,24 @@ def on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
     said = {str(session.header.nominal.get("words")) for session in sessions if session.header.nominal}
     remarks = dict.fromkeys(str(remark) for session in sessions for remark in session.header.remarks)
     return notes + [remark for remark in remarks if not any(words in remark for words in said)]
+
+
+def _on_versions(sessions: Sequence[SessionLog]) -> Iterator[str]:
+    """Yield what changed between sessions, by the names of files where they were kept, and who had which version."""
+    begun = [session for session in sessions if session.header.hashes]
+    begun.sort(key=lambda session: session.header.started_utc)
+    groups: dict[tuple[tuple[str, str], ...], list[SessionLog]] = {}
+    for session in begun:
+        hashes = {name: str(digest) for name, digest in session.header.hashes.items() if name != "configuration"}
+        groups.setdefault(tuple(sorted(hashes.items())), []).append(session)
+    first, *others = groups.values() or [[]]
+    changed = [c for other in others if (c := Version.of_log(other[0]).changes_since(Version.of_log(first[0])))]
+    if changed:
+        whole = Changes(*(tuple(dict.fromkeys(chain(*parts))) for parts in zip(*map(astuple, changed), strict=True)))
+        observers = (list(dict.fromkeys(session.header.observer for session in group)) for group in groups.values())
+        who = "; ".join(map(some, observers))
+        subject = whole.subject[0].upper() + whole.subject[1:]
+        yield f"{subject} changed between sessions{whole.names}. By version, the first one first: observers {who}."
 
 
 def recorded(sessions: Sequence[SessionLog]) -> list[SessionLog]:

@@ -16,6 +16,7 @@ from runner.check.error_budget import picture_budget
 from runner.check.report import CheckOptions, CheckReport
 from runner.protocol.experiment import Experiment
 from runner.session.clipping_costs import ClippingCosts
+from runner.session.earlier import changed_since_earlier
 from runner.session.picture_source import build_stimuli
 from stimuli.build import StimulusSet
 
@@ -68,6 +69,8 @@ def check_pictures(report: CheckReport, design: Experiment, source: YamlSource, 
         remedy = "`cyclopean preview --clipping` marks them; scale the luminance down, or accept it"
         report.warnings.append(source.finding(("stimuli",), what, remedy))
     _sizes(report, design, source, stimuli)
+    since = changed_since_earlier(design, stimuli, options.results, simulated=False)
+    (report.warnings if options.accept_changes else report.errors).extend(each.finding for each in since)
     if design.rig.gain_map:
         what = f"the gain map costs {100 * design.rig.gain_map.luminance_lost:.1f} % of the luminance"
         report.warnings.append(source.finding(("rig",), what))

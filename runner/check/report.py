@@ -20,6 +20,7 @@ CLIP_LIMIT_PERCENT = 0.3
 class CheckOptions:
     """What else to look at: the results folder, the screen, and the pictures, which may have to be built first.
 
+    What changed since the sessions in that folder is an error, unless to ``accept_changes``: then a warning.
     A gamma table that is not the measured one is an error, unless ``accept_gamma_table``: then a warning.
     ``mode`` is shown instead of the rig's, and ``allow_uncharacterised`` lets it use another mode's measurements.
     ``monitors`` are those for the window, by name or number, in place of the rig's.
@@ -37,6 +38,7 @@ class CheckOptions:
     progress: Callable[[str, int, int], None] = lambda what, done, of: None
     monitors: tuple[str, ...] = ()
     budget: bool = False
+    accept_changes: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -77,6 +77,11 @@ _APART = (
     is_flag=True,
     help="Make it a warning, not an error, if the graphics card's gamma table is not the measured one.",
 )
+@click.option(
+    "--accept-changes",
+    is_flag=True,
+    help="Make it a warning, not an error, if experiment, stimuli, display or rig changed since the sessions before.",
+)
 @click.option("--mode", help="Stereo mode to use instead of the rig's, as `cyclopean run --mode`.")
 @click.option(
     "--allow-uncharacterised",
@@ -97,6 +102,7 @@ def command(
     no_pictures: bool,
     clip_limit: float | None,
     accept_gamma_table: bool,
+    accept_changes: bool,
     mode: str | None,
     allow_uncharacterised: bool,
     budget: bool,
@@ -129,6 +135,7 @@ def command(
                 step,
                 monitors,
                 budget,
+                accept_changes,
             )
             all_checked.append(check_file(file, options))
         if not as_json:

@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 @click.option(
     "--accept-changes",
     is_flag=True,
-    help="With --resume or --replay: continue although experiment, stimuli or display changed.",
+    help="Run although experiment, stimuli, display or rig changed since the sessions before it in the folder, or, "
+    "with --resume or --replay, since it; the record states it.",
 )
 @click.option(
     "--accept-gamma-table",

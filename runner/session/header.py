@@ -14,7 +14,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from analysis.records import Header
+from analysis.records import Header, SessionLog, Version
 from documents import Finding, InputError
 from documents.files import read_regular, sha256_of_file, write_whole
 from documents.fonts import font_name, other_fonts
@@ -292,14 +292,14 @@ def changes(header: Header, now: Mapping[str, str]) -> dict[str, dict[str, str |
     }
 
 
-def check_unchanged(header: Header, now: Mapping[str, str], file: Path) -> None:
+def check_unchanged(log: SessionLog, now: Version) -> None:
     """Raise SessionError, naming what changed, if a session cannot be resumed as it began."""
-    changed = changes(header, now)
-    if changed:
+    if changed := changes(log.header, now.hashes):
+        names = named.names if (named := now.changes_since(Version.of_log(log))) else ""
         raise SessionError(
             Finding(
-                f"the {' and the '.join(changed)} changed since this session began",
-                str(file),
+                f"the {' and the '.join(changed)} changed since this session began{names}",
+                str(log.file),
                 remedy="restore what it began with, or leave out --resume to begin a new session, or resume with "
                 "--accept-changes, which the record will state",
             )

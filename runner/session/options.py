@@ -35,7 +35,8 @@ class SessionOptions:
         Whether to show pictures although the graphics card's gamma table is not the one that the display was measured
         with, or changes meanwhile; the record says so.
     accept_changes
-        Whether to resume or replay although the experiment, the stimuli or the display changed; the record says so.
+        Whether to begin, resume or replay a session although the experiment, the stimuli, the display or the rig
+        changed since it, or since the sessions before it in the folder; the record says so.
     mode
         Stereo mode in place of the rig's.
     allow_uncharacterised
@@ -120,6 +121,8 @@ def session_command(experiment: str | Path, observer: str, options: SessionOptio
     standard = SessionOptions()
     for name in sorted((each.name for each in fields(options)), key=("again", "new", "resume").__contains__):
         value = changed.get(name, getattr(options, name))
+        if name == "accept_changes" and changed.get("resume") and not options.resume:
+            continue  # a session that began so has them
         if value != getattr(standard, name) and isinstance(value, bool | str | Path):
             no = "no-" if value is False else ""
             words += [f"--{no}{name.replace('_', '-')}", *([] if isinstance(value, bool) else [str(value)])]

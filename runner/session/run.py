@@ -26,6 +26,7 @@ from runner.presenter.counters import Counters
 from runner.presenter.errors import GraphicsError
 from runner.presenter.surfaces.x11 import LOST
 from runner.protocol.experiment import Experiment, check_observer, read_experiment
+from runner.session.earlier import changed_since_earlier
 from runner.session.folders import Recorder, answered, in_use, is_running, to_resume, unfinished
 from runner.session.one_at_a_time import only_session, refuse_running
 from runner.session.options import Backend, Ending, SessionOptions, SessionResult, session_command
@@ -143,6 +144,8 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
     backend = options.backend or ("egl" if law or recording else "window")
     stimuli = build_stimuli(design, options.progress)
     typed = session_command(experiment, observer, options, resume=True, new=False, again=False)
+    new = not (options.resume or options.replay)
+    remarks = _changes(design, stimuli, results, options, simulated=bool(law)) if new else ()
     folder: Path | None = None
     file: Path | None = None
     ending: Ending = "completed"
@@ -218,6 +221,7 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
                         on_trial=on_trial,
                         on_session=on_begin,
                         on_window=on_window,
+                        remarks=remarks,
                     )
         except Left:
             ending = "left"
@@ -334,13 +338,16 @@ def simulate(
         refuse_used(Path(results), design.spec.name, code, _AGAIN, simulated=True)
     stimuli = build_stimuli(design, progress)
     folders = []
+    since = changed_since_earlier(design, stimuli, Path(results), simulated=True)
+    remarks = tuple(each.words for each in since)
     further = (Path(observer_file),)
     with Station.open(design, stimuli, Path(results), backend, windowed=True, further_files=further) as station:
         for done, code in enumerate(codes, start=1):
             typed = session_command(experiment, code, resumed)
             with only_session(station.results, design.spec.name, code):
                 with _stops(typed):
-                    folders.append(station.run(code, station.simulated(law, code, seed), simulated=True))
+                    answers = station.simulated(law, code, seed)
+                    folders.append(station.run(code, answers, simulated=True, remarks=remarks))
                 if station.recorder is not None:
                     _read_back(station.recorder, typed)
             progress("Running simulated observers", done, len(codes))
@@ -380,6 +387,20 @@ def _stops(again: str) -> Iterator[None]:
         why = f"the session stopped: {error}" if isinstance(error, OSError) else str(error)
         kind = GraphicsError if isinstance(error, GraphicsError) else SessionStoppedError
         raise kind(f"{why}. {_what_next(error, again)}") from error
+
+
+def _changes(
+    design: Experiment, stimuli: StimulusSet, results: Path, options: SessionOptions, *, simulated: bool
+) -> tuple[str, ...]:
+    """Return what the record says of files that changed since an earlier session; a person's session is refused."""
+    found = changed_since_earlier(design, stimuli, results, simulated=simulated)
+    if found and not simulated and not options.accept_changes:
+        raise SessionError([each.finding for each in found])
+    accepted = " (--accept-changes)" if options.accept_changes else ""
+    remarks = tuple(f"{each.words}{accepted}" for each in found)
+    for remark in remarks:
+        options.notify(f"warning: {remark}")
+    return remarks
 
 
 def _what_next(error: Exception, again: str) -> str:

@@ -41,6 +41,7 @@ from runner.session.clipping_costs import ClippingCosts, CostWork
 from runner.session.clocks import Pace, PacedPresenter, SteadyClock
 from runner.session.configuration import Configuration, configuration_of
 from runner.session.costs_in_turn import CostsInTurn
+from runner.session.earlier import version_now
 from runner.session.folders import Recorder, new_label, observer_folder
 from runner.session.header import changes, check_unchanged, hashes, make_header, planned
 from runner.session.mirroring import refuse_mirror_within, start_mirror
@@ -438,7 +439,7 @@ class Station:
     def _resume(self, stopped: SessionLog, *, accept_changes: bool) -> tuple[Recorder, SessionLog, SteadyClock]:
         now = hashes(self.experiment, self.stimuli)
         if not accept_changes:
-            check_unchanged(stopped.header, now, stopped.file)
+            check_unchanged(stopped, version_now(self.experiment, self.stimuli, self.configuration))
         self.resume_remarks = ()
         changed = changes(stopped.header, now) | self._gamma_change(stopped)
         if changed:
