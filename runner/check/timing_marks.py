@@ -5,24 +5,30 @@ from __future__ import annotations
 import statistics
 import time
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from dataclasses import dataclass
 
 from devices.display import Rig
 from devices.timing_marks import Marked, MarkError, MarkPort, MarksSpec, open_loopback, open_mark_port
 from documents import Finding
 from runner.check.report import CheckOptions, CheckReport
-from runner.session.timing_marks import placed
+from runner.session.timing_marks import placed, wait_until_heard
 
 _MARKS = 200
 _COMES_WITHIN_S = 1.0
+_RECEIVED_WITHIN_S = 1.0
+_UNHEARD = Finding(
+    "nobody receives the stream, and no session waits for a recorder",
+    remedy="write a wait_s above 0, or choose the stream in the recorder before the first page is left",
+)
 
 
 def check_timing_marks(report: CheckReport, rig: Rig, options: CheckOptions) -> None:
     """Report where marks go, and open each port for a moment.
 
     One that cannot be opened is a warning, since a file may be checked away from its rig, or an error if the screen
-    must do, which is that of the rig.
+    must do, which is that of the rig. A stream that nobody receives is a warning too, if no
+    session waits for a recorder.
     """
     if not rig.timing_marks:
         return
@@ -32,7 +38,9 @@ def check_timing_marks(report: CheckReport, rig: Rig, options: CheckOptions) -> 
     faults = report.errors if options.screen == "required" else report.warnings
     for index, spec in enumerate(rig.timing_marks):
         try:
-            open_mark_port(spec).close()
+            with closing(open_mark_port(spec)) as port:
+                if not spec.waits_s and not wait_until_heard(port, _RECEIVED_WITHIN_S):
+                    report.warnings.append(placed(rig, index, MarkError(_UNHEARD)))
         except MarkError as error:
             faults.append(placed(rig, index, error))
 

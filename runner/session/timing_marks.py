@@ -53,9 +53,10 @@ class OpenMarks:
             row["trial_byte"] = trial_byte
         if self._is_gone:
             return self._failed(row)
+        heard = self.port.is_heard  # before: a recorder that connects while it is sent may have missed it
         try:
             self.port.send(code, event_s, trial_byte)
-            if not self.port.is_heard:
+            if not heard:
                 self.failing = _NOBODY
                 return self._failed(row)
         except MarkError as error:
@@ -103,15 +104,23 @@ def open_marks(rig: Rig, notify: Callable[[str], None] = lambda sentence: None) 
     return tuple(opened)
 
 
+def wait_until_heard(port: MarkPort, seconds: float) -> bool:
+    """Return whether someone receives what is sent on ``port``, after ``seconds`` at most."""
+    until_s = time.monotonic() + seconds
+    while not port.is_heard:
+        if time.monotonic() >= until_s:
+            return False
+        time.sleep(_LOOKED_S)
+    return True
+
+
 def _wait_for_a_recorder(marks: OpenMarks, notify: Callable[[str], None]) -> None:
     if marks.port.is_heard or not marks.spec.waits_s:
         return
     notify(
         f"waiting at most {marks.spec.waits_s:g} s (wait_s) for a recorder of {marks.spec.name}: choose it there now"
     )
-    until_s = time.monotonic() + marks.spec.waits_s
-    while not marks.port.is_heard and time.monotonic() < until_s:
-        time.sleep(_LOOKED_S)
+    wait_until_heard(marks.port, marks.spec.waits_s)
 
 
 def unheard(opened: Sequence[OpenMarks]) -> tuple[str, ...]:

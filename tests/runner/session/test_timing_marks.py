@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from analysis.records import SessionLog, check_results, read_session, session_files
-from devices.timing_marks import Code, Marked, MarkError, PortLostError, SerialMarksSpec, open_mark_port
+from devices.timing_marks import Code, LslMarksSpec, Marked, MarkError, PortLostError, SerialMarksSpec, open_mark_port
 from documents import Finding, InputError
 from documents.platform import pseudo_terminal
 from runner.session import timing_marks as module
@@ -423,7 +423,7 @@ class Stream:
     @property
     def is_heard(self) -> bool:
         self.looks -= 1
-        return len(self.texts) >= self.heard_from if self.texts or self.looks < -1 else self.looks == -1
+        return len(self.texts) + 1 >= self.heard_from if self.texts or self.looks < -1 else self.looks == -1
 
     def send(self, code: Code, event_s: float, trial_byte: int | None = None) -> None:
         self.texts.append(str(code))
@@ -485,6 +485,46 @@ def test_a_recording_that_began_late_is_joined_by_trial(sunny: Study, monkeypatc
             assert (mark.get("condition.light") == "sun") == ({first, second} == {"one", "two"})
     onsets = [mark for mark in received if mark["event"] != "answer" and "stimuli" in mark]
     assert {(int(mark["block"]), int(mark["trial"])) for mark in onsets} == {t.place for t in log.trials[3:]}
+
+
+class Connecting(Failing):
+    """A stream to which a recorder connects while the first mark is sent."""
+
+    def send(self, code: Code, event_s: float, trial_byte: int | None = None) -> None:
+        self.is_heard = True
+
+
+def test_a_recorder_that_connects_while_a_mark_is_sent_has_not_received_it() -> None:
+    marks = OpenMarks(LslMarksSpec(kind="lsl"), Connecting({}, is_heard=False))
+    rows = [marks.send(Marked("onset", 0, number), 1.0, number) for number in range(3)]
+    assert ["failed" in row for row in rows if row] == [True, False, False]
+    assert marks.lost_in_all == 1
+
+
+@pytest.mark.parametrize(
+    ("entry", "heard_after", "warned"),
+    [
+        ("{kind: lsl, wait_s: 0}", 10_000, True),
+        ("{kind: lsl, wait_s: 0}", 3, False),  # a recorder that finds the stream again takes a moment
+        ("{kind: lsl, wait_s: 0}", 0, False),
+        ("{kind: lsl}", 10_000, False),  # the session waits, and warns itself
+        ("{kind: serial, port: COM7}", 0, False),
+    ],
+)
+def test_check_warns_of_a_stream_that_nobody_receives_and_no_session_waits_for(
+    study: Study, monkeypatch: pytest.MonkeyPatch, entry: str, heard_after: int, warned: bool
+) -> None:
+    looks = iter(range(1_000_000))
+    monkeypatch.setattr(
+        Failing, "is_heard", property(lambda port: next(looks) >= heard_after, lambda port, heard: None)
+    )
+    monkeypatch.setattr("runner.check.timing_marks.open_mark_port", lambda spec: Failing({}))
+    monkeypatch.setattr("runner.check.timing_marks._RECEIVED_WITHIN_S", 0.3)
+    with_marks(study, entry)
+    told = study.cyclopean("check", study.folder / "rig.yaml").stdout
+    warnings = [line for line in told.splitlines() if "nobody receives" in line]
+    assert len(warnings) == warned
+    assert all(f"{study.folder / 'rig.yaml'}:5:" in line and "wait_s" in line for line in warnings)
 
 
 def test_a_trial_that_is_asked_once_more_says_so() -> None:
