@@ -78,7 +78,8 @@ def _people(sessions: Sequence[SessionLog], kept: Kept | None) -> str:
     who = who_answered(sessions)
     words = f"{counted(len(observers), 'observer')} took part in {counted(len(sessions), 'session')}"
     if who.simulated:
-        words += f"; {'all' if who.all_simulated else len(who.simulated)} of them were simulated"
+        of_them = "all of them were" if len(observers) > 1 else "the observer was"
+        words += f"; {of_them if who.all_simulated else f'{len(who.simulated)} of them were'} simulated"
     incomplete = sum(not session.complete for session in sessions)
     if incomplete:
         words += f"; {counted(incomplete, 'session')} ended early; the answers until then are included"
@@ -90,7 +91,8 @@ def _settings_words(settings: Mapping[str, Mapping[str, Any]]) -> str:
     listed = {when: ", ".join(map(_setting, stated, stated.values())) for when, stated in settings.items()}
     words = f" The monitor was set to {listed['used']}." if listed.get("used") else ""
     if listed.get("measured") and listed["measured"] != listed.get("used"):
-        words += f" When it was measured it was set to {listed['measured']}."
+        which = "it" if listed.get("used") else "the monitor"
+        words += f" When {which} was measured it was set to {listed['measured']}."
     return words
 
 
@@ -135,6 +137,8 @@ def _display(sessions: Sequence[SessionLog], cited: Citations) -> str:
             f" Colours were reproduced by the display's characterisation in the mode {display.get('characterised_as')} "
             f"({display['source']})"
         )
+        if display.get("characterised_as", display.get("mode")) != display.get("mode"):
+            words += f", although the display was not characterised in the mode {display.get('mode')}"
         white = display.get("white_XYZ_cd_m2") or {}
         if white:
             levels = dict.fromkeys(f"{float(xyz[1]):.4g}" for xyz in white.values())

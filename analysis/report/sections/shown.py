@@ -117,7 +117,7 @@ def clipping_section(header: Header, names: Sequence[str]) -> Section | None:
     rows = tuple(astuple(cost)[: len(columns)] for cost in costs)
     table = Table("clipping", "Clipping to the gamut", tuple(columns), rows, folded=len(rows) > 40)
     blocks = (table, Paragraph(words, small=True), *_ghosts(header, names))
-    return Section("clipping", "Clipping to the display's gamut", blocks)
+    return Section("clipping", f"Clipping to the display's gamut{', and filters' * (len(columns) > 6)}", blocks)
 
 
 def _ghosts(header: Header, names: Sequence[str]) -> tuple[Table | Paragraph, ...]:

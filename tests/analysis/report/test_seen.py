@@ -117,6 +117,16 @@ def test_a_nominal_display_is_one_of_its_standard_whatever_glasses_take(make_ses
     assert "polarised glasses take of the light is not known" in _text(report, "seen")
 
 
+@pytest.mark.parametrize("measured_in", ["side-by-side", "row-interleaved"])
+@pytest.mark.usefixtures("undrawn")
+def test_methods_say_where_a_display_was_measured_in_another_mode(make_session: Maker, measured_in: str) -> None:
+    display = {"mode": "row-interleaved", "characterised_as": measured_in, "source": "measured"}
+    said = "not characterised in the mode row-interleaved" in _text(
+        describe([make_session(display=display)]), "methods"
+    )
+    assert said is (measured_in == "side-by-side")
+
+
 @pytest.mark.usefixtures("undrawn")
 def test_what_changed_when_a_session_was_resumed_is_said(make_session: Maker) -> None:
     stop = Resumption("2026-01-02T05:00:00Z", {"rig": {"before": "a", "now": "b"}})
