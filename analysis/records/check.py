@@ -24,6 +24,7 @@ from documents.files import (
     looked_for,
     open_regular,
     read_lines,
+    unreadable,
 )
 
 _BEGINNING = 4096
@@ -189,7 +190,7 @@ def check_log(file: Path, mirror: Path | None = None, within: Iterable[Path] = (
         with open_regular(file, "log", limit_bytes=MOST_LOG_BYTES, error=ResultsError) as stream:
             state = read_lines(stream, seen.take, seen.damaged, seen.fits)
     except OSError as error:
-        raise ResultsError(Finding(f"the results cannot be read: {error.strerror}", str(file))) from error
+        raise ResultsError(unreadable(error, file, "results")) from error
     except DamagedLineError as error:
         raise ResultsError(refusal(error, file)) from error
     if not state.lines:
@@ -220,7 +221,7 @@ def _compare(file: Path, state: LogState, seen: _Seen, mirror: Path | None, with
     try:
         check = compare_copy(file, copy, state.size)
     except OSError as error:
-        seen.findings.append(Finding(f"the copy cannot be read: {error.strerror}", str(copy)))
+        seen.findings.append(unreadable(error, copy, "copy"))
         return "cannot be read"
     if check.differs_at is not None:
         what = f"the copy of {file} differs at line {check.differs_at}"

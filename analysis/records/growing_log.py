@@ -9,8 +9,8 @@ from pathlib import Path
 
 from analysis.errors import ResultsError
 from analysis.records.session_record import Header, RecordReader, Trial, refusal
-from documents import Finding, count_work
-from documents.files import MOST_LOG_BYTES, ChainReader, DamagedLineError, open_regular, read_lines
+from documents import count_work
+from documents.files import MOST_LOG_BYTES, ChainReader, DamagedLineError, open_regular, read_lines, unreadable
 
 _AT_ONCE = 1 << 18  # bytes: some six hundred trials
 
@@ -85,7 +85,7 @@ class GrowingLog:
         except FileNotFoundError:
             raise
         except OSError as error:
-            raise ResultsError(Finding(f"the results cannot be read: {error.strerror}", str(self.file))) from error
+            raise ResultsError(unreadable(error, self.file, "results")) from error
         except DamagedLineError as error:
             raise ResultsError(refusal(error, self.file)) from error
         self._version, self._size, self._unfinished = version, self._size + len(lines), len(data) - len(lines)

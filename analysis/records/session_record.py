@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, Any
 from analysis.errors import ResultsError
 from analysis.records.fields import SCHEMA_VERSION, HalfCharacterError, RecordError, of_whole_characters
 from documents import Finding, count_work
-from documents.files import MOST_LOG_BYTES, RESTORE, DamagedLineError, LogState, open_regular, read_lines
+from documents.files import MOST_LOG_BYTES, RESTORE, DamagedLineError, LogState, open_regular, read_lines, unreadable
 
 if TYPE_CHECKING:  # the models of all records: only who reads a log needs them
     from analysis.records.order import Order
@@ -371,7 +371,7 @@ def read_session(file: Path) -> SessionLog:
         with open_regular(file, "log", limit_bytes=MOST_LOG_BYTES, error=ResultsError) as stream:
             state = read_lines(stream, reader.take, on_checksum=reader.fits)
     except OSError as error:
-        raise ResultsError(Finding(f"the results cannot be read: {error.strerror}", str(file))) from error
+        raise ResultsError(unreadable(error, file, "results")) from error
     except DamagedLineError as error:
         raise ResultsError(refusal(error, file)) from error
     if reader.header is None:

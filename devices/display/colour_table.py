@@ -15,7 +15,7 @@ from devices.colour_matching import DEFAULT_OBSERVER
 from devices.display.model import DisplayModel
 from devices.errors import DeviceError
 from documents import Finding
-from documents.files import other_separator, read_regular
+from documents.files import other_separator, read_regular, unreadable
 
 _MOST_BYTES = 100_000_000
 
@@ -109,7 +109,7 @@ def read_colours(file: str | Path | BinaryIO, kind: Kind, full: float, observer:
         text = io.StringIO(_content(file).decode("utf-8-sig"), newline="")
         lines = [(n, row) for n, row in enumerate(csv.reader(text, strict=True), 1) if row and row[0][:1] != "#"]
     except OSError as error:
-        raise DeviceError(Finding(f"the table cannot be read: {error.strerror}", name)) from error
+        raise DeviceError(unreadable(error, Path(name), "table")) from error
     except (UnicodeDecodeError, csv.Error) as error:
         raise DeviceError(Finding(f"the table is not CSV in UTF-8: {error}", name)) from error
     return _parse(lines, name, kind, full)

@@ -28,6 +28,7 @@ from documents.files import (
     LogState,
     open_regular,
     read_lines,
+    unreadable,
 )
 
 FORMAT = "cyclopean-measurement"
@@ -259,8 +260,7 @@ def read_session(file: Path) -> Session:
         with open_regular(file, "measurement", limit_bytes=MOST_LOG_BYTES, error=MeasuringError) as stream:
             state = read_lines(stream, take)
     except OSError as error:
-        what = f"the measurement cannot be read: {error.strerror}"
-        raise MeasuringError(Finding(what, str(file), remedy="check the path")) from error
+        raise MeasuringError(unreadable(error, file, "measurement")) from error
     except DamagedLineError as error:
         what = "the line is damaged" if error.number > 1 else "this is no measurement"
         raise MeasuringError(error.finding(file, what, "restore the file, or measure again")) from error

@@ -9,6 +9,9 @@ from .chain import LogState as LogState
 from .chain import unprotected as unprotected
 from .durable_log import DurableLog as DurableLog
 from .durable_log import LogInUseError as LogInUseError
+from .faults import SystemFault as SystemFault
+from .faults import system_fault as system_fault
+from .faults import what_stops_reading as what_stops_reading
 from .hashes import sha256_of_file as sha256_of_file
 from .hashes import sha256_of_json as sha256_of_json
 from .json_lines import MOST_LOG_BYTES as MOST_LOG_BYTES

@@ -10,11 +10,16 @@ from __future__ import annotations
 import errno
 import os
 import stat
-from io import BufferedReader
+from io import BufferedReader, FileIO
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from documents.files.faults import system_fault
 from documents.files.paths import looked_for
 from documents.findings import Finding, InputError
+
+if TYPE_CHECKING:
+    from _typeshed import WriteableBuffer
 
 _KINDS = (
     (stat.S_ISDIR, "a folder", "name a file in it"),
@@ -46,6 +51,29 @@ def refuse_to_replace(path: Path) -> None:
             raise NotAFileError(errno.EINVAL, f"it is {name}, not a file", str(path))
 
 
+class _Raw(FileIO):
+    """The bytes of a file; what the system does not let be read is an error of ``error``, as for opening it."""
+
+    def __init__(self, descriptor: int, path: Path, what: str, error: type[InputError]) -> None:
+        super().__init__(descriptor, "rb")
+        self._path, self._what, self._error = path, what, error
+
+    def readinto(self, buffer: WriteableBuffer, /) -> int:
+        try:
+            return super().readinto(buffer)
+        except OSError as caught:
+            raise self._refused(caught) from caught
+
+    def readall(self) -> bytes:
+        try:
+            return super().readall()
+        except (OSError, MemoryError) as caught:
+            raise self._refused(caught) from caught
+
+    def _refused(self, caught: Exception) -> InputError:
+        return self._error(unreadable(caught, self._path, self._what))
+
+
 def open_regular(
     path: str | os.PathLike[str],
     what: str = "file",
@@ -69,7 +97,7 @@ def open_regular(
     Returns
     -------
     BufferedReader
-        The open file, at its beginning; use as a context manager.
+        The open file, at its beginning; use as a context manager. What cannot be read of it raises ``error`` too.
 
     Raises
     ------
@@ -88,8 +116,8 @@ def open_regular(
     file = Path(path)
     try:
         _refuse_others(os.stat(file), file, error)
-        stream = os.fdopen(os.open(file, _FLAGS), "rb")
-    except (OSError, ValueError) as caught:
+        stream: BufferedReader = BufferedReader(_Raw(os.open(file, _FLAGS), file, what, error))
+    except (OSError, ValueError, MemoryError) as caught:
         raise error(unreadable(caught, file, what)) from caught
     try:
         status = os.fstat(stream.fileno())
@@ -141,7 +169,7 @@ def read_regular(
             content = stream.read(os.fstat(stream.fileno()).st_size + 1)
             while len(content) <= limit_bytes and (more := stream.read(_STEP)):  # it grew, or has no stated size
                 content += more
-        except OSError as caught:
+        except (OSError, MemoryError) as caught:
             raise error(unreadable(caught, Path(path), what)) from caught
     if len(content) > limit_bytes:
         raise error(_too_large(Path(path), what, limit_bytes))
@@ -206,7 +234,7 @@ def unreadable(caught: Exception, path: Path, what: str) -> Finding:
     Returns
     -------
     Finding
-        What is wrong, and for a missing file where it was looked for.
+        What is wrong, and for a missing file where it was looked for; what the machine could not do, with what to do.
 
     Examples
     --------
@@ -215,6 +243,8 @@ def unreadable(caught: Exception, path: Path, what: str) -> Finding:
     """
     if isinstance(caught, FileNotFoundError):
         return Finding("there is no such file", str(path), remedy=looked_for(path))
+    if fault := system_fault(caught):
+        return Finding(f"the {what} cannot be read: {fault}", str(path), remedy=fault.remedy)
     why = (caught.strerror if isinstance(caught, OSError) else None) or str(caught)
     return Finding(f"the {what} cannot be read: {why}", str(path))
 

@@ -7,6 +7,7 @@ import os
 import shutil
 from pathlib import Path
 
+from documents.files.faults import system_fault
 from documents.files.regular import NotAFileError
 from documents.findings import Finding
 
@@ -56,6 +57,8 @@ def unwritable(
         why, remedy = f"files in the folder {folder} may not become as large", elsewhere
     elif isinstance(caught, NotAFileError):
         why, remedy = str(caught.strerror), "name a file"
+    elif fault := system_fault(caught):
+        why, remedy = str(fault), fault.remedy
     else:
         why, remedy = caught.strerror or str(caught), f"look at the disk of the folder {folder}, or {elsewhere}"
     return Finding(f"the {what} cannot be written: {why}", str(path), remedy=remedy)

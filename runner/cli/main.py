@@ -214,6 +214,7 @@ def main() -> None:
     except Exception as error:
         # Only now: these bring pydantic, which the help text must not wait for.
         from documents import InputError
+        from documents.files import system_fault
         from documents.text import visible
         from runner.errors import SessionStoppedError
         from runner.presenter.errors import GraphicsError
@@ -224,5 +225,9 @@ def main() -> None:
             sys.exit(2)
         if isinstance(error, GraphicsError | SessionStoppedError):
             click.echo(f"cyclopean: {visible(str(error))}", err=True)
+            sys.exit(1)
+        if fault := system_fault(error):
+            name = getattr(error, "filename", None)
+            click.echo(f"cyclopean: {visible(f'{name}: ' if name else '')}{fault} ({fault.remedy})", err=True)
             sys.exit(1)
         raise

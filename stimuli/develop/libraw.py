@@ -13,13 +13,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from io import BufferedReader
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, NoReturn, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from documents.files import unreadable
 from stimuli.develop.raw_process import MAX_PHOTOSITES
 from stimuli.errors import StimulusError
+from stimuli.pictures.picture_input import refuse_undecoded
 
 # The process imports this checkout.
 _ROOT = str(Path(__file__).resolve().parents[2])
@@ -61,12 +63,15 @@ def read_by_libraw(path: Path) -> RawContent:
     StimulusError
         If it is damaged, of a kind that LibRaw does not know, or asks for more memory or time than a picture takes.
     """
-    answer, codes = _processes.ask(path)
+    try:
+        answer, codes = _processes.ask(path)
+    except (OSError, MemoryError) as error:
+        raise StimulusError(unreadable(error, path, "raw file")) from error
     if "wrong" in answer:
-        raise _wrong(path, answer["wrong"], answer["detail"])
+        _refuse(path, answer["wrong"], answer["detail"])
     if codes is None:
         message = "the raw file is damaged: LibRaw ended, or took more time than a picture of its size"
-        raise StimulusError.at(path, message, _AGAIN)
+        refuse_undecoded(path, message, _AGAIN)
     content = RawContent(codes, **answer["facts"])
     width, height = content.size_px
     if codes.shape[:2] != (height, width) or min(codes.shape[:2]) < 2:
@@ -158,7 +163,7 @@ _processes = _Processes()
 atexit.register(_processes.close)
 
 
-def _wrong(path: Path, kind: str, detail: str) -> StimulusError:
+def _refuse(path: Path, kind: str, detail: str) -> NoReturn:
     message, remedy = {
         "unknown": ("this is no raw file that LibRaw knows", "give a raw file, TIFF or OpenEXR"),
         "damaged": ("the raw file is cut short or damaged", _AGAIN),
@@ -167,4 +172,4 @@ def _wrong(path: Path, kind: str, detail: str) -> StimulusError:
         "memory": ("the raw file is damaged: it asks for more memory than a picture of its size", _AGAIN),
         "filter": (f"its colour filter is not known ({detail}), and is not Bayer", "export it as a linear TIFF"),
     }.get(kind, (f"the raw file cannot be read: {detail}", "convert it to DNG"))
-    return StimulusError.at(path, message, remedy)
+    refuse_undecoded(path, message, remedy)

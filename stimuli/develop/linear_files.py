@@ -20,7 +20,7 @@ from stimuli.errors import StimulusError
 from stimuli.pictures.exr_header import refuse_other_than_a_view
 from stimuli.pictures.exr_views import channel_runs, refuse_many_values
 from stimuli.pictures.exr_write import write_pixel_rows
-from stimuli.pictures.picture_input import opened, reason, refuse_no_picture, text_of
+from stimuli.pictures.picture_input import opened, reason, refuse_no_picture, refuse_undecoded, text_of
 
 if TYPE_CHECKING:
     import OpenImageIO
@@ -133,7 +133,7 @@ def _channels(picture: OpenImageIO.ImageInput, path: Path, wanted: Sequence[int]
         stored: NDArray[Any] | None = picture.read_image(0, 0, run.start, run.stop, spec.format)
         if stored is None:
             problem = reason(text_of(picture.geterror))
-            raise StimulusError.at(path, f"the picture is cut short or damaged: {problem}", "copy it again")
+            refuse_undecoded(path, f"the picture is cut short or damaged: {problem}", "copy it again")
         if list(run) == list(wanted):
             return stored
         if made is None:

@@ -20,10 +20,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from documents.files import open_regular, unwritable, whole_file
+from documents.files import open_regular, system_fault, unwritable, whole_file
 from stimuli.errors import StimulusError
 from stimuli.pictures.own_files import OwnFiles, decoders
-from stimuli.pictures.picture_input import MAX_BYTES
+from stimuli.pictures.picture_input import MAX_BYTES, refuse_undecoded
 from stimuli.pictures.region import Region
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 
@@ -161,8 +161,10 @@ def read_coded(path: Path) -> CodedPicture:
             eyes = list(islice(rest, len(sums))) if own is None else own.decoded()
         same = [_sum(codes) for codes in eyes] == sums.tolist() and 1 <= len(eyes) <= 2
     except _DAMAGED as error:
-        raise StimulusError.at(path, f"the picture is damaged: {' '.join(str(error).split())}", _AGAIN) from error
+        refuse_undecoded(path, f"the picture is damaged: {' '.join(str(error).split())}", _AGAIN, error)
     except StimulusError as error:
+        if system_fault(error):
+            raise
         message = f"the picture is damaged: {error.findings[0].message}"
         raise StimulusError.at(path, message, _AGAIN) from error
     if not same:

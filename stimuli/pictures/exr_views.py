@@ -25,7 +25,7 @@ from stimuli.pictures.exr_header import (
     refuse_other_than_a_view,
 )
 from stimuli.pictures.luminance_chroma import is_reconstructed, rgb_of
-from stimuli.pictures.picture_input import opened, reason, text_of
+from stimuli.pictures.picture_input import opened, reason, refuse_undecoded, text_of
 from stimuli.pictures.region import Part, Region
 
 if TYPE_CHECKING:
@@ -130,7 +130,7 @@ def parts_of(picture: OpenImageIO.ImageInput, path: Path) -> Iterator[FilePart]:
         yield FilePart(part, spec, _groups(spec, path))
         part += 1
     if problem := text_of(picture.geterror):
-        raise StimulusError.at(path, f"the picture is damaged: {reason(problem)}", "copy or write it again")
+        refuse_undecoded(path, f"the picture is damaged: {reason(problem)}", "copy or write it again")
 
 
 def header_view(name: str, part: FilePart, path: Path) -> View:
@@ -158,7 +158,7 @@ def _views(
             stored = _read(picture, part.number, spec, (first, last), run)
             if stored is None:
                 problem = reason(text_of(picture.geterror))
-                raise StimulusError.at(path, f"the picture is damaged: {problem}", "copy or write it again")
+                refuse_undecoded(path, f"the picture is damaged: {problem}", "copy or write it again")
             window = Region(spec.x - spec.full_x, first - spec.full_y, spec.width, last - first)
             for name, indices in groups.items():
                 for place, index in enumerate(indices):

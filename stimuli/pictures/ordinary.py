@@ -29,7 +29,7 @@ from stimuli.pictures.colour_spaces import (
 from stimuli.pictures.own_files import OwnFiles, decoded_eyes, own_files, stamps
 from stimuli.pictures.packing import PACKINGS, Packing, eye_size_px, stretched
 from stimuli.pictures.picture_header import PictureHeader, read_header
-from stimuli.pictures.picture_input import is_square, refuse_pixels_not_square
+from stimuli.pictures.picture_input import is_square, refuse_pixels_not_square, refuse_undecoded
 from stimuli.pictures.picture_pixels import Pixels
 from stimuli.pictures.region import Part
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
@@ -167,7 +167,7 @@ def read_ordinary(
         if before != stamps(plan.headers, eye):
             raise StimulusError.at(header.path, "the picture changed while it was read", "try again once it is written")
     except OSError as error:
-        raise StimulusError.at(header.path, f"the picture cannot be read: {error.strerror}", "try again") from error
+        refuse_undecoded(header.path, f"the picture cannot be read: {error.strerror}", "try again", error)
     views = ("left", "right") if len(eyes) == 2 else ((str(eye),) if plan.is_pair else ("center",))
     return _made(eyes, plan, decoding, views, own, part)
 

@@ -17,7 +17,7 @@ from stimuli.errors import StimulusError
 from stimuli.pictures.exr_views import MAX_PIXELS
 from stimuli.pictures.jpeg_pairs import frames_of, jps_packing
 from stimuli.pictures.packing import Packing, named_packing
-from stimuli.pictures.picture_input import kind_of, opened, opened_by_pillow, refuse_no_picture
+from stimuli.pictures.picture_input import kind_of, opened, opened_by_pillow, refuse_no_picture, refuse_undecoded
 from stimuli.pictures.png_chunks import png_aspect, png_chunks, png_exif, png_profile, png_space, stated_space
 from stimuli.pictures.resampling import MAX_PIXELS as MAX_SIDE_PX
 
@@ -128,12 +128,12 @@ def _by_pillow(path: Path) -> PictureHeader:
         with opened_by_pillow(path) as picture:
             return _of_pillow(picture, path, png, profile or picture.info.get("icc_profile") or None)
     except UnidentifiedImageError as error:
-        raise StimulusError.at(path, "the file is no picture, or its beginning is damaged", _DAMAGED) from error
+        refuse_undecoded(path, "the file is no picture, or its beginning is damaged", _DAMAGED, error)
     except Image.DecompressionBombError as error:
         message = f"the picture is too large: {MAX_PIXELS // 10**6} megapixels are the most"
         raise StimulusError.at(path, message, "crop it, or save it smaller") from error
     except UNREADABLE as error:
-        raise StimulusError.at(path, f"the picture is damaged: {_one_line(error)}", _DAMAGED) from error
+        refuse_undecoded(path, f"the picture is damaged: {_one_line(error)}", _DAMAGED, error)
 
 
 def _of_pillow(picture: Image, path: Path, png: dict[str, bytes], profile: bytes | None) -> PictureHeader:

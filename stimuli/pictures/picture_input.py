@@ -8,9 +8,9 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
-from documents.files import looked_for, open_regular
+from documents.files import looked_for, open_regular, system_fault, unreadable, what_stops_reading
 from documents.text import visible
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_structure import check_exr
@@ -76,6 +76,8 @@ def opened(
         # OpenImageIO hands over names and texts as they stand in the file.
         message = "the picture is damaged: its header is not UTF-8 text"
         raise StimulusError.at(path, message, "copy or write it again") from error
+    except MemoryError as error:
+        raise StimulusError(unreadable(error, path, "picture")) from error
     finally:
         picture.close()
 
@@ -89,8 +91,13 @@ def opened_by_pillow(path: Path) -> Iterator[PillowImage]:
     PngImagePlugin.MAX_TEXT_CHUNK = max(PngImagePlugin.MAX_TEXT_CHUNK, MOST_PROFILE_BYTES)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        with Image.open(path) as picture:
-            yield picture
+        try:
+            with Image.open(path) as picture:
+                yield picture
+        except (OSError, MemoryError) as error:
+            if system_fault(error):
+                raise StimulusError(unreadable(error, path, "picture")) from error
+            raise
 
 
 def kind_of(path: Path) -> str | None:
@@ -115,6 +122,17 @@ def refuse_no_picture(path: Path, what: str = "picture", most_bytes: int = MAX_B
         raise StimulusError.at(path, message, "rename it") from error
 
 
+def refuse_undecoded(path: Path, message: str, remedy: str, caught: Exception | None = None) -> NoReturn:
+    """Raise StimulusError for a file that a library could not decode: what the machine could not do, else ``message``.
+
+    ``caught`` is what the library raised, None if it keeps the reason to itself.
+    """
+    cause = caught if system_fault(caught) else what_stops_reading(path)
+    if cause is not None:
+        raise StimulusError(unreadable(cause, path, "picture")) from cause
+    raise StimulusError.at(path, message, remedy) from caught
+
+
 def text_of(call: Callable[[], str]) -> str:
     """Return the text of a C library, which may hold bytes of a damaged file, as one line that can be shown."""
     try:
@@ -137,7 +155,7 @@ def _opened(path: Path, remedy: str, hint: OpenImageIO.ImageSpec | None) -> Open
             remedy = "write R, G and B at full resolution; of luminance and chroma, one view in one part is read"
             raise StimulusError.at(path, what, remedy)
     elif picture is None:
-        raise StimulusError.at(path, f"the picture cannot be read: {reason(message)}", remedy)
+        refuse_undecoded(path, f"the picture cannot be read: {reason(message)}", remedy)
     return picture
 
 

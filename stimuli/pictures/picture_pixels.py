@@ -12,7 +12,7 @@ from documents import count_work
 from documents.files import read_regular
 from stimuli.errors import StimulusError
 from stimuli.pictures.picture_header import UNREADABLE, PictureHeader
-from stimuli.pictures.picture_input import MAX_BYTES, opened, opened_by_pillow, reason, text_of
+from stimuli.pictures.picture_input import MAX_BYTES, opened, opened_by_pillow, reason, refuse_undecoded, text_of
 from stimuli.pictures.png_chunks import png_pixel_bytes
 
 Pixels = NDArray[Any]
@@ -43,7 +43,7 @@ def decode(header: PictureHeader, frame: int = 0) -> Pixels:
         problem = text_of(picture.geterror)
     if stored is None or problem:
         why = reason(problem).replace(f' ("{header.path}")', "")
-        raise StimulusError.at(header.path, f"the picture is cut short or damaged: {why}", "copy or save it again")
+        refuse_undecoded(header.path, f"the picture is cut short or damaged: {why}", "copy or save it again")
     return upright(stored.reshape(*stored.shape[:2], -1), header.orientation)
 
 
@@ -76,7 +76,7 @@ def _decode_by_pillow(header: PictureHeader, frame: int) -> Pixels:
             pixels = np.asarray(picture if picture.mode == form else picture.convert(form))
     except UNREADABLE as error:
         message = f"the picture is cut short or damaged: {(str(error).splitlines() or ['no reason given'])[0]}"
-        raise StimulusError.at(header.path, message, "copy or save it again") from error
+        refuse_undecoded(header.path, message, "copy or save it again", error)
     return upright(pixels.reshape(*pixels.shape[:2], -1), header.orientation)
 
 

@@ -20,7 +20,7 @@ from documents.files import looked_for
 from documents.text import counted, visible
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_header import refuse_other_than_a_view
-from stimuli.pictures.picture_input import opened, reason, text_of
+from stimuli.pictures.picture_input import opened, reason, refuse_undecoded, text_of
 from stimuli.spectral.picture import Quantity, SpectralPicture
 
 if TYPE_CHECKING:
@@ -122,7 +122,7 @@ class _Rows:
                 read = picture.read_scanlines(0, 0, top, bottom, 0, low, high, "float")
             if read is None:
                 problem = reason(text_of(picture.geterror))
-                raise StimulusError.at(self._path, f"it is cut short or damaged: {problem}", "copy it again")
+                refuse_undecoded(self._path, f"it is cut short or damaged: {problem}", "copy it again")
             taken: NDArray[np.float32] = read[..., [index - low for index in self._order]]
             return taken
 
@@ -225,7 +225,7 @@ class _EnviRows:
         try:
             mapped = np.memmap(self._file, dtype=self._dtype, mode="r", offset=self._offset, shape=self._shape)
         except (OSError, ValueError) as error:
-            raise StimulusError.at(self._path, f"its data cannot be read: {error}", "copy it again") from error
+            refuse_undecoded(self._path, f"its data cannot be read: {error}", "copy it again", error)
         part = mapped[:, first:last] if self._rows_axis else mapped[first:last]
         read = np.array(part.transpose(self._axes)[..., self._bands])
         if self._ignored is not None:
