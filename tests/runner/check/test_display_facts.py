@@ -49,6 +49,14 @@ def test_what_is_stated_or_measured_is_left_out(study: Study) -> None:
     assert "crosstalk" not in _not_measured(study, nominal, "flat")
 
 
+@pytest.mark.parametrize(("swap", "eye"), [("false", "right"), ("true", "left")])
+def test_a_filter_that_is_stated_alone_leaves_the_other_assumed(study: Study, swap: str, eye: str) -> None:
+    options = f"mode_options: {{left_filter: [0.9, 0.1, 0.0], swap_eyes: {swap}}}\n"
+    said = _not_measured(study, f"{{nominal: srgb, white_cd_m2: 100, {PANEL}}}", "anaglyph-red-cyan", options)
+    assert f"filter before the {eye} eye (round figures)" in said
+    assert "filters of the glasses (round figures)" not in said
+
+
 def test_doctor_says_the_same_of_a_rig(study: Study) -> None:
     nominal = f"{{nominal: srgb, white_cd_m2: 100, {PANEL}}}"
     said = _not_measured(study, nominal, "anaglyph-red-cyan")

@@ -141,6 +141,21 @@ def test_a_filter_can_be_a_matrix_on_XYZ(same_models: EyeModels) -> None:
     np.testing.assert_allclose(by_matrix.right, shares.right, rtol=1e-9, atol=1e-12)
 
 
+@pytest.mark.parametrize("swap", [False, True])
+@pytest.mark.parametrize("stated", [{}, {"left_filter": [0.8, 0.1, 0.1]}], ids=["assumed", "stated"])
+def test_the_filters_that_are_said_are_those_that_the_picture_is_made_for(
+    same_models: EyeModels, stated: dict[str, Any], swap: bool
+) -> None:
+    mode = find_mode("anaglyph-red-cyan", ModeOptions.parse({**stated, "swap_eyes": swap}))
+    mixture, through = mode.mixture(same_models), mode.seen_through(same_models)
+    assert mixture is not None
+    assert through is not None
+    primaries = same_models.left.primaries_XYZ_cd_m2
+    for passes, by_mixture in ((through.left, mixture.left_through), (through.right, mixture.right_through)):
+        np.testing.assert_allclose(by_mixture @ primaries, primaries * np.array(passes), rtol=1e-9, atol=1e-9)
+    assert len(through.assumed) == 2 - len(stated)
+
+
 def test_a_display_measured_through_each_filter_needs_none_and_its_white_is_white(model: MakeModel) -> None:
     bare = model(2.2, 0.02)
     left, right = (
