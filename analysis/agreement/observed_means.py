@@ -11,7 +11,6 @@ from analysis.agreement.observed import Drawn, ObservedGroup
 from analysis.bootstrap.replicates import REPLICATES, SEED, draw_observers
 from analysis.classes.classes import TIED
 from analysis.classes.multiplicity import Adjust, corrected, two_sided_p
-from analysis.ratings.ratings import KIND as RATING
 from analysis.ratings.ratings import rating_tables
 from analysis.records.session_record import SessionLog
 from analysis.report.estimate import MOST_ITEMS_DRAWN
@@ -49,15 +48,18 @@ def observed_series(sessions: Sequence[SessionLog], options: AnalysisOptions) ->
 
 
 def observed_ratings(sessions: Sequence[SessionLog], options: AnalysisOptions) -> tuple[ObservedGroup, ...]:
-    """Return a group for each scale: the mean rating of each stimulus, larger for better; none without any."""
-    if not any(trial.kind == RATING for session in sessions for trial in session.trials):
-        return ()
+    """Return a group for each scale: the mean rating of each stimulus, larger for better; none without any.
+
+    Ratings that followed a choice between two are left out: they hang on what a stimulus stood beside.
+    """
     groups = []
-    for scale, table in rating_tables(sessions).items():
+    for table in rating_tables(sessions):
+        if table.of != "alone":
+            continue
         given = np.isfinite(table.values)
         groups.append(
             of_means(
-                scale,
+                table.scale,
                 "ratings",
                 "points",
                 table.stimuli,

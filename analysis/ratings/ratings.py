@@ -1,4 +1,8 @@
-"""Ratings of single stimuli: mean opinion scores, z scores within observers, and BT.500's screening.
+"""Ratings of stimuli: mean opinion scores, z scores within observers, and BT.500's screening.
+
+A stimulus is rated ``alone``, or after a choice between two: the ``chosen`` one, or ``both``. These are never pooled: a
+stimulus that was chosen is rated beside what it was better than, and only when it was. Ratings after a choice from a
+series are in `analysis.series`.
 
 Recommendation ITU-R BT.500 [ITU500] gives the mean with its interval for each stimulus, and a rule that flags
 observers whose ratings lie far from the others' in both directions. Here the rule is information: nobody is left out.
@@ -7,28 +11,30 @@ observers whose ratings lie far from the others' in both directions. Here the ru
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.errors import ResultsError
 from analysis.records.results import damaged, refuse_mixtures
-from analysis.records.session_record import SessionLog
+from analysis.records.session_record import SessionLog, Trial
 from analysis.records.times import in_time
 from documents import Finding
 from documents.text import json_fields
 
 KIND = "rating"
+Of = Literal["alone", "chosen", "both"]
+OF: tuple[Of, ...] = ("alone", "chosen", "both")
 MOST_OUTLYING, MOST_ONE_SIDED = 0.05, 0.3
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
 class OpinionScore:
-    """The mean opinion score of a stimulus, over the means of ``observers``.
+    """The mean opinion score of a stimulus, over the means of ``observers``, who gave so many ``ratings``.
 
     ``mean`` in points of the scale and ``z`` in standard deviations of an observer's ratings, each with 95 % limits by
     Student's t (None with one observer); ``sd`` is that of the observers' means.
@@ -36,6 +42,7 @@ class OpinionScore:
 
     stimulus: str
     observers: int
+    ratings: int
     mean: float
     interval: tuple[float, float] | None
     sd: float | None
@@ -95,9 +102,10 @@ class RaterScreening:
 
 @dataclass(frozen=True, slots=True)
 class ScaleSummary:
-    """One scale: its stimuli in the header's order, and its observers, sorted."""
+    """One scale: its stimuli in the header's order, and its observers, sorted; ``of`` is which stimuli were rated."""
 
     scale: str
+    of: Of
     scores: tuple[OpinionScore, ...]
     observers: tuple[RaterScreening, ...]
 
@@ -105,6 +113,7 @@ class ScaleSummary:
         """Return plain values for JSON."""
         return {
             "scale": self.scale,
+            "of": self.of,
             "scores": [score.to_json() for score in self.scores],
             "observers": [observer.to_json() for observer in self.observers],
         }
@@ -112,7 +121,7 @@ class ScaleSummary:
 
 @dataclass(frozen=True, slots=True)
 class RatingSummary:
-    """The results of blocks of the kind ``rating``, by scale."""
+    """The ratings of single stimuli, by scale, and those that followed choices between two."""
 
     experiment: str
     scales: tuple[ScaleSummary, ...]
@@ -152,60 +161,81 @@ def summarise_ratings(sessions: Sequence[SessionLog]) -> RatingSummary:
     >>> summarise_ratings([log]).scales[0].scores[0].mean
     4.0
     """
+    found = ratings_in(sessions)
+    if found is None:
+        files = ", ".join(str(session.file) for session in sessions[:3])
+        raise ResultsError(
+            Finding("the results hold no rating of a stimulus", files, remedy="answer some trials first")
+        )
+    return found
+
+
+def ratings_in(sessions: Sequence[SessionLog]) -> RatingSummary | None:
+    """Return what `summarise_ratings` does; None if the sessions have no rating."""
     tables = rating_tables(sessions)
-    return RatingSummary(
-        sessions[0].header.experiment, tuple(_summary(scale, table) for scale, table in tables.items())
-    )
+    return RatingSummary(sessions[0].header.experiment, tuple(map(_summary, tables))) if tables else None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RatingTable:
     """The ratings on one scale: ``values``, shape (observers, stimuli, repeats), NaN where there is none.
 
-    ``observers`` are sorted, ``stimuli`` those that were rated, in the header's order.
+    ``observers`` are sorted, ``stimuli`` those that were rated, in the header's order; ``of`` is which were rated.
     """
 
+    scale: str
+    of: Of
     observers: tuple[str, ...]
     stimuli: tuple[str, ...]
     values: Floats
 
 
-def rating_tables(sessions: Sequence[SessionLog]) -> dict[str, RatingTable]:
-    """Return the ratings of one experiment's sessions by scale, each trial's last attempt.
+def rating_tables(sessions: Sequence[SessionLog]) -> tuple[RatingTable, ...]:
+    """Return the ratings of one experiment's sessions by what was rated and scale, each trial's last attempt.
+
+    Which there are follows from what the records hold. Practice, catch trials, which scores leave out too, and series
+    have none here.
 
     Raises
     ------
     ResultsError
-        As `summarise_ratings`.
+        As `summarise_ratings`, but for sessions without any rating.
     """
     refuse_mixtures(sessions)
     stimuli = [str(stimulus["name"]) for stimulus in sessions[0].header.stimuli]
-    known = frozenset(stimuli)
-    # By scale, observer and stimulus: the ratings in the order in which they were given.
-    by_scale: dict[str, dict[str, dict[str, list[float]]]] = {}
+    # By what was rated and scale, by observer and stimulus: the ratings in the order in which they were given.
+    by_scale: dict[tuple[Of, str], dict[str, dict[str, list[float]]]] = {}
     for session in in_time(sessions):
         for trial in session.trials:
-            if trial.kind != KIND:
-                continue
-            stimulus, ratings = str(trial.data.get("stimulus")), trial.data.get("ratings")
+            for of, scale, stimulus, value in _rated(session, trial, frozenset(stimuli)):
+                people = by_scale.setdefault((of, scale), {}).setdefault(session.header.observer, {})
+                people.setdefault(stimulus, []).append(value)
+    found = sorted(by_scale.items(), key=lambda item: OF.index(item[0][0]))
+    return tuple(_table(scale, of, people, stimuli) for (of, scale), people in found)
+
+
+def _rated(session: SessionLog, trial: Trial, known: frozenset[str]) -> Iterator[tuple[Of, str, str, float]]:
+    """Yield each rating in ``trial``: what was rated, the scale, the stimulus, and the value."""
+    data, ratings, alone = trial.data, trial.data.get("ratings"), trial.kind == KIND
+    if trial.is_practice or data.get("catch") is not None or "series" in data or (ratings is None and not alone):
+        return
+    if not isinstance(ratings, Mapping) or (alone and not ratings):
+        raise damaged(session, trial, "has no ratings by name")
+    for scale, given in ratings.items():
+        if given is None and not alone:  # neither of two was chosen
+            continue
+        of: Of = "alone" if alone else "both" if isinstance(given, Mapping) else "chosen"
+        values = given if isinstance(given, Mapping) and not alone else {"stimulus" if alone else "chosen": given}
+        for role, value in values.items():
+            stimulus = str(data.get(role))
             if stimulus not in known:
                 raise damaged(session, trial, f"shows '{stimulus}', no stimulus of the session")
-            if not isinstance(ratings, Mapping) or not ratings:
-                raise damaged(session, trial, "has no ratings by name")
-            for scale, value in ratings.items():
-                if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-                    raise damaged(session, trial, f"has {value!r} for '{scale}' in its ratings")
-                people = by_scale.setdefault(str(scale), {}).setdefault(session.header.observer, {})
-                people.setdefault(stimulus, []).append(float(value))
-    if not by_scale:
-        files = ", ".join(str(session.file) for session in sessions[:3])
-        raise ResultsError(
-            Finding("the results hold no rating of a stimulus", files, remedy="answer some trials first")
-        )
-    return {scale: _table(people, stimuli) for scale, people in by_scale.items()}
+            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+                raise damaged(session, trial, f"has {value!r} for '{scale}' in its ratings")
+            yield of, str(scale), stimulus, float(value)
 
 
-def _table(people: Mapping[str, Mapping[str, list[float]]], stimuli: Sequence[str]) -> RatingTable:
+def _table(scale: str, of: Of, people: Mapping[str, Mapping[str, list[float]]], stimuli: Sequence[str]) -> RatingTable:
     observers = sorted(people)
     rated = [stimulus for stimulus in stimuli if any(stimulus in people[observer] for observer in observers)]
     repeats = max(len(values) for by_stimulus in people.values() for values in by_stimulus.values())
@@ -214,10 +244,10 @@ def _table(people: Mapping[str, Mapping[str, list[float]]], stimuli: Sequence[st
         for column, stimulus in enumerate(rated):
             values = people[observer].get(stimulus, [])
             table[row, column, : len(values)] = values
-    return RatingTable(tuple(observers), tuple(rated), table)
+    return RatingTable(scale, of, tuple(observers), tuple(rated), table)
 
 
-def _summary(scale: str, ratings: RatingTable) -> ScaleSummary:
+def _summary(ratings: RatingTable) -> ScaleSummary:
     observers, rated, table = ratings.observers, ratings.stimuli, ratings.values
     flat = table.reshape(len(observers), -1)
     given = np.isfinite(flat).sum(axis=1)
@@ -232,9 +262,11 @@ def _summary(scale: str, ratings: RatingTable) -> ScaleSummary:
         mean, interval, sd = _mean(each)
         z_mean, z_interval, _ = _mean(z)
         assert mean is not None  # someone rated it
-        scores.append(OpinionScore(stimulus, len(each), mean, interval, sd, z_mean, z_interval))
+        count = int(np.isfinite(table[:, column]).sum())
+        scores.append(OpinionScore(stimulus, len(each), count, mean, interval, sd, z_mean, z_interval))
     return ScaleSummary(
-        scale,
+        ratings.scale,
+        ratings.of,
         tuple(scores),
         tuple(
             RaterScreening(observer, int(given[row]), float(means[row]), sds[row], int(above[row]), int(below[row]))

@@ -113,6 +113,11 @@ class Trial:
         return self.block, self.trial
 
     @property
+    def is_practice(self) -> bool:
+        """Whether it is practice, which is not analysed."""
+        return self.kind == "practice"
+
+    @property
     def is_outcome(self) -> bool:
         """Whether it states what came of a test, and is no answer."""
         return self.kind == "screening" and ("outcome" in self.data or "screened_out" in self.data)

@@ -106,12 +106,15 @@ def _flags(table: ObserverTable) -> Iterator[FailedCheck]:
         )
 
 
+_RATED = {"alone": "", "chosen": ", of stimuli chosen of two", "both": ", of both stimuli of pairs"}
+
+
 def _raters(ratings: RatingSummary) -> Iterator[FailedCheck]:
     for scale in ratings.scales:
         who = [observer.observer for observer in scale.observers if observer.flagged]
         if who:
             yield FailedCheck(
-                f"Ratings of {some(who)} on the scale {scale.scale}",
+                f"Ratings of {some(who)} on the scale {scale.scale}{_RATED[scale.of]}",
                 "Many of their ratings are far from the others' (rule of BT.500).",
                 "Look at the session. Nobody is left out by this rule; to leave an observer out, give --without CODE.",
             )

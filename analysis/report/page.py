@@ -183,7 +183,7 @@ def sections_of(report: Report, published: Published, thumbnails: Thumbnails) ->
             compared,
             adjustment,
             series=report.series,
-            ratings=report.ratings is not None,
+            ratings=report.ratings,
             preferences=report.preferences is not None,
             thresholds=report.thresholds is not None,
             factors=report.factors is not None,

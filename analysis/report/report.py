@@ -13,7 +13,7 @@ from analysis.factors.result import FactorEffects
 from analysis.observers.filters import Filter, Kept, keep
 from analysis.observers.table import ObserverTable, observers_in_sessions
 from analysis.ratings.preferences import Preferences, preferences
-from analysis.ratings.ratings import RatingSummary, summarise_ratings
+from analysis.ratings.ratings import OF, RatingSummary, ratings_in
 from analysis.records.answered_by import pool, who_answered
 from analysis.records.results import refuse_mixtures
 from analysis.records.seen import what_eyes_saw
@@ -47,6 +47,7 @@ KIND_WORDS = {
     "threshold": "Thresholds",
 }
 PAGES = ("instructions", "break")
+_RATED = {"alone": "", "chosen": " of the stimuli chosen of two", "both": " of both stimuli of a pair"}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,8 +69,10 @@ class Report:
         Effects of the stimuli's factors on them, and the observer table.
     review
         What reviewers ask of the scores, by its key in JSON; empty without scores on one scale.
-    series, ratings, preferences, thresholds
-        Results of blocks of the kinds ``best_of_series``, ``rating``, ``preference`` and ``threshold``.
+    series, preferences, thresholds
+        Results of blocks of the kinds ``best_of_series``, ``preference`` and ``threshold``.
+    ratings
+        Ratings of single stimuli, and those that followed choices between two.
     notes
         Sentences that a reader needs before the numbers.
     failed
@@ -106,9 +109,11 @@ class Report:
         if self.thresholds is not None:
             sentences.append(self.thresholds.sentence)
         if self.ratings is not None:
-            count = sum(observer.ratings for scale in self.ratings.scales for observer in scale.observers)
-            people = {observer.observer for scale in self.ratings.scales for observer in scale.observers}
-            sentences.append(f"{who_answered(self.sessions).words(people)}, {counted(count, 'rating')}.")
+            for of in OF:
+                raters = [rater for scale in self.ratings.scales if scale.of == of for rater in scale.observers]
+                who = who_answered(self.sessions).words({rater.observer for rater in raters})
+                count = counted(sum(rater.ratings for rater in raters), "rating")
+                sentences += [f"{who}, {count}{_RATED[of]}."] if raters else []
         return tuple(sentences)
 
     def to_json(self) -> dict[str, Any]:
@@ -200,7 +205,7 @@ def describe(
     observers = None
     if compared:
         observers = observers_in_sessions(remaining, shuffles=SHUFFLES, comparisons=compared.comparisons)
-    ratings = summarise_ratings(remaining) if "rating" in kinds else None
+    ratings = ratings_in(remaining)
     return Report(
         header=remaining[0].header,
         sessions=tuple(remaining),

@@ -16,6 +16,7 @@ from runner.blocks.block import (
     Draft,
     Fault,
     Hold,
+    Named,
     Response,
     Steps,
     StimulusNames,
@@ -31,7 +32,7 @@ from runner.blocks.message import page
 from runner.blocks.orders import Pair, grouped_order, pair_order
 from runner.blocks.pair_groups import PairGroups, group_faults, pair_groups
 from runner.blocks.pair_views import SequenceView, SimultaneousView, Ties, present, sequence_page
-from runner.blocks.scale import Scale, ScaleSpec, rate, scale_faults
+from runner.blocks.scale import Scale, ScaleSpec, rate, scale_faults, scales_named
 from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.tasks import Compare
@@ -355,6 +356,11 @@ class AllPairsSpec(BlockSpec):
         if self.catch and not wrong:
             yield from self.catch.faults(stimuli, self._trials(stimuli))
         yield from scale_faults(self.ratings, "ratings")
+
+    def named(self, stimuli: Stimuli) -> Iterator[Named]:
+        """Yield its scales, those about both stimuli apart."""
+        for rating, named in zip(self.ratings, scales_named(self.ratings), strict=True):
+            yield replace(named, what="scale of both") if rating.of == "both" else named
 
     def _layout(self, setting: Setting) -> PairLayout | SingleLayout:
         return setting.single_layout() if self.presentation == "sequence" else setting.pair_layout()

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from statistics import median
 from typing import Any
 
 from analysis.comparisons.session_comparisons import is_comparison
 from analysis.observers.filters import Kept
 from analysis.observers.responses import catch_results
+from analysis.ratings.ratings import RatingSummary
 from analysis.records.answered_by import who_answered
 from analysis.records.seen import Seen
 from analysis.records.session_record import Header, SessionLog
@@ -48,7 +49,7 @@ def methods_section(
     adjustment: str,
     *,
     series: SeriesSummary | None,
-    ratings: bool,
+    ratings: RatingSummary | None,
     preferences: bool,
     thresholds: bool,
     factors: bool,
@@ -60,7 +61,7 @@ def methods_section(
     paragraphs = [
         _people(sessions, kept),
         _display(sessions, cited),
-        _design(sessions),
+        _design(sessions, ratings),
         _compared(compared, adjustment, cited) if compared else "",
         _others(cited, series=series, ratings=ratings, preferences=preferences, factors=factors, observers=observers),
         _thresholds(sessions, cited) if thresholds else "",
@@ -163,7 +164,7 @@ def _display(sessions: Sequence[SessionLog], cited: Citations) -> str:
     return words
 
 
-def _design(sessions: Sequence[SessionLog]) -> str:
+def _design(sessions: Sequence[SessionLog], ratings: RatingSummary | None) -> str:
     header = sessions[0].header
     kinds = list(dict.fromkeys(trial.kind for session in sessions for trial in session.trials))
     stimuli = len(header.stimuli)
@@ -184,6 +185,7 @@ def _design(sessions: Sequence[SessionLog]) -> str:
             plural = {"stimulus rated": "rating screens", "trial at a threshold": "trials at thresholds"}
             words = f"{number:,.10g} {plural[noun]}" if noun in plural and number != 1 else counted(number, noun)
             parts.append(f"A session has {words} (median).")
+    parts += [f"After the choice between two, {what} rated on {scales}." for what, scales in _after_choices(ratings)]
     caught = catch_results(sessions)
     if caught.obvious or caught.identical:
         parts.append(
@@ -197,6 +199,14 @@ def _design(sessions: Sequence[SessionLog]) -> str:
         parts.append(f"There were {counted(median(breaks), 'break')} in a session (median).")
     parts.append(f"Orders were randomised for each observer (seed {header.seed}).")
     return " ".join(part for part in parts if part)
+
+
+def _after_choices(ratings: RatingSummary | None) -> Iterator[tuple[str, str]]:
+    """Yield what was rated after choices between two stimuli, and on what."""
+    for of, what in (("chosen", "the stimulus chosen was"), ("both", "both stimuli were")):
+        scales = [scale.scale for scale in (ratings.scales if ratings else ()) if scale.of == of]
+        if scales:
+            yield what, f"the {'scale' if len(scales) == 1 else 'scales'} {listed(scales)}"
 
 
 def _interface(header: Header) -> list[str]:
@@ -332,7 +342,7 @@ def _others(
     cited: Citations,
     *,
     series: SeriesSummary | None,
-    ratings: bool,
+    ratings: RatingSummary | None,
     preferences: bool,
     factors: bool,
     observers: bool,
@@ -361,9 +371,8 @@ def _others(
             f"observers {cited.cite('Hesterberg2015')}; the sign test is over observers."
         )
     if ratings:
-        parts.append(
-            f"Mean opinion scores have 95 % intervals by Student's t over the observers' means {cited.cite('ITU500')}."
-        )
+        what = "Mean opinion scores" if any(scale.of == "alone" for scale in ratings.scales) else "Mean ratings"
+        parts.append(f"{what} have 95 % intervals by Student's t over the observers' means {cited.cite('ITU500')}.")
     return " ".join(parts)
 
 

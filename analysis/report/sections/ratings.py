@@ -1,4 +1,4 @@
-"""Ratings of single stimuli (mean opinion scores), and preferences between stereo and flat."""
+"""Ratings of stimuli, alone (mean opinion scores) or after a choice, and preferences between stereo and flat."""
 
 from __future__ import annotations
 
@@ -20,6 +20,23 @@ from analysis.report.words import fixed, p_words, percent
 from analysis.series.observer_means import Estimate, means
 from documents.pages import NARROW_IN, WIDE_IN
 
+# By what was rated: the title of its scores, that of its observers, what its caption adds, and the end of its names.
+_TITLES = {
+    "alone": ("Mean opinion scores: {}", "Ratings by observer on the scale {}", "", ""),
+    "chosen": (
+        "Mean ratings of the stimuli chosen of two: {}",
+        "Ratings by observer of the stimuli chosen of two on the scale {}",
+        " A stimulus was rated only when it was chosen, so that its mean also depends on what it was chosen over.",
+        "_chosen",
+    ),
+    "both": (
+        "Mean ratings of both stimuli of a pair: {}",
+        "Ratings by observer of both stimuli of a pair on the scale {}",
+        " Both stimuli of each pair were rated after the choice between them.",
+        "_both",
+    ),
+}
+
 
 def ratings_section(summary: RatingSummary, pictures: Mapping[str, str] = MappingProxyType({})) -> Section:
     """Return a figure with its table for each scale, and the ratings of each observer."""
@@ -37,6 +54,7 @@ def _scores(scale: ScaleSummary, pictures: Mapping[str, str]) -> Figure:
         Column("s.d.", "sd", "number", 2),
         Column("z", "z", "number", 2),
         Column("95 %", "z", "interval", 2),
+        Column("Ratings", "ratings", "number"),
         Column("Observers", "observers", "number"),
     )
     rows = tuple(
@@ -47,24 +65,20 @@ def _scores(scale: ScaleSummary, pictures: Mapping[str, str]) -> Figure:
             score.sd,
             score.z,
             score.z_interval or (None, None),
+            score.ratings,
             score.observers,
         )
         for score in scale.scores
     )
-    title = f"Mean opinion scores: {scale.scale}"
+    title, _, more, end = _TITLES[scale.of]
+    title, name = title.format(scale.scale), f"ratings_{scale.scale}{end}"
     dots = [(score.stimulus, score.mean, *(score.interval or (None, None))) for score in scale.scores]
     images = [draw_dots(dots, scale.scale, title, width) for width in (WIDE_IN, NARROW_IN)]
     caption = (
         f"{title}: means over the observers' means, with 95 % intervals by Student's t. z: in standard deviations "
-        "of each observer's own ratings."
+        f"of each observer's own ratings.{more}"
     )
-    return Figure(
-        f"ratings_{scale.scale}",
-        images[0],
-        images[1],
-        caption,
-        Table(f"ratings_{scale.scale}", title, columns, rows, pictures=pictures),
-    )
+    return Figure(name, images[0], images[1], caption, Table(name, title, columns, rows, pictures=pictures))
 
 
 def _raters(scale: ScaleSummary) -> Table:
@@ -89,8 +103,9 @@ def _raters(scale: ScaleSummary) -> Table:
         )
         for observer in scale.observers
     )
-    title = f"Ratings by observer on the scale {scale.scale}; BT.500's rule is information, nobody is left out by it"
-    return Table(f"raters_{scale.scale}", title, columns, rows, folded=True)
+    _, title, _, end = _TITLES[scale.of]
+    title = f"{title.format(scale.scale)}; BT.500's rule is information, nobody is left out by it"
+    return Table(f"raters_{scale.scale}{end}", title, columns, rows, folded=True)
 
 
 Floats = NDArray[np.float64]

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from analysis.errors import ResultsError
 from analysis.ratings.ratings import RaterScreening, outlying, summarise_ratings
 from analysis.records.session_record import SessionLog, Trial
+from analysis.report import describe
 
 Maker = Callable[..., SessionLog]
 NAMES = ("a", "b", "c")
@@ -156,3 +157,60 @@ def test_no_rating_and_mixtures_are_refused(make_ratings: Maker) -> None:
         summarise_ratings([make_ratings("01", {})])
     with pytest.raises(ResultsError, match="'gloss'"):
         summarise_ratings([make_ratings("01", {"a": [1]}), make_ratings("02", {"a": [1]}, experiment="gloss")])
+
+
+PAIR = {"first": "a", "second": "b", "answer": "second", "chosen": "b", "rejected": "a", "first_position": "top"}
+
+
+@pytest.fixture
+def make_pairs(make_session: Maker) -> Maker:
+    """Sessions of one pair each, with what ``more`` says of it."""
+
+    def make(observer: str, kind: str = "all_pairs", **more: Any) -> SessionLog:
+        session = make_session(observer, names=NAMES, answers=[])
+        return replace(session, answers=(Trial(1, 0, kind, (), 1.0, "2026", {**PAIR, **more}),))
+
+    return make
+
+
+def test_ratings_after_a_choice_are_of_the_chosen_or_of_both(make_pairs: Maker) -> None:
+    sessions = [make_pairs(f"{n}", ratings={"gloss": 2 + n, "depth": {"first": n, "second": 5}}) for n in (1, 2)]
+    depth_and_gloss = {(one.of, one.scale): one.scores for one in summarise_ratings(sessions).scales}
+    (chosen,), (first, second) = depth_and_gloss["chosen", "gloss"], depth_and_gloss["both", "depth"]
+    assert (chosen.stimulus, chosen.mean, chosen.ratings) == ("b", 3.5, 2)
+    assert [(one.stimulus, one.mean) for one in (first, second)] == [("a", 1.5), ("b", 5.0)]
+
+
+@pytest.mark.parametrize("kind", ["active_pairs", "preference", "a kind to come"])
+def test_they_are_found_whatever_the_kind(make_pairs: Maker, kind: str) -> None:
+    (scale,) = summarise_ratings([make_pairs("1", kind, ratings={"gloss": 4})]).scales
+    assert (scale.of, scale.scores[0].stimulus, scale.scores[0].mean) == ("chosen", "b", 4.0)
+
+
+def test_after_a_tie_there_are_ratings_of_both_alone(make_pairs: Maker) -> None:
+    """Sessions whose answers all prefer neither have no scores, and yet what was rated."""
+    tie = {"answer": "not_sure", "chosen": None, "rejected": None}
+    report = describe([make_pairs("1", **tie, ratings={"gloss": None, "depth": {"first": 1, "second": 2}})])
+    assert report.pairs is None
+    assert report.ratings is not None
+    assert [(one.of, one.scale) for one in report.ratings.scales] == [("both", "depth")]
+    assert describe([make_pairs("1", **tie, ratings={"gloss": None})]).ratings is None
+
+
+@pytest.mark.parametrize(("kind", "more"), [("practice", {}), ("all_pairs", {"catch": "obvious", "correct": True})])
+def test_practice_and_catch_trials_have_none(make_pairs: Maker, kind: str, more: dict[str, Any]) -> None:
+    assert describe([make_pairs("1", kind, ratings={"gloss": 4}, **more), make_pairs("2")]).ratings is None
+
+
+@pytest.mark.parametrize(
+    ("ratings", "what"),
+    [
+        ({"gloss": "good"}, "'good' for 'gloss'"),
+        ({"gloss": {"first": 1, "second": None}}, "None for 'gloss'"),
+        ({"gloss": {"third": 1}}, "'None', no stimulus"),
+        ([4], "no ratings by name"),
+    ],
+)
+def test_damaged_ratings_of_pairs_are_refused(make_pairs: Maker, ratings: Any, what: str) -> None:
+    with pytest.raises(ResultsError, match=what):
+        summarise_ratings([make_pairs("1", ratings=ratings)])

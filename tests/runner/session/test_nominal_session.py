@@ -163,8 +163,8 @@ def test_sessions_before_and_after_a_measurement_are_told_apart(nominal: Study) 
     assert not any(SAID in note for note in on_sessions([measured]))
     (note,) = [note for note in on_sessions([log, measured]) if SAID in note]
     assert "in 7 of 14 trials" in note
-    kinds = dict.fromkeys(("ratings", "preferences", "thresholds", "factors", "observers"), False)
-    methods = str(methods_section([log, measured], None, None, "", series=None, **kinds))
+    kinds = dict.fromkeys(("preferences", "thresholds", "factors", "observers"), False)
+    methods = str(methods_section([log, measured], None, None, "", series=None, ratings=None, **kinds))
     assert "in some of the sessions" in methods
 
 

@@ -1,0 +1,109 @@
+"""Ratings that follow a choice between two pictures: on the page, in JSON and CSV, apart from those of single ones."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections import defaultdict
+from pathlib import Path
+from statistics import fmean
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+
+from documents import InputError
+from runner.cli.main import group
+from runner.protocol import read_experiment
+from runner.session import simulate
+
+Study = Any  # tests/conftest.py
+BLOCKS = "  - {kind: instructions, text: Look at the two pictures.}\n  - {kind: all_pairs, break_every: 4}\n"
+PAIRS = (
+    "{kind: all_pairs, ties: both, catch: {every: 2, pairs: [[four, one]], identical: 1}, ratings: "
+    "[{name: quality, question: How good, highest: 5}, {name: gloss, question: How glossy, of: both, highest: 9}]}"
+)
+RATING = "{kind: rating, ratings: [{name: quality, question: How good, highest: 5}]}"
+TWO = (("chosen", "quality"), ("both", "gloss"))
+PRACTICE = f"{{kind: practice, trials: 3, block: {PAIRS}}}"
+
+
+def record(study: Study, *blocks: str) -> None:
+    study.edit("small.yaml", BLOCKS, "".join(f"  - {block}\n" for block in blocks))
+    simulate(study.experiment, study.observers, 3, results=study.results)
+
+
+def report(study: Study) -> tuple[dict[str, Any], str, dict[str, list[dict[str, str]]]]:
+    """Return what the command prints as JSON, its page, and its tables by name."""
+    page, tables = study.folder / "page.html", study.folder / "tables"
+    words = ["report", str(study.results), "-o", str(page), "--csv", str(tables), "--json", "--no-thumbnails"]
+    done = CliRunner().invoke(group, words, catch_exceptions=False)
+    assert done.exit_code == 0, done.output
+    read = {file.stem: list(csv.DictReader(file.read_text(encoding="utf-8").splitlines())) for file in tables.iterdir()}
+    return json.loads(done.stdout), page.read_text(encoding="utf-8"), read
+
+
+def by_hand(results: Path) -> dict[tuple[str, str], dict[str, float]]:
+    """Return each stimulus's mean over observers by what was rated and scale, from the lines of the logs."""
+    given: dict[tuple[str, str], dict[str, dict[str, list[int]]]] = defaultdict(
+        lambda: defaultdict(lambda: defaultdict(list))
+    )
+    for file in results.rglob("session.jsonl"):
+        for line in map(json.loads, file.read_text(encoding="utf-8").splitlines()):
+            if "catch" in line or line.get("kind") == "practice":
+                continue
+            for scale, value in (line.get("ratings") or {}).items():
+                if isinstance(value, dict):
+                    rated = [(line[role], number) for role, number in value.items()]
+                    of = "both"
+                else:
+                    of = "alone" if line["kind"] == "rating" else "chosen"
+                    rated = [(line["stimulus"] if of == "alone" else line.get("chosen"), value)]
+                for stimulus, number in rated:
+                    if number is not None:
+                        given[of, scale][stimulus][file.parents[1].name].append(number)
+    return {
+        which: {name: fmean(fmean(values) for values in people.values()) for name, people in stimuli.items()}
+        for which, stimuli in given.items()
+    }
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_they_are_reported_by_what_was_rated_and_never_pooled(study: Study) -> None:
+    record(study, PRACTICE, PAIRS, RATING)
+    found, page, tables = report(study)
+    expected = by_hand(study.results)
+    assert set(expected) == {("alone", "quality"), *TWO}
+    scales = found["ratings"]["scales"]
+    assert [(one["of"], one["scale"]) for one in scales] == [("alone", "quality"), *TWO]
+    for one in scales:
+        means = {score["stimulus"]: score["mean"] for score in one["scores"]}
+        assert means == pytest.approx(expected[one["of"], one["scale"]])
+    for of, scale, name in (
+        ("alone", "quality", "ratings_quality"),
+        ("chosen", "quality", "ratings_quality_chosen"),
+        ("both", "gloss", "ratings_gloss_both"),
+    ):
+        means = {row["stimulus"]: float(row["mean"]) for row in tables[name]}
+        assert means == pytest.approx(expected[of, scale])
+    for caption in ("Mean opinion scores: quality", "chosen of two: quality", "both stimuli of a pair: gloss"):
+        assert caption in page
+    assert "observers, 12 ratings." in page
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_without_ratings_there_is_no_such_part(study: Study) -> None:
+    record(study, "{kind: all_pairs}")
+    found, page, tables = report(study)
+    assert found["ratings"] is None
+    assert "Ratings" not in page
+    assert not [name for name in tables if name.startswith("ratings")]
+
+
+def test_two_scales_of_one_name_must_have_the_same_ends(study: Study) -> None:
+    study.edit("small.yaml", BLOCKS, f"  - {PAIRS}\n  - {PAIRS.replace('highest: 5', 'highest: 7')}\n")
+    with pytest.raises(InputError, match="the scale 'quality' means 1 to 7 here and 1 to 5 in block 1"):
+        simulate(study.experiment, study.observers, results=study.results)
+    assert read_experiment(study.experiment).name_clashes
+    study.edit("small.yaml", "highest: 7", "highest: 5")
+    assert not read_experiment(study.experiment).name_clashes
