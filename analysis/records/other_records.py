@@ -27,6 +27,7 @@ from analysis.records.fields import (
     Work,
     read_fields,
 )
+from documents.yaml import Seed
 
 _Size = Annotated[tuple[Count, Count], Strict(False)]
 _Share = Annotated[float, Field(gt=0, lt=1)]
@@ -249,7 +250,7 @@ class HeaderRecord(Fields):
     observer: Name
     session: Name
     started_utc: Utc
-    seed: int
+    seed: Seed
     question: Text
     simulated: bool
     stimuli: list[Stimulus]

@@ -21,6 +21,7 @@ from analysis.errors import ResultsError
 from analysis.records.session_record import SessionLog
 from documents import Finding
 from documents.files import looked_for, read_regular, sha256_of_file, write_whole
+from documents.yaml import Count
 
 SEAL = "seal.json"
 # What `report` writes into a folder of results: made again from the sealed files at any time.
@@ -39,8 +40,8 @@ class SealContent(BaseModel):
     schema_version: Literal[1]
     sealed_utc: str
     experiments: tuple[str, ...]
-    sessions: int
-    observers: int
+    sessions: Count
+    observers: Count
     software: Mapping[str, str]
     packages: Mapping[str, str]
     replaces: Sha256 | None = None

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 import yaml
-from pydantic import BeforeValidator, Field, NonNegativeFloat, PositiveFloat
+from pydantic import BeforeValidator, Field
 
 from devices.camera.camera_model import CameraModel, ExposureSet, Form
 from devices.camera.exposure import Exposure, parse_seconds
@@ -17,9 +17,9 @@ from devices.colour_matching import DEFAULT_OBSERVER, ObserverSpec
 from devices.errors import DeviceError
 from documents import Finding, load_document
 from documents.files import write_whole
-from documents.yaml import Strict
+from documents.yaml import NotNegative, Number, Positive, Strict
 
-Triple = tuple[float, float, float]
+Triple = tuple[Number, Number, Number]
 
 
 def _seconds(value: Any) -> Any:
@@ -31,7 +31,7 @@ def _seconds(value: Any) -> Any:
         raise ValueError("write seconds, such as 0.5 or 1/15") from None
 
 
-Seconds = Annotated[PositiveFloat, BeforeValidator(_seconds)]
+Seconds = Annotated[Positive, BeforeValidator(_seconds)]
 
 
 class ExposureSpec(Strict):
@@ -39,9 +39,9 @@ class ExposureSpec(Strict):
 
     time_s: Seconds
     """Seconds of exposure, such as 0.5 or 1/15."""
-    f_number: PositiveFloat
+    f_number: Positive
     """The lens's f-number."""
-    iso: PositiveFloat = 100.0
+    iso: Positive = 100.0
     """The sensor's sensitivity."""
 
     def exposure(self) -> Exposure:
@@ -52,13 +52,13 @@ class ExposureSpec(Strict):
 class ExposureSetSpec(Strict):
     """Shutter speeds at which a chart was photographed in one light (thesis Table 4.2)."""
 
-    white_luminance_cd_m2: PositiveFloat
+    white_luminance_cd_m2: Positive
     """The luminance of white, in cd/m²."""
     time_s: Annotated[tuple[Seconds, ...], Field(min_length=1)]
     """Shutter speeds, in seconds."""
-    f_number: PositiveFloat
+    f_number: Positive
     """The lens's f-number."""
-    iso: PositiveFloat = 100.0
+    iso: Positive = 100.0
     """The sensor's sensitivity."""
 
     def exposure_set(self) -> ExposureSet:
@@ -96,7 +96,7 @@ class CameraSpec(Strict):
     """XYZ added after the matrix, in cd/m²."""
     black_rgb: Triple = (0.0, 0.0, 0.0)
     """Camera R, G and B of no light."""
-    safe_luminance_cd_m2: tuple[NonNegativeFloat, PositiveFloat] | None = None
+    safe_luminance_cd_m2: tuple[NotNegative, Positive] | None = None
     """The luminances between which the camera is trusted, in cd/m²."""
     exposure_sets: tuple[ExposureSetSpec, ...] = ()
     """The shutter speeds at which the chart was photographed."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, Discriminator, Field, NonNegativeFloat, PositiveFloat, Tag, model_validator
+from pydantic import BaseModel, Discriminator, Field, Tag, model_validator
 
 from devices.colour_matching import DEFAULT_OBSERVER, mixed_observers
 from devices.display.gamma_table_spec import GammaTableSpec
@@ -15,7 +15,7 @@ from devices.display.monitor_settings import MonitorSettings
 from devices.display.nominal import Nominal, NominalKind, refuse_black
 from devices.display.panel import PanelSpec
 from devices.errors import DeviceError
-from documents.yaml import Strict
+from documents.yaml import NotNegative, Positive, Strict
 
 
 class SameAsSpec(Strict):
@@ -138,9 +138,9 @@ class DisplaySpec(Strict):
     """The stereo modes that the display was measured in, by name."""
     nominal: NominalKind | None = None
     """The standard that the display is taken for: srgb, gamma2.2, bt1886 or display-p3."""
-    white_cd_m2: PositiveFloat | None = None
+    white_cd_m2: Positive | None = None
     """The luminance of the nominal display's white, in cd/m²."""
-    black_cd_m2: NonNegativeFloat | None = None
+    black_cd_m2: NotNegative | None = None
     """The luminance of the nominal display's black, in cd/m²."""
 
     @model_validator(mode="after")

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pydantic import Field, NonNegativeFloat
+from pydantic import Field
 
 from devices.display.gamma_table import GammaTable
 from devices.errors import DeviceError
-from documents.yaml import Strict
+from documents.yaml import NotNegative, Strict
 
 
 class GammaTableSpec(Strict):
@@ -19,7 +19,7 @@ class GammaTableSpec(Strict):
 
     hash: str | None = None
     """The SHA-256 of the table's entries."""
-    departure_codes: NonNegativeFloat | None = None
+    departure_codes: NotNegative | None = None
     """The largest departure from the identity, in codes."""
     size: int | None = Field(default=None, ge=2, le=65536)
     """How many entries the table has."""

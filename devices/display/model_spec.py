@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, NonNegativeFloat, PositiveFloat
+from pydantic import Field
 
 from devices.colour_matching import DEFAULT_OBSERVER, ObserverSpec
 from devices.compensation.crosstalk import Crosstalk
@@ -19,11 +19,11 @@ from devices.display.table_curve import TableCurve
 from devices.display.tone_curve import Curve, ToneCurve, bt1886_curve
 from devices.errors import DeviceError
 from documents import Finding
-from documents.yaml import Strict
+from documents.yaml import NotNegative, Number, Positive, Strict
 
-Triple = tuple[float, float, float]
+Triple = tuple[Number, Number, Number]
 # The room's light from the screen while it is off, through the glasses, in cd/m².
-AmbientSpec = tuple[NonNegativeFloat, NonNegativeFloat, NonNegativeFloat]
+AmbientSpec = tuple[NotNegative, NotNegative, NotNegative]
 Matrix = tuple[Triple, Triple, Triple]
 
 
@@ -41,13 +41,13 @@ class PrimariesSpec(Strict):
 class ChannelSpec(Strict):
     """One channel's curve: linear = max(0, gain · code + offset) ^ gamma + lift, code in 0..1."""
 
-    gain: PositiveFloat = 1.0
+    gain: Positive = 1.0
     """The gain a of (a · code + b) ^ gamma + c."""
-    offset: float = 0.0
+    offset: Number = 0.0
     """The offset b of (a · code + b) ^ gamma + c."""
-    gamma: PositiveFloat
+    gamma: Positive
     """The exponent of the curve."""
-    lift: float = 0.0
+    lift: Number = 0.0
     """The lift c of (a · code + b) ^ gamma + c."""
 
 
@@ -81,9 +81,9 @@ class CurveSpec(Strict):
 class TableSpec(Strict):
     """One channel's curve as a table: the share of full light at each code; both rise from 0 to 1."""
 
-    codes: Annotated[tuple[float, ...], Field(min_length=3)]
+    codes: Annotated[tuple[Number, ...], Field(min_length=3)]
     """Device codes from 0 to 1, rising."""
-    light: Annotated[tuple[float, ...], Field(min_length=3)]
+    light: Annotated[tuple[Number, ...], Field(min_length=3)]
     """The share of full light at each code."""
 
 
@@ -121,9 +121,9 @@ class Bt1886CurveSpec(Strict):
 
     kind: Literal["bt1886"]
     """Which kind of entry this is; it decides which other keys there are."""
-    white_cd_m2: PositiveFloat | None = None
+    white_cd_m2: Positive | None = None
     """The luminance of the panel's white, in cd/m²; left out, the mode's."""
-    black_cd_m2: NonNegativeFloat | None = None
+    black_cd_m2: NotNegative | None = None
     """The luminance of the panel's black, in cd/m²; left out, the mode's."""
 
     def curves(self, white_cd_m2: float, black_cd_m2: float) -> tuple[Curve, Curve, Curve]:
@@ -138,9 +138,9 @@ class Bt1886CurveSpec(Strict):
 class PlvcChannelSpec(TableSpec):
     """One channel's table, and its XYZ per share of light where √light is 0, 1/4, 1/2 and 3/4; at 1 the primary."""
 
-    codes: Annotated[tuple[float, ...], Field(min_length=3, max_length=4096)]
+    codes: Annotated[tuple[Number, ...], Field(min_length=3, max_length=4096)]
     """Device codes from 0 to 1, rising."""
-    light: Annotated[tuple[float, ...], Field(min_length=3, max_length=4096)]
+    light: Annotated[tuple[Number, ...], Field(min_length=3, max_length=4096)]
     """The share of full light at each code."""
     XYZ_per_light_cd_m2: tuple[Triple, Triple, Triple, Triple]
     """The channel's XYZ per share of light at four levels, in cd/m²."""
@@ -177,7 +177,7 @@ class MixturesSpec(Strict):
 class ResidualSpec(Strict):
     """What PLVC leaves over, as kernels at knots; see `devices.display.residual`."""
 
-    width: PositiveFloat
+    width: Positive
     """How wide the kernels are."""
     knots: Annotated[tuple[Triple, ...], Field(min_length=1, max_length=MOST_KNOTS)]
     """The places of the kernels."""
@@ -288,7 +288,7 @@ class CrosstalkSpec(Strict):
 class GainMapSpec(Strict):
     """Luminance readings over the panel, top row first, in one unit; see `devices.compensation.gain_map.GainMap`."""
 
-    luminance: Annotated[list[Annotated[list[PositiveFloat], Field(min_length=1)]], Field(min_length=1)]
+    luminance: Annotated[list[Annotated[list[Positive], Field(min_length=1)]], Field(min_length=1)]
     """Readings of luminance over the panel, top row first, in one unit."""
     positions: Positions
     """Where on the panel the readings were taken."""

@@ -13,7 +13,7 @@ from pydantic import Field
 
 from devices.errors import DeviceError
 from documents import Finding, InputError
-from documents.yaml import Strict, checked, parse_yaml
+from documents.yaml import Number, Strict, checked, parse_yaml
 
 Percent = Annotated[float, Field(ge=0, le=100)]
 Level = Percent | Annotated[str, Field(min_length=1)]
@@ -60,7 +60,7 @@ class MonitorSettings(Strict):
     """The saturation in the monitor's menu, in percent."""
     sharpness_percent: Percent | None = None
     """The sharpness in the monitor's menu, in percent."""
-    gamma_preset: float | str | None = None
+    gamma_preset: Number | str | None = None
     """The gamma preset in the monitor's menu."""
     overdrive: Level | None = None
     """The overdrive or response time in the monitor's menu."""
@@ -76,7 +76,7 @@ class MonitorSettings(Strict):
     """Whether the monitor takes the full or the limited range of codes."""
     firmware: str | None = None
     """The monitor's firmware."""
-    other: dict[str, bool | float | str] = Field(default_factory=dict)
+    other: dict[str, bool | Number | str] = Field(default_factory=dict)
     """Other settings by their names."""
 
     @property

@@ -16,7 +16,7 @@ from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import NonNegativeFloat, PositiveFloat, model_validator
+from pydantic import model_validator
 
 from devices.colour import D65_XY, DISPLAY_P3_PRIMARIES_XY, SRGB_PRIMARIES_XY, rgb_to_xyz_matrix
 from devices.colour_matching import DEFAULT_OBSERVER
@@ -26,7 +26,7 @@ from devices.display.srgb_curve import SrgbCurve
 from devices.display.tone_curve import Curve, ToneCurve, bt1886_curve
 from devices.errors import DeviceError
 from documents import Finding
-from documents.yaml import Strict
+from documents.yaml import NotNegative, Positive, Strict
 
 Floats = NDArray[np.float64]
 NominalKind = Literal["srgb", "gamma2.2", "bt1886", "display-p3"]
@@ -47,9 +47,9 @@ class NominalSpec(Strict):
 
     nominal: NominalKind
     """The standard that the display is taken for: srgb, gamma2.2, bt1886 or display-p3."""
-    white_cd_m2: PositiveFloat
+    white_cd_m2: Positive
     """The luminance of white, in cd/m²."""
-    black_cd_m2: NonNegativeFloat | None = None
+    black_cd_m2: NotNegative | None = None
     """The luminance of black, in cd/m²."""
     panel: PanelSpec | None = None
     """The panel: pixels, pixel pitch, refresh rate and bits."""

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
-from pydantic import PositiveFloat, PositiveInt
+from pydantic import Field
 
 from devices.errors import DeviceError
 from documents import Finding
 from documents.text import visible
-from documents.yaml import Strict
+from documents.yaml import Natural, Positive, Strict
 
 PANEL_EXAMPLE = "panel: {resolution_px: [1920, 1080], pixel_pitch_mm: 0.2768, refresh_hz: 60}"
 # Monitors that do not know their size report their shape, 16:9 or 160 x 90 mm (VESA E-EDID A2, Section 3.6.2).
@@ -24,14 +24,18 @@ _PITCHES_MM = (0.005, 5.0)
 _MOST_UNEVEN = 1.05
 
 
+# The longest picture that graphics cards hold has 32768 pixels.
+_Side = Annotated[Natural, Field(le=65_536)]
+
+
 class PanelSpec(Strict):
     """The panel: how many pixels, how large, how fast, how deep."""
 
-    resolution_px: tuple[PositiveInt, PositiveInt]
+    resolution_px: tuple[_Side, _Side]
     """Width and height of the panel, in pixels."""
-    pixel_pitch_mm: PositiveFloat
+    pixel_pitch_mm: Annotated[Positive, Field(le=1000)]
     """The distance between neighbouring pixels, in mm."""
-    refresh_hz: PositiveFloat = 60.0
+    refresh_hz: Annotated[Positive, Field(le=100_000)] = 60.0
     """The refresh rate, in Hz."""
     bits: Literal[6, 8, 10, 12] = 8
     """How many bits each channel of the panel has."""

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import Discriminator, Field, PositiveFloat, Tag
+from pydantic import Discriminator, Field, Tag
 
 from devices.colour_matching import DEFAULT_OBSERVER, ObserverSpec
 from devices.compensation.crosstalk import Crosstalk
@@ -27,10 +27,10 @@ from devices.errors import DeviceError
 from devices.timing_marks.spec import MarksSpec, TimingMarksSpec, listed_marks, listed_twice
 from documents import Finding, InputError, load_document
 from documents.files import beside, looked_for
-from documents.yaml import Strict
+from documents.yaml import Natural, Positive, Strict
 
 Read = TypeVar("Read")
-MonitorName = Annotated[int, Field(ge=1)] | Annotated[str, Field(min_length=1)]
+MonitorName = Annotated[Natural, Field(le=1000)] | Annotated[str, Field(min_length=1)]
 
 
 class PerEyeAmbientSpec(Strict):
@@ -57,9 +57,9 @@ class RigSpec(Strict):
     """The display file, relative to this file, or the facts of a nominal display."""
     mode: str
     """The stereo mode, such as side-by-side."""
-    distance_mm: PositiveFloat
+    distance_mm: Positive
     """The viewing distance, in mm."""
-    interpupillary_distance_mm: PositiveFloat = 65.0
+    interpupillary_distance_mm: Positive = 65.0
     """The distance between the eyes, in mm."""
     glasses: str = ""
     """The glasses, in words."""

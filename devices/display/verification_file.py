@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, NonNegativeFloat, PositiveFloat, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from devices.display.display_file import Eye
 from documents import load_document, sha256_of_file
-from documents.yaml import Strict
+from documents.yaml import Natural, NotNegative, Number, Positive, Strict
 
 # Window systems report the refresh rate in whole hertz, and rates such as 59.94 and 119.88 Hz are called 60 and 120.
 REFRESH_TOLERANCE = 0.02
@@ -36,11 +36,11 @@ class OnsetErrorSpec(Strict):
     ``worst`` is the error of the largest magnitude, with its sign.
     """
 
-    mean: float
+    mean: Number
     """The mean error, in ms."""
-    standard_deviation: NonNegativeFloat
+    standard_deviation: NotNegative
     """The standard deviation of the errors, in ms."""
-    worst: float
+    worst: Number
     """The error furthest from 0, with its sign, in ms."""
 
     @model_validator(mode="after")
@@ -61,13 +61,13 @@ class VerificationSpec(Strict):
     """The instrument, in words."""
     mode: Annotated[str, Field(min_length=1)]
     """The stereo mode, such as side-by-side."""
-    refresh_hz: PositiveFloat
+    refresh_hz: Positive
     """The refresh rate, in Hz."""
     display_server: str = ""
     """The display server, such as X11."""
     renderer: str = ""
     """The graphics card and driver."""
-    onsets: Annotated[int, Field(ge=2)]
+    onsets: Annotated[Natural, Field(ge=2)]
     """How many onsets were verified."""
     onset_error_ms: OnsetErrorSpec
     """The photodiode's onset minus the recorded one, in ms."""

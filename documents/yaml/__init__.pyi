@@ -4,6 +4,13 @@ from .load import OneOf as OneOf
 from .load import Strict as Strict
 from .load import checked as checked
 from .load import load_document as load_document
+from .ranges import Count as Count
+from .ranges import Natural as Natural
+from .ranges import NotNegative as NotNegative
+from .ranges import Number as Number
+from .ranges import Positive as Positive
+from .ranges import Seed as Seed
+from .ranges import refuse_unranged as refuse_unranged
 from .source import Path_ as Path_
 from .source import YamlSource as YamlSource
 from .source import parse_yaml as parse_yaml

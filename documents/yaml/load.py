@@ -6,9 +6,11 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Generic, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, RootModel, ValidationError
+from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, RootModel, ValidationError
+from pydantic_core import CoreSchema
 
 from documents.findings import Finding, InputError
+from documents.yaml.ranges import refuse_unranged
 from documents.yaml.source import YamlSource, read_yaml
 from documents.yaml.wording import file_findings
 
@@ -51,9 +53,18 @@ _WANTED = MappingProxyType({**_CALLED, "recipe": "a recipe"})
 
 
 class Strict(BaseModel):
-    """Base of every model of a YAML file: frozen; unknown keys, NaN and infinity are refused."""
+    """Base of every model of a YAML file: frozen; unknown keys, NaN and infinity are refused.
+
+    A model with a number that has no range is refused too, when it is built.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        schema = handler(source)
+        refuse_unranged(cls.__qualname__, schema)
+        return schema
 
 
 class OneOf(RootModel[Kinds], Generic[Kinds]):
@@ -129,13 +140,12 @@ def checked(source: YamlSource, model: type[Model]) -> Model:
 
     Examples
     --------
+    >>> from devices.display import PanelSpec
     >>> from documents.yaml import parse_yaml
-    >>> class Note(Strict):
-    ...     size_mm: float
-    >>> checked(parse_yaml("size_mm: 7 cm", "note.yaml"), Note)
+    >>> checked(parse_yaml("{resolution_px: [640, 480], pixel_pitch_mm: 7 cm}", "a.yaml"), PanelSpec)
     Traceback (most recent call last):
     ...
-    documents.findings.InputError: note.yaml:1:10: 'size_mm' is '7 cm' (write the number alone: size_mm: 70)
+    documents.findings.InputError: a.yaml:1:45: 'pixel_pitch_mm' is '7 cm' (write the number alone: pixel_pitch_mm: 70)
     """
     try:
         return model.model_validate(source.data)

@@ -9,6 +9,7 @@ own composing recurses without a limit, and ends the process where lists are nes
 
 from __future__ import annotations
 
+import math
 import re
 from typing import Any
 
@@ -21,6 +22,8 @@ if yaml.__with_libyaml__:  # as in all wheels of PyYAML
     from yaml._yaml import CParser
 
 MAX_NODES = 100_000
+# Integers beyond 4300 digits cannot be written again (`sys.set_int_max_str_digits`).
+_LONGEST_NUMBER = 100
 # Text that libyaml may take otherwise: it allows tabs and comments in more places, counts a byte order mark as a
 # column.
 _UNLIKE = re.compile(r"[\t\ufeff]|[|>]#")
@@ -59,12 +62,18 @@ Loader.add_implicit_resolver(
 
 def _construct_int(loader: Loader, node: yaml.ScalarNode) -> int:
     text = str(loader.construct_scalar(node))
+    if len(text) > _LONGEST_NUMBER:
+        raise ValueError(f"no whole number has more than {_LONGEST_NUMBER} digits")
     base = {"0o": 8, "0x": 16}.get(text[:2], 10)
     return int(text[2:] if base != 10 else text, base)
 
 
 def _construct_float(loader: Loader, node: yaml.ScalarNode) -> float:
-    return float(str(loader.construct_scalar(node)).lower().replace(".inf", "inf").replace(".nan", "nan"))
+    text = str(loader.construct_scalar(node)).lower()
+    value = float(text.replace(".inf", "inf").replace(".nan", "nan"))
+    if math.isinf(value) and not text.endswith("inf"):
+        raise ValueError("no number is that large")
+    return value
 
 
 Loader.add_constructor("tag:yaml.org,2002:int", _construct_int)

@@ -12,6 +12,7 @@ from typing import Any, TypeAlias
 from pydantic import BaseModel
 
 from documents.text.words import counted
+from documents.yaml.ranges import LEAST
 
 Location: TypeAlias = tuple[str | int, ...]
 Node: TypeAlias = dict[str, Any]
@@ -26,6 +27,7 @@ ALLOWED = MappingProxyType(
 )
 _PLAIN = re.compile(r"[A-Za-z_./][\w./ -]{0,58}")
 _MOST_KEYS = 4
+_FAR = 1e9
 _MANY: Mapping[Any, str] = MappingProxyType(
     {"number": "numbers", "integer": "whole numbers", "string": "texts", "array": "lists"}
 )
@@ -127,9 +129,11 @@ def either(options: Iterable[object]) -> str:
 
 
 def range_words(node: Node) -> str:
-    """Return the limits of a number in words, with a space before; empty if there are none."""
-    low, high = node.get("minimum"), node.get("maximum")
-    above, below = node.get("exclusiveMinimum"), node.get("exclusiveMaximum")
+    """Return the limits of a number in words, with a space before; empty if there are none that are near."""
+    ends = (node.get(key) for key in ("minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum"))
+    low, high, above, below = (None if end is None or is_far(end) else end for end in ends)
+    if node.get("minimum") == LEAST:
+        above = 0
     if low is not None and high is not None:
         return f" from {_number(low)} to {_number(high)}"
     if low is not None and below is not None:
@@ -142,6 +146,16 @@ def range_words(node: Node) -> str:
         f", {_number(high)} at most" if high is not None and above is not None else "",
     ]
     return "".join(parts)
+
+
+def is_far(limit: float) -> bool:
+    """Tell whether a limit only keeps off what nobody means: then it is said to whoever passes it."""
+    return abs(limit) >= _FAR or abs(limit) == LEAST
+
+
+def limit_words(limit: float, *, lower: bool) -> str:
+    """Return a limit in words: ``a number of at most 1e+12``."""
+    return f"a number of at {'least' if lower else 'most'} {_number(limit)}"
 
 
 def _number(value: float) -> str:

@@ -11,6 +11,7 @@ from pydantic_core import ErrorDetails
 
 from documents.findings import Finding
 from documents.text.words import counted, did_you_mean, nearest
+from documents.yaml.ranges import LEAST
 from documents.yaml.source import Path_, YamlSource
 from documents.yaml.wanted import (
     ALLOWED,
@@ -22,7 +23,9 @@ from documents.yaml.wanted import (
     example_of,
     homes_of,
     in_words,
+    is_far,
     keys_at,
+    limit_words,
     nodes_at,
     plain,
     shorter_or_longer,
@@ -170,6 +173,10 @@ class _Fault:
                 remedy = self._instead()
         return self._found(f"holds {counted(many, one, several)}" if many else nothing, remedy)
 
+    def _is_low(self) -> bool:
+        """Tell whether the value is no number above 0, which is wanted."""
+        return isinstance(self.value, int | float) and self.value <= 0 and self.context.get("ge") == LEAST
+
     def _remedy(self) -> str:
         if self.kind == "literal_error":
             options = [str(value) for node in self.nodes for value in node.get("enum", [node.get("const")])]
@@ -183,6 +190,9 @@ class _Fault:
         if self.kind == "string_type" and isinstance(self.value, bool | int | float):
             return f"this is text: put quotes around it, {self._line(repr(written(self.value)))}"
         if self.kind.startswith(("greater_than", "less_than")):
+            limit = next(value for key, value in self.context.items() if key in ("ge", "gt", "le", "lt"))
+            if is_far(limit) and not self._is_low():
+                return f"write {limit_words(limit, lower=self.kind.startswith('greater_than'))}"
             return f"write {in_words(self.model, [node for node in self.nodes if node.get('type') in _NUMBERS])}"
         if self.kind == "finite_number":
             return "write a finite number"

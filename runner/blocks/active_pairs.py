@@ -7,8 +7,9 @@ from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, PositiveInt, model_validator
+from pydantic import Field, model_validator
 
+from documents.yaml import Natural
 from runner.blocks.all_pairs import fixation
 from runner.blocks.block import (
     SECONDS_PER_TRIAL,
@@ -192,14 +193,14 @@ class ActivePairsSpec(BlockSpec):
     """How many trials there are."""
     trials_per_stimulus: Annotated[int, Field(ge=2, le=10_000)] | None = None
     """How many trials each stimulus takes part in."""
-    batch: PositiveInt | None = None
+    batch: Natural | None = None
     """How many trials are chosen at a time from the answers so far."""
     gain: Gain = "variance"
     """What the next pairs are chosen for: least variance, or most information by entropy."""
     # Left out of what a digest is made of where it is not used: experiments from before the key keep theirs.
     pool: Annotated[Literal["none", "results"], Field(exclude_if=lambda pool: pool == "none")] = "none"
     """Whose answers the pairs are chosen by: this observer's (none), or those of all in the folder of results."""
-    break_every: PositiveInt | None = None
+    break_every: Natural | None = None
     """After how many trials there is a page to rest; left out, there is none."""
     fixation_s: ShortSeconds = 0.0
     """Seconds of a fixation mark before each trial."""

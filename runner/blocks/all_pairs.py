@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, PositiveInt, model_validator
+from pydantic import Field, model_validator
 
+from documents.yaml import Natural
 from runner.blocks.block import (
     SECONDS_PER_TRIAL,
     Block,
@@ -270,7 +271,7 @@ class AllPairsSpec(BlockSpec):
     """The factor whose levels are compared each among themselves, such as scene."""
     across: OptionalFactor = None
     """The factor that links the groups of within, by pairs of equal level."""
-    per_observer: Annotated[PositiveInt | None, Field(exclude_if=lambda value: value is None)] = None
+    per_observer: Annotated[Natural | None, Field(exclude_if=lambda value: value is None)] = None
     """How many of the pairs each observer compares; left out, all of them."""
     balance: Annotated[Literal["pairs"] | None, Field(exclude_if=lambda value: value is None)] = None
     """What per_observer balances over observers: pairs, each compared as often as the others."""
@@ -278,9 +279,9 @@ class AllPairsSpec(BlockSpec):
     """Whether two pictures are shown at once, or one after the other."""
     sides: Literal["counterbalanced"] = "counterbalanced"
     """How sides are given to pictures: counterbalanced over trials and observers."""
-    repeats: PositiveInt = 1
+    repeats: Annotated[Natural, Field(le=100_000)] = 1
     """How many times each one is asked."""
-    break_every: PositiveInt | None = None
+    break_every: Natural | None = None
     """After how many trials there is a page to rest; left out, there is none."""
     fixation_s: ShortSeconds = 0.0
     """Seconds of a fixation mark before each trial."""

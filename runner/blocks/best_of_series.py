@@ -7,8 +7,9 @@ from collections.abc import Generator, Iterator
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, PositiveInt
+from pydantic import Field
 
+from documents.yaml import Natural
 from runner.blocks.block import SECONDS_PER_TRIAL, Block, BlockSpec, Draft, Fault, Named, Response, Steps, answer
 from runner.blocks.field_types import Line
 from runner.blocks.interface import Interface
@@ -256,7 +257,7 @@ class BestOfSeriesSpec(BlockSpec):
     """Whether every picture of a series must be seen before one is chosen."""
     wrap: bool = False
     """Whether the series goes on at its other end."""
-    break_every: PositiveInt | None = None
+    break_every: Natural | None = None
     """After how many trials there is a page to rest; left out, there is none."""
 
     def make(self, setting: Setting) -> BestOfSeries:

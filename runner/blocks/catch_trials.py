@@ -13,9 +13,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, NonNegativeInt, PositiveInt, model_validator
+from pydantic import Field, model_validator
 
-from documents.yaml import Strict
+from documents.yaml import Count, Natural, Strict
 from runner.blocks.block import Fault, name_faults
 from runner.blocks.setting import Stimuli
 
@@ -146,13 +146,13 @@ class CatchSpec(Strict):
     stimulus of the block twice, the rest go through ``pairs``. Without ``every`` and ``share``, each pair comes once.
     """
 
-    every: PositiveInt | None = None
+    every: Annotated[Natural, Field(le=100_000)] | None = None
     """One catch trial in so many trials."""
     share: Annotated[float, Field(gt=0, le=0.5)] | None = None
     """The share of trials that are catch trials."""
     pairs: tuple[Pair, ...] = ()
     """Pairs with a known answer: the better picture first."""
-    identical: NonNegativeInt = 0
+    identical: Annotated[Count, Field(le=100_000)] = 0
     """How many catch trials show the same picture twice."""
 
     @model_validator(mode="after")

@@ -10,11 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from pydantic import NonNegativeFloat, PositiveFloat
-
 from devices.display import PanelSpec
 from documents import Finding
-from documents.yaml import Strict
+from documents.yaml import NotNegative, Positive, Strict
 from runner.blocks.field_types import Line
 from runner.blocks.style import Style
 from runner.errors import SessionError
@@ -46,9 +44,9 @@ class LayoutSpec(Strict):
 
     arrangement: Literal["vertical", "horizontal"]
     """Whether two pictures stand one above the other or side by side."""
-    size_mm: tuple[PositiveFloat, PositiveFloat]
+    size_mm: tuple[Positive, Positive]
     """Width and height of each picture on the screen, in mm."""
-    gap_mm: NonNegativeFloat = 10.0
+    gap_mm: NotNegative = 10.0
     """The gap between two pictures, in mm."""
     reference: Line = NO_REFERENCE
     """What pictures are compared with: none, physical for a real thing, or a stimulus shown too."""

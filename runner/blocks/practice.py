@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
-from pydantic import Field, PositiveInt
+from pydantic import Field
 
-from documents.yaml import Strict
+from documents.yaml import Natural, Strict
 from runner.blocks.block import Block, BlockSpec, Draft, Fault, Hold, Response, Steps, answer
 from runner.blocks.interface import ENGLISH
 from runner.blocks.message import PAGES, page
@@ -155,7 +155,7 @@ class UntilSpec(Strict):
 
     correct: Annotated[float, Field(gt=0, le=1)]
     """The share of right answers that is enough."""
-    of: PositiveInt
+    of: Annotated[Natural, Field(le=100_000)]
     """Over how many of the last answers the share is taken."""
 
 
@@ -166,7 +166,7 @@ class PracticeSpec(BlockSpec):
     """Which kind of entry this is; it decides which other keys there are."""
     block: AnyBlockSpec
     """The block that is practised, as it would stand by itself."""
-    trials: PositiveInt
+    trials: Annotated[Natural, Field(le=100_000)]
     """How many trials there are."""
     feedback: Feedback = "correctness"
     """What is said after each practised trial."""

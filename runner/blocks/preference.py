@@ -11,8 +11,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
-from pydantic import Field, PositiveInt, model_validator
+from pydantic import Field, model_validator
 
+from documents.yaml import Natural
 from runner.blocks.all_pairs import BLANK_BETWEEN_S
 from runner.blocks.block import SECONDS_PER_TRIAL, Block, BlockSpec, Draft, Fault, Hold, Steps, answer, name_faults
 from runner.blocks.field_types import Line, Seconds, ShortSeconds
@@ -171,9 +172,9 @@ class PreferenceSpec(BlockSpec):
     """Whether two pictures are shown at once, or one after the other."""
     question: Line | None = None
     """The question that stands above the pictures."""
-    repeats: PositiveInt = 1
+    repeats: Annotated[Natural, Field(le=100_000)] = 1
     """How many times each one is asked."""
-    break_every: PositiveInt | None = None
+    break_every: Natural | None = None
     """After how many trials there is a page to rest; left out, there is none."""
     exposure_s: Seconds | None = None
     """Seconds that the pictures are shown; left out, until the answer."""

@@ -10,8 +10,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
-from pydantic import Field, PositiveInt
+from pydantic import Field
 
+from documents.yaml import Natural
 from runner.blocks.block import (
     SECONDS_PER_TRIAL,
     Block,
@@ -136,9 +137,9 @@ class RatingSpec(BlockSpec):
     """The scales that each picture is rated on."""
     stimuli: StimulusNames = "all"
     """Which stimuli take part: all, or a list of their names."""
-    repeats: PositiveInt = 1
+    repeats: Annotated[Natural, Field(le=100_000)] = 1
     """How many times each one is asked."""
-    break_every: PositiveInt | None = None
+    break_every: Natural | None = None
     """After how many trials there is a page to rest; left out, there is none."""
     fixation_s: ShortSeconds = 0.0
     """Seconds of a fixation mark before each trial."""

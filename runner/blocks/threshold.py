@@ -7,9 +7,10 @@ from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, PositiveInt, model_validator
+from pydantic import Field, model_validator
 
 from analysis.thresholds import Easier
+from documents.yaml import Natural
 from runner.blocks.all_pairs import BLANK_BETWEEN_S, fixation
 from runner.blocks.block import (
     SECONDS_PER_TRIAL,
@@ -248,7 +249,7 @@ class ThresholdSpec(BlockSpec):
     """The question, in place of the experiment's."""
     catch_share: Annotated[float, Field(ge=0, le=0.5)] = 0.0
     """The share of trials without a signal, for yes or no."""
-    break_every: PositiveInt | None = None
+    break_every: Natural | None = None
     """After how many trials there is a page to rest; left out, there is none."""
     fixation_s: ShortSeconds = 0.0
     """Seconds of a fixation mark before each trial."""

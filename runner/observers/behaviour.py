@@ -9,9 +9,9 @@ import math
 from collections.abc import Sequence
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt, model_validator
+from pydantic import Field, model_validator
 
-from documents.yaml import Strict
+from documents.yaml import Natural, NotNegative, Number, Positive, Strict
 from runner.blocks.field_types import Factor
 
 Share = Annotated[float, Field(ge=0, le=1)]
@@ -24,11 +24,11 @@ class FatigueSpec(Strict):
     none, 2 halves every difference between two pictures.
     """
 
-    over_trials: PositiveInt
+    over_trials: Natural
     """After how many judgements fatigue grows no more."""
     lapse_rate: Share | None = None
     """The share of random answers at the end."""
-    noise: Annotated[float, Field(ge=1)] = 1.0
+    noise: Annotated[Positive, Field(ge=1)] = 1.0
     """What log odds are divided by at the end; 1 is no fatigue."""
 
 
@@ -40,7 +40,7 @@ class TiesSpec(Strict):
 
     law: Literal["davidson", "rao_kupper"] = "davidson"
     """Whose law of ties it is."""
-    width: NonNegativeFloat
+    width: NotNegative
     """How often two pictures are a tie: ν of Davidson's law or θ of Rao and Kupper's."""
     not_sure_share: Share = 0.5
     """The share of ties that are answered not sure."""
@@ -60,9 +60,9 @@ class PsychometricSpec(Strict):
     asked, of who sees nothing; left out, it is one over the number of options, and 0 for "yes".
     """
 
-    threshold: PositiveFloat
+    threshold: Positive
     """The strength half-way between guessing and certainty."""
-    slope: float = 4.0
+    slope: Number = 4.0
     """How steep it is, in log odds per factor of e in strength; below 0 where lower levels are easier."""
     guess: Annotated[float, Field(ge=0, lt=1)] | None = None
     """The share of right answers, or of yes, without seeing; left out, one over the options, 0 for yes."""
@@ -82,9 +82,9 @@ class BehaviourSpec(Strict):
     ``psychometric`` is by the name of the task; a task that has a right answer and no entry here is answered right.
     """
 
-    median_response_time_s: PositiveFloat = 2.0
+    median_response_time_s: Positive = 2.0
     """The median response time, in s."""
-    position_bias: float = 0.0
+    position_bias: Number = 0.0
     """The bias towards the picture in the first place, in log odds."""
     lapse_rate: Share = 0.0
     """The share of random answers."""
@@ -92,7 +92,7 @@ class BehaviourSpec(Strict):
     """How judgements get worse with their number."""
     ties: TiesSpec | None = None
     """How often two pictures are a tie, where that may be answered."""
-    rating_noise: NonNegativeFloat = 0.1
+    rating_noise: NotNegative = 0.1
     """The standard deviation of ratings, as a share of the scale's length."""
     psychometric: dict[Factor, PsychometricSpec] = Field(default_factory=dict)
     """How often questions with a right answer are answered right, by task or by the factor of a threshold."""

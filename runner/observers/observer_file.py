@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import Field, PositiveFloat
+from pydantic import Field
 
 from documents import Finding, load_document
-from documents.yaml import OneOf, Strict, YamlSource
+from documents.yaml import OneOf, Positive, Strict, YamlSource
 from runner.blocks.field_types import Line
 from runner.errors import SessionError
 from runner.observers.behaviour import BehaviourSpec
@@ -17,7 +17,7 @@ from runner.observers.behaviour import BehaviourSpec
 class PublishedSpec(Strict):
     """A stimulus's published result: score and perceptual class."""
 
-    score: PositiveFloat
+    score: Positive
     """The score, on any scale of ratios."""
     perceptual_class: str = ""
     """The perceptual class that was published."""
@@ -54,7 +54,7 @@ class ImageBasedObserverSpec(BehaviourSpec):
     """Which kind of entry this is; it decides which other keys there are."""
     source: str = ""
     """Where the numbers come from, in words."""
-    slope_per_delta_e_00: PositiveFloat = 1.0
+    slope_per_delta_e_00: Positive = 1.0
     """The log odds for each ΔE00 by which two pictures differ from the reference."""
     reference: Line | None = None
     """The stimulus that pictures are judged against; left out, the experiment's."""

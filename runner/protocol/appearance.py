@@ -7,7 +7,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any, cast
 
-from pydantic import Field, NonNegativeFloat, PositiveFloat, model_validator
+from pydantic import Field, model_validator
 from pydantic.annotated_handlers import GetJsonSchemaHandler
 from pydantic_core import CoreSchema
 
@@ -16,7 +16,7 @@ from devices.display import Rig, px_from_mm, size_mm
 from documents import InputError
 from documents.files import beside
 from documents.fonts import read_font
-from documents.yaml import Strict
+from documents.yaml import NotNegative, Positive, Strict
 from runner.blocks.block import Block, Fault
 from runner.blocks.interface import KEYS, LANGUAGES, PRESSES, Interface, Language, key_faults, word_faults, words_of
 from runner.blocks.style import Progress, Style
@@ -31,7 +31,7 @@ Coordinate = Annotated[float, Field(gt=0, lt=1)]
 
 class _LightSpec(Strict):
     luminance_cd_m2: Annotated[
-        NonNegativeFloat | None, Field(description="Luminance in cd/m², the room's light included.")
+        NotNegative | None, Field(description="Luminance in cd/m², the room's light included.")
     ] = None
     share_of_white: Annotated[
         float | None, Field(ge=0, le=1, description="Luminance as a share of that of the display's white.")
@@ -70,7 +70,7 @@ class TextStyleSpec(_LightSpec):
     """The light of plain words, to which all others keep their proportion, their size and their font."""
 
     height_arcmin: Annotated[
-        PositiveFloat | None,
+        Positive | None,
         Field(
             le=600,
             description="Height of a capital letter of the question, in minutes of arc at the rig's distance; ISO "

@@ -16,7 +16,7 @@ from devices.display import AskMonitor, Rig, read_rig
 from documents import Finding, InputError, load_document
 from documents.files import beside, looked_for, no_file_name
 from documents.text import did_you_mean
-from documents.yaml import Path_, Strict, YamlSource
+from documents.yaml import Path_, Seed, Strict, YamlSource
 from runner.blocks.block import Block, BlockSpec, Fault
 from runner.blocks.field_types import Line
 from runner.blocks.layout import NO_REFERENCE, PHYSICAL, LayoutError, LayoutSpec, aperture_px, visible_part
@@ -105,7 +105,7 @@ class ExperimentSpec(Strict):
     """How a trial looks."""
     blocks: Annotated[list[AnyBlockSpec], Field(min_length=1)]
     """The parts of a session, in their order."""
-    seed: int = 0
+    seed: Seed = 0
     """The seed of all random orders."""
     analysis: AnalysisSpec = AnalysisSpec()
     """How the report forms perceptual classes."""

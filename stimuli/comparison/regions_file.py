@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field, PositiveFloat, PositiveInt
+from pydantic import Field
 
 from documents import InputError, load_document
-from documents.yaml import Strict, YamlSource
+from documents.yaml import Natural, Positive, Strict, YamlSource
 from stimuli.comparison.luminance import LuminanceMode
 from stimuli.comparison.verdict import Limits
 
@@ -104,9 +104,9 @@ class GridSpec(Strict):
     """Which kind of entry this is; it decides which other keys there are."""
     name: Name = "grid"
     """A name of your own, by which records and reports call it."""
-    rows: Annotated[PositiveInt, Field(le=100)]
+    rows: Annotated[Natural, Field(le=100)]
     """How many rows."""
-    columns: Annotated[PositiveInt, Field(le=100)]
+    columns: Annotated[Natural, Field(le=100)]
     """How many columns."""
     corners: Corners | None = None
     """The outer corners: top left, top right, bottom right, bottom left."""
@@ -124,37 +124,37 @@ RegionSpec = Annotated[
 class LimitsSpec(Strict):
     """The limits of `Limits`, those that are not its own."""
 
-    delta_e: PositiveFloat | None = None
+    delta_e: Positive | None = None
     """The ΔE00 that a region may have."""
     above_limit_percent: Annotated[float, Field(gt=0, le=100)] | None = None
     """The share of a region's pixels that may be above the limit, in percent."""
-    registration_residual_px: PositiveFloat | None = None
+    registration_residual_px: Positive | None = None
     """How far the pictures may be from lying on each other, in pixels."""
-    sparkle_relative: PositiveFloat | None = None
+    sparkle_relative: Positive | None = None
     """By how much sparkle measures may differ, as a share."""
-    sparkle_z: PositiveFloat | None = None
+    sparkle_z: Positive | None = None
     """By how many standard errors sparkle measures may differ."""
-    sparkle_relative_se: PositiveFloat | None = None
+    sparkle_relative_se: Positive | None = None
     """The largest standard error of a sparkle measure, as a share."""
-    disparity_px: PositiveFloat | None = None
+    disparity_px: Positive | None = None
     """By how much disparities may differ, in pixels."""
-    depth_scale: PositiveFloat | None = None
+    depth_scale: Positive | None = None
     """By how much the rendering may be deeper or shallower, as a share."""
-    eye_roll_deg: PositiveFloat | None = None
+    eye_roll_deg: Positive | None = None
     """How far one view may be turned against the other, in degrees."""
-    eye_luminance: PositiveFloat | None = None
+    eye_luminance: Positive | None = None
     """By how much the ratio of both eyes' luminances may differ, as a share."""
-    eye_contrast: PositiveFloat | None = None
+    eye_contrast: Positive | None = None
     """By how much the ratio of both eyes' contrasts may differ, as a share."""
-    eye_agreement: PositiveFloat | None = None
+    eye_agreement: Positive | None = None
     """By how much the correlations of the two views may differ."""
-    one_eyed_share: PositiveFloat | None = None
+    one_eyed_share: Positive | None = None
     """By how much the shares of sparkles that one eye alone sees may differ."""
-    stands_out_delta_xy: PositiveFloat | None = None
+    stands_out_delta_xy: Positive | None = None
     """How far in x, y a sparkle's colour stands out."""
-    stands_out_luminance: PositiveFloat | None = None
+    stands_out_luminance: Positive | None = None
     """By how much a sparkle's luminance stands out."""
-    stands_out_z: PositiveFloat | None = None
+    stands_out_z: Positive | None = None
     """By how many standard deviations a sparkle stands out."""
 
 
@@ -169,13 +169,13 @@ class RegionsSpec(Strict):
     """The areas to compare."""
     white: WhiteName = "icc-d50"
     """The white point of the comparison."""
-    white_luminance_cd_m2: PositiveFloat | None = None
+    white_luminance_cd_m2: Positive | None = None
     """The luminance of white, in cd/m²."""
     white_region: str | None = None
     """The region that is white."""
     luminance: LuminanceMode = "absolute"
     """Whether luminances are compared as they are, or scaled to each other."""
-    least_pixels: PositiveInt = 25
+    least_pixels: Natural = 25
     """How many pixels a region must have at least."""
     most_saturated_share: Annotated[float, Field(ge=0, lt=1)] = 0.001
     """The share of a region's pixels that may be saturated."""

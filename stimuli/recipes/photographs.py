@@ -6,12 +6,12 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Field, PositiveFloat, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from devices.camera import ExposureSpec
 from documents import Finding, InputError
 from documents.files import tidy
-from documents.yaml import Path_, Strict
+from documents.yaml import NotNegative, Path_, Positive, Strict
 from stimuli.develop.raw_files import DEFAULT_DEMOSAIC, Demosaic
 from stimuli.errors import StimulusError
 from stimuli.pictures.stereo_image import View
@@ -36,11 +36,11 @@ class DevelopSpec(Strict):
 
     demosaic: Demosaic = DEFAULT_DEMOSAIC
     """How a raw file's colours are interpolated."""
-    black: Annotated[float, Field(ge=0)] | None = None
+    black: NotNegative | None = None
     """The raw level of no light."""
-    white: PositiveFloat | None = None
+    white: Positive | None = None
     """The raw level of full scale."""
-    saturated: PositiveFloat | None = None
+    saturated: Positive | None = None
     """The raw level from which a pixel counts as saturated."""
     rotate: bool = True
     """Whether the picture is turned as the camera says."""
@@ -57,9 +57,9 @@ class SpectralSpec(Strict):
     """Whether the file holds radiance or reflectance."""
     illuminant: str | None = None
     """The illuminant that reflectances are seen in, such as D65."""
-    white_luminance_cd_m2: PositiveFloat | None = None
+    white_luminance_cd_m2: Positive | None = None
     """The luminance of white, in cd/m²."""
-    scale: PositiveFloat = 1.0
+    scale: Positive = 1.0
     """A factor for all XYZ."""
     negative: Literal["clip", "refuse"] = "refuse"
     """What becomes of negative light: clipped, or refused."""

@@ -6,10 +6,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import Field, NonNegativeFloat, PositiveFloat, model_validator
+from pydantic import Field, model_validator
 
 from documents import Finding
-from documents.yaml import Strict
+from documents.yaml import NotNegative, Positive, Strict
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_read import ColourSpace, Negative
 from stimuli.pictures.own_files import decoders
@@ -34,9 +34,9 @@ class LightSpec(Strict):
 
     colour_space: ColourSpace = "declared"
     """The colour space of the pictures: srgb, display-p3, adobe-rgb, rec2020, icc, declared and so on."""
-    white_luminance_cd_m2: PositiveFloat | None = None
+    white_luminance_cd_m2: Positive | None = None
     """The luminance of the value 1, or of the highest code, in cd/m²."""
-    alpha_background_cd_m2: NonNegativeFloat | None = None
+    alpha_background_cd_m2: NotNegative | None = None
     """The luminance of the grey that partly transparent pictures lie on, in cd/m²."""
 
 

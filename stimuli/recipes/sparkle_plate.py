@@ -7,9 +7,9 @@ from itertools import product
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, PositiveFloat
+from pydantic import Field
 
-from documents.yaml import Path_, Strict
+from documents.yaml import Path_, Positive, Strict
 from stimuli.pictures.stereo_image import StereoImage, XYZImage
 from stimuli.recipes.build_context import BuildContext, Factors, MadePicture, Progress
 from stimuli.recipes.recipe_kind import Fault, RecipeKind, stimulus_name, twin_names, twin_views
@@ -28,7 +28,7 @@ class ExposureSpec(Strict):
     """A name of your own, by which records and reports call it."""
     exposure_s: Seconds
     """Seconds of exposure, such as 0.5 or 1/15."""
-    luminance_scale: PositiveFloat = 1.0
+    luminance_scale: Positive = 1.0
     """A factor for all XYZ."""
 
 

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from itertools import groupby, product
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import Field, NonNegativeFloat, PositiveFloat, ValidationError
+from pydantic import Field, ValidationError
 
-from documents.yaml import Strict
+from documents.yaml import NotNegative, Positive, Strict
 from stimuli.errors import StimulusError
 from stimuli.luminance.scale import factor_to, mean_luminance_cd_m2
 from stimuli.pictures.stereo_image import StereoImage, View
@@ -43,15 +43,15 @@ if TYPE_CHECKING:
 class FlakesChangeSpec(Strict):
     """The flakes of one plate where they differ from the shared ones; the keys are those of the shared flakes."""
 
-    per_mm2: NonNegativeFloat | None = None
+    per_mm2: NotNegative | None = None
     """How many flakes there are to a mm²."""
-    diameter_median_um: PositiveFloat | None = None
+    diameter_median_um: Positive | None = None
     """The median diameter of the flakes, in µm."""
-    diameter_spread: NonNegativeFloat | None = None
+    diameter_spread: NotNegative | None = None
     """The spread of the logarithm of the diameters."""
-    diameter_range_um: tuple[PositiveFloat, PositiveFloat] | None = None
+    diameter_range_um: tuple[Positive, Positive] | None = None
     """The smallest and the largest diameter, in µm."""
-    depth_max_um: NonNegativeFloat | None = None
+    depth_max_um: NotNegative | None = None
     """How deep flakes lie at most, in µm."""
     tilt_sd_deg: Annotated[float, Field(gt=0, le=60)] | None = None
     """How far flakes tilt: a standard deviation in degrees."""
@@ -65,7 +65,7 @@ class FlakesChangeSpec(Strict):
     """A spectrum in place of a chromaticity."""
     diffraction: bool | None = None
     """Whether diffraction widens the reflections of small flakes."""
-    rim_um: NonNegativeFloat | None = None
+    rim_um: NotNegative | None = None
     """The rim of a flake that scatters its light, in µm."""
     clusters: ClustersSpec | None = None
     """Flakes that lie in clusters."""
@@ -143,7 +143,7 @@ class SparkleSeriesRecipe(RecipeKind):
     """More lamps."""
     camera: CameraSpec
     """The camera that photographs the plates."""
-    target_mean_luminance_cd_m2: PositiveFloat
+    target_mean_luminance_cd_m2: Positive
     """What the mean luminance of the pictures is brought to, in cd/m²."""
     plates: Annotated[tuple[NamedPlateSpec, ...], Field(min_length=1, max_length=MAX_STIMULI)]
     """The plates, and where each differs from the shared one."""

@@ -11,21 +11,21 @@ from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BeforeValidator, Field, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from devices.colour import WHITE_POINTS_XYZ, XYZ_from_xyY, adaptation_matrix, white_point
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.errors import DeviceError
 from documents import did_you_mean
-from documents.yaml import Strict
+from documents.yaml import Count, Natural, Number, Positive, Strict
 from stimuli.align.interpolate import Interpolation
 from stimuli.luminance.saturation import LIMIT_PERCENT
 from stimuli.pictures.exr_read import Negative
 from stimuli.pictures.resampling import Filter
 from stimuli.sparkle.recipe import Chromaticity
 
-Place = tuple[float, float]
-Pixels = tuple[NonNegativeInt, NonNegativeInt, PositiveInt, PositiveInt]
+Place = tuple[Number, Number]
+Pixels = tuple[Count, Count, Natural, Natural]
 
 
 def _white(given: Any) -> Any:
@@ -44,7 +44,7 @@ def _white(given: Any) -> Any:
     return tuple(float(n) for n in numbers)
 
 
-White = Annotated[str | tuple[float, ...], BeforeValidator(_white)]
+White = Annotated[str | tuple[Number, ...], BeforeValidator(_white)]
 _LUMINANCES = ("scale", "mean_cd_m2", "max_cd_m2", "white_cd_m2")
 
 
@@ -53,7 +53,7 @@ class ToeInSpec(Strict):
 
     toe_in_deg: Annotated[float, Field(ge=0, lt=45)]
     """How far each camera was turned inwards, in degrees."""
-    focal_length_px: PositiveFloat | None = None
+    focal_length_px: Positive | None = None
     """The focal length, in pixels."""
     field_of_view_deg: Annotated[float, Field(gt=0, lt=180)] | None = None
     """The field of view across, in degrees."""
@@ -92,9 +92,9 @@ class AlignSpec(Strict):
     """The disparity to undo, across and down, in pixels."""
     points: PointsSpec | None = None
     """The same places marked in both views."""
-    region: tuple[NonNegativeInt, NonNegativeInt, PositiveInt, PositiveInt] | None = None
+    region: tuple[Count, Count, Natural, Natural] | None = None
     """The part that is correlated: left, top, width and height in pixels."""
-    most_px: tuple[PositiveInt, PositiveInt] | None = None
+    most_px: tuple[Natural, Natural] | None = None
     """The largest disparity that is looked for, across and down, in pixels."""
     correct_vertical: bool = True
     """Whether vertical disparity is undone too."""
@@ -123,13 +123,13 @@ class AlignSpec(Strict):
 class CropSpec(Strict):
     """The part that is shown, in pixels of the (aligned) picture."""
 
-    left_px: NonNegativeInt
+    left_px: Count
     """The first column."""
-    top_px: NonNegativeInt
+    top_px: Count
     """The first row."""
-    width_px: PositiveInt
+    width_px: Natural
     """How many columns."""
-    height_px: PositiveInt
+    height_px: Natural
     """How many rows."""
 
 
@@ -180,13 +180,13 @@ class LuminanceSpec(Strict):
     first row, width, height) to so many cd/m².
     """
 
-    scale: PositiveFloat | None = None
+    scale: Positive | None = None
     """A factor for all XYZ."""
-    mean_cd_m2: PositiveFloat | None = None
+    mean_cd_m2: Positive | None = None
     """What the mean luminance becomes, in cd/m²."""
-    max_cd_m2: PositiveFloat | None = None
+    max_cd_m2: Positive | None = None
     """What the largest luminance becomes, in cd/m²."""
-    white_cd_m2: PositiveFloat | None = None
+    white_cd_m2: Positive | None = None
     """What the white in white_box becomes, in cd/m²."""
     white_box: Pixels | None = None
     """Where the white lies: left, top, width and height in pixels."""
@@ -208,9 +208,9 @@ class LuminanceSpec(Strict):
 class ResampleSpec(Strict):
     """How large the picture is in truth, so that the display shows it at that size: pixels per mm, or its width."""
 
-    px_per_mm: PositiveFloat | None = None
+    px_per_mm: Positive | None = None
     """How many pixels of the file there are to a mm of the thing."""
-    width_mm: PositiveFloat | None = None
+    width_mm: Positive | None = None
     """The width of what the picture shows, in mm."""
     filter: Filter = "area"
     """How pixels are averaged."""
@@ -232,7 +232,7 @@ class ResampleSpec(Strict):
 class ToneMapSpec(Strict):
     """The brightest pixel becomes ``reference_cd_m2``, unless more than ``limit_percent`` of pixels would saturate."""
 
-    reference_cd_m2: PositiveFloat
+    reference_cd_m2: Positive
     """The luminance that the brightest pixel becomes, in cd/m²."""
     limit_percent: Annotated[float, Field(ge=0, le=100)] = LIMIT_PERCENT
     """The share of pixels that may saturate, in percent."""

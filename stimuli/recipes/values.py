@@ -7,10 +7,10 @@ import sys
 from pathlib import PurePosixPath, PureWindowsPath
 from typing import Annotated, Self
 
-from pydantic import AfterValidator, BeforeValidator, Field, NonNegativeFloat, PositiveFloat, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from documents.files import no_file_name, with_slashes
-from documents.yaml import Strict
+from documents.yaml import NotNegative, Positive, Strict
 from stimuli.luminance.scale import greyscale, scaled
 from stimuli.pictures.stereo_image import View, XYZImage
 from stimuli.recipes.build_context import Step
@@ -79,7 +79,7 @@ class SeriesSpec(Strict):
 
     name: Name
     """A name of your own, by which records and reports call it."""
-    luminance_scale: PositiveFloat = 1.0
+    luminance_scale: Positive = 1.0
     """A factor for all XYZ."""
     greyscale_white_xy: Chromaticity | None = None
     """The chromaticity x, y of a picture that is made grey."""
@@ -113,9 +113,9 @@ class SparklesSpec(Strict):
     ``times`` the local background, and above ``above_cd_m2``.
     """
 
-    times: NonNegativeFloat = 2.0
+    times: NotNegative = 2.0
     """How many times brighter than its surround a sparkle is."""
-    above_cd_m2: NonNegativeFloat = 0.0
+    above_cd_m2: NotNegative = 0.0
     """How much brighter than its surround a sparkle is at least, in cd/m²."""
 
     @model_validator(mode="after")

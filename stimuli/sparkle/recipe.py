@@ -5,16 +5,10 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Annotated
 
-from pydantic import (
-    AfterValidator,
-    Field,
-    NonNegativeFloat,
-    PositiveFloat,
-    model_validator,
-)
+from pydantic import AfterValidator, Field, model_validator
 
 from devices.colour_matching import DEFAULT_OBSERVER
-from documents.yaml import Strict
+from documents.yaml import NotNegative, Number, Positive, Strict
 from stimuli.sparkle.scene import Camera, Clusters, Lamp, Noise, Plate, Spectrum
 
 
@@ -29,15 +23,16 @@ def _chromaticity(value: tuple[float, float]) -> tuple[float, float]:
 DIFFRACTION_NM = 555.0
 
 Share = Annotated[float, Field(ge=0, le=1)]
-Chromaticity = Annotated[tuple[float, float], AfterValidator(_chromaticity)]
+_Row = tuple[Number, Number, Number]
+Chromaticity = Annotated[tuple[Number, Number], AfterValidator(_chromaticity)]
 
 
 class SpectrumSpec(Strict):
     """Values at rising wavelengths: straight lines between, the first and the last value beyond."""
 
-    nm: Annotated[tuple[PositiveFloat, ...], Field(min_length=2, max_length=1000)]
+    nm: Annotated[tuple[Positive, ...], Field(min_length=2, max_length=1000)]
     """Wavelengths in nm, rising."""
-    values: tuple[NonNegativeFloat, ...]
+    values: tuple[NotNegative, ...]
     """The value at each wavelength."""
 
     @model_validator(mode="after")
@@ -91,15 +86,15 @@ class FlakesSpec(Strict):
     flake scatters its light, which counts with the base.
     """
 
-    per_mm2: NonNegativeFloat
+    per_mm2: NotNegative
     """How many flakes there are to a mm²."""
-    diameter_median_um: PositiveFloat
+    diameter_median_um: Positive
     """The median diameter of the flakes, in µm."""
-    diameter_spread: NonNegativeFloat
+    diameter_spread: NotNegative
     """The spread of the logarithm of the diameters."""
-    diameter_range_um: tuple[PositiveFloat, PositiveFloat]
+    diameter_range_um: tuple[Positive, Positive]
     """The smallest and the largest diameter, in µm."""
-    depth_max_um: NonNegativeFloat
+    depth_max_um: NotNegative
     """How deep flakes lie at most, in µm."""
     tilt_sd_deg: Annotated[float, Field(gt=0, le=60)]
     """How far flakes tilt: a standard deviation in degrees."""
@@ -113,7 +108,7 @@ class FlakesSpec(Strict):
     """A spectrum in place of a chromaticity."""
     diffraction: bool = False
     """Whether diffraction widens the reflections of small flakes."""
-    rim_um: NonNegativeFloat = 0.0
+    rim_um: NotNegative = 0.0
     """The rim of a flake that scatters its light, in µm."""
     clusters: ClustersSpec | None = None
     """Flakes that lie in clusters."""
@@ -165,11 +160,11 @@ class BaseSpec(Strict):
 class PlateSpec(Strict):
     """The painted plate."""
 
-    size_mm: tuple[PositiveFloat, PositiveFloat]
+    size_mm: tuple[Positive, Positive]
     """Width and height of the plate, in mm."""
     coat_refractive_index: Annotated[float, Field(ge=1, le=4)]
     """The refractive index of the clear coat."""
-    coat_extinction_per_mm: NonNegativeFloat = 0.0
+    coat_extinction_per_mm: NotNegative = 0.0
     """How much light the coat takes, per mm."""
     flakes: FlakesSpec
     """The flakes."""
@@ -214,7 +209,7 @@ class LampSpec(Strict):
     body's at ``temperature_K``, or a ``spectrum``.
     """
 
-    illuminance_lx: NonNegativeFloat
+    illuminance_lx: NotNegative
     """The illuminance on the plate, in lx."""
     chromaticity_xy: Chromaticity | None = None
     """The chromaticity x, y of the light."""
@@ -224,11 +219,11 @@ class LampSpec(Strict):
     """The lamp's spectrum."""
     zenith_deg: Annotated[float, Field(ge=0, lt=90)]
     """The lamp's angle from the plate's normal, in degrees."""
-    azimuth_deg: float = 90.0
+    azimuth_deg: Number = 90.0
     """The lamp's direction about the normal, in degrees from the right; 90 is above."""
     angular_radius_deg: Annotated[float, Field(ge=0, le=20)]
     """The lamp's radius as seen from the plate, in degrees."""
-    distance_mm: Annotated[float, Field(ge=10)] | None = None
+    distance_mm: Annotated[Positive, Field(ge=10)] | None = None
     """The lamp's distance from the plate's middle, in mm; left out, it is far."""
     beam_angle_deg: Annotated[float, Field(ge=5, le=170)] | None = None
     """The angle of the lamp's beam, in degrees."""
@@ -278,7 +273,7 @@ class NoiseSpec(Strict):
 
     full_well_electrons: Annotated[float, Field(ge=10, le=1e7)]
     """Electrons in a full channel."""
-    read_noise_electrons: NonNegativeFloat
+    read_noise_electrons: NotNegative
     """Electrons of read noise."""
 
     def noise(self) -> Noise:
@@ -289,17 +284,17 @@ class NoiseSpec(Strict):
 class CameraSpec(Strict):
     """The camera, moved sideways between the views. ``pupil_mm`` adds the spread of an eye's optics, 2 to 6 mm."""
 
-    distance_mm: PositiveFloat
+    distance_mm: Positive
     """The camera's distance from the plate, in mm."""
-    interpupillary_distance_mm: NonNegativeFloat
+    interpupillary_distance_mm: NotNegative
     """How far the camera moves sideways between the views, in mm."""
-    resolution_px_per_mm: PositiveFloat
+    resolution_px_per_mm: Positive
     """How many pixels there are to a mm of the plate."""
     point_spread_sd_px: Annotated[float, Field(gt=0, le=20)]
     """The standard deviation of the lens's blur, in pixels."""
-    full_well_cd_s_m2: PositiveFloat
+    full_well_cd_s_m2: Positive
     """The light that fills the sensor, in cd·s/m²."""
-    raw_from_XYZ: tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
+    raw_from_XYZ: tuple[_Row, _Row, _Row]
     """The matrix from XYZ to the sensor's channels, three rows of three."""
     pupil_mm: Annotated[float, Field(ge=2, le=6)] | None = None
     """The diameter of an eye's pupil whose optics are added, in mm."""

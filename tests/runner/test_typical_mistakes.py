@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import shutil
 from collections.abc import Iterator, Mapping
@@ -89,16 +90,16 @@ SHIPPED: Mapping[FileKind, str] = {
     "camera": "configs/cameras/*.yaml",
     "regions": "configs/regions/*.yaml",
 }
-WRONG: tuple[Any, ...] = (None, "red", -1, [1], {"a": 1})
-MORE_WRONG: tuple[Any, ...] = (*WRONG, 2.2, [], {}, True, "", [["x", "y"]], "x" * 5000)
+WRONG: tuple[Any, ...] = (None, "red", -1, 10**90, [1], {"a": 1})
+MORE_WRONG: tuple[Any, ...] = (*WRONG, 2.2, [], {}, True, "", [["x", "y"]], "x" * 5000, 1e300, math.nan)
 
 
-def _places(data: Any, above: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
+def places(data: Any, above: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
     yield above
     if isinstance(data, dict | list):
         inner = list(data.items())[:16] if isinstance(data, dict) else list(enumerate(data))[:2]
         for key, value in inner:
-            yield from _places(value, (*above, key))
+            yield from places(value, (*above, key))
 
 
 def _field(data: Any, place: tuple[str | int, ...]) -> tuple[object, ...]:
@@ -110,11 +111,11 @@ def _field(data: Any, place: tuple[str | int, ...]) -> tuple[object, ...]:
     return (*on_the_way, type(data))
 
 
-def _changed(data: Any, place: tuple[str | int, ...], value: object) -> Any:
+def changed(data: Any, place: tuple[str | int, ...], value: object) -> Any:
     if not place:
         return value
     copy: Any = dict(data) if isinstance(data, dict) else list(data)
-    copy[place[0]] = _changed(copy[place[0]], place[1:], value)
+    copy[place[0]] = changed(copy[place[0]], place[1:], value)
     return copy
 
 
@@ -129,13 +130,13 @@ def test_no_value_anywhere_is_answered_in_the_words_of_a_library(kind: FileKind,
     met: set[tuple[object, ...]] = set()
     for file in sorted(ROOT.glob(SHIPPED[kind])):
         data = yaml.safe_load(file.read_text(encoding="utf-8"))
-        places = {_field(data, place): place for place in reversed(list(_places(data)))}
-        new = {field: place for field, place in places.items() if field not in met}
+        by_field = {_field(data, place): place for place in reversed(list(places(data)))}
+        new = {field: place for field, place in by_field.items() if field not in met}
         met.update(new)
         for place in new.values():
             for value in wrong_values:
                 source = parse_yaml("a: 1", "f.yaml")
-                wrong = type(source)("f.yaml", _changed(data, place, value), {}, {})
+                wrong = type(source)("f.yaml", changed(data, place, value), {}, {})
                 try:
                     checked(wrong, file_model(kind))
                 except InputError as error:

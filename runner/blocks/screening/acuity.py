@@ -13,9 +13,10 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, PositiveFloat
+from pydantic import Field
 
 from documents import Finding
+from documents.yaml import Positive
 from runner.blocks.screening.vision_test import (
     Level,
     Levels,
@@ -154,7 +155,7 @@ class StereoAcuitySpec(VisionTestSpec):
 
     test: Literal["stereo_acuity"]
     """Which vision test this is."""
-    pass_arcsec: PositiveFloat = 140.0
+    pass_arcsec: Positive = 140.0
     """The disparity in arcsec that must be seen to pass."""
     levels_arcsec: Levels = (600.0, 400.0, 280.0, 200.0, 140.0, 100.0, 70.0, 50.0)
     """The disparities in arcsec that are shown, from large to small."""

@@ -7,9 +7,10 @@ from functools import partial
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, PositiveFloat
+from pydantic import Field
 
 from documents import Finding
+from documents.yaml import Positive
 from runner.blocks.screening.vision_test import (
     Level,
     Levels,
@@ -34,7 +35,7 @@ class ColourVisionSpec(VisionTestSpec):
 
     test: Literal["colour_vision"]
     """Which vision test this is."""
-    pass_delta_uv: PositiveFloat = 0.02
+    pass_delta_uv: Positive = 0.02
     """The distance in u'v' that must be seen to pass."""
     levels_delta_uv: Levels = (0.05, 0.03, 0.02)
     """The distances in u'v' that are shown, from large to small."""

@@ -10,19 +10,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
-from pydantic import Field, PositiveFloat, model_validator
+from pydantic import Field, model_validator
 
 from analysis.observers import threshold_estimate
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.display import EyeModels, disparity_arcmin, mm_from_px, px_from_mm, size_mm, visual_angle_deg
-from documents.yaml import Strict
+from documents.yaml import Positive, Strict
 from runner.ports import Target
 from runner.presenter.scene import Item
 from stimuli.pictures import StereoImage
 from stimuli.vision_tests import SIDES, ShownRange, Side
 
 Repeats = Annotated[int, Field(ge=1, le=20)]
-Levels = Annotated[tuple[PositiveFloat, ...], Field(min_length=1, max_length=20)]
+Levels = Annotated[tuple[Positive, ...], Field(min_length=1, max_length=20)]
 
 
 @dataclass(frozen=True, slots=True)

@@ -66,7 +66,8 @@ WRONG: dict[str, tuple[Callable[[dict[str, Any]], object], str]] = {
         lambda c: c["mixtures_XYZ_cd_m2"].update(red_green_blue=[-900, -900, -900]),
         "more drive gives less light",
     ),
-    "enormous": (lambda c: c["mixtures_XYZ_cd_m2"].update(red_green=[1e300, 1e300, 1e300]), "cannot be undone"),
+    "enormous": (lambda c: c["mixtures_XYZ_cd_m2"].update(red_green=[1e300, 1e300, 1e300]), "at most 1e.12"),
+    "very much": (lambda c: c["mixtures_XYZ_cd_m2"].update(red_green=[1e12, 1e12, 1e12]), "cannot be undone"),
     "no tables": (lambda c: c["blue"].pop("light"), "light"),
     "light that falls": (lambda c: c["blue"]["light"].__setitem__(3, 0.9), "rise from 0 to 1"),
 }
