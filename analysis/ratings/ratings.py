@@ -22,6 +22,7 @@ from analysis.errors import ResultsError
 from analysis.records.results import damaged, refuse_mixtures
 from analysis.records.session_record import SessionLog, Trial
 from analysis.records.times import in_time
+from analysis.series.observer_means import bounded_means
 from documents import Finding
 from documents.text import json_fields
 
@@ -36,8 +37,10 @@ Floats = NDArray[np.float64]
 class OpinionScore:
     """The mean opinion score of a stimulus, over the means of ``observers``, who gave so many ``ratings``.
 
-    ``mean`` in points of the scale and ``z`` in standard deviations of an observer's ratings, each with 95 % limits by
-    Student's t (None with one observer); ``sd`` is that of the observers' means.
+    ``mean`` in points of the scale and ``z`` in standard deviations of an observer's ratings, each with 95 % limits
+    (None with one observer); ``sd`` is that of the observers' means. The limits of ``mean`` stay on the scale
+    (`analysis.series.observer_means.bounded_means`). Those of ``z`` are Student's t's, as are those of ``mean`` where a
+    log of an older version does not say where the scale ends; neither are there if all are equal.
     """
 
     stimulus: str
@@ -102,10 +105,14 @@ class RaterScreening:
 
 @dataclass(frozen=True, slots=True)
 class ScaleSummary:
-    """One scale: its stimuli in the header's order, and its observers, sorted; ``of`` is which stimuli were rated."""
+    """One scale: its stimuli in the header's order, and its observers, sorted; ``of`` is which stimuli were rated.
+
+    ``ends`` are the lowest and the highest number that could be answered; None if a log does not say.
+    """
 
     scale: str
     of: Of
+    ends: tuple[int, int] | None
     scores: tuple[OpinionScore, ...]
     observers: tuple[RaterScreening, ...]
 
@@ -114,6 +121,7 @@ class ScaleSummary:
         return {
             "scale": self.scale,
             "of": self.of,
+            "ends": None if self.ends is None else list(self.ends),
             "scores": [score.to_json() for score in self.scores],
             "observers": [observer.to_json() for observer in self.observers],
         }
@@ -180,11 +188,13 @@ def ratings_in(sessions: Sequence[SessionLog]) -> RatingSummary | None:
 class RatingTable:
     """The ratings on one scale: ``values``, shape (observers, stimuli, repeats), NaN where there is none.
 
-    ``observers`` are sorted, ``stimuli`` those that were rated, in the header's order; ``of`` is which were rated.
+    ``observers`` are sorted, ``stimuli`` those that were rated, in the header's order; ``of`` is which were rated,
+    ``ends`` are the scale's.
     """
 
     scale: str
     of: Of
+    ends: tuple[int, int] | None
     observers: tuple[str, ...]
     stimuli: tuple[str, ...]
     values: Floats
@@ -205,13 +215,22 @@ def rating_tables(sessions: Sequence[SessionLog]) -> tuple[RatingTable, ...]:
     stimuli = [str(stimulus["name"]) for stimulus in sessions[0].header.stimuli]
     # By what was rated and scale, by observer and stimulus: the ratings in the order in which they were given.
     by_scale: dict[tuple[Of, str], dict[str, dict[str, list[float]]]] = {}
+    ends: dict[tuple[Of, str], set[tuple[int, int] | None]] = {}
     for session in in_time(sessions):
         for trial in session.trials:
             for of, scale, stimulus, value in _rated(session, trial, frozenset(stimuli)):
                 people = by_scale.setdefault((of, scale), {}).setdefault(session.header.observer, {})
                 people.setdefault(stimulus, []).append(value)
+                ends.setdefault((of, scale), set()).add(_ends(session, trial, scale))
     found = sorted(by_scale.items(), key=lambda item: OF.index(item[0][0]))
-    return tuple(_table(scale, of, people, stimuli) for (of, scale), people in found)
+    return tuple(_table(scale, of, ends[of, scale], people, stimuli) for (of, scale), people in found)
+
+
+def _ends(session: SessionLog, trial: Trial, scale: str) -> tuple[int, int] | None:
+    """Return the ends of the scale as the session began; None if its log does not say."""
+    planned = session.header.planned
+    ends = planned[trial.block].get("scales", {}).get(scale) if trial.block < len(planned) else None
+    return None if ends is None else (int(ends[0]), int(ends[1]))
 
 
 def _rated(session: SessionLog, trial: Trial, known: frozenset[str]) -> Iterator[tuple[Of, str, str, float]]:
@@ -235,7 +254,13 @@ def _rated(session: SessionLog, trial: Trial, known: frozenset[str]) -> Iterator
             yield of, str(scale), stimulus, float(value)
 
 
-def _table(scale: str, of: Of, people: Mapping[str, Mapping[str, list[float]]], stimuli: Sequence[str]) -> RatingTable:
+def _table(
+    scale: str,
+    of: Of,
+    stated: set[tuple[int, int] | None],
+    people: Mapping[str, Mapping[str, list[float]]],
+    stimuli: Sequence[str],
+) -> RatingTable:
     observers = sorted(people)
     rated = [stimulus for stimulus in stimuli if any(stimulus in people[observer] for observer in observers)]
     repeats = max(len(values) for by_stimulus in people.values() for values in by_stimulus.values())
@@ -244,7 +269,11 @@ def _table(scale: str, of: Of, people: Mapping[str, Mapping[str, list[float]]], 
         for column, stimulus in enumerate(rated):
             values = people[observer].get(stimulus, [])
             table[row, column, : len(values)] = values
-    return RatingTable(scale, of, tuple(observers), tuple(rated), table)
+    known = [ends for ends in stated if ends is not None]
+    ends = (min(low for low, _ in known), max(high for _, high in known)) if len(known) == len(stated) else None
+    if ends and not (ends[0] <= np.nanmin(table) and np.nanmax(table) <= ends[1]):
+        ends = None  # the experiment was changed while its sessions ran
+    return RatingTable(scale, of, ends, tuple(observers), tuple(rated), table)
 
 
 def _summary(ratings: RatingTable) -> ScaleSummary:
@@ -260,6 +289,8 @@ def _summary(ratings: RatingTable) -> ScaleSummary:
     for column, stimulus in enumerate(rated):
         each, z = _observer_means(table[:, column]), _observer_means(z_table[:, column])
         mean, interval, sd = _mean(each)
+        if ratings.ends is not None:
+            interval = _on_scale(each, ratings.ends)
         z_mean, z_interval, _ = _mean(z)
         assert mean is not None  # someone rated it
         count = int(np.isfinite(table[:, column]).sum())
@@ -267,6 +298,7 @@ def _summary(ratings: RatingTable) -> ScaleSummary:
     return ScaleSummary(
         ratings.scale,
         ratings.of,
+        ratings.ends,
         tuple(scores),
         tuple(
             RaterScreening(observer, int(given[row]), float(means[row]), sds[row], int(above[row]), int(below[row]))
@@ -313,7 +345,7 @@ def _observer_means(values: Floats) -> Floats:
 
 
 def _mean(values: Floats) -> tuple[float | None, tuple[float, float] | None, float | None]:
-    """Return the mean, its 95 % limits by Student's t, and the standard deviation."""
+    """Return the mean, its 95 % limits by Student's t, which equal values have not, and the standard deviation."""
     from scipy.special import stdtrit
 
     if not len(values):
@@ -322,5 +354,15 @@ def _mean(values: Floats) -> tuple[float | None, tuple[float, float] | None, flo
     if len(values) < 2:
         return mean, None, None
     sd = float(values.std(ddof=1))
+    if sd <= 1e-12 * max(1.0, abs(mean)):
+        return mean, None, sd
     reach = float(stdtrit(len(values) - 1, 0.975)) * sd / math.sqrt(len(values))
     return mean, (mean - reach, mean + reach), sd
+
+
+def _on_scale(values: Floats, ends: tuple[int, int]) -> tuple[float, float] | None:
+    """Return the 95 % limits of the mean of observers' means on a scale of whole numbers."""
+    low, high = ends
+    above = (values - low)[:, None]
+    (mean,) = bounded_means(above, above**2, np.ones_like(above), high - low, step=1.0)
+    return None if mean.low is None or mean.high is None else (low + mean.low, low + mean.high)

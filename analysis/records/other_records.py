@@ -24,6 +24,7 @@ from analysis.records.fields import (
     RecordError,
     Text,
     Utc,
+    Whole,
     Work,
     read_fields,
 )
@@ -233,12 +234,20 @@ class Interface(Fields):
     fonts: list[Font] | None = None
 
 
+# A pair in JSON is a list; strictly taken, it would be no tuple.
+Ends = Annotated[tuple[Whole, Whole], Strict(False)]
+
+
 class Planned(Fields):
-    """One block of the session as it began: its kind, and how many trials and how much time it is expected to take."""
+    """One block of the session as it began: its kind, and how many trials and how much time it is expected to take.
+
+    ``scales`` has the lowest and the highest number of each scale by its name; missing in older logs.
+    """
 
     kind: Name
     trials: Count
     expected_s: NotNegative
+    scales: dict[Name, Ends] = Field(default_factory=dict)
 
 
 class HeaderRecord(Fields):

@@ -49,7 +49,8 @@ class Header:
     ``percent_above_full``, ``delta_e_00_mean`` and ``delta_e_00_max``. ``analysis`` holds the experiment's
     options: ``alpha`` and ``adjust``. ``interface`` holds the ``language``, and the ``style``, ``keys`` and ``words``
     that the experiment sets. ``station`` is a random name that an account on a machine keeps, empty in older logs.
-    ``planned`` holds each block's ``kind``, its number of ``trials`` and ``expected_s``, empty in older logs.
+    ``planned`` holds each block's ``kind``, its number of ``trials``, ``expected_s`` and the ends of its ``scales``,
+    empty in older logs.
     ``order_rule`` says which neighbouring observers take opposite sides: 2, the numbers 1 and 2; 1, as in older logs,
     2 and 3. ``sitting`` counts the observer's sessions in the folder from 1, which it is in older logs. ``hashes``
     identifies the experiment, stimuli and display by SHA-256.

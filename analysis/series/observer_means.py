@@ -15,6 +15,7 @@ Floats = NDArray[np.float64]
 REPLICATES = 4000
 SEED = 41414
 _BLOCK_NUMBERS = 4_000_000
+_EQUAL = 1e-12  # what rounding leaves between equal numbers, as a share of them
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,8 +48,8 @@ def means(total: Floats, count: Floats, *, level: float = 0.95, replicates: int 
 
     Returns
     -------
-    k estimates. No value without an answer; no interval with answers of fewer than two observers, or if fewer than
-    three quarters of the bootstrap samples have an answer.
+    k estimates. No value without an answer; no interval with answers of fewer than two observers, if fewer than three
+    quarters of the bootstrap samples have an answer, or where it would have no width, as of equal answers.
     """
     total, count = np.asarray(total, np.float64), np.asarray(count, np.float64)
     order = np.lexsort(np.hstack([count, total]).T)
@@ -71,7 +72,8 @@ def means(total: Floats, count: Floats, *, level: float = 0.95, replicates: int 
         low = high = None
         if value is not None and people > 1 and len(valid) >= 0.75 * replicates:
             tail = np.array([tails.widened((1 - level) / 2, people)])
-            low, high = float(tails.lower(valid, tail, 0)[0]), float(tails.upper(valid, 1 - tail, 0)[0])
+            ends = float(tails.lower(valid, tail, 0)[0]), float(tails.upper(valid, 1 - tail, 0)[0])
+            low, high = ends if ends[1] - ends[0] > _EQUAL * max(1.0, abs(value)) else (None, None)
         estimates.append(Estimate(value, low, high, round(answers), people))
     return estimates
 
@@ -114,13 +116,19 @@ def shares(chosen: Floats, count: Floats, *, level: float = 0.95) -> list[Estima
     return estimates
 
 
-def bounded_means(total: Floats, squares: Floats, count: Floats, most: float, *, level: float = 0.95) -> list[Estimate]:
+def bounded_means(
+    total: Floats, squares: Floats, count: Floats, most: float, *, level: float = 0.95, step: float | None = None
+) -> list[Estimate]:
     """Return Σ total / Σ count over the observers for answers from 0 to ``most``, such as weighted choices.
 
     Most such answers are 0 where a picture was rarely chosen; a bootstrap then gives intervals that are too short. The
     mean over ``most`` is a share, whose interval is Wilson's [Wilson1927] at the number of yes-or-no answers that would
     have the same variance. That variance is the sample's; it includes the design effect, as in `shares`. Student's
     quantile is used, unless observers answered several times and their answers scatter no more than independent ones.
+
+    Few answers on a scale are often equal, and then say nothing of how far others are from them. With ``step`` the
+    variance is that of the answers and of one more, which differs from their mean by a step; `docs/uncertainty.md` has
+    the coverage.
 
     Parameters
     ----------
@@ -131,11 +139,13 @@ def bounded_means(total: Floats, squares: Floats, count: Floats, most: float, *,
         The largest answer, above 0.
     level
         Coverage of the interval, 0 to 1.
+    step
+        How far apart two answers are at least, in the unit of ``most``; None: no further answer is assumed.
 
     Returns
     -------
-    k estimates. No value without an answer; no interval with answers of fewer than two observers, or if all answers
-    are the same, such as 0.
+    k estimates. No value without an answer; no interval with answers of fewer than two observers or, without ``step``,
+    if all answers are the same, such as 0.
     """
     estimates: list[Estimate] = []
     columns = (np.asarray(part, np.float64).T for part in (total, squares, count))
@@ -150,15 +160,25 @@ def bounded_means(total: Floats, squares: Floats, count: Floats, most: float, *,
         share = mean / most
         spread = float(squared[order].sum()) / answers - mean**2
         low = high = None
-        if people > 1 and 0 < share < 1 and spread > 1e-12 * most**2:
-            variance = spread * answers / (answers - 1) / most**2
+        varies = 0 < share < 1 and spread > 1e-12 * most**2
+        if people > 1 and (varies or step is not None):
+            variance = max(0.0, spread) * answers / (answers - 1) / most**2
+            inner = share
+            if step is not None:
+                variance, inner = _with_one_more(variance, share, answers, step / most)
             effect = _design_effect(sums / most, of, share, variance) if of.max() > 1 else 1.0
             quantile = _quantile(level, people if of.max() <= 1 or effect > 1 else None)
             low, high = (
-                most * end for end in _wilson(share, answers * share * (1 - share) / (variance * effect), quantile)
+                most * end for end in _wilson(share, answers * inner * (1 - inner) / (variance * effect), quantile)
             )
         estimates.append(Estimate(mean, low, high, round(answers), people))
     return estimates
+
+
+def _with_one_more(variance: float, share: float, answers: float, step: float) -> tuple[float, float]:
+    """Return the variance with one more answer, a ``step`` off the mean, and the share that it leaves off the ends."""
+    off = step / (answers + 1)
+    return ((answers - 1) * variance + step * off * answers) / answers, min(max(share, off), 1 - off)
 
 
 def _wilson(share: float, answers: float, quantile: float) -> tuple[float, float]:

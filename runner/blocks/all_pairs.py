@@ -33,7 +33,7 @@ from runner.blocks.message import page
 from runner.blocks.orders import Pair, grouped_order, pair_order
 from runner.blocks.pair_groups import PairGroups, group_faults, pair_groups
 from runner.blocks.pair_views import SequenceView, SimultaneousView, Ties, present, sequence_page
-from runner.blocks.scale import Scale, ScaleSpec, rate, scale_faults, scales_named
+from runner.blocks.scale import Scale, ScaleSpec, ends_of, rate, scale_faults, scales_named
 from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.tasks import Compare
@@ -151,6 +151,11 @@ class AllPairs(Block):
     def facts(self) -> dict[str, Any]:
         """How many pairs each group has, of this observer where observers share them."""
         return {} if self.groups is None else self._own(self.groups).facts
+
+    @property
+    def scale_ends(self) -> dict[str, tuple[int, int]]:
+        """Those of its scales."""
+        return ends_of([rated.scale for rated in self.ratings.scales] if self.ratings else [])
 
     @property
     def expected_s(self) -> float:

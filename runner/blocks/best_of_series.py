@@ -16,7 +16,7 @@ from runner.blocks.interface import Interface
 from runner.blocks.layout import SingleLayout
 from runner.blocks.message import page
 from runner.blocks.orders import spaced
-from runner.blocks.scale import Scale, ScaleSpec, rate, scale_faults, scales_named
+from runner.blocks.scale import Scale, ScaleSpec, ends_of, rate, scale_faults, scales_named
 from runner.blocks.series import (
     Series,
     SomeSeries,
@@ -107,6 +107,11 @@ class BestOfSeries(Block):
     def trials(self) -> int:
         """One for each series."""
         return len(self.series)
+
+    @property
+    def scale_ends(self) -> dict[str, tuple[int, int]]:
+        """Those of its scales."""
+        return ends_of(self.scales)
 
     @property
     def expected_s(self) -> float:

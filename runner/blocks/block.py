@@ -79,6 +79,11 @@ class Block(ABC):
         return 0
 
     @property
+    def scale_ends(self) -> Mapping[str, tuple[int, int]]:
+        """The lowest and the highest number of each scale that it asks, by the name of its ratings."""
+        return {}
+
+    @property
     def expected_s(self) -> float:
         """About how long it will take."""
         return SECONDS_PER_TRIAL * self.trials

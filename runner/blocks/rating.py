@@ -30,7 +30,7 @@ from runner.blocks.field_types import Seconds, ShortSeconds
 from runner.blocks.layout import SingleLayout
 from runner.blocks.message import page
 from runner.blocks.orders import repeated
-from runner.blocks.scale import Scale, ScaleSpec, rate, scale_faults, scale_items, scales_named
+from runner.blocks.scale import Scale, ScaleSpec, ends_of, rate, scale_faults, scale_items, scales_named
 from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.presenter.scene import Item, Offset, Picture, Scene
@@ -61,6 +61,11 @@ class Rating(Block):
     def trials(self) -> int:
         """Stimuli times repeats."""
         return len(self.stimuli) * self.repeats
+
+    @property
+    def scale_ends(self) -> dict[str, tuple[int, int]]:
+        """Those of its scales."""
+        return ends_of(self.scales)
 
     @property
     def expected_s(self) -> float:

@@ -102,6 +102,11 @@ class Scale:
         return self.lowest + round((self.highest - self.lowest) * part / of)
 
 
+def ends_of(scales: Sequence[Scale]) -> dict[str, tuple[int, int]]:
+    """Return the lowest and the highest number of each scale by its name."""
+    return {scale.name: (scale.lowest, scale.highest) for scale in scales}
+
+
 def rate(
     scale: Scale,
     style: Style,

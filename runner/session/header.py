@@ -196,10 +196,14 @@ def make_header(
 
 
 def planned(experiment: Experiment, blocks: Sequence[Block]) -> tuple[Mapping[str, Any], ...]:
-    """Return each block's kind, trials and expected time in seconds, by which others see how far a session is."""
+    """Return each block's kind, trials and expected time in seconds, by which others see how far a session is.
+
+    Where it asks scales, their ends are there too, which bound the intervals of mean ratings.
+    """
     kinds = (block.kind for block in experiment.spec.blocks)
     return tuple(
         {"kind": kind, "trials": block.trials, "expected_s": round(block.expected_s, 1)}
+        | ({"scales": {name: [*ends] for name, ends in block.scale_ends.items()}} if block.scale_ends else {})
         for kind, block in zip(kinds, blocks, strict=True)
     )
 

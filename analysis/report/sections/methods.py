@@ -372,7 +372,14 @@ def _others(
         )
     if ratings:
         what = "Mean opinion scores" if any(scale.of == "alone" for scale in ratings.scales) else "Mean ratings"
-        parts.append(f"{what} have 95 % intervals by Student's t over the observers' means {cited.cite('ITU500')}.")
+        if all(scale.ends for scale in ratings.scales):
+            how = (
+                "that stay on the scale: Wilson's for shares, at the answers that would have the variance of the "
+                f"observers' means with one more that differs by a point {cited.cite('Wilson1927')}"
+            )
+        else:
+            how = f"by Student's t over the observers' means {cited.cite('ITU500')}"
+        parts.append(f"{what} have 95 % intervals {how}.")
     return " ".join(parts)
 
 

@@ -38,6 +38,9 @@ _TITLES = {
 }
 
 
+_INTERVALS = {True: "that stay on the scale", False: "by Student's t, since a log does not say where the scale ends"}
+
+
 def ratings_section(summary: RatingSummary, pictures: Mapping[str, str] = MappingProxyType({})) -> Section:
     """Return a figure with its table for each scale, and the ratings of each observer."""
     blocks: list[Figure | Table] = []
@@ -75,8 +78,8 @@ def _scores(scale: ScaleSummary, pictures: Mapping[str, str]) -> Figure:
     dots = [(score.stimulus, score.mean, *(score.interval or (None, None))) for score in scale.scores]
     images = [draw_dots(dots, scale.scale, title, width) for width in (WIDE_IN, NARROW_IN)]
     caption = (
-        f"{title}: means over the observers' means, with 95 % intervals by Student's t. z: in standard deviations "
-        f"of each observer's own ratings.{more}"
+        f"{title}: means over the observers' means, with 95 % intervals {_INTERVALS[scale.ends is not None]}. z: in "
+        f"standard deviations of each observer's own ratings, with intervals by Student's t.{more}"
     )
     return Figure(name, images[0], images[1], caption, Table(name, title, columns, rows, pictures=pictures))
 
