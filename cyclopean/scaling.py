@@ -36,6 +36,7 @@ def scores(
     jod_zero: str | None = None,
     layout: str | None = None,
     choice_codes: Sequence[str] = (),
+    with_simulated: bool = False,
 ) -> Result[Scores | GroupedScores | JodScales]:
     """Fit scores and perceptual classes to paired comparisons.
 
@@ -45,8 +46,7 @@ def scores(
         A folder of results, a CSV table, the DataFrame of `read_results`, or a DataFrame with the columns ``winner``
         and ``loser`` and, if there are any, ``count``, ``observer``, ``first`` and ``outcome``; for pairs within
         scenes also ``group``, ``scene`` or ``content``. Or a table or a DataFrame of another layout: pwcmp's, choices
-        among items, a square matrix of counts (also a MAT-file). Of a folder, simulated observers count only where no
-        person answered.
+        among items, a square matrix of counts (also a MAT-file).
     model
         ``bradley-terry``, ``thurstone`` (Case V), or ``davidson`` or ``rao-kupper``, which have ties.
     method
@@ -66,6 +66,9 @@ def scores(
         With ``pwcmp``, the item at 0 JOD; None for the first of the answers.
     layout, choice_codes
         The layout of a table, and what its choices stand for, as `analysis.comparisons.read_any` has them.
+    with_simulated
+        Whether simulated observers count beside people. Without it, those of a folder count only where no person
+        answered, and a DataFrame of trials with both is refused.
 
     Returns
     -------
@@ -93,7 +96,7 @@ def scores(
     """
     from analysis.scaling import ScoreOptions, score, score_groups
 
-    table, common = _with_common_names(answers, layout, choice_codes)
+    table, common = _with_common_names(answers, layout, choice_codes, with_simulated=with_simulated)
     if method == "pwcmp":
         if order_effect or covariance != "auto" or model not in ("bradley-terry", "thurstone"):
             raise InputError(Finding("pwcmp has no choice of model, order effect or covariance", remedy="leave it out"))
@@ -134,6 +137,7 @@ def effects(
     factors: Mapping[str, Mapping[str, str | float]] | None = None,
     *,
     use: Sequence[str] | None = None,
+    with_simulated: bool = False,
 ) -> Result[FactorEffects]:
     """Fit what stereo, exposure and other factors of the stimuli do to the scores.
 
@@ -146,6 +150,8 @@ def effects(
         those of a folder of results.
     use
         The factors in the model, in order; all of them if None.
+    with_simulated
+        As for `scores`.
 
     Returns
     -------
@@ -173,20 +179,22 @@ def effects(
         if isinstance(answers, pd.DataFrame) or _is_table(Path(answers)):
             remedy = "give factors={'name': {'view': 'stereo'}, ...}, or a folder of results"
             raise InputError(Finding("a table of answers does not name the factors of its stimuli", remedy=remedy))
-        factors = session_factors(_logs(answers))
-    result = factor_effects(comparisons(answers), factors, use=use)
+        factors = session_factors(_logs(answers, with_simulated=with_simulated))
+    result = factor_effects(comparisons(answers, with_simulated=with_simulated), factors, use=use)
     rows = [effect.to_json() for effect in result.effects]
     names = ", ".join(factor.name for factor in result.factors)
     return Result(result, rows, f"Effects of {names} on the scores of {len(result.items)} items, in nats")
 
 
-def observers(answers: Answers) -> Result[ObserverTable]:
+def observers(answers: Answers, *, with_simulated: bool = False) -> Result[ObserverTable]:
     """Describe each observer: answers, consistency, agreement with the others, side bias, response times.
 
     Parameters
     ----------
     answers
         As for `scores`; response times, catch trials and vision tests are known from a folder of results only.
+    with_simulated
+        As for `scores`.
 
     Returns
     -------
@@ -209,9 +217,9 @@ def observers(answers: Answers) -> Result[ObserverTable]:
     from analysis.observers import observers_in_comparisons, observers_in_sessions
 
     if isinstance(answers, pd.DataFrame) or _is_table(Path(answers)):
-        table = observers_in_comparisons(comparisons(answers))
+        table = observers_in_comparisons(comparisons(answers, with_simulated=with_simulated))
     else:
-        table = observers_in_sessions(_logs(answers))
+        table = observers_in_sessions(_logs(answers, with_simulated=with_simulated))
     rows = [line.to_json() for line in table.lines]
     return Result(table, rows, f"{len(rows)} observers")
 
@@ -272,8 +280,10 @@ def power(
     return Result(study, sizes, study.needed.sentence)
 
 
-def comparisons(answers: Answers, layout: str | None = None, choice_codes: Sequence[str] = ()) -> Comparisons:
-    """Return the paired comparisons in ``answers``, whichever form they have.
+def comparisons(
+    answers: Answers, layout: str | None = None, choice_codes: Sequence[str] = (), *, with_simulated: bool = False
+) -> Comparisons:
+    """Return the paired comparisons in ``answers``, whichever form they have; the parameters are those of `scores`.
 
     Raises
     ------
@@ -285,9 +295,9 @@ def comparisons(answers: Answers, layout: str | None = None, choice_codes: Seque
     if not isinstance(answers, pd.DataFrame):
         path = Path(answers)
         if not _is_table(path):
-            return from_sessions(_logs(path))
+            return from_sessions(_logs(path, with_simulated=with_simulated))
         return read_any(path, layout=layout, choice_codes=choice_codes).comparisons
-    table = answers
+    table = _counted_together(answers) if with_simulated else answers
     # Of trials, as `read_results` gives them, pairs are compared within groups where all of them have one.
     if {"kind", "group"} <= set(answers) and answers["group"][answers["kind"].isin(KINDS)].isna().any():
         table = table.drop(columns="group")
@@ -298,24 +308,34 @@ def comparisons(answers: Answers, layout: str | None = None, choice_codes: Seque
 
 
 def _with_common_names(
-    answers: Answers, layout: str | None, choice_codes: Sequence[str]
+    answers: Answers, layout: str | None, choice_codes: Sequence[str], *, with_simulated: bool
 ) -> tuple[Comparisons, dict[str, str] | None]:
     """Return the comparisons, and what stimuli of different groups have in common, which results of sessions know."""
     if isinstance(answers, pd.DataFrame) or _is_table(Path(answers)):
-        return comparisons(answers, layout, choice_codes), None
+        return comparisons(answers, layout, choice_codes, with_simulated=with_simulated), None
     from analysis.comparisons import grouped_comparisons
     from analysis.report import common_names
 
-    logs = _logs(answers)
+    logs = _logs(answers, with_simulated=with_simulated)
     table, groups = grouped_comparisons(logs)
     return table, None if groups is None else common_names(logs[0].header, groups)
 
 
-def _logs(answers: str | Path) -> Sequence[SessionLog]:
-    """Return the sessions that count together: those of simulated observers only where no person answered."""
+def _logs(answers: str | Path, *, with_simulated: bool) -> Sequence[SessionLog]:
+    """Return the sessions that count together."""
     from analysis.records import pool, read_results
 
-    return pool(read_results(answers)).sessions
+    return pool(read_results(answers), with_simulated=with_simulated).sessions
+
+
+def _counted_together(trials: pd.DataFrame) -> pd.DataFrame:
+    """Return trials of people and of simulated observers as those of one kind; a code that both have stays two."""
+    if not {"simulated", "observer"} <= set(trials):
+        return trials
+    made = trials["simulated"].astype(str).str.casefold() == "true"
+    shared = made & trials["observer"].isin(trials["observer"][~made])
+    codes = trials["observer"].mask(shared, trials["observer"].astype(str) + " (simulated)")
+    return trials.drop(columns="simulated").assign(observer=codes)
 
 
 def _is_table(path: Path) -> bool:

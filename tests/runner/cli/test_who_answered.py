@@ -191,3 +191,31 @@ def test_earlier_answers_for_power_are_those_of_people(folder: Folder, tmp_path:
     assert (answers.observers, len(notes)) == (PEOPLE, 1)
     answers, notes = earlier_answers(results, with_simulated=True)
     assert (len(answers.observers), notes) == (5, ())
+
+
+@pytest.mark.parametrize("form", ["folder", "table"])
+def test_functions_count_simulated_observers_beside_people_when_asked(folder: Folder, form: str) -> None:
+    """As the command's `--with-simulated`: 24 answers of people, 60 with those of simulated observers."""
+    results = folder(PEOPLE, SIMULATED)
+    answers = results if form == "folder" else cyclopean.read_results(results)
+    factors = None if form == "folder" else {name: {"size": float(place)} for place, name in enumerate(NAMES)}
+    fitted = cyclopean.scores(answers, with_simulated=True).to_frame()
+    assert fitted["comparisons"].sum() == 2 * 60
+    both = cyclopean.observers(answers, with_simulated=True).to_frame()
+    assert sorted(both["observer"]) == ["01", "01 (simulated)", "02", "91", "92"]
+    assert both["answers"].sum() == 60
+    (effect,) = cyclopean.effects(answers, factors, with_simulated=True).to_frame().to_dict("records")
+    if form == "table":
+        with pytest.raises(InputError, match="people and of simulated observers"):
+            cyclopean.scores(answers)
+        return
+    assert cyclopean.scores(answers).to_frame()["comparisons"].sum() == 2 * 24
+    assert sorted(cyclopean.observers(answers).to_frame()["observer"]) == list(PEOPLE)
+    assert cyclopean.effects(answers, factors).to_frame()["estimate"][0] != effect["estimate"]
+
+
+def test_people_alone_count_as_they_are_when_simulated_observers_are_asked_for(folder: Folder) -> None:
+    results = folder(PEOPLE, ())
+    for answers in (results, cyclopean.read_results(results)):
+        asked, plain = (cyclopean.scores(answers, with_simulated=each).to_frame() for each in (True, False))
+        assert asked.equals(plain)
