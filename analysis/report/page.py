@@ -27,6 +27,7 @@ from analysis.report.sections.shown import (
     gallery_section,
     readable,
     timing_section,
+    unreported_section,
 )
 from analysis.report.sections.thresholds import thresholds_section
 from analysis.report.words import chance, fixed
@@ -177,6 +178,7 @@ def sections_of(report: Report, published: Published, thumbnails: Thumbnails) ->
         clipping_section(report.header, names),
         timing_section(report.sessions),
         people_section(report.sessions),
+        unreported_section(report.sessions),
         methods_section(
             report.sessions,
             report.kept,

@@ -20,6 +20,7 @@ from analysis.records.seen import what_eyes_saw
 from analysis.records.session_record import Header, SessionLog
 from analysis.report.checks import FailedCheck, failed_checks
 from analysis.report.grouped import GroupedSummary, summarise_groups
+from analysis.report.not_reported import unreported
 from analysis.report.notes import on_sessions
 from analysis.report.sections.factors import effects_of
 from analysis.report.sections.reviewers import Review, review_of
@@ -140,6 +141,7 @@ class Report:
             parts["preferences"] = self.preferences.to_json()
         if self.thresholds is not None:
             parts["thresholds"] = self.thresholds.to_json()
+        parts["not_reported"] = [field.to_json() for field in unreported(self.sessions)]
         return parts
 
 

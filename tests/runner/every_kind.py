@@ -20,6 +20,7 @@ from runner.ports import Ask, KeyPress
 from runner.protocol.experiment import Experiment, read_experiment
 
 ROOT = Path(__file__).parents[2]
+_BOTH = "{name: gloss, question: How glossy, of: both, lowest: 1, highest: 9}"
 _SCALE = "{name: quality, question: How good, lowest: 1, highest: 5}"
 
 # Every kind, and its variants that take other ways through the code.
@@ -30,7 +31,7 @@ BLOCKS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "all_pairs": (
             "stimuli: [a, b, c, d], break_every: 4",
             "stimuli: [a, b, c], repeats: 2, ties: both, fixation_s: 0.2, exposure_s: 0.5, blank_s: 0.1",
-            f"stimuli: [a, b, c, d], catch: {{every: 3, pairs: [[a, b]], identical: 1}}, ratings: [{_SCALE}]",
+            f"stimuli: [a, b, c, d], catch: {{every: 3, pairs: [[a, b]], identical: 1}}, ratings: [{_SCALE}, {_BOTH}]",
             "stimuli: [a, b, c], presentation: sequence, exposure_s: 0.5",
             "within: scene, repeats: 2, break_every: 4",
             "within: scene, per_observer: 5, balance: pairs, repeats: 2",
@@ -64,7 +65,7 @@ BLOCKS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "factor: codec, task: yes_no, easier: lower, reference: f, catch_share: 0.3, exposure_s: 0.5, trials: 6",
         ),
         "questionnaire": (
-            "questions: [{name: age, question: How old, kind: number, lowest: 1, highest: 99}, "
+            "questions: [{name: age, question: How old, kind: number, unit: years, lowest: 1, highest: 99}, "
             "{name: hand, question: Which hand, kind: choice, options: [left, right]}, "
             "{name: other, question: Which hand, kind: choice, options: [left, right], required: false}, "
             "{name: words, question: What else, kind: text, required: false}]",

@@ -12,6 +12,7 @@ from analysis.records.seen import eye_costs, ghosts_recorded
 from analysis.records.session_record import Header, SessionLog
 from analysis.records.times import SessionTimes, duration
 from analysis.report.blocks import Block, Cell, Column, Facts, Gallery, Heading, Paragraph, Picture, Section, Table
+from analysis.report.not_reported import unreported
 from analysis.report.words import fixed, some
 from documents.text import counted
 
@@ -247,3 +248,18 @@ def _timed(session: SessionLog) -> list[Mapping[str, float]]:
 def _span(values: Sequence[float], digits: int) -> str:
     least, most = fixed(min(values), digits), fixed(max(values), digits)
     return least if least == most else f"{least} to {most}"
+
+
+def unreported_section(sessions: Sequence[SessionLog]) -> Section | None:
+    """Return what the logs hold and the report does not show; None without a trial."""
+    columns = (
+        Column("Trials", "kind"),
+        Column("Field", "field"),
+        Column("What it is", "what"),
+        Column("Records", "records", "number"),
+    )
+    rows = tuple((one.kind or "all kinds", one.field or "all", one.what, one.records) for one in unreported(sessions))
+    if not rows:
+        return None
+    table = Table("not_reported", "In the logs, not in this report", columns, rows, folded=True)
+    return Section("not_reported", "What is not in this report", (table,))

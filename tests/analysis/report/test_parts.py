@@ -58,7 +58,7 @@ def keys(report: Report) -> list[str]:
 @pytest.mark.usefixtures("undrawn")
 def test_only_preferences_make_a_report(preferring: Sessions) -> None:
     report = describe(preferring())
-    assert keys(report) == ["preferences", "seen", "clipping", "timing", "methods"]
+    assert keys(report) == ["preferences", "seen", "clipping", "timing", "not_reported", "methods"]
     assert report.pairs is None
     assert "preferences between stereo and flat" in " ".join(report.sentences)
     json.dumps(report.to_json(), allow_nan=False)
@@ -78,7 +78,7 @@ def test_only_choices_from_series_make_a_report(choosing: Sessions) -> None:
 
 def test_only_ratings_make_a_report(rating: Sessions) -> None:
     report = describe(rating())
-    assert keys(report) == ["ratings", "seen", "clipping", "timing", "methods"]
+    assert keys(report) == ["ratings", "seen", "clipping", "timing", "not_reported", "methods"]
     json.dumps(report.to_json(), allow_nan=False)
     assert "6 observers, 18 ratings." in report.sentences
 

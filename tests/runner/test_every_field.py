@@ -1,0 +1,229 @@
+"""Every field that any kind of block can record is in the report, or is listed there as not reported.
+
+Each field of each kind is changed in all its records: a report that stays the same does not show it.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import pytest
+
+from analysis.errors import ResultsError
+from analysis.records.session_record import SessionLog, Trial, WindowEvent
+from analysis.records.trial_kinds import KINDS, PRACTICE
+from analysis.records.trial_record import TrialRecord
+from analysis.report.not_reported import BY_KIND, COMMON, ENGINE, unreported
+from analysis.report.page import render
+from analysis.report.report import describe
+from tests.runner import every_kind as EVERY
+from tests.runner.test_report_every_kind import log_of
+
+pytestmark = pytest.mark.usefixtures("undrawn")
+UNKNOWN = "not known to this version"
+PLACE = {"record", "block", "trial", "kind"}
+# Declared with the record that these kinds share with others, and written by no block of theirs.
+NEVER = {
+    "active_pairs": {"ratings"},
+    "preference": {"ratings", "group", "group_factor", "interval_s"},
+    "screening": {"screened_out"},
+}
+
+
+@cache
+def recorded(kind: str, variant: int) -> tuple[SessionLog, ...]:
+    logs = [log_of(EVERY.of_kind(kind, variant), code) for code in ("01", "02")]
+    return tuple(replace(log, header=replace(log.header, simulated=False)) for log in logs)
+
+
+def told(sessions: Sequence[SessionLog], *, page: bool) -> str:
+    """Return what the report says, as JSON or also as a page; a refusal says that it was read."""
+    try:
+        report = describe(sessions)
+    except ResultsError as error:
+        return str(error)
+    return json.dumps(report.to_json(), sort_keys=True) + (render(report) if page else "")
+
+
+def other(value: Any, all_values: Sequence[Any]) -> Any:
+    """Return another value of the kind of ``value``, of ``all_values`` where these have one."""
+    if isinstance(value, bool):
+        return not value
+    if isinstance(value, int | float):
+        return value + 1
+    if isinstance(value, Mapping):
+        return {name: other(inner, ()) for name, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [other(inner, ()) for inner in value]
+    others = [one for one in all_values if one != value and one is not None]
+    return others[0] if others else 1.25 if value is None else f"{value}x"
+
+
+def held(trial: Trial) -> dict[str, Any]:
+    return {
+        **trial.data,
+        **{name: getattr(trial, name) for name in ("events", "response_time_s", "utc", "attempt")},
+    }
+
+
+def with_others(sessions: Sequence[SessionLog], kind: str, paths: Sequence[str]) -> list[SessionLog]:
+    """Return the sessions with other values of fields of a kind."""
+    changed = list(sessions)
+    for path in paths:
+        values = [value for log in changed for trial in log.trials if (value := _at(held(trial), path)) is not None]
+        changed = [
+            replace(log, answers=tuple(_changed(one, path, values) if one.kind == kind else one for one in log.answers))
+            for log in changed
+        ]
+    return changed
+
+
+def _at(fields: Any, path: str) -> Any:
+    name, _, within = path.partition(".")
+    found = fields.get(name) if isinstance(fields, Mapping) else None
+    return _at(found, within) if within else found
+
+
+def _changed(trial: Trial, path: str, values: Sequence[Any]) -> Trial:
+    name, _, within = path.partition(".")
+    if name not in held(trial):
+        return trial
+    if name == "events":
+        return replace(trial, events=tuple(("f12", seconds + 1) for _, seconds in trial.events))
+    if name == "utc":
+        return replace(trial, utc="2027-01-01T00:00:00.000+00:00")
+    if name not in trial.data:
+        return replace(trial, **{name: other(getattr(trial, name), ())})
+    value = trial.data[name]
+    new = {**value, within: other(value[within], values)} if within else other(value, values)
+    return replace(trial, data={**trial.data, name: new})
+
+
+def fields_of(sessions: Sequence[SessionLog], kind: str) -> set[str]:
+    """Return the fields that records of a kind have; of an outcome, those within it."""
+    paths = {name for log in sessions for trial in log.trials if trial.kind == kind for name in held(trial)}
+    within = {f"outcome.{name}" for log in sessions for one in log.trials for name in one.data.get("outcome") or ()}
+    return (paths - {"outcome"}) | within
+
+
+def listed(sessions: Sequence[SessionLog], kind: str) -> set[str]:
+    """Return the fields of a kind that the report says it does not show."""
+    said = {one.field for one in unreported(sessions) if one.kind in ("", kind)}
+    if "" in said:
+        return fields_of(sessions, kind) - {"attempt", "timed"}
+    if "presentation" in said:
+        shown = ("test", "response_time_s", "attempt")
+        said |= {
+            name
+            for log in sessions
+            for one in log.trials
+            if "presentation" in one.data
+            for name in one.data
+            if name not in shown
+        }
+        said |= {"response_time_s"}
+    return said
+
+
+def variants(kind: str) -> range:
+    return range(len(EVERY.BLOCKS[kind]))
+
+
+@pytest.mark.parametrize("kind", EVERY.BLOCKS)
+def test_what_is_listed_as_not_reported_changes_nothing(kind: str) -> None:
+    for variant in variants(kind)[: 3 if kind != "practice" else 1]:
+        sessions = recorded(kind, variant)
+        assert not [one for one in unreported(sessions) if one.what == UNKNOWN]
+        changed = with_others(sessions, kind, sorted(listed(sessions, kind) & fields_of(sessions, kind)))
+        assert changed != list(sessions)
+        assert told(changed, page=True) == told(sessions, page=True)
+
+
+@pytest.mark.parametrize("kind", EVERY.BLOCKS)
+def test_every_other_field_is_in_the_report(kind: str) -> None:
+    """Changed, it changes what JSON or the page says, in one of the ways in which the kind is written."""
+    missing: set[str] = set()
+    shown: set[str] = set()
+    for variant in variants(kind):
+        sessions = recorded(kind, variant)
+        fields = fields_of(sessions, kind) - listed(sessions, kind) - shown
+        base = {page: told(sessions, page=page) for page in (False, True)} if fields else {}
+        for field in sorted(fields):
+            changed = with_others(sessions, kind, [field])
+            if any(told(changed, page=page) != base[page] for page in (False, True)):
+                shown.add(field)
+        missing |= fields
+    assert missing <= shown
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_field_of_its_record_is_written_by_some_block(kind: str) -> None:
+    """So that no field escapes the tests above."""
+    logs = [log for variant in variants(kind) for log in recorded(kind, variant)]
+    model = KINDS[kind]
+    models: set[type[TrialRecord]] = (
+        {model} if isinstance(model, type) else {model({}), model({"outcome": 1}), model({"screened_out": 1})}
+    )
+    declared = {field.alias or name for one in models for name, field in one.model_fields.items()}
+    declared -= set(TrialRecord.model_fields)
+    written = {name for log in logs for trial in log.trials if trial.kind == kind for name in trial.data}
+    assert declared - written == NEVER.get(kind, set()) & declared
+
+
+SCENE = {"what": "fixation", "frames": 30, "asked_ms": 500.0, "shown_ms": 500.0, "missed_frames": 3}
+MARK = {"port": "lsl", "mark": "onset", "code": 1, "failed": "gone"}
+SHOWN: Mapping[str, Any] = {
+    "timed": [SCENE],
+    "ignored": [["up", 0.01, "too_soon"]] * 20,
+    "timing_marks": [MARK],
+    "nominal": "srgb",
+    "wrong_screen": True,
+    "window_lost": True,
+    "attempt": 1,
+}
+LEFT_OUT: Mapping[str, Any] = {"clipping": {"a": {}}, "ignored_more": 5, "interruptions": 2, "uncharacterised": True}
+
+
+@pytest.mark.parametrize(("field", "value"), [*SHOWN.items(), *LEFT_OUT.items()])
+def test_what_the_engine_adds_is_in_the_report_or_listed(field: str, value: Any) -> None:
+    away = (WindowEvent("lost_focus", 1, 0, "2026-01-01T00:00:00Z"),)
+    sessions = [replace(log, windows=away) for log in recorded("rating", 0)]
+    put: Callable[[Trial], Trial] = lambda one: (  # noqa: E731
+        replace(one, attempt=value) if field == "attempt" else replace(one, data={**one.data, field: value})
+    )
+    more = [replace(log, answers=tuple(map(put, log.answers))) for log in sessions]
+    is_listed = field in {one.field for one in unreported(more)}
+    assert is_listed == (field in LEFT_OUT)
+    plain = [json.loads(told(each, page=False)) for each in (sessions, more)]
+    for report in plain:
+        report.pop("not_reported")
+    pages = [render(describe(each)) for each in (sessions, more)]
+    assert (plain[0] != plain[1] or pages[0] != pages[1]) or is_listed
+    if is_listed:
+        assert plain[0] == plain[1]
+
+
+def test_the_engine_adds_no_other_field() -> None:
+    added = set(TrialRecord.model_fields) | ENGINE
+    assert added == {*SHOWN, *LEFT_OUT, *PLACE, "events", "response_time_s", "utc"}
+    assert set(COMMON) == {*LEFT_OUT, "events", "utc"}
+    assert set(BY_KIND) == {*KINDS, PRACTICE}
+
+
+def test_a_field_of_a_newer_version_is_listed() -> None:
+    sessions = recorded("rating", 0)
+    more = [
+        replace(log, answers=tuple(replace(one, data={**one.data, "gaze": 1}) for one in log.answers))
+        for log in sessions
+    ]
+    (field,) = [
+        one for one in describe(more).to_json()["not_reported"] if (one["kind"], one["field"]) == ("rating", "gaze")
+    ]
+    assert field["what"] == UNKNOWN
+    assert field["records"] == sum(trial.kind == "rating" for log in more for trial in log.trials)
+    assert "gaze" in render(describe(more))
+    assert "gaze" not in render(describe(sessions))
