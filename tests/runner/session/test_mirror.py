@@ -6,6 +6,7 @@ import errno
 import json
 import os
 import shutil
+import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -110,13 +111,19 @@ def test_a_slow_folder_does_not_slow_the_session(study: Study, backup: Path, mon
     run(study)
     usual_s = time.perf_counter() - began
     shutil.rmtree(study.results)
-    monkeypatch.setattr(module.Mirror, "_catch_up", lambda *_: time.sleep(60))
+    go_on, catch_up = threading.Event(), module.Mirror._catch_up
+    monkeypatch.setattr(module.Mirror, "_catch_up", lambda *how: (go_on.wait(60), catch_up(*how))[1])
     monkeypatch.setattr(module.Mirror.close, "__defaults__", (0.1,))
     began = time.perf_counter()
     file, said = run(study)
     assert time.perf_counter() - began < 3 * usual_s + 5  # a single wait for it would take 60 s
     assert read_session(file).complete
     assert "is not complete yet" in said[0]
+    go_on.set()  # and nothing of it is left for the tests after this one
+    for thread in threading.enumerate():
+        if thread.name == "mirror of the results":
+            thread.join(20)
+            assert not thread.is_alive()
 
 
 def test_a_session_that_stopped_is_caught_up_when_it_is_resumed(study: Study, backup: Path) -> None:
