@@ -46,22 +46,30 @@ def words_of(language: Language) -> Mapping[str, str]:
 
 @dataclass(frozen=True, slots=True)
 class Interface:
-    """Words in ``language`` but for those that are an experiment's ``own``, and the keys in place of others."""
+    """Words in ``language`` but for those that are an experiment's ``own``, and the keys in place of others.
+
+    ``keyboard_labels`` are what keys print here at the places of digits and Latin letters that no key prints.
+    """
 
     language: Language = "en"
     own: Mapping[str, str] = field(default_factory=dict)
     keys: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    keyboard_labels: Mapping[str, str] = field(default_factory=dict)
 
     def say(self, name: str, **values: Any) -> str:
         """Return the words called ``name``, with the keys' names and ``values`` in their places."""
         return _IN_BRACES.sub(lambda brace: self._value(brace[1], values), self._words(name))
 
     def key(self, name: str) -> str:
-        """Return what the key that observers press for ``name`` is called."""
+        """Return what the key that observers press for ``name`` is called: ``N (Т)`` where the key N prints Т."""
         press = self.keys.get(name, (name,))[0]
         if f"key_{press}" in words_of(self.language):
             return self._words(f"key_{press}")
-        return press.upper() if len(press) == 1 else press.replace("_", " ").capitalize()
+        if press in self.keyboard_labels:
+            return f"{press.upper()} ({self.keyboard_labels[press]})"
+        if len(press) == 1:
+            return press.upper() if len(press.upper()) == 1 else press
+        return press.replace("_", " ").capitalize()
 
     def pointing(self, page: str) -> str:
         """Return the words of a page that speaks of arrow keys, and of the keys in their place if there are any."""

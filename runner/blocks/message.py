@@ -94,11 +94,13 @@ def pause_menu(style: Style, *, can_repeat: bool) -> Ask:
     keys = {key: meaning for key, meaning in _OPTIONS.items() if can_repeat or meaning != "repeat"}
     rows = {key: _TOP + _ROW * row for row, key in enumerate(keys)}
     below = _TOP + _ROW * len(rows) + 10.0
+    called = {key: style.interface.key(key) for key in keys}
+    wide = 52 if max(map(len, called.values())) == 1 else 100
     buttons = [
         item
         for key, y in rows.items()
         for item in (
-            *button(style, style.interface.key(key), -190, y, 52, 52),
+            *button(style, called[key], -164 - wide / 2, y, wide, 52),
             *button(style, style.say(f"menu_{keys[key]}"), 35, y, 370, 52),
         )
     ]

@@ -177,7 +177,7 @@ class SequenceView:
 
     def question(self) -> Scene:
         """Return the question with the intervals' numbers, and the reference picture if there is one."""
-        numbers = zip("12", self._numbers_px, strict=True)
+        numbers = zip(map(self._called, "12"), self._numbers_px, strict=True)
         return Scene(
             (
                 *self.layout.reference(self.reference),
@@ -186,6 +186,10 @@ class SequenceView:
                 *tie_words(self.ties, self._answers_px, self.style),
             )
         )
+
+    def _called(self, number: str) -> str:
+        """Return an interval's number, with what its key prints if that is something else."""
+        return number if number in self.style.interface.keys else self.style.interface.key(number)
 
     @property
     def _numbers_px(self) -> tuple[tuple[int, int], tuple[int, int]]:

@@ -81,7 +81,9 @@ class Choice:
             words = style.say("no_answer") if meaning == NO_ANSWER else self.options[int(meaning) - 1]
             lit = meaning == marked
             items += button(style, words, 0, heights[meaning], wide, _HIGH * pitch, lit=lit)
-            items.append(style.text(style.interface.key(key), -wide / 2 + 30, heights[meaning], height=22, share=0.25))
+            called = style.interface.key(key)
+            size = 22 if len(called) == 1 else 16
+            items.append(style.text(called, -wide / 2 + 30, heights[meaning], height=size, share=0.25))
         hint = style.say("take_option" if marked else "choose_option")
         items.append(style.text(hint, y=height / 2 - 20, height=20, share=0.2))
         return Ask(

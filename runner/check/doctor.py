@@ -5,17 +5,19 @@ from __future__ import annotations
 import importlib
 import os
 import platform
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from devices.display import Rig, panel_of_monitor
 from documents import InputError
+from runner.blocks.interface import KEYS
 from runner.check.signal_path import SignalFact, examine_signal_path
 from runner.check.timing_marks import MarkLatency, measure_marks
 from runner.presenter.counters import IntervalSummary
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.registry import MODES, available
+from runner.presenter.surfaces.keyboard import Keyboard, examine_keyboard
 from runner.presenter.surfaces.screens import Monitor, compositor, monitors
 from runner.presenter.surfaces.surface import BACKENDS, Buffer, SurfaceFacts, open_surface
 from runner.session.header import software
@@ -23,6 +25,7 @@ from runner.session.timing_record import explain, judge, swap_intervals, swaps_p
 from stimuli.measures import measure_names, missing_package
 
 _SIZE_PX = (640, 480)
+ANY_KEYS = (*KEYS, "escape")
 _PACKAGES = ("documents", "devices", "stimuli", "analysis", "runner")
 
 
@@ -81,7 +84,8 @@ class MonitorReport:
 class MachineReport:
     """The versions of the software, where its packages are, and what surfaces, monitors and signal path are like.
 
-    ``measures`` are those of two pictures by name, with what to install, None where nothing is missing.
+    ``measures`` are those of two pictures by name, with what to install, None where nothing is missing. ``keyboard`` is
+    None without a display server.
     """
 
     software: Mapping[str, str]
@@ -90,6 +94,7 @@ class MachineReport:
     surfaces: Mapping[str, SurfaceReport]
     monitors: tuple[MonitorReport, ...]
     signal_path: tuple[SignalFact, ...]
+    keyboard: Keyboard | None
     processors: int | None
     machine: str
 
@@ -110,8 +115,13 @@ class TimingReport:
     timing_marks: tuple[MarkLatency, ...] = ()
 
 
-def examine_machine() -> MachineReport:
+def examine_machine(keys: Iterable[str] = ANY_KEYS) -> MachineReport:
     """Open each kind of surface, try each stereo mode on it, and return what this machine can do.
+
+    Parameters
+    ----------
+    keys
+        The keys of which to say whether the keyboard can send them; if left out, those of any experiment.
 
     Returns
     -------
@@ -133,6 +143,7 @@ def examine_machine() -> MachineReport:
         surfaces={backend: _surface(backend) for backend in BACKENDS},
         monitors=_monitors(),
         signal_path=examine_signal_path(),
+        keyboard=_keyboard(keys),
         processors=os.cpu_count(),
         machine=platform.machine(),
     )
@@ -204,6 +215,13 @@ def _monitors() -> tuple[MonitorReport, ...]:
         )
         for each in there
     )
+
+
+def _keyboard(keys: Iterable[str]) -> Keyboard | None:
+    try:
+        return examine_keyboard(keys)
+    except PresentationError:
+        return None
 
 
 def _size(monitor: Monitor) -> str:

@@ -114,19 +114,14 @@ def _rig_faults(options: CheckOptions, file: Path) -> list[Finding]:
 
 def check_blocks(report: CheckReport, design: Experiment, source: YamlSource) -> None:
     """Report the number of trials, their time and what the keys do, for each block and in total."""
-    blocks, interface = design.example_blocks, design.style.interface
-
-    def pressed(keys: Mapping[str, str]) -> Mapping[str, str]:
-        return interface.listening(Ask(Scene(), keys)).keys
-
+    blocks, pressed = design.example_blocks, partial(_pressed, design)
     minutes = sum(block.expected_s for block in blocks) / 60
     report.facts["trials"] = sum(block.trials for block in blocks)
     report.facts["minutes"] = round(minutes, 1)
     report.facts["blocks"] = [
         _block(spec, block, pressed) for spec, block in zip(design.spec.blocks, blocks, strict=True)
     ]
-    everywhere = {**pressed({"space": "continue"}), "escape": "pause"}
-    report.facts["keys"] = {key: what for block in blocks for key, what in pressed(block.keys).items()} | everywhere
+    report.facts["keys"] = keys_of(design)
     if minutes > LONG_MINUTES:
         what = f"a session takes about {minutes:.0f} minutes, and ITU-R BT.500 has half an hour at most"
         report.warnings.append(source.finding(("blocks",), what, "split it, or let observers rest"))
@@ -140,6 +135,18 @@ def check_blocks(report: CheckReport, design: Experiment, source: YamlSource) ->
     if not report.facts["trials"]:
         what = "no block asks anything that is scored"
         report.warnings.append(source.finding(("blocks",), what, "add a block such as all_pairs"))
+
+
+def _pressed(design: Experiment, keys: Mapping[str, str]) -> Mapping[str, str]:
+    """Return ``keys`` as the experiment has them pressed."""
+    return design.style.interface.listening(Ask(Scene(), keys)).keys
+
+
+def keys_of(design: Experiment) -> dict[str, str]:
+    """Return what is pressed in an experiment, on every keyboard, with what it means; the pause's menu is left out."""
+    pressed = partial(_pressed, design)
+    everywhere = {**pressed({"space": "continue"}), "escape": "pause"}
+    return {key: what for block in design.example_blocks for key, what in pressed(block.keys).items()} | everywhere
 
 
 def _block(spec: Any, block: Block, pressed: Callable[[Mapping[str, str]], Mapping[str, str]]) -> dict[str, Any]:

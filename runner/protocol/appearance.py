@@ -171,10 +171,12 @@ OwnKeys = Annotated[
 ]
 
 
-def interface_of(words: Mapping[str, str], keys: Mapping[str, Sequence[str]]) -> Interface:
-    """Return the interface that an experiment's words and keys make, both without faults."""
+def interface_of(
+    words: Mapping[str, str], keys: Mapping[str, Sequence[str]], keyboard_labels: Mapping[str, str]
+) -> Interface:
+    """Return the interface that an experiment's words and keys make, both without faults, at such a keyboard."""
     own = {name: text for name, text in words.items() if name != "language"}
-    return Interface(cast(Language, words.get("language", "en")), own, keys)
+    return Interface(cast(Language, words.get("language", "en")), own, keys, keyboard_labels)
 
 
 def interface_faults(words: Mapping[str, str], keys: Mapping[str, Sequence[str]]) -> Iterator[Fault]:

@@ -123,7 +123,8 @@ class Experiment:
 
     ``example_blocks`` are the blocks as observer 01 meets them. Every observer meets as many trials, in an order of
     their own and at the same places. ``name_clashes`` are names that mean different things in two blocks: no session
-    is begun with them, and one that was begun before can be resumed.
+    is begun with them, and one that was begun before can be resumed. ``keyboard_labels`` are what the keyboard, once it
+    is known, prints at the places of digits and Latin letters that none of its keys prints: hints say it.
     """
 
     file: Path
@@ -134,6 +135,7 @@ class Experiment:
     view_px: tuple[int, int]
     example_blocks: tuple[Block, ...] = field(repr=False, compare=False)
     name_clashes: tuple[Finding, ...] = ()
+    keyboard_labels: Mapping[str, str] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def stimulus_names(self) -> tuple[str, ...]:
@@ -159,7 +161,7 @@ class Experiment:
     @property
     def style(self) -> Style:
         """How words look, and what they are."""
-        return _style(self.spec, self.rig, self.view_px, self.font)
+        return _style(self.spec, self.rig, self.view_px, self.font, self.keyboard_labels)
 
     @property
     def font(self) -> Path | None:
@@ -312,7 +314,7 @@ def read_experiment(
     findings += _at(source, said)
     if said:
         raise SessionError(findings)
-    style = _style(spec, rig, view_px, spec.style.font(file))
+    style = _style(spec, rig, view_px, spec.style.font(file), {})
     blocks, wrong = _make_blocks(spec, _settings(spec, rig, style, stimuli or Stimuli({}), "01", Draw()), source)
     findings += wrong
     findings += _at(source, light_faults(spec.style, rig))
@@ -340,8 +342,10 @@ def _settings(
     return [Setting(*common, observer, index, after[index], draw) for index in range(len(kinds))]
 
 
-def _style(spec: ExperimentSpec, rig: Rig, view_px: tuple[int, int], font: Path | None) -> Style:
-    return spec.style.make(view_px, interface_of(spec.words, spec.keys), rig, font)
+def _style(
+    spec: ExperimentSpec, rig: Rig, view_px: tuple[int, int], font: Path | None, keyboard_labels: Mapping[str, str]
+) -> Style:
+    return spec.style.make(view_px, interface_of(spec.words, spec.keys, keyboard_labels), rig, font)
 
 
 def _make_blocks(

@@ -217,6 +217,7 @@ def _interface(experiment: Experiment) -> dict[str, Any]:
         "style": spec.style.model_dump(mode="json", exclude_defaults=True),
         "keys": dict(spec.keys),
         "words": own,
+        **({"keyboard_labels": dict(labels)} if (labels := experiment.keyboard_labels) else {}),
         **_fonts(experiment),
     }
 

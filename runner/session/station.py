@@ -16,6 +16,7 @@ from analysis.records import Header, SessionLog, StimulusCosts, Trial, WindowEve
 from devices.display import EYES
 from documents import Finding
 from documents.files import RESTORE, Mirror
+from documents.fonts import undrawable
 from runner.blocks.block import Block, Draft
 from runner.blocks.setting import Draw
 from runner.errors import SessionError, SessionStoppedError
@@ -133,6 +134,7 @@ class Station:
                 refuse_larger=not wrong_screen,
             )
             undo.callback(surface.close)
+            experiment = replace(experiment, keyboard_labels=_drawable_labels(surface, experiment))
             watch = GammaWatch(surface.gamma_tables)
             verdict = compare_tables(rig.measured_gamma_tables, watch.loaded)
             if verdict.refusal and not accept_gamma_table:
@@ -501,6 +503,12 @@ class Station:
             started_utc=started_utc,
         )
         return replace(header, hashes={**header.hashes, "configuration": self.configuration.digest})
+
+
+def _drawable_labels(surface: Surface, experiment: Experiment) -> dict[str, str]:
+    """Return what hints say of the keyboard's keys, as far as a font has the letters."""
+    labels = surface.keyboard_labels()
+    return {key: label for key, label in labels.items() if not undrawable(label, experiment.font)}
 
 
 def _first_with_pictures(blocks: Sequence[Block]) -> Scene | None:

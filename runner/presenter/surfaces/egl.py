@@ -107,6 +107,10 @@ class EglSurface:
             arithmetic=arithmetic_in_words(self.context),
         )
 
+    def keyboard_labels(self) -> Mapping[str, str]:
+        """Return nothing: there is no keyboard."""
+        return {}
+
     def gamma_tables(self) -> Mapping[Eye, LoadedTable]:
         """Return that there is no monitor."""
         return dict.fromkeys(EYES, LoadedTable.unknown("it was drawn without a window"))

@@ -23,6 +23,7 @@ from runner.presenter.surfaces.gl_calls import Codes, GlCalls
 from runner.presenter.surfaces.glfw_session import ContextLoader, GlfwSession, function_address
 from runner.presenter.surfaces.identity_tables import IdentityTables
 from runner.presenter.surfaces.input import PERIOD_S, Gamepads, Input, gamepad_names
+from runner.presenter.surfaces.keyboard import keyboard_labels
 from runner.presenter.surfaces.screens import Monitor
 from runner.presenter.surfaces.surface import Buffer, SurfaceFacts
 from runner.presenter.surfaces.window_watch import APART_S, WindowState, WindowWatch
@@ -120,6 +121,10 @@ class GlfwSurface:
     def gamma_tables(self) -> Mapping[Eye, LoadedTable]:
         """Read the gamma table of the monitor that each eye's window stands on."""
         return dict.fromkeys(EYES, self._table_under(self._window))
+
+    def keyboard_labels(self) -> Mapping[str, str]:
+        """Return what keys print at the places of digits and Latin letters that none prints."""
+        return keyboard_labels()
 
     def target(self, buffer: Buffer) -> moderngl.Framebuffer:
         """Bind ``buffer`` for drawing and return the window's framebuffer."""

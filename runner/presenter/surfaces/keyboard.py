@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import string
 import sys
+import unicodedata
+from collections.abc import Iterable
+from dataclasses import dataclass
 from types import MappingProxyType
 
 import glfw
@@ -48,6 +51,9 @@ _WITHOUT_NUM_LOCK = MappingProxyType(
 )
 # glfw numbers these by their place, with the character that an American keyboard has there.
 _PLACES = MappingProxyType({ord(character): character.lower() for character in string.ascii_uppercase + string.digits})
+# Keys that may print something, without those of the keypad, which not every keyboard has.
+_ROWS = range(glfw.KEY_APOSTROPHE, glfw.KEY_WORLD_2 + 1)
+_KEYPAD_SIGNS = range(glfw.KEY_KP_DECIMAL, glfw.KEY_KP_EQUAL + 1)
 _COMMANDING = MappingProxyType({glfw.MOD_CONTROL: "ctrl", glfw.MOD_ALT: "alt", glfw.MOD_SUPER: "super"})
 
 
@@ -81,3 +87,56 @@ def _keypad(key: int, scancode: int, modifiers: int) -> str:
     if sys.platform == "linux" and modifiers & glfw.MOD_SHIFT:
         num_lock = not num_lock  # X11 and Wayland: Shift turns it over
     return printed(key, scancode) if num_lock else _WITHOUT_NUM_LOCK[key]
+
+
+@dataclass(frozen=True, slots=True)
+class Keyboard:
+    """The keyboard here: ``labels`` as of `keyboard_labels`, and which of the keys asked for it cannot send."""
+
+    labels: dict[str, str]
+    cannot_send: tuple[str, ...]
+
+
+def examine_keyboard(keys: Iterable[str]) -> Keyboard:
+    """Return what the keyboard prints and which of ``keys`` it cannot send; no window is opened.
+
+    Raises
+    ------
+    PresentationError
+        If there is no display server, or a window is open already.
+    """
+    from runner.presenter.surfaces.glfw_session import GlfwSession
+
+    session = GlfwSession()
+    try:
+        return Keyboard(keyboard_labels(), tuple(key for key in keys if not _sends(key)))
+    finally:
+        session.close()
+
+
+def keyboard_labels() -> dict[str, str]:
+    """Return what keys print at the places of those digits and Latin letters that no key prints without Shift.
+
+    Such as ``&`` for ``1`` on a French keyboard, and ``Т`` for ``n`` on a Russian one. glfw must be initialised.
+    """
+    there = _printed_here(_ROWS)
+    labels = {}
+    for key, name in _PLACES.items():
+        label = there.get(key, "")
+        if name.isalpha() and len(label.upper()) == 1:
+            label = label.upper()  # as it stands on the key
+        if label and name not in there.values() and not unicodedata.category(label[0]).startswith("M"):
+            labels[name] = label
+    return labels
+
+
+def _sends(name: str) -> bool:
+    """Return whether a key here counts as ``name``; what is no key, as a gamepad's button, is not asked about."""
+    if len(name) == 1:
+        return name in _PLACES.values() or name in _printed_here((*_ROWS, *_KEYPAD_SIGNS)).values()
+    named = [key for key, called in NAMED.items() if called == name]
+    return not named or any(glfw.get_key_scancode(key) != -1 for key in named)
+
+
+def _printed_here(keys: Iterable[int]) -> dict[int, str]:
+    return {key: printed(key) for key in keys if glfw.get_key_scancode(key) != -1}

@@ -96,6 +96,9 @@ class Surface(Protocol):
     def gamma_tables(self) -> Mapping[Eye, LoadedTable]:
         """Read the gamma table of the monitor that each eye's pixels stand on; unknown, and why, without a monitor."""
 
+    def keyboard_labels(self) -> Mapping[str, str]:
+        """Return what keys print at the places of digits and Latin letters that none prints; nothing without keys."""
+
     def target(self, buffer: Buffer) -> moderngl.Framebuffer:
         """Bind ``buffer`` for drawing and return its framebuffer; raise PresentationError if there is none."""
 

@@ -2,20 +2,34 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import subprocess
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from typing import Any
 
 import pytest
 
+from analysis.records import read_session, session_files
+from runner.blocks.message import pause_menu
+from runner.check.doctor import ANY_KEYS
+from runner.observers.observer_file import read_observer
 from runner.observers.presses import Person
+from runner.observers.walk import walk
 from runner.ports import Ask, KeyPress
-from runner.presenter.scene import Scene
+from runner.presenter.scene import Scene, Text
+from runner.presenter.surfaces.keyboard import examine_keyboard
 from runner.presenter.surfaces.windows import WindowSurface
+from runner.protocol.experiment import read_experiment
+from runner.session.picture_source import build_stimuli
+from runner.session.station import Station
+
+Study = Any  # tests/conftest.py
 
 pytestmark = pytest.mark.window
+Lay = Callable[[str], None]
 Sit = Callable[[str], WindowSurface]
 # X11's numbers of keys, by what an American keyboard has there.
 KEYS = {"1": "10", "2": "11", "5": "14", "a": "38", "n": "57", "s": "39", "q": "24"}
@@ -27,16 +41,22 @@ def _do(*words: str) -> None:
 
 
 @pytest.fixture
-def sit(display: str) -> Iterator[Sit]:
-    """Open a window at a keyboard of the layout that is named."""
+def lay(display: str) -> Iterator[Lay]:
+    """Give the keyboard the layout that is named."""
     for tool in ("xdotool", "setxkbmap"):
         if shutil.which(tool) is None:
             pytest.skip(f"{tool} is not installed")
+    yield lambda layout: _do("setxkbmap", layout)
+    _do("setxkbmap", "us")
+
+
+@pytest.fixture
+def sit(lay: Lay) -> Iterator[Sit]:
+    """Open a window at a keyboard of the layout that is named."""
     with ExitStack() as opened:
-        opened.callback(_do, "setxkbmap", "us")
 
         def at(layout: str) -> WindowSurface:
-            _do("setxkbmap", layout)
+            lay(layout)
             return opened.enter_context(WindowSurface((640, 480)))
 
         yield at
@@ -107,3 +127,77 @@ def test_super_types_nothing_and_shift_types(sit: Sit) -> None:
     while keys[-1] != "f12":
         keys.append(window.wait_key().key)
     assert [key for key in keys if key.startswith("text")] == ["text N"]
+
+
+@pytest.mark.parametrize(
+    ("layout", "labels"),
+    [
+        ("us", {}),
+        ("de", {}),
+        ("fr", {"1": "&", "2": "é"}),
+        ("cz", {"1": "+", "n": None}),
+        ("ru", {"n": "Т", "1": None}),
+    ],
+)
+def test_a_window_says_what_keys_print_that_count_by_their_place(
+    sit: Sit, layout: str, labels: dict[str, str | None]
+) -> None:
+    there = sit(layout).keyboard_labels()
+    assert {key: there.get(key) for key in labels} == labels
+    assert bool(there) == bool(labels)
+
+
+def _said(study: Study) -> tuple[set[str], Any]:
+    """Return what is said in a session's blocks and its pause menu, and what its record holds of the interface."""
+    design = read_experiment(study.experiment)
+    with Station.open(design, build_stimuli(design), study.results, "window", windowed=True) as station:
+        scenes = [
+            step.scene for block in station.experiment.blocks("01") for step in walk(block) if isinstance(step, Ask)
+        ]
+        menu = pause_menu(station.experiment.style, can_repeat=True).scene
+        law = read_observer(study.observers, design.scored_names, None)
+        log = read_session(next(session_files(station.run("01", station.simulated(law, "01"), simulated=True))))
+    words = {item.words for scene in (*scenes, menu) for item in scene.items if isinstance(item, Text)}
+    return words, log.header.interface.get("keyboard_labels")
+
+
+PAIRS = "{kind: all_pairs, break_every: 4}"
+ASKED = """{kind: all_pairs, ties: no_difference, presentation: sequence, exposure_s: 0.1}
+  - {kind: questionnaire, questions: [{kind: choice, name: hand, question: Which hand, options: [left, right]}]}"""
+
+
+def test_hints_name_the_keys_as_they_stand_on_the_keyboard(lay: Lay, study: Study) -> None:
+    study.edit("small.yaml", PAIRS, ASKED)
+    lay("ru")
+    words, recorded = _said(study)
+    assert {"N (Т): no difference", "S (Ы)", "1", "2"} <= words
+    assert recorded["n"] == "Т"
+    lay("fr")
+    words, recorded = _said(study)
+    assert {"N: no difference", "S", "1 (&)", "2 (é)"} <= words
+    assert recorded["1"] == "&"
+    lay("us")
+    words, recorded = _said(study)
+    assert {"N: no difference", "S", "1", "2"} <= words
+    assert recorded is None
+    assert not [said for said in words if "(" in said]
+
+
+def test_doctor_lists_the_keys_of_an_experiment_that_the_keyboard_cannot_send(lay: Lay, study: Study) -> None:
+    text = study.experiment.read_text()
+    study.experiment.write_text(f"{text}keys: {{up: [ö, a], down: [é, pad_y], space: [wheel_up, '1']}}\n")
+    lay("fr")
+    told = study.cyclopean("doctor", "--experiment", study.experiment)
+    assert "'ö' (first)" in told.stdout
+    assert "'é'" not in told.stdout
+    facts = json.loads(study.cyclopean("doctor", "--json", "--experiment", study.experiment).stdout)
+    assert facts["keyboard"]["cannot_send"] == ["ö"]
+    assert facts["keyboard"]["labels"]["1"] == "&"
+
+
+@pytest.mark.parametrize(("layout", "missing"), [("us", "öéф"), ("de", "éф"), ("fr", "öф"), ("ru", "öé")])
+def test_a_key_that_is_printed_or_has_its_place_on_a_keyboard_can_be_sent(lay: Lay, layout: str, missing: str) -> None:
+    lay(layout)
+    asked = ("pad_a", "wheel_up", "f12", "page_down", "é", "+")
+    assert examine_keyboard((*ANY_KEYS, *"öéф")).cannot_send == tuple(missing)
+    assert set(examine_keyboard(asked).cannot_send) <= {"é"}
