@@ -101,15 +101,20 @@ class Compensation:
         (left, right), report = self._without_leaks(left, right)
         return self._sent(picture, left, right, offset_px), report
 
-    def uncancelled(self, picture: Pair) -> dict[str, Any]:
-        """Return what crosstalk could not be cancelled of ``picture``, per eye; nothing without crosstalk."""
+    def uncancelled(self, picture: Pair, *, half: bool = False) -> dict[str, Any]:
+        """Return what crosstalk could not be cancelled of ``picture``, per eye; nothing without crosstalk.
+
+        ``half`` says that half floats held it: their rounding does not count as light that could not be cancelled.
+        """
         crosstalk = self.correction.crosstalk
         if crosstalk is None:
             return {}
         left, right = (_squeezed(view, self.squeeze).reshape(-1, 3) for view in picture)
 
         def work(part: slice) -> tuple[CancelCost, CancelCost]:
-            done = cancel_crosstalk(self.models, crosstalk, left[part], right[part], self.correction.lift_share)
+            done = cancel_crosstalk(
+                self.models, crosstalk, left[part], right[part], self.correction.lift_share, half=half
+            )
             return done.left, done.right
 
         costs = list(over_blocks(work, len(left)))

@@ -115,7 +115,13 @@ def channel_crosstalk(models: EyeModels, crosstalk: Crosstalk) -> Crosstalk:
 
 
 def cancel_crosstalk(
-    models: EyeModels, crosstalk: Crosstalk, left_XYZ: ArrayLike, right_XYZ: ArrayLike, lift_share: float = 0.0
+    models: EyeModels,
+    crosstalk: Crosstalk,
+    left_XYZ: ArrayLike,
+    right_XYZ: ArrayLike,
+    lift_share: float = 0.0,
+    *,
+    half: bool = False,
 ) -> Cancelled:
     """Return what to send so that the eyes see ``left_XYZ`` and ``right_XYZ``, cd/m², same shape (..., 3).
 
@@ -132,6 +138,8 @@ def cancel_crosstalk(
         What each eye should see, XYZ in cd/m², the same shape (..., 3).
     lift_share
         Share of each eye's white that is added to every pixel, in 0..1.
+    half
+        Whether half floats held them, whose rounding is not counted as light below or above what channels give.
 
     Returns
     -------
@@ -169,12 +177,17 @@ def cancel_crosstalk(
     needed_right = wanted_right - _clip(shown.left, left) @ mix.right.T
     left, right = _clip(shown.left, needed_left), _clip(shown.right, needed_right)
     seen_left, seen_right = mix.seen(left, right)
+    off_left, off_right = (
+        model.tolerance(xyz, half=half) for model, xyz in ((shown.left, left_XYZ), (shown.right, right_XYZ))
+    )
+    if half:  # what leaks from the other eye's picture is rounded with it
+        off_left, off_right = off_left + off_right @ np.abs(mix.left.T), off_right + off_left @ np.abs(mix.right.T)
     return Cancelled(
         _in_units_of(models.left, left),
         _in_units_of(models.right, right),
         lift_share,
-        _cost(shown.left, left_XYZ, lifted_left, needed_left, seen_left),
-        _cost(shown.right, right_XYZ, lifted_right, needed_right, seen_right),
+        _cost(shown.left, left_XYZ, lifted_left, needed_left, seen_left, off_left),
+        _cost(shown.right, right_XYZ, lifted_right, needed_right, seen_right, off_right),
     )
 
 
@@ -276,12 +289,14 @@ def _in_gamut(model: DisplayModel, xyz_cd_m2: ArrayLike) -> Floats:
     return _clip(model, model.in_primaries(xyz))
 
 
-def _cost(model: DisplayModel, asked_XYZ: ArrayLike, lifted: Floats, needed: Floats, seen: Floats) -> CancelCost:
+def _cost(
+    model: DisplayModel, asked_XYZ: ArrayLike, lifted: Floats, needed: Floats, seen: Floats, tolerance: Floats
+) -> CancelCost:
     lowest, highest = model.limits
     asked = np.asarray(asked_XYZ, dtype=np.float64).reshape(-1, 3)
     channels = model.channels(needed)
-    negative = (channels < lowest - model.gamut_tolerance).any(axis=-1)
-    above = (np.maximum(channels, model.channels(lifted)) > highest + model.gamut_tolerance).any(axis=-1)
+    negative = (channels < lowest - tolerance).any(axis=-1)
+    above = (np.maximum(channels, model.channels(lifted)) > highest + tolerance).any(axis=-1)
     residual = (seen - _clip(model, lifted)) @ model.primaries_XYZ_cd_m2.T
     white = model.white_XYZ_cd_m2
     shown = (model.dark_XYZ_cd_m2 + seen @ model.primaries_XYZ_cd_m2.T).reshape(-1, 3)

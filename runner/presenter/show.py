@@ -222,7 +222,7 @@ def show_picture(
             whole_px[0] if whole_px else (image.width_px, image.height_px),
             image.is_flat,
             eye_clip_costs(models, compensation.mixture, *views, half=image.half),
-            compensation.uncancelled((image.left, image.right)),
+            compensation.uncancelled((image.left, image.right), half=image.half),
             facts,
             tuple(str(path) for path in files),
             presenter.counters,

@@ -25,7 +25,7 @@ from stimuli.build import StimulusSet, cache_folder
 from stimuli.pictures import StereoImage
 
 # Raise it when the same picture on the same display costs other numbers than before.
-COST_VERSION = 3
+COST_VERSION = 4
 COSTS = "costs"
 
 
@@ -175,7 +175,7 @@ def clipping_record(
         of_eyes = eye_clip_costs(compensation.models, compensation.mixture, *asked, half=image.half)
         for eye, cost in of_eyes.items():
             costs[eye] = {key: max(value, costs[eye].get(key, value)) for key, value in cost.items()}
-    crosstalk = compensation.uncancelled(picture)
+    crosstalk = compensation.uncancelled(picture, half=image.half)
     return {**costs, "crosstalk": crosstalk} if crosstalk else {**costs}
 
 

@@ -32,6 +32,9 @@ if TYPE_CHECKING:
 
 # Percentages by channel, and of pixels with any of them, for each eye.
 Saturated = Mapping[str, Mapping[str, float]]
+_COUNTED = (
+    "but for the rounding of half floats"  # how pixels are counted: numbers that were counted otherwise are not kept
+)
 SHEET = "contact_sheet.png"
 _SIDE_PX, _GAP_PX, _LINE_PX = 192, 8, 16
 
@@ -218,11 +221,11 @@ def saturated_percent(
 
     def counted(read: Callable[[], StereoImage]) -> tuple[Saturation, Saturation]:
         image = read()
-        left = measure_saturation(image.left, models.left)
+        left = measure_saturation(image.left, models.left, half=image.half)
         same = image.is_flat and models.left is models.right
-        return left, left if same else measure_saturation(image.right, models.right)
+        return left, left if same else measure_saturation(image.right, models.right, half=image.half)
 
-    key = sha256_of_json([built.digest, setup.range_json()])[:16]
+    key = sha256_of_json([built.digest, setup.range_json(), _COUNTED])[:16]
     record = built.folder.with_name(f".{built.folder.name}-saturated-{key}.json")
     kept = read_kept_json(record)
     if isinstance(kept, dict) and kept.keys() == set(built.names):

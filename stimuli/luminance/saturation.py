@@ -133,12 +133,12 @@ def tone_mapping(
     eyes: tuple[Eye, ...] = ("left",) if same else _EYES
     scales = [largest_factor(image.eye(eye), models.eye(eye), limit_percent) for eye in eyes]
     largest = min(scale.factor for scale in scales)
-    at_asked = {eye: measure_saturation(image.eye(eye), models.eye(eye), asked) for eye in eyes}
+    at_asked = {eye: measure_saturation(image.eye(eye), models.eye(eye), asked, half=image.half) for eye in eyes}
     used = at_asked
     if largest < asked:
         # A pixel that reaches just 1 at the largest factor is full, not saturated: what rounds above must not count.
         below = math.nextafter(largest * (1 - 4e-16), 0.0)
-        used = {eye: measure_saturation(image.eye(eye), models.eye(eye), below) for eye in eyes}
+        used = {eye: measure_saturation(image.eye(eye), models.eye(eye), below, half=image.half) for eye in eyes}
     if same:
         at_asked, used = ({eye: counts["left"] for eye in _EYES} for counts in (at_asked, used))
     return ToneMapping(
@@ -190,16 +190,19 @@ class LargestFactor:
     pixels_transformed: int
 
 
-def measure_saturation(xyz_cd_m2: XYZImage, model: DisplayModel, factor: float = 1.0) -> Saturation:
+def measure_saturation(
+    xyz_cd_m2: XYZImage, model: DisplayModel, factor: float = 1.0, *, half: bool = False
+) -> Saturation:
     """Count the pixels of XYZ in cd/m², shape (..., 3), that saturate ``model`` when multiplied by ``factor``.
 
-    As `DisplayModel.clipping` counts them above full: what is just full but for the rounding of float32 is not.
+    As `DisplayModel.clipping` counts them above full: what is just full but for the rounding of float32 is not, nor
+    but for that of the half floats that held it (``half``).
     """
     channels = np.zeros(3, dtype=np.int64)
     pixels = any_channel = 0
     flat = xyz_cd_m2.reshape(-1, 3)
     for start in range(0, len(flat), _BLOCK):
-        above = _saturated(flat[start : start + _BLOCK], model, factor)
+        above = _saturated(flat[start : start + _BLOCK], model, factor, half=half)
         channels += above.sum(axis=0)
         any_channel += int(above.any(axis=1).sum())
         pixels += len(above)
@@ -282,10 +285,10 @@ def _by_halving(xyz_cd_m2: XYZImage, model: DisplayModel, allowed: int, guess: f
     return LargestFactor(low, allowed, transformed)
 
 
-def _saturated(xyz_cd_m2: XYZImage, model: DisplayModel, factor: float) -> NDArray[np.bool_]:
+def _saturated(xyz_cd_m2: XYZImage, model: DisplayModel, factor: float, *, half: bool = False) -> NDArray[np.bool_]:
     """Return which channels of XYZ (n, 3) times ``factor`` are above full, (n, 3)."""
-    linear = model.linear(factor * xyz_cd_m2.astype(np.float64))
-    return np.asarray(linear > model.limits[1] + model.gamut_tolerance)
+    scaled = factor * xyz_cd_m2.astype(np.float64)
+    return np.asarray(model.linear(scaled) > model.limits[1] + model.tolerance(scaled, half=half))
 
 
 def _factor_of(drives: Floats) -> Floats:

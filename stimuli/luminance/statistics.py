@@ -156,13 +156,14 @@ def _statistics(
     luminance = image.luminance_cd_m2(eye)
     mean, deviation = _mean_and_deviation(luminance)
     least, low, high, most = _ends(luminance.ravel())
+    half = isinstance(image, StereoImage) and image.half
     return EyeStatistics(
         mean,
         most,
         DynamicRange(least, most),
         DynamicRange(float(low), float(high)),
         deviation / mean if mean > 0 else 0.0,
-        None if models is None else measure_saturation(image.eye(eye), models.eye(eye)),
+        None if models is None else measure_saturation(image.eye(eye), models.eye(eye), half=half),
         None if threshold is None else measure_sparkles(luminance, threshold, scale),
     )
 

@@ -533,3 +533,20 @@ def test_what_is_wrong_with_the_pictures_or_the_lift_is_said() -> None:
         cancel_crosstalk(models, LEAK, good, np.ones((3, 3)))
     with pytest.raises(DeviceError, match=r"the lift is 1.5"):
         cancel_crosstalk(models, LEAK, good, good, 1.5)
+
+
+def test_half_floats_make_no_light_that_cannot_be_taken_off() -> None:
+    """A left picture of just the light that leaks needs channels to give none: half floats round half of it below."""
+    models = _models()
+    mix = channel_crosstalk(models, LEAK)
+    right = np.random.default_rng(8).uniform(0.2, 0.9, (2_000, 3))
+    left = right @ mix.left.T
+    dark, bright = (
+        models.left.xyz_of_linear(left).astype(np.float16),
+        models.right.xyz_of_linear(right).astype(np.float16),
+    )
+    assert cancel_crosstalk(models, LEAK, dark, bright).left.negative > 500
+    assert cancel_crosstalk(models, LEAK, dark, bright, half=True).left.negative == 0
+    # What is darker than the leak by more than rounding is missed with half floats too.
+    darker = models.left.xyz_of_linear(0.8 * left).astype(np.float16)
+    assert cancel_crosstalk(models, LEAK, darker, bright, half=True).left.negative == 2_000

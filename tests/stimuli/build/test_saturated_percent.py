@@ -53,7 +53,10 @@ def built(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> StimulusSet:
 
 def test_bands_of_rows_are_counted_as_the_whole(built: StimulusSet, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = {
-        name: {eye: measure_saturation(image.eye(eye), SETUP.models.eye(eye)).to_json() for eye in ("left", "right")}
+        name: {
+            eye: measure_saturation(image.eye(eye), SETUP.models.eye(eye), half=image.half).to_json()
+            for eye in ("left", "right")
+        }
         for name, image in ((name, built.load(name)) for name in built.names)
     }
     assert all(0 < each[eye]["any"] < 100 for each in whole.values() for eye in each)

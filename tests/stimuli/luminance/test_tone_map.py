@@ -19,6 +19,7 @@ from devices.display.table_curve import TableCurve
 from devices.display.tone_curve import ToneCurve
 from stimuli.errors import StimulusError
 from stimuli.luminance.saturation import largest_factor, measure_saturation, saturation_factors, tone_mapping
+from stimuli.luminance.statistics import picture_statistics
 from stimuli.pictures.stereo_image import StereoImage, XYZImage
 
 DISPLAY = Path(__file__).parents[3] / "configs" / "displays" / "asus_vg248qe.yaml"
@@ -230,3 +231,19 @@ def test_a_dark_picture_or_a_display_without_room() -> None:
     black: NDArray[np.float64] = -thesis().primaries_XYZ_cd_m2.sum(axis=1)
     with pytest.raises(StimulusError, match="black alone"):
         largest_factor(sparkling(1), DisplayModel(black, thesis().primaries_XYZ_cd_m2, CURVES), 0.3)
+
+
+def test_full_light_that_half_floats_held_is_not_saturated() -> None:
+    """Half floats round about half of full light up; 0.1 % more is counted all the same."""
+    model = thesis()
+    full = np.random.default_rng(7).uniform(0.2, 1.0, (2_000, 3))
+    full[np.arange(2_000), np.arange(2_000) % 3] = 1.0
+    xyz = model.xyz_of_linear(full * model.limits[1])
+    stored = xyz.astype(np.float16).astype(np.float32)
+    assert measure_saturation(stored, model).any_channel > 300
+    assert measure_saturation(stored, model, half=True).any_channel == 0
+    assert measure_saturation((1.02 * xyz).astype(np.float16).astype(np.float32), model, half=True).any_channel == 2_000
+    image = StereoImage(*[stored.reshape(40, 50, 3)] * 2, half=True)
+    statistics = picture_statistics(image, models=EyeModels(model, model)).eyes["left"]
+    assert statistics.saturated is not None
+    assert statistics.saturated.any_channel == 0
