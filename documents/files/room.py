@@ -57,10 +57,11 @@ def unwritable(
         why, remedy = f"files in the folder {folder} may not become as large", elsewhere
     elif isinstance(caught, NotAFileError):
         why, remedy = str(caught.strerror), "name a file"
-    elif fault := system_fault(caught):
+    elif (fault := system_fault(caught)) and fault.code != "EIO":
         why, remedy = str(fault), fault.remedy
     else:
-        why, remedy = caught.strerror or str(caught), f"look at the disk of the folder {folder}, or {elsewhere}"
+        why = str(fault) if fault else caught.strerror or str(caught)
+        remedy = f"look at the disk of the folder {folder}, or {elsewhere}"
     return Finding(f"the {what} cannot be written: {why}", str(path), remedy=remedy)
 
 

@@ -46,7 +46,7 @@ def _files(folder: Path) -> list[str]:
             r"the disk of the folder .*cache is full \(.* free, up to .* MB wanted\) \(make room there, or name",
         ),
         (errno.EROFS, r"the folder .*cache may only be read \(name another folder in the environment variable"),
-        (errno.EIO, r"Input/output error \(look at the disk of the folder .*cache, or name another folder"),
+        (errno.EIO, r"the disk.* failed \(EIO\) \(look at the disk of the folder .*cache, or name another folder"),
     ],
 )
 def test_what_a_build_could_not_write_is_named(
