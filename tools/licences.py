@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs/licences.md"
 ALLOWED = frozenset(
     {"0BSD", "Apache-2.0", "BSD", "BSD-2-Clause", "BSD-3-Clause", "CC0-1.0", "MIT", "MIT-CMU", "MPL-2.0", "PSF-2.0"}
-    | {"Apache-2.0 WITH LLVM-exception", "Zlib"}
+    | {"Apache-2.0 WITH LLVM-exception", "MIT-0", "Zlib"}
 )
 # What metadata says in place of an identifier: in words, in a classifier, or in the whole text.
 _WORDS = {

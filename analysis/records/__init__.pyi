@@ -34,6 +34,9 @@ from .session_record import Trial as Trial
 from .session_record import WindowEvent as WindowEvent
 from .session_record import read_session as read_session
 from .session_record import session_files as session_files
+from .signing import SIGNATURE as SIGNATURE
+from .signing import new_key as new_key
+from .signing import read_private_key as read_private_key
 from .times import SessionTimes as SessionTimes
 from .times import duration as duration
 from .times import in_time as in_time

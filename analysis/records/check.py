@@ -12,6 +12,7 @@ from analysis.errors import ResultsError
 from analysis.records.results import result_files
 from analysis.records.seal import SEAL, SealCheck, check_seal
 from analysis.records.session_record import FILE_NAME, RecordReader, refusal
+from analysis.records.signing import Key, read_key
 from devices.measurements import is_measurement_log
 from documents import Finding, InputError
 from documents.files import (
@@ -81,17 +82,17 @@ class LogCheck:
 
 @dataclass(frozen=True, slots=True)
 class ResultsCheck:
-    """Logs and seals that were checked; ``unreadable`` says which could not be."""
+    """Logs and seals that were checked; ``others`` says which could not be, and which logs no seal names that must."""
 
     logs: tuple[LogCheck, ...]
     seals: tuple[SealCheck, ...]
-    unreadable: tuple[Finding, ...] = ()
+    others: tuple[Finding, ...] = ()
 
     @property
     def findings(self) -> tuple[Finding, ...]:
         """All that does not fit, in the order of the files."""
         in_logs = (finding for log in self.logs for finding in log.findings)
-        return (*in_logs, *(finding for seal in self.seals for finding in seal.findings), *self.unreadable)
+        return (*in_logs, *(finding for seal in self.seals for finding in seal.findings), *self.others)
 
     def to_json(self) -> dict[str, Any]:
         """Return the check as plain JSON."""
@@ -245,7 +246,7 @@ def _lies_in(folder: Path, file: Path) -> bool:
     return True
 
 
-def check_results(*places: str | Path, mirror: str | Path | None = None) -> ResultsCheck:
+def check_results(*places: str | Path, mirror: str | Path | None = None, key: str | Path | None = None) -> ResultsCheck:
     """Check every log in ``places``, sessions and measurements, and the seal of each folder that has one.
 
     Parameters
@@ -255,6 +256,8 @@ def check_results(*places: str | Path, mirror: str | Path | None = None) -> Resu
     mirror
         Folder of the copies to compare with; None for the one that a session's header names, if it lies in one of the
         ``places``.
+    key
+        File of the key, public or private, with which a seal must be signed that names each log; None if none need be.
 
     Returns
     -------
@@ -264,7 +267,7 @@ def check_results(*places: str | Path, mirror: str | Path | None = None) -> Resu
     Raises
     ------
     ResultsError
-        If a place or the mirror does not exist, or a place is no log and holds none.
+        If a place, the mirror or the key does not exist, or a place is no log and holds none.
 
     Examples
     --------
@@ -283,21 +286,38 @@ def check_results(*places: str | Path, mirror: str | Path | None = None) -> Resu
         if file in map(Path, places) and not _is_log(file):
             what = "this is no log of a session or a measurement"
             raise ResultsError(Finding(what, str(file), remedy="name a folder of results, or a log"))
+    signer = None if key is None else read_key(Path(key))
     within = [Path(place) for place in places]
     logs: list[LogCheck] = []
     seals: list[SealCheck] = []
-    unreadable: list[Finding] = []
+    others: list[Finding] = []
     for file in files:
         try:
             logs.append(check_log(file, Path(mirror) if mirror else None, within))
         except ResultsError as error:
-            unreadable += error.findings
+            others += error.findings
     for folder in dict.fromkeys(seal.parent for place in places for seal in _seals(Path(place))):
         try:
-            seals.append(check_seal(folder))
+            seals.append(check_seal(folder, signer))
         except ResultsError as error:
-            unreadable += error.findings
-    return ResultsCheck(tuple(logs), tuple(seals), tuple(unreadable))
+            others += error.findings
+    if signer is not None:
+        others += _unsigned(files, seals, signer)
+    return ResultsCheck(tuple(logs), tuple(seals), tuple(others))
+
+
+def _unsigned(files: Iterable[Path], seals: Iterable[SealCheck], key: Key) -> Iterator[Finding]:
+    """Yield a finding for each log that no seal names which is signed by ``key``."""
+    signed = {
+        (check.seal.file.parent / name).absolute()
+        for check in seals
+        if check.signed_by is not None
+        for name in check.seal.content.files
+    }
+    for file in files:
+        if file.absolute() not in signed:
+            what = f"no seal that is signed by the key {key.name} names this log"
+            yield Finding(what, str(file), remedy="verify the folder that was sealed, as it was received")
 
 
 def _is_log(file: Path) -> bool:

@@ -1,7 +1,8 @@
 """The seal of a folder of results: the SHA-256 of every file in it, in `seal.json`, which a paper can cite.
 
 A seal shows that nothing was changed, added or removed since. It is as good as the place where its own SHA-256 is
-printed: who can write the folder can also seal it again.
+printed, for who can write the folder can also seal it again; or as the key that it is signed with
+(`analysis.records.signing`).
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from analysis.errors import ResultsError
 from analysis.records.session_record import SessionLog
+from analysis.records.signing import SIGNATURE, Key, fault_of_signature, sign
 from documents import Finding
 from documents.files import looked_for, read_regular, sha256_of_file, write_whole
 from documents.yaml import Count
@@ -50,11 +52,16 @@ class SealContent(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class Seal:
-    """The seal at ``file``; ``digest`` is the SHA-256 of that file, for a paper to cite."""
+    """The seal at ``file``, with its bytes ``data``; ``digest`` is their SHA-256, for a paper to cite."""
 
     file: Path
-    digest: str
+    data: bytes
     content: SealContent
+
+    @property
+    def digest(self) -> str:
+        """The SHA-256 of the file."""
+        return hashlib.sha256(self.data).hexdigest()
 
     def to_json(self) -> dict[str, Any]:
         """Return all of it as plain JSON."""
@@ -63,19 +70,33 @@ class Seal:
 
 @dataclass(frozen=True, slots=True)
 class SealCheck:
-    """Whether a folder is as it was sealed: ``findings`` are the files that changed, are missing or came later."""
+    """Whether a folder is as it was sealed: ``findings`` are the files that changed, are missing or came later.
+
+    ``signed`` says that there is a signature; ``signed_by`` is the name of the key that was given and that it fits,
+    None if none was given or it does not fit: then that is a finding too.
+    """
 
     seal: Seal
     findings: tuple[Finding, ...]
+    signed: bool = False
+    signed_by: str | None = None
+
+    @property
+    def signature(self) -> str:
+        """What is known of its signature, in words."""
+        if self.signed_by is not None:
+            return f"signed by the key {self.signed_by}"
+        return "signed, not checked without --key" if self.signed else "not signed"
 
     def to_json(self) -> dict[str, Any]:
         """Return what differs as plain JSON."""
         changed = [{"file": finding.file, "message": finding.message} for finding in self.findings]
-        return {"seal": str(self.seal.file), "sha256": self.seal.digest, "findings": changed}
+        signature = {"signed": self.signed, "signed_by": self.signed_by}
+        return {"seal": str(self.seal.file), "sha256": self.seal.digest, **signature, "findings": changed}
 
 
 def files_to_seal(folder: Path) -> Iterator[Path]:
-    """Yield the files that a seal of ``folder`` names: all but hidden ones, the seal, and pages of `report`.
+    """Yield the files that a seal of ``folder`` names: all but hidden ones, the seal, its signature, pages of `report`.
 
     Raises
     ------
@@ -84,7 +105,7 @@ def files_to_seal(folder: Path) -> Iterator[Path]:
     """
     for path in sorted(folder.rglob("*")):
         within = path.relative_to(folder)
-        if any(part.startswith(".") for part in within.parts) or within.name == SEAL:
+        if any(part.startswith(".") for part in within.parts) or within.name in (SEAL, SIGNATURE):
             continue
         if path.is_symlink():
             what = "a symbolic link cannot be sealed: what it leads to may change without it"
@@ -132,21 +153,23 @@ def read_seal(folder: Path) -> Seal | None:
         where = ".".join(map(str, first["loc"]))
         what = f"this is no seal: {where + ': ' if where else ''}{first['msg']}"
         raise ResultsError(Finding(what, str(file), remedy="restore the file, or seal the results again")) from error
-    return Seal(file, hashlib.sha256(data).hexdigest(), content)
+    return Seal(file, data, content)
 
 
-def check_seal(folder: Path) -> SealCheck:
+def check_seal(folder: Path, key: Key | None = None) -> SealCheck:
     """Compare a folder of results with its seal.
 
     Parameters
     ----------
     folder
         Folder of results that was sealed.
+    key
+        With which the seal must be signed; None if that is not asked.
 
     Returns
     -------
     SealCheck
-        The files that changed, are missing or came later.
+        The files that changed, are missing or came later, and whether the signature fits.
 
     Raises
     ------
@@ -174,7 +197,13 @@ def check_seal(folder: Path) -> SealCheck:
         )
         for name in sorted(names)
     ]
-    return SealCheck(seal, tuple(findings))
+    signed, signed_by = os.path.lexists(folder / SIGNATURE), None
+    if key is not None:
+        if fault := fault_of_signature(seal.data, key, folder):
+            findings.append(fault)
+        else:
+            signed_by = key.name
+    return SealCheck(seal, tuple(findings), signed, signed_by)
 
 
 def seals_of(sessions: Sequence[SessionLog]) -> dict[Path, list[SessionLog]]:
@@ -207,7 +236,11 @@ def notes_on_seals(sessions: Sequence[SessionLog]) -> Iterator[str]:
 
 
 def write_seal(
-    folder: Path, sessions: Sequence[SessionLog], software: Mapping[str, str], packages: Mapping[str, str]
+    folder: Path,
+    sessions: Sequence[SessionLog],
+    software: Mapping[str, str],
+    packages: Mapping[str, str],
+    key: Key | None = None,
 ) -> Seal:
     """Seal ``folder``, in which ``sessions`` lie; the new seal names the SHA-256 of one that it replaces.
 
@@ -219,6 +252,8 @@ def write_seal(
         Its sessions.
     software, packages
         Versions by name, for the record.
+    key
+        The private key to sign the seal with; None leaves it unsigned, and a signature of a seal before is removed.
 
     Returns
     -------
@@ -253,5 +288,9 @@ def write_seal(
         files=hashes_of(folder),
     )
     text = json.dumps(content.model_dump(mode="json", exclude_none=True), indent=1, ensure_ascii=False) + "\n"
+    (folder / SIGNATURE).unlink(missing_ok=True)  # of the seal before
     write_whole(folder / SEAL, text, private=True)
-    return Seal(folder / SEAL, hashlib.sha256(text.encode("utf-8")).hexdigest(), content)
+    data = text.encode("utf-8")
+    if key is not None:
+        sign(data, key, folder)
+    return Seal(folder / SEAL, data, content)

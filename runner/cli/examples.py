@@ -36,8 +36,13 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "verify": (
             "cyclopean verify results/dynamic_range",
             "cyclopean verify results --mirror /media/backup/results",
+            "cyclopean verify results/dynamic_range --key paints.pub",
         ),
-        "seal": ("cyclopean seal results/dynamic_range",),
+        "seal": (
+            "cyclopean seal results/dynamic_range",
+            "cyclopean seal --new-key ~/keys/paints",
+            "cyclopean seal results/dynamic_range --key ~/keys/paints",
+        ),
         "scores": (
             "cyclopean scores table.csv",
             "cyclopean scores table.csv --pairs --margin 0.5jnd --checks",

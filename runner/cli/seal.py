@@ -8,16 +8,26 @@ import click
 
 
 @click.command(name="seal")
-@click.argument("results", type=click.Path(path_type=Path), metavar="RESULTS")
+@click.argument("results", type=click.Path(path_type=Path), metavar="RESULTS", required=False)
 @click.option("--replace", is_flag=True, help="Seal again; the new seal names the one that it replaces.")
+@click.option("--key", type=click.Path(path_type=Path), help="Private key to sign the seal with.")
+@click.option("--new-key", type=click.Path(path_type=Path), help="Make a private key FILE, and FILE.pub for others.")
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
-def command(results: Path, replace: bool, as_json: bool) -> None:
+def command(results: Path | None, replace: bool, key: Path | None, new_key: Path | None, as_json: bool) -> None:
     """Write down the SHA-256 of every file of results.
 
     RESULTS is a folder of sessions. Its file seal.json then names every session log, the experiment, rig, display,
     recipe and pictures that the sessions were made with, and the versions of all packages. `cyclopean verify` compares
-    the folder with it.
+    the folder with it. With --key it is signed (seal.sig): `cyclopean verify --key FILE.pub` then tells whether it is
+    yours. --new-key makes such a key, once, and seals nothing.
     """
+    if new_key is not None:
+        if results is not None or key is not None or replace:
+            raise click.UsageError("--new-key makes a key and seals nothing: give it alone.")
+        _make_key(new_key, as_json)
+        return
+    if results is None:
+        raise click.UsageError("Missing argument 'RESULTS'.")
     import json
 
     from documents.text import counted
@@ -25,7 +35,7 @@ def command(results: Path, replace: bool, as_json: bool) -> None:
     from runner.session import seal_results
 
     try:
-        seal = seal_results(results, replace=replace)
+        seal = seal_results(results, replace=replace, key=key)
     except OSError as error:
         raise WorkError(f"the seal cannot be written to {results}: {error.strerror}") from error
     if as_json:
@@ -36,4 +46,25 @@ def command(results: Path, replace: bool, as_json: bool) -> None:
     sessions = f"{counted(content.sessions, 'session', 'sessions')} of {people}"
     click.echo(f"Sealed: {counted(len(content.files), 'file', 'files')}, {sessions}: {seal.file}")
     click.echo(f"Cite it by its SHA-256: {seal.digest}")
-    click.echo(f"Compare the folder with it: cyclopean verify {results}")
+    if key is not None:
+        click.echo(f"Signed: {seal.file.with_name('seal.sig')}")
+    click.echo(f"Compare the folder with it: cyclopean verify {results}{'' if key is None else f' --key {key}'}")
+
+
+def _make_key(file: Path, as_json: bool) -> None:
+    import json
+
+    from analysis.records import new_key
+    from runner.cli.main import WorkError
+
+    try:
+        key = new_key(file)
+    except OSError as error:
+        raise WorkError(f"the key cannot be written to {error.filename or file}: {error.strerror}") from error
+    public = f"{file}.pub"
+    if as_json:
+        click.echo(json.dumps({"private_key": str(file), "public_key": public, "name": key.name}, indent=2))
+        return
+    click.echo(f"Private key: {file}. Keep it from others, and a copy of it: it cannot be made again.")
+    click.echo(f"Public key, for all who are to check what you sign: {public}, named {key.name}")
+    click.echo(f"Sign with it: cyclopean seal RESULTS --key {file}")

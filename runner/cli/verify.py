@@ -17,8 +17,13 @@ import click
 @click.option(
     "--strict", is_flag=True, help="Exit status 1 also for a log that is unchained, from its first line or at all."
 )
+@click.option(
+    "--key",
+    type=click.Path(path_type=Path),
+    help="Public key of who sealed the results: a seal that it signed must name each log.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
-def command(results: tuple[Path, ...], mirror: Path | None, strict: bool, as_json: bool) -> None:
+def command(results: tuple[Path, ...], mirror: Path | None, strict: bool, key: Path | None, as_json: bool) -> None:
     """Check that results are as they were recorded.
 
     RESULTS are folders of sessions and measurements, from one station or many, or single logs. Each line's checksum is
@@ -31,7 +36,7 @@ def command(results: tuple[Path, ...], mirror: Path | None, strict: bool, as_jso
     from documents.files import unprotected
     from documents.text import counted, visible
 
-    check = check_results(*results, mirror=mirror)
+    check = check_results(*results, mirror=mirror, key=key)
     if as_json:
         click.echo(json.dumps(check.to_json(), indent=2))
     else:
@@ -42,7 +47,7 @@ def command(results: tuple[Path, ...], mirror: Path | None, strict: bool, as_jso
         for seal in check.seals:
             words = counted(len(seal.findings), "difference", "differences") if seal.findings else "as sealed"
             file, utc = visible(str(seal.seal.file)), visible(seal.seal.content.sealed_utc)
-            click.echo(f"{file}: sealed {utc}, {words}, SHA-256 {seal.seal.digest}")
+            click.echo(f"{file}: sealed {utc}, {words}, {seal.signature}, SHA-256 {seal.seal.digest}")
         for finding in check.findings:
             click.echo(f"error: {finding}", err=True)
     weak = [log for log in check.logs if log.chained_from != 1]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 from pathlib import Path
 
-from analysis.records import Seal, read_results, read_seal, write_seal
+from analysis.records import SIGNATURE, Seal, read_private_key, read_results, read_seal, write_seal
 from documents import Finding
 from documents.text import counted
 from runner.errors import SessionError
@@ -13,7 +13,7 @@ from runner.session.folders import is_running
 from runner.session.header import software
 
 
-def seal_results(results: str | Path, *, replace: bool = False) -> Seal:
+def seal_results(results: str | Path, *, replace: bool = False, key: str | Path | None = None) -> Seal:
     """Write `seal.json` into a folder of results: the SHA-256 of every file, for a paper to cite.
 
     Sealed are the session logs, the configuration that they were made with (experiment, rig, display, recipe, and the
@@ -26,6 +26,8 @@ def seal_results(results: str | Path, *, replace: bool = False) -> Seal:
         Folder of results.
     replace
         Whether to seal again a folder that has a seal; the new one names the SHA-256 of the one that it replaces.
+    key
+        File of a private key to sign the seal with, as `new_key` makes one; None leaves it unsigned.
 
     Returns
     -------
@@ -35,8 +37,8 @@ def seal_results(results: str | Path, *, replace: bool = False) -> Seal:
     Raises
     ------
     InputError
-        If the folder holds no session, a log is damaged or being written, a file is a symbolic link, or there is a seal
-        already.
+        If the folder holds no session, a log is damaged or being written, a file is a symbolic link, there is a seal
+        already, a signed one would be replaced by one that is not, or the key cannot sign.
     OSError
         If the seal cannot be written.
 
@@ -61,9 +63,13 @@ def seal_results(results: str | Path, *, replace: bool = False) -> Seal:
         remedy = f"compare with it: cyclopean verify {folder}, or seal again with --replace"
         what = f"these results were sealed on {before.content.sealed_utc}"
         raise SessionError(Finding(what, str(before.file), remedy=remedy))
+    if before is not None and key is None and (folder / SIGNATURE).exists():
+        remedy = "sign the new seal too: --key FILE"
+        raise SessionError(Finding("the seal before was signed", str(folder / SIGNATURE), remedy=remedy))
+    signer = None if key is None else read_private_key(Path(key), folder)
     running = [session.file for session in sessions if is_running(session.file.parent)]
     if running:
         what = f"{counted(len(running), 'session is', 'sessions are')} being written"
         raise SessionError(Finding(what, str(running[0]), remedy="seal the results once it has ended"))
     packages = sorted((package.name.lower(), package.version) for package in importlib.metadata.distributions())
-    return write_seal(folder, sessions, software(), dict(packages))
+    return write_seal(folder, sessions, software(), dict(packages), signer)

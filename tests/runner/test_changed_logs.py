@@ -212,7 +212,7 @@ def test_verify_lists_every_changed_line_and_measurements_and_seals(study: Study
     told = study.cyclopean("verify", study.results).stdout
     assert "display.jsonl: 2 lines, chained, a measurement, digest " in told
     assert "seal.json: sealed 20" in told
-    assert ", as sealed, SHA-256 " in told
+    assert ", as sealed, not signed, SHA-256 " in told
     (file,) = session_files(study.results)
     lines = file.read_bytes().splitlines(keepends=True)
     for number in (2, 5, 7):
