@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import ConfigDict, Field, Strict
+from pydantic import ConfigDict, Field, Strict, field_validator
 
 from analysis.records.fields import (
     SCHEMA_VERSION,
@@ -248,6 +248,13 @@ class Planned(Fields):
     trials: Count
     expected_s: NotNegative
     scales: dict[Name, Ends] = Field(default_factory=dict)
+
+    @field_validator("scales")
+    @classmethod
+    def _rise(cls, scales: dict[str, tuple[int, int]]) -> dict[str, tuple[int, int]]:
+        if any(low >= high for low, high in scales.values()):
+            raise ValueError("should have the lowest number of each scale before its highest")
+        return scales
 
 
 class HeaderRecord(Fields):

@@ -12,6 +12,10 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
+from analysis.ratings import summarise_ratings
+from analysis.records import read_results
+from analysis.records.fields import RecordError
+from analysis.records.other_records import read_header
 from documents import InputError
 from runner.cli.main import group
 from runner.protocol import read_experiment
@@ -89,6 +93,20 @@ def test_they_are_reported_by_what_was_rated_and_never_pooled(study: Study) -> N
     for caption in ("Mean opinion scores: quality", "chosen of two: quality", "both stimuli of a pair: gloss"):
         assert caption in page
     assert "observers, 12 ratings." in page
+
+
+def test_logs_say_where_scales_end(study: Study) -> None:
+    record(study, RATING, PAIRS)
+    logs = list(study.results.rglob("session.jsonl"))
+    planned = [json.loads(log.read_text(encoding="utf-8").splitlines()[0])["planned"] for log in logs]
+    scales = [block.get("scales") for block in planned[0]]
+    assert scales == [{"quality": [1, 5]}, {"quality": [1, 5], "gloss": [1, 9]}]
+    assert [scale.ends for scale in summarise_ratings(read_results(study.results)).scales] == [(1, 5), (1, 5), (1, 9)]
+    header = json.loads(logs[0].read_text(encoding="utf-8").splitlines()[0])
+    read_header(header)
+    header["planned"][0]["scales"]["quality"] = [5, 5]
+    with pytest.raises(RecordError, match="lowest number of each scale before its highest"):
+        read_header(header)
 
 
 @pytest.mark.usefixtures("undrawn")
