@@ -9,8 +9,10 @@ from typing import Any
 
 import pytest
 
+import cyclopean
 from analysis.records import check_log, read_session, session_files
 from analysis.records.session_record import FILE_NAME
+from documents import InputError
 from tests.runner.changed_logs import EDITS, edit, flip, recorded, refused
 from tests.runner.every_kind import VARIANTS
 
@@ -141,9 +143,15 @@ def test_checksums_that_were_taken_off_are_missed(study: Study) -> None:
     for command in (
         ["report", study.results],
         ["export", study.results, "-o", study.folder / "bids"],
+        ["seal", study.results],
+        [*run[:-2], "--replay", file],
         [*run, "--resume"],
     ):
         assert f"{file}:1:1: " in study.cyclopean(*command, expect=2).stderr, command
+    for read in (cyclopean.read_results, cyclopean.scores):
+        with pytest.raises(InputError) as refused:
+            read(study.results)
+        assert [(finding.file, finding.line) for finding in refused.value.findings] == [(str(file), 1)]
 
 
 def test_checksums_that_were_taken_off_a_measurement_are_missed(tmp_path: Path, cyclopean: Any) -> None:
@@ -155,6 +163,7 @@ def test_checksums_that_were_taken_off_a_measurement_are_missed(tmp_path: Path, 
     cyclopean("verify", "--strict", file)
     _take_off_checksums(file, remark="began")
     assert f"error: {file}:1:1: " in cyclopean("verify", file, expect=1).stderr
+    assert f"{file}:1" in cyclopean("display", "fit", file, "--mode", "flat", expect=2).stderr
 
 
 @pytest.mark.usefixtures("undrawn")
