@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from runner.cli.number_types import NUMBER
+
 
 class Limit(click.ParamType[tuple[str, float]]):
     """A measure's limit, such as flip=0.05."""
@@ -18,8 +20,8 @@ class Limit(click.ParamType[tuple[str, float]]):
             return value
         measure, equals, number = str(value).rpartition("=")
         try:
-            limit = float(number)
-        except ValueError:
+            limit = NUMBER.convert(number, param, ctx)
+        except click.BadParameter:
             limit, equals = 0.0, ""
         if not equals or not measure:
             self.fail(f"'{value}' is no limit of a measure, such as flip=0.05", param, ctx)
@@ -62,7 +64,7 @@ class Limit(click.ParamType[tuple[str, float]]):
     is_flag=True,
     help="Count simulated observers beside people; without it they count only where nobody else answered.",
 )
-@click.option("--alpha", type=float, help="Significance level. Default: the experiment's.")
+@click.option("--alpha", type=NUMBER, help="Significance level. Default: the experiment's.")
 @click.option(
     "--adjust",
     type=click.Choice(["holm", "bh", "maxz", "none"]),

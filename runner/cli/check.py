@@ -14,6 +14,7 @@ import click
 
 from documents.text import say
 from runner.cli.monitor_option import monitor_option
+from runner.cli.number_types import Within
 
 if TYPE_CHECKING:
     from runner.check.report import CheckReport
@@ -68,7 +69,7 @@ _APART = (
 @click.option("--no-pictures", is_flag=True, help="Do not build the stimuli; clipping is then not reported.")
 @click.option(
     "--clip-limit",
-    type=click.FloatRange(0, 100),
+    type=Within(0, 100),
     metavar="PERCENT",
     help="Percentage of an eye's clipped pixels above which a stimulus gets a warning. Default: 0.3, as in the thesis.",
 )

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from runner.cli.number_types import NUMBER, POSITIVE
 from runner.cli.threads_option import threads_option
 
 if TYPE_CHECKING:
@@ -44,28 +45,31 @@ _HOLDS = click.Choice(["xyz", "rec709", "camera-rgb", "spectral"])
     type=click.Choice(["declared", "srgb", "display-p3", "adobe-rgb", "rec2020", "icc"]),
     help="Colour space of pictures such as PNG and JPEG, or what each declares.",
 )
-@click.option("--picture-white", type=float, metavar="CD_M2", help="Luminance of the white of such pictures.")
+@click.option("--picture-white", type=NUMBER, metavar="CD_M2", help="Luminance of the white of such pictures.")
 @click.option(
     "--sensitivities", metavar="S.csv", help="Sensor table (wavelength_nm,red,green,blue) for a spectral rendering."
 )
 @click.option(
-    "--full-scale", type=float, metavar="CD_M2", help="Luminance of equal-energy light that just saturates that sensor."
+    "--full-scale",
+    type=NUMBER,
+    metavar="CD_M2",
+    help="Luminance of equal-energy light that just saturates that sensor.",
 )
 @click.option("--quantity", type=click.Choice(["radiance", "reflectance"]), help="Quantity of spectral values.")
 @click.option("--illuminant", metavar="NAME|LIGHT.csv", help="Illuminant of a spectral rendering of reflectance.")
 @click.option(
-    "--illuminant-luminance", type=float, metavar="CD_M2", help="Luminance of a perfect diffuser in that light."
+    "--illuminant-luminance", type=NUMBER, metavar="CD_M2", help="Luminance of a perfect diffuser in that light."
 )
 @click.option("--observer", metavar="NAME", help="Observer for XYZ of spectral pictures. Default: CIE 1931 2.")
 @click.option("--display", metavar="D.yaml", help="Display on which the pictures are seen, pixel for pixel.")
 @click.option("--rig", metavar="RIG.yaml", help="Rig that gives display and viewing distance, also for --experiment.")
-@click.option("--distance-mm", type=float, help="Viewing distance. Default: the rig's.")
+@click.option("--distance-mm", type=NUMBER, help="Viewing distance. Default: the rig's.")
 @click.option(
     "--white", type=click.Choice(["icc-d50", "d50", "d65", "a", "e"]), help="White point of CIELAB. Default: icc-d50."
 )
 @click.option(
     "--white-luminance",
-    type=float,
+    type=NUMBER,
     metavar="CD_M2",
     help="Luminance of that white. Default: that of the chart's white, or of the display.",
 )
@@ -88,7 +92,7 @@ _HOLDS = click.Choice(["xyz", "rec709", "camera-rgb", "spectral"])
 )
 @click.option(
     "--limit",
-    type=click.FloatRange(min=0, min_open=True),
+    type=POSITIVE,
     metavar="ΔE00",
     help="Largest ΔE00 that counts as equal. Default: 1.4.",
 )

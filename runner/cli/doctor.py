@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from runner.cli.monitor_option import monitor_option
+from runner.cli.number_types import Within
 
 if TYPE_CHECKING:
     from runner.check.doctor import MachineReport
@@ -18,9 +19,7 @@ if TYPE_CHECKING:
 
 @click.command(short_help="Report what this machine can do.")
 @click.option("--timing", is_flag=True, help="Measure how evenly the frames of a window come, and explain.")
-@click.option(
-    "--seconds", type=click.FloatRange(0.5, 600), default=20.0, show_default=True, help="Duration of --timing."
-)
+@click.option("--seconds", type=Within(0.5, 600), default=20.0, show_default=True, help="Duration of --timing.")
 @click.option(
     "--rig",
     "rig_file",

@@ -15,6 +15,7 @@ from click.core import ParameterSource
 
 from documents.text import counted
 from runner.cli.monitor_option import monitor_option
+from runner.cli.number_types import NUMBER
 
 if TYPE_CHECKING:
     from runner.studies import Kind, StudyOptions
@@ -46,8 +47,10 @@ KINDS = ("pairs", "best", "rating", "within-groups")
     help="Pixels and pixel pitch in mm of the nominal display. Default: what the monitor reports.",
 )
 @monitor_option
-@click.option("--white", "white_cd_m2", type=float, help="Luminance of white in cd/m². Default: 100, or the display's.")
-@click.option("--distance", "distance_mm", type=float, help="From the eyes to the screen in mm. Default: 600.")
+@click.option(
+    "--white", "white_cd_m2", type=NUMBER, help="Luminance of white in cd/m². Default: 100, or the display's."
+)
+@click.option("--distance", "distance_mm", type=NUMBER, help="From the eyes to the screen in mm. Default: 600.")
 @click.option(
     "--fit/--no-fit",
     default=None,

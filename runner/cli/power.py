@@ -6,12 +6,15 @@ from pathlib import Path
 
 import click
 
+from runner.cli.number_types import NATURAL, NUMBER, SEED, Whole
+
 
 class Numbers(click.ParamType[tuple[int, ...]]):
     """Numbers of observers: 30, or 10,20,40, or 10:60:5 for 10 to 60 in steps of 5."""
 
     name = "numbers"
     most = 1000
+    most_observers = 100_000
 
     def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, ...]:
         """Return the numbers, ascending, each once."""
@@ -22,9 +25,11 @@ class Numbers(click.ParamType[tuple[int, ...]]):
             ends = part.split(":")
             if not all(end.strip().isdecimal() for end in ends) or len(ends) > 3:
                 self.fail(f"'{part}' is neither a number nor a range such as 10:60:5", param, ctx)
+            if any(len(end.strip()) > len(str(self.most_observers)) for end in ends):
+                self.fail(f"there are {self.most_observers} observers at most", param, ctx)
             numbers = [int(end) for end in ends]
             first, last, step = numbers[0], numbers[min(1, len(ends) - 1)], numbers[2] if len(ends) == 3 else 1
-            if first < 1 or last < first or step < 1:
+            if first < 1 or not first <= last <= self.most_observers or step < 1:
                 self.fail(f"'{part}' is not a number of observers", param, ctx)
             if (last - first) // step >= self.most:
                 self.fail(f"'{part}' has more than {self.most} numbers", param, ctx)
@@ -43,7 +48,7 @@ class Numbers(click.ParamType[tuple[int, ...]]):
 )
 @click.option(
     "--replicates",
-    type=click.IntRange(2),
+    type=Whole(2, 10**9),
     default=1000,
     show_default=True,
     help="Number of simulated studies for each number of observers.",
@@ -57,10 +62,10 @@ class Numbers(click.ParamType[tuple[int, ...]]):
 @click.option(
     "--simulate", type=click.Path(path_type=Path), help="File of simulated observers: their scores and lapses."
 )
-@click.option("--spread", type=float, help="Assume evenly spaced scores over so many nats. Default without a file: 2.")
+@click.option("--spread", type=NUMBER, help="Assume evenly spaced scores over so many nats. Default without a file: 2.")
 @click.option(
     "--observer-sd",
-    type=float,
+    type=NUMBER,
     help="Standard deviation between observers of each stimulus's log score, in nats. Default: that of --scores or "
     "--observers-from, or 0.7, with a note.",
 )
@@ -74,13 +79,18 @@ class Numbers(click.ParamType[tuple[int, ...]]):
     is_flag=True,
     help="Count simulated observers beside people in results; without it they count only where nobody else answered.",
 )
-@click.option("--lapse-rate", type=float, help="Share of random answers. Default: that of --simulate, or 0.")
+@click.option("--lapse-rate", type=NUMBER, help="Share of random answers. Default: that of --simulate, or 0.")
 @click.option("--pair", nargs=2, multiple=True, metavar="A B", help="Pair of stimuli that matters; repeat for each.")
 @click.option(
-    "--power", "target", type=float, default=0.8, show_default=True, help="Power that each of these pairs should reach."
+    "--power",
+    "target",
+    type=NUMBER,
+    default=0.8,
+    show_default=True,
+    help="Power that each of these pairs should reach.",
 )
 @click.option(
-    "--alpha", type=float, help="Significance level for a difference between two stimuli. Default: the experiment's."
+    "--alpha", type=NUMBER, help="Significance level for a difference between two stimuli. Default: the experiment's."
 )
 @click.option(
     "--adjust",
@@ -101,13 +111,13 @@ class Numbers(click.ParamType[tuple[int, ...]]):
 )
 @click.option(
     "--seed",
-    type=click.IntRange(0),
+    type=SEED,
     default=2016,
     show_default=True,
     help="Random seed; the same seed gives the same result.",
 )
 @click.option("--scheduler", metavar="ADDRESS", help="Address of a Dask scheduler, such as tcp://10.0.0.5:8786.")
-@click.option("--workers", type=click.IntRange(1), help="Number of local processes. Default: as many as are useful.")
+@click.option("--workers", type=NATURAL, help="Number of local processes. Default: as many as are useful.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="HTML page to write, with curves and tables.")
 @click.option(
     "--csv",

@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from documents.text import counted
+from runner.cli.number_types import NATURAL
 
 
 @click.command(short_help="Write what each eye sees in every trial, as PNG.")
@@ -19,7 +20,7 @@ from documents.text import counted
     "--backend", type=click.Choice(["egl", "null", "window"]), default="egl", show_default=True, help="Where to draw."
 )
 @click.option("--sheet", is_flag=True, help="Write all screens on pages of small pictures instead, each screen once.")
-@click.option("--first", type=click.IntRange(1), metavar="N", help="Show the first N trials only.")
+@click.option("--first", type=NATURAL, metavar="N", help="Show the first N trials only.")
 @click.option("--clipping", is_flag=True, help="Also write each screen with the pixels outside the gamut marked.")
 @click.option(
     "--allow-uncharacterised",

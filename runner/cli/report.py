@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from runner.cli.number_types import COUNT, NUMBER
+
 
 @click.command(name="report")
 @click.argument("results", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="RESULTS...")
@@ -39,11 +41,11 @@ import click
 @click.option("--screened", is_flag=True, help="With --passed, also leave out observers who did not take the test.")
 @click.option(
     "--most-missed",
-    type=click.IntRange(min=0),
+    type=COUNT,
     help="Leave out observers who missed more than this number of obvious catch trials.",
 )
 @click.option(
-    "--alpha", type=float, help="Significance level for a difference between two stimuli. Default: the experiment's."
+    "--alpha", type=NUMBER, help="Significance level for a difference between two stimuli. Default: the experiment's."
 )
 @click.option(
     "--adjust",

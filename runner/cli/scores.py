@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from runner.cli.number_types import NUMBER
 from runner.cli.work_done import work_done
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ JOD_EXCLUDES = ("observers", "observer_scores", *(name for name in RANDOM_EXCLUD
 )
 @click.option(
     "--alpha",
-    type=float,
+    type=NUMBER,
     default=0.05,
     show_default=True,
     help="Significance level for a difference between two items.",
@@ -76,7 +77,7 @@ JOD_EXCLUDES = ("observers", "observer_scores", *(name for name in RANDOM_EXCLUD
     show_default=True,
     help="pwcmp's prior on distances: that of its present version, that of 2017, or none.",
 )
-@click.option("--prior-sd", type=float, help="Standard deviation of the prior on each log score. Default with map: 2.")
+@click.option("--prior-sd", type=NUMBER, help="Standard deviation of the prior on each log score. Default with map: 2.")
 @click.option("--order-effect", is_flag=True, help="Fit the advantage of being shown first; needs the column 'first'.")
 @click.option(
     "--covariance",

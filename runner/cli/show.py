@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Literal
 import click
 
 from runner.cli.monitor_option import monitor_option
+from runner.cli.number_types import NUMBER
 
 if TYPE_CHECKING:
     from runner.presenter.show import ShownPicture
@@ -39,7 +40,7 @@ _BITS: Mapping[str, Literal[8, 10]] = MappingProxyType({"8": 8, "10": 10})
 )
 @click.option(
     "--white-luminance",
-    type=float,
+    type=NUMBER,
     metavar="CD_M2",
     help="Luminance of the value 1, or of an ordinary picture's white.",
 )
@@ -53,7 +54,7 @@ _BITS: Mapping[str, Literal[8, 10]] = MappingProxyType({"8": 8, "10": 10})
     "--flat-eye", type=click.Choice(["left", "right"]), help="The eye whose picture both eyes see if the mode is flat."
 )
 @click.option(
-    "--alpha-background", type=float, metavar="CD_M2", help="Luminance of the grey behind a transparent picture."
+    "--alpha-background", type=NUMBER, metavar="CD_M2", help="Luminance of the grey behind a transparent picture."
 )
 @click.option("--clip-negative", is_flag=True, help="Set negative XYZ to 0 instead of refusing the picture.")
 @click.option("--flat", is_flag=True, help="Show the centre view to both eyes.")

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from runner.cli.number_types import Within
+
 
 @click.command(name="watch")
 @click.argument("results", type=click.Path(path_type=Path))
@@ -13,7 +15,7 @@ import click
 @click.option(
     "--every",
     "every_s",
-    type=click.FloatRange(0.2, 3600),
+    type=Within(0.2, 3600),
     default=2.0,
     metavar="SECONDS",
     show_default=True,
@@ -22,7 +24,7 @@ import click
 @click.option(
     "--within",
     "within_minutes",
-    type=click.FloatRange(0.1, 1e6),
+    type=Within(0.1, 1e6),
     default=30.0,
     show_default=True,
     metavar="MINUTES",

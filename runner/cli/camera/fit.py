@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from runner.cli.camera.options import frame_options
+from runner.cli.number_types import NUMBER
 
 if TYPE_CHECKING:
     from devices.camera import CameraFit
@@ -48,7 +49,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--saturated",
-    type=float,
+    type=NUMBER,
     metavar="CODE",
     help="Level from which a photosite counts as saturated. Default: the file's white.",
 )

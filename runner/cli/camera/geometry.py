@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
+from runner.cli.number_types import NUMBER
+
 if TYPE_CHECKING:
     from devices.camera import CameraGeometry
 
@@ -13,9 +15,9 @@ if TYPE_CHECKING:
 @click.command(name="geometry")
 @click.option("--sensor-mm", required=True, metavar="WxH", help="Width and height of the sensor, such as 36x24.")
 @click.option("--pixels", required=True, metavar="WxH", help="Columns and rows of its picture, such as 7360x4912.")
-@click.option("--focal-mm", type=float, help="Focal length of the lens.")
-@click.option("--distance-mm", type=float, help="Distance from the plane that is photographed to the lens.")
-@click.option("--px-per-mm", type=float, help="Pixels that a millimetre of the plane is to have.")
+@click.option("--focal-mm", type=NUMBER, help="Focal length of the lens.")
+@click.option("--distance-mm", type=NUMBER, help="Distance from the plane that is photographed to the lens.")
+@click.option("--px-per-mm", type=NUMBER, help="Pixels that a millimetre of the plane is to have.")
 @click.option(
     "--distance-from",
     "origin",

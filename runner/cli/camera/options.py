@@ -7,6 +7,8 @@ from typing import Any, TypeVar
 
 import click
 
+from runner.cli.number_types import NUMBER
+
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
 _FRAMES = (
@@ -31,11 +33,11 @@ _DEVELOPING = (
         show_default=True,
         help="Demosaicing method; superpixel does not interpolate and halves the size.",
     ),
-    click.option("--black", type=float, metavar="CODE", help="Black level of the sensor. Default: the file's own."),
-    click.option("--white", type=float, metavar="CODE", help="Full scale of the sensor. Default: the file's own."),
+    click.option("--black", type=NUMBER, metavar="CODE", help="Black level of the sensor. Default: the file's own."),
+    click.option("--white", type=NUMBER, metavar="CODE", help="Full scale of the sensor. Default: the file's own."),
     click.option(
         "--saturated",
-        type=float,
+        type=NUMBER,
         metavar="CODE",
         help="Level from which a photosite counts as saturated. Default: full scale.",
     ),

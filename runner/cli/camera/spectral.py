@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import click
 
+from runner.cli.number_types import NUMBER
+
 
 @click.command(name="spectral")
 @click.argument("file", metavar="FILE")
@@ -17,11 +19,11 @@ import click
     "--illuminant", metavar="NAME|LIGHT.csv", help="Illuminant of reflectances: A, D50, D65, E, … or a spectrum."
 )
 @click.option(
-    "--white-luminance", "white", type=float, metavar="CD_M2", help="Luminance of a perfect diffuser in that light."
+    "--white-luminance", "white", type=NUMBER, metavar="CD_M2", help="Luminance of a perfect diffuser in that light."
 )
 @click.option(
     "--scale",
-    type=float,
+    type=NUMBER,
     default=1.0,
     show_default=True,
     help="Factor for the values or the light, for other units.",
@@ -35,7 +37,7 @@ import click
     help="Sensor table (wavelength_nm,red,green,blue): write camera RGB instead of XYZ.",
 )
 @click.option(
-    "--full-scale", type=float, metavar="CD_M2", help="Luminance of equal-energy light that just saturates the sensor."
+    "--full-scale", type=NUMBER, metavar="CD_M2", help="Luminance of equal-energy light that just saturates the sensor."
 )
 @click.option("--exposure", metavar="TIME,F,ISO", help="Exposure to store with the camera RGB, such as 1/15,8,200.")
 @click.option(

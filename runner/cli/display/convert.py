@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from runner.cli.number_types import POSITIVE, Whole
+
 if TYPE_CHECKING:
     from devices.display import Eye, Kind
 
@@ -26,9 +28,7 @@ _FILES = ("icc", "cube")
     required=True,
     help="Quantity to print, or kind of file to write.",
 )
-@click.option(
-    "--full", type=click.FloatRange(min=0, min_open=True), default=255.0, show_default=True, help="Code of full drive."
-)
+@click.option("--full", type=POSITIVE, default=255.0, show_default=True, help="Code of full drive.")
 @click.option(
     "-o", "--output", metavar="FILE", help="File to write. Default: the display file's name with .icc or .cube."
 )
@@ -46,7 +46,7 @@ _FILES = ("icc", "cube")
     show_default=True,
     help="What goes into a .cube: sRGB codes, or each channel's share of light.",
 )
-@click.option("--points", type=click.IntRange(min=2), help="Points of a table, a side. Default: as many as it needs.")
+@click.option("--points", type=Whole(2, 10**9), help="Points of a table, a side. Default: as many as it needs.")
 def command(
     file: str,
     display_file: str | None,

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from runner.cli.number_types import POSITIVE, SEED
+
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
@@ -42,11 +44,11 @@ if TYPE_CHECKING:
 @click.option("--codes", "code_range", metavar="0..255", help="Range of the file's codes, if it does not state it.")
 @click.option(
     "--white-cd-m2",
-    type=click.FloatRange(min=0, min_open=True),
+    type=POSITIVE,
     metavar="CD_M2",
     help="Luminance of the white, of an ICC profile that does not say it.",
 )
-@click.option("--seed", type=int, default=1, show_default=True, help="Random seed for the cross-validation folds.")
+@click.option("--seed", type=SEED, default=1, show_default=True, help="Random seed for the cross-validation folds.")
 @click.option("--keep-all", is_flag=True, help="Leave no reading out, even one that disagrees with all others.")
 @click.option("--no-drift-correction", is_flag=True, help="Keep the readings where repeated patches show a drift.")
 @click.option("-o", "--output", metavar="DISPLAY.yaml", help="Display file to create, or to write the mode into.")

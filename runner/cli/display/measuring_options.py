@@ -13,6 +13,7 @@ import click
 
 from documents.text import counted
 from runner.cli.monitor_option import monitor_option
+from runner.cli.number_types import COUNT, NOT_NEGATIVE, SEED, Within
 from runner.measuring.options import Dialogue, InstrumentOptions, PatchOptions, ShowOptions
 
 if TYPE_CHECKING:
@@ -55,10 +56,10 @@ show_options = _gathered(
         show_default=True,
         help="Eye to measure; the other eye sees black.",
     ),
-    click.option("--seed", type=int, default=1, show_default=True, help="Random seed for the order of the patches."),
+    click.option("--seed", type=SEED, default=1, show_default=True, help="Random seed for the order of the patches."),
     click.option(
         "--repeat-every",
-        type=click.IntRange(0),
+        type=COUNT,
         default=12,
         show_default=True,
         help="Number of patches after which black and white are shown again; 0: never.",
@@ -66,7 +67,7 @@ show_options = _gathered(
     click.option(
         "--settle",
         "settle_s",
-        type=click.FloatRange(0),
+        type=NOT_NEGATIVE,
         default=1.0,
         show_default=True,
         metavar="S",
@@ -92,19 +93,19 @@ patch_options = _gathered(
     click.option(
         "--every",
         "every_s",
-        type=click.FloatRange(0),
+        type=NOT_NEGATIVE,
         metavar="S",
         help="Time between two readings of the warm-up. Default: 60 s.",
     ),
     click.option(
         "--area",
-        type=click.FloatRange(0, 1, min_open=True),
+        type=Within(0, 1, min_open=True),
         metavar="SHARE",
         help="Share of the picture that patches fill, in its middle. Default: all of it.",
     ),
     click.option(
         "--surround",
-        type=click.FloatRange(0, 1),
+        type=Within(0, 1),
         metavar="CODE",
         help="Grey around the patches, 0 (black) to 1 (white).",
     ),

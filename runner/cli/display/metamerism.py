@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from runner.cli.number_types import NUMBER, SEED
+
 if TYPE_CHECKING:
     from devices.diagnostics import ObserverMetamerism
 
@@ -16,12 +18,12 @@ if TYPE_CHECKING:
 @click.argument("readings", type=click.Path(path_type=Path), metavar="READINGS")
 @click.option("--illuminant", required=True, metavar="NAME|LIGHT.csv", help="Light on the objects: A, D50, D65, … .")
 @click.option("--observer", default="CIE 1931 2", show_default=True, metavar="NAME", help="Observer of the match.")
-@click.option("--field", type=float, metavar="DEG", help="Field of the persons. Default: the observer's.")
+@click.option("--field", type=NUMBER, metavar="DEG", help="Field of the persons. Default: the observer's.")
 @click.option("--persons", type=click.IntRange(1, 100_000), default=1000, show_default=True, help="How many to draw.")
 @click.option("--ages", default="20..60", show_default=True, metavar="FROM..TO", help="Ages of the persons in years.")
-@click.option("--seed", type=int, default=1, show_default=True, help="Random seed of the persons.")
+@click.option("--seed", type=SEED, default=1, show_default=True, help="Random seed of the persons.")
 @click.option("--categories", is_flag=True, help="Take the ten categorical observers instead of drawn persons.")
-@click.option("--white-luminance", "white", type=float, metavar="CD_M2", help="Luminance of a perfect diffuser.")
+@click.option("--white-luminance", "white", type=NUMBER, metavar="CD_M2", help="Luminance of a perfect diffuser.")
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON, every observer's difference included.")
 def command(
     objects: Path,

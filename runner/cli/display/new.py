@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from runner.cli.number_types import NOT_NEGATIVE, POSITIVE
+
 # As devices.display.nominal.NominalKind has them; repeated here so that help appears at once.
 KINDS = ("srgb", "gamma2.2", "bt1886", "display-p3")
 
@@ -19,7 +21,7 @@ KINDS = ("srgb", "gamma2.2", "bt1886", "display-p3")
 )
 @click.option(
     "--white-cd-m2",
-    type=click.FloatRange(min=0, min_open=True),
+    type=POSITIVE,
     default=100.0,
     show_default=True,
     metavar="CD_M2",
@@ -27,7 +29,7 @@ KINDS = ("srgb", "gamma2.2", "bt1886", "display-p3")
 )
 @click.option(
     "--black-cd-m2",
-    type=click.FloatRange(min=0),
+    type=NOT_NEGATIVE,
     metavar="CD_M2",
     help="Luminance of its black.  [default: 0.1 % of white]",
 )

@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from runner.cli.display.measuring_options import patch_options, show_options
+from runner.cli.number_types import POSITIVE
 from runner.measuring.options import PatchOptions, ShowOptions
 
 
@@ -18,7 +19,7 @@ from runner.measuring.options import PatchOptions, ShowOptions
 @click.option(
     "--each",
     "each_s",
-    type=click.FloatRange(0, min_open=True),
+    type=POSITIVE,
     metavar="S",
     help="Show the next patch after so many seconds, without a key.",
 )

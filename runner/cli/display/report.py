@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from runner.cli.number_types import POSITIVE
+
 if TYPE_CHECKING:
     from devices.diagnostics import Verdicts
 
@@ -25,7 +27,7 @@ if TYPE_CHECKING:
 @click.option("--codes", metavar="RANGE", help="Range of the codes in the files: 0..1, 0..255 or 0..1023.")
 @click.option(
     "--white-cd-m2",
-    type=click.FloatRange(min=0, min_open=True),
+    type=POSITIVE,
     metavar="CD_M2",
     help="Luminance of the white, of ICC profiles that do not say it.",
 )

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from runner.cli.display.measuring_options import instrument_options, show_options
+from runner.cli.number_types import NOT_NEGATIVE
 from runner.measuring.options import InstrumentOptions, ShowOptions
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--limit",
-    type=click.FloatRange(0),
+    type=NOT_NEGATIVE,
     metavar="DELTA_E",
     help="Exit with status 1 if the mean ΔE00 is larger than this.",
 )

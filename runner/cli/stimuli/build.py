@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from runner.cli.number_types import NUMBER
 from runner.cli.threads_option import threads_option
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ _NAMED = 3
 @click.option(
     "--rig", "rig_file", metavar="RIG.yaml", help="Rig that will show the pictures: its pixels, range and distance."
 )
-@click.option("--pixel-pitch-mm", type=float, metavar="MM", help="Pixel pitch of the display, if there is no rig.")
+@click.option("--pixel-pitch-mm", type=NUMBER, metavar="MM", help="Pixel pitch of the display, if there is no rig.")
 @click.option("-o", "--output", metavar="FOLDER", help="New folder for a copy of pictures, manifest and contact sheet.")
 @click.option(
     "--export-exr", "exported", metavar="FOLDER", help="New folder for the pictures as OpenEXR in XYZ, with a recipe."

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import click
 
+from runner.cli.number_types import NOT_NEGATIVE
+
 
 @click.command(name="clean", short_help="Remove leftovers of killed builds from the cache.")
 @click.option(
     "--hours",
-    type=click.FloatRange(0),
+    type=NOT_NEGATIVE,
     default=24.0,
     show_default=True,
     help="Hours since the last write after which a build counts as killed.",

@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import click
 
+from runner.cli.number_types import NUMBER, Within
+
 
 @click.command(name="contrast", short_help="Contrast of sparkles over the exposure of their photographs.")
 @click.argument("recipe", metavar="RECIPE")
 @click.option("--rig", "rig_file", metavar="RIG.yaml", help="Rig that will show the pictures; its display clips them.")
-@click.option("--pixel-pitch-mm", type=float, metavar="MM", help="Pixel pitch of the display, if there is no rig.")
+@click.option("--pixel-pitch-mm", type=NUMBER, metavar="MM", help="Pixel pitch of the display, if there is no rig.")
 @click.option(
     "--stimuli", "names", metavar="NAME,...", help="Pictures of one plate. Default: all that were not scaled."
 )
 @click.option(
-    "--mean", "mean_cd_m2", type=float, metavar="CD_M2", help="Mean luminance to bring each picture to before."
+    "--mean", "mean_cd_m2", type=NUMBER, metavar="CD_M2", help="Mean luminance to bring each picture to before."
 )
 @click.option(
     "--times",
-    type=click.FloatRange(min=1, min_open=True),
+    type=Within(1, 1e12, min_open=True),
     default=2.0,
     show_default=True,
     help="A sparkle is so many times as bright as its background.",

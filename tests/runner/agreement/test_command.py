@@ -206,7 +206,7 @@ def test_a_flat_stimulus_beside_a_photograph_in_stereo_is_measured_as_both_eyes_
         (("--measures", "delta-e-2000", "--photograph", "blur_px=7"), "no stimulus has blur_px '7'"),
         (("--measures", "delta-e-2001", *PHOTOGRAPHS), "did you mean 'delta-e-2000'?"),
         (("--measures", "delta-e-2000", *PHOTOGRAPHS, "--limit", "flip=0.1"), "a limit is given for 'flip'"),
-        (("--measures", "delta-e-2000", *PHOTOGRAPHS, "--limit", "delta-e-2000=nan"), "give a finite number"),
+        (("--measures", "delta-e-2000", *PHOTOGRAPHS, "--limit", "delta-e-2000=nan"), "is no limit of a measure"),
         (("--measures", "delta-e-2000", *PHOTOGRAPHS, "--limit", "1.4"), "no limit of a measure"),
         (("--measures", "delta-e-2000", *PHOTOGRAPHS, "--task", "series"), "the results have no series"),
         (("--measures", "delta-e-2000", *PHOTOGRAPHS, "--task", "triads"), "there is no task 'triads'"),
