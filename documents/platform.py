@@ -284,6 +284,24 @@ def is_alive(process: int) -> bool:
     return True
 
 
+def process_start(process: int) -> str:
+    """Return when a process was started, in the system's own words; empty if it runs no more, or they are not known."""
+    try:
+        told = Path(f"/proc/{process}/stat").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return ""
+    state, *facts = told.rpartition(")")[2].split()
+    return "" if state in ("Z", "X") else facts[18]
+
+
+def process_space() -> str:
+    """Return what tells containers of one machine apart, which number processes each for itself; empty if unknown."""
+    try:
+        return os.readlink("/proc/self/ns/pid")
+    except OSError:
+        return ""
+
+
 def sync_folder(folder: Path) -> None:
     """Put the names in ``folder`` on disk; does nothing on Windows, where a folder cannot be opened."""
     if sys.platform == "win32":

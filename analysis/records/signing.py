@@ -64,7 +64,8 @@ def new_key(file: Path) -> Key:
 def _write_private(file: Path, content: bytes) -> None:
     file.parent.mkdir(parents=True, exist_ok=True)
     try:
-        with open(file, "xb", opener=lambda path, flags: os.open(path, flags, 0o600)) as stream:
+        with open(file, "xb") as stream:
+            os.chmod(file, 0o600)  # before it holds anything
             stream.write(content)
             stream.flush()
             os.fsync(stream.fileno())

@@ -8,7 +8,6 @@ from .chain import ChainReader as ChainReader
 from .chain import LogState as LogState
 from .chain import unprotected as unprotected
 from .durable_log import DurableLog as DurableLog
-from .durable_log import LogInUseError as LogInUseError
 from .faults import SystemFault as SystemFault
 from .faults import system_fault as system_fault
 from .faults import what_stops_reading as what_stops_reading
@@ -22,6 +21,9 @@ from .log_rescue import LogDisturbedError as LogDisturbedError
 from .mirror import CopyCheck as CopyCheck
 from .mirror import Mirror as Mirror
 from .mirror import compare_copy as compare_copy
+from .owned_lock import LogInUseError as LogInUseError
+from .owned_lock import OwnedLock as OwnedLock
+from .owned_lock import in_use as in_use
 from .paths import beside as beside
 from .paths import looked_for as looked_for
 from .paths import no_file_name as no_file_name

@@ -6,8 +6,9 @@ never joins the rest of a broken one. A last line that a power cut left unfinish
 log is opened again, and taken off the log; a last line that is whole but for its line end counts.
 
 All lines are in memory too. Before and after each line, and when the log is closed, the file that the path names is
-compared with them: if another program removed, replaced or changed it, the log is written again and `LogDisturbedError`
-is raised.
+compared with them: if another program removed, replaced or changed it, or the record of who writes it
+(`documents.files.owned_lock`), the log is written again and `LogDisturbedError` is raised; where another process took
+it over, it is written in the state folder.
 """
 
 from __future__ import annotations
@@ -17,20 +18,14 @@ import threading
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, BinaryIO, Protocol, TypeVar
+from typing import Any, BinaryIO, Protocol, TypeVar
 
 from documents.files.access import opener
 from documents.files.atomic import whole_file
 from documents.files.chain import CHAINED, COUNT, EMPTY, LogState, sealed
 from documents.files.log_rescue import LogDisturbedError, difference, rescue
+from documents.files.owned_lock import OwnedLock, Owner
 from documents.platform import sync_folder
-
-if TYPE_CHECKING:
-    from filelock import FileLock
-
-
-class LogInUseError(Exception):
-    """Another process, or another part of this one, has the log open."""
 
 
 class HasState(Protocol):
@@ -50,7 +45,7 @@ class DurableLog:
     ``size`` is how many bytes of it were written; `read` returns them from memory.
     """
 
-    def __init__(self, file: Path, lock: FileLock, stream: BinaryIO, state: LogState, content: bytes) -> None:
+    def __init__(self, file: Path, lock: OwnedLock, stream: BinaryIO, state: LogState, content: bytes) -> None:
         self.file = file
         self._content = bytearray(content)
         self._rest = False  # whether an attempt that failed may have left something behind the last line
@@ -70,6 +65,11 @@ class DurableLog:
         """Return the bytes from ``begin`` to ``end`` as they were written, whatever became of the file."""
         return bytes(self._content[begin:end])
 
+    @property
+    def taken_over(self) -> Owner | None:
+        """Whose record was left behind by a process that ended without closing the log, None if there was none."""
+        return self._lock.taken_over
+
     @classmethod
     def create(cls, file: Path, lock_file: Path, header: Mapping[str, Any], *, private: bool = True) -> DurableLog:
         """Make the log ``file`` with ``header`` as its first line; it appears with the whole header or not at all.
@@ -83,7 +83,7 @@ class DurableLog:
         OSError
             If the log cannot be written.
         """
-        lock = _locked(lock_file)
+        lock = OwnedLock.take(lock_file)
         try:
             line, digest = sealed({**header, CHAINED: True}, 1, EMPTY)
             with whole_file(file, private=private) as draft, open(draft, "wb", buffering=0) as stream:
@@ -110,7 +110,7 @@ class DurableLog:
         OSError
             If the log cannot be written.
         """
-        lock = _locked(lock_file)
+        lock = OwnedLock.take(lock_file)
         try:
             content = read(file)
             state = content.state
@@ -203,15 +203,19 @@ class DurableLog:
 
     def _difference(self, *, closely: bool) -> str | None:
         descriptor = None if self._stream.closed else self._stream.fileno()
-        return difference(self.file, descriptor, self._content, exact=not self._rest, closely=closely)
+        lost = self._lock.lost()
+        if self._lock.is_taken:
+            return lost
+        return difference(self.file, descriptor, self._content, exact=not self._rest, closely=closely) or lost
 
     def _rescue_if(self, what: str | None) -> None:
         """Write the log again if something became of it, and raise that; what is raised once is not found twice."""
         if what is None:
             return
         self._stream.close()
-        done = rescue(self.file, self._content)
-        self._disturbed = LogDisturbedError(self.file, what, self._lines, done, complete=self._ended)
+        taken = self._lock.is_taken
+        done = rescue(self.file, self._content, elsewhere=taken)
+        self._disturbed = LogDisturbedError(self.file, what, self._lines, done, complete=self._ended, taken=taken)
         self._rest = False
         raise self._disturbed
 
@@ -274,14 +278,3 @@ def _set_aside(file: Path, tail: bytes, torn_file: Path) -> None:
         os.fsync(kept.fileno())
     sync_folder(aside.parent)
     os.truncate(file, whole)
-
-
-def _locked(file: Path) -> FileLock:
-    from filelock import FileLock, Timeout
-
-    lock = FileLock(file, thread_local=False)  # a log may be closed by another thread than opened it
-    try:
-        lock.acquire(timeout=0)
-    except Timeout as error:
-        raise LogInUseError(str(file)) from error
-    return lock

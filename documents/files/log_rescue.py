@@ -18,19 +18,24 @@ class LogDisturbedError(OSError):
     """Another program removed, replaced or changed a log while it was written; as text, how, and where its lines are.
 
     ``saved`` is the file that has all lines, None if they could not be written; ``in_place`` says that it is the log's
-    own place, ``complete`` that the log has its end line.
+    own place, ``complete`` that the log has its end line, ``taken`` that another process writes it now.
     """
 
-    def __init__(self, file: Path, what: str, lines: int, rescue: Rescue, *, complete: bool) -> None:
-        self.saved, self.complete = rescue.saved, complete
+    def __init__(
+        self, file: Path, what: str, lines: int, rescue: Rescue, *, complete: bool, taken: bool = False
+    ) -> None:
+        self.saved, self.complete, self.taken = rescue.saved, complete, taken
         self.in_place = rescue.saved == file
         count = "its line" if lines == 1 else f"its {lines} lines"
+        were, are = ("was", "is") if lines == 1 else ("were", "are")
         words = f"{what} while it was written: {file}. "
         if self.in_place:
-            words += f"{count.capitalize()} were written there again"
+            words += f"{count.capitalize()} {were} written there again"
+        elif rescue.saved and taken:
+            words += f"{count.capitalize()} {were} kept in {rescue.saved}: compare that file with the log"
         elif rescue.saved:
-            words += f"{count.capitalize()} cannot be written there again ({rescue.fault}) and are in {rescue.saved}: "
-            words += "copy that file to its place"
+            words += f"{count.capitalize()} cannot be written there again ({rescue.fault}) and {are} in "
+            words += f"{rescue.saved}: copy that file to its place"
         else:
             words += f"{count.capitalize()} CANNOT BE WRITTEN there again, nor in the state folder ({rescue.fault}): "
             words += "only a copy (results_mirror) has them"
@@ -82,13 +87,14 @@ def _begins_with(file: Path, content: bytes | bytearray) -> bool:
         return all(stream.read(min(_STEP, len(content) - at)) == content[at : at + _STEP] for at in starts)
 
 
-def rescue(file: Path, content: bytes | bytearray) -> Rescue:
-    """Write ``content`` to ``file`` again, at once; where that fails to the state folder.
+def rescue(file: Path, content: bytes | bytearray, *, elsewhere: bool = False) -> Rescue:
+    """Write ``content`` to ``file`` again, at once; where that fails, or ``elsewhere`` is asked, to the state folder.
 
     What stands there and is no part of it, as another program's lines, is kept beside it.
     """
     faults: list[str] = []
-    for place in (file, state_folder().joinpath("rescued", *file.absolute().parts[-_LAYOUT:])):
+    kept = state_folder().joinpath("rescued", *file.absolute().parts[-_LAYOUT:])
+    for place in (kept,) if elsewhere else (file, kept):
         try:
             aside = _write_again(place, content)
         except OSError as error:

@@ -30,12 +30,13 @@ from analysis.records import (
     read_session,
 )
 from documents import Finding
-from documents.files import DurableLog, LogInUseError, Mirror, make_private
+from documents.files import DurableLog, LogInUseError, Mirror, in_use, make_private
 from documents.platform import sync_folder
 from documents.text import counted
 from runner.errors import SessionError
 from runner.session.clocks import SteadyClock
 
+LOCK = ".lock"
 _LETTERS = "abcdefghijkmnpqrstuvwxyz23456789"
 _RANDOM = 10
 _NAMED = 12
@@ -111,18 +112,7 @@ def answered(log: SessionLog) -> int:
 
 def is_running(folder: Path) -> bool:
     """Return whether a process holds the lock of the session in ``folder``; a lock's file alone locks nothing."""
-    file = folder / ".lock"
-    if not file.exists():
-        return False
-    from filelock import FileLock, Timeout
-
-    try:
-        with FileLock(file).acquire(timeout=0):
-            return False
-    except Timeout:
-        return True
-    except OSError:
-        return False  # it cannot be opened: resuming the session reports that
+    return in_use(folder / LOCK) is not None
 
 
 def to_resume(results: Path, experiment: str, observer: str) -> SessionLog:
@@ -200,14 +190,14 @@ class Recorder:
                 Finding(f"the results folder cannot be written: {error.strerror}", str(folder), remedy="choose another")
             ) from error
         try:
-            log = DurableLog.create(folder / FILE_NAME, folder / ".lock", header.to_json())
+            log = DurableLog.create(folder / FILE_NAME, folder / LOCK, header.to_json())
             try:
                 sync_folder(folder.parent)
             except BaseException:
                 log.close()
                 raise
         except LogInUseError as error:
-            raise in_use(folder) from error
+            raise running_now(folder, error) from error
         except OSError as error:
             remedy = "make room, or choose another results folder"
             raise SessionError(
@@ -241,7 +231,7 @@ class Recorder:
             return stopped if stopped and file.stat().st_size == stopped.state.file_size else read_session(file)
 
         try:
-            log, session = DurableLog.reopen(file, folder / ".lock", folder / "torn.bin", read)
+            log, session = DurableLog.reopen(file, folder / LOCK, folder / "torn.bin", read)
             try:
                 if resumption is not None:
                     if session.complete:
@@ -251,7 +241,7 @@ class Recorder:
                 log.close()
                 raise
         except LogInUseError as error:
-            raise in_use(folder) from error
+            raise running_now(folder, error) from error
         except OSError as error:
             what = f"the session cannot be resumed: {error.strerror}"
             raise SessionError(Finding(what, str(file), remedy="let it be written, and leave some room")) from error
@@ -360,6 +350,7 @@ class Recorder:
         self.close()
 
 
-def in_use(folder: Path) -> SessionError:
+def running_now(folder: Path, error: LogInUseError) -> SessionError:
     """Return what is said where another process writes the session in ``folder``."""
-    return SessionError(Finding("another process is running this session", str(folder), remedy="close it first"))
+    what = f"another process is running this session{error.who}"
+    return SessionError(Finding(what, str(folder), remedy=error.remedy))

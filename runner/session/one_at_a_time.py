@@ -7,18 +7,16 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from documents import Finding
-from documents.files import make_private, remove_left
+from documents.files import LogInUseError, OwnedLock, in_use, make_private, remove_left
 from runner.errors import SessionError
-from runner.session.folders import is_running, observer_folder
-
-_LOCK = ".lock"
+from runner.session.folders import LOCK, observer_folder
 
 
 def refuse_running(results: Path, experiment: str, observer: str) -> None:
     """Raise SessionError if a session of the observer in the experiment runs now."""
     folder = observer_folder(results, experiment, observer)
-    if is_running(folder):
-        raise _running(folder, experiment, observer)
+    if error := in_use(folder / LOCK):
+        raise _running(folder, experiment, observer, error)
 
 
 @contextmanager
@@ -30,16 +28,13 @@ def only_session(results: Path, experiment: str, observer: str) -> Iterator[None
     SessionError
         If one runs now, or the folder cannot be written.
     """
-    from filelock import FileLock, Timeout
-
     folder = observer_folder(results, experiment, observer)
     made = [path for path in (folder, folder.parent, results) if not path.exists()]
-    lock = FileLock(folder / _LOCK, thread_local=False)
     try:
         make_private(folder)
-        lock.acquire(timeout=0)
-    except Timeout as error:
-        raise _running(folder, experiment, observer) from error
+        lock = OwnedLock.take(folder / LOCK)
+    except LogInUseError as error:
+        raise _running(folder, experiment, observer, error) from error
     except OSError as error:
         what = f"the results folder cannot be written: {error.strerror}"
         raise SessionError(Finding(what, str(folder), remedy="choose another")) from error
@@ -50,13 +45,14 @@ def only_session(results: Path, experiment: str, observer: str) -> Iterator[None
     finally:
         if folder in made and not any(folder.glob("ses-*")):
             with suppress(OSError):  # Windows keeps a file that is open
-                (folder / _LOCK).unlink()
+                (folder / LOCK).unlink()
         lock.release()
         with suppress(OSError):  # what is not empty stays
             for path in made:
                 path.rmdir()
 
 
-def _running(folder: Path, experiment: str, observer: str) -> SessionError:
-    what = f"observer {observer} has a session of '{experiment}' that another process is running now"
-    return SessionError(Finding(what, str(folder), remedy="wait until it ends, or give this observer's own code"))
+def _running(folder: Path, experiment: str, observer: str, error: LogInUseError) -> SessionError:
+    what = f"observer {observer} has a session of '{experiment}' that another process is running now{error.who}"
+    remedy = f"wait until it ends, or give this observer's own code; or {error.remedy}"
+    return SessionError(Finding(what, str(folder), remedy=remedy))

@@ -16,7 +16,7 @@ from analysis.errors import ResultsError
 from analysis.observers import Haste, failed_tests, screened_out
 from analysis.records import FILE_NAME, SessionLog, Trial, WindowEvent, check_log, read_session
 from documents import Finding
-from documents.files import LogDisturbedError
+from documents.files import LogDisturbedError, in_use
 from documents.text import counted
 from runner.errors import SessionError, SessionStoppedError
 from runner.observers.observer_file import ObserverSpec, read_observer
@@ -27,7 +27,7 @@ from runner.presenter.errors import GraphicsError
 from runner.presenter.surfaces.x11 import LOST
 from runner.protocol.experiment import Experiment, check_observer, read_experiment
 from runner.session.earlier import changed_since_earlier
-from runner.session.folders import Recorder, answered, in_use, is_running, to_resume, unfinished
+from runner.session.folders import LOCK, Recorder, answered, running_now, to_resume, unfinished
 from runner.session.one_at_a_time import only_session, refuse_running
 from runner.session.options import Backend, Ending, SessionOptions, SessionResult, session_command
 from runner.session.picture_source import Progress, build_stimuli, no_progress
@@ -139,8 +139,8 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
         for line in near_codes(results, design.spec.name, observer):
             options.notify(f"warning: {line}")
     refuse_running(results, design.spec.name, observer)
-    if stopped and is_running(stopped.file.parent):  # by an older version, or from Python
-        raise in_use(stopped.file.parent)
+    if stopped and (held := in_use(stopped.file.parent / LOCK)):  # by an older version, or from Python
+        raise running_now(stopped.file.parent, held)
     backend = options.backend or ("egl" if law or recording else "window")
     stimuli = build_stimuli(design, options.progress)
     typed = session_command(experiment, observer, options, resume=True, new=False, again=False)
@@ -366,8 +366,8 @@ def _refuse_unfinished(experiment: str | Path, observer: str, design: Experiment
     given = counted(answered(log), "answer", "answers")
     what = f"observer {observer} has an unfinished session of '{design.spec.name}', with {given}"
     what += f", begun {log.header.started_utc[:16].replace('T', ' ')} UTC"
-    if is_running(log.file.parent):
-        raise SessionError(Finding(f"{what}, which another process is running now", str(log.file)))
+    if held := in_use(log.file.parent / LOCK):
+        raise SessionError(Finding(f"{what}, which another process is running now{held.who}", str(log.file)))
     by_type = {
         "resume it, type": session_command(experiment, observer, options, resume=True),
         "begin another beside it (a report counts the answers of both), type": session_command(
@@ -409,6 +409,8 @@ def _what_next(error: Exception, again: str) -> str:
         return f"Every answer before this is saved. Continue: {again}"
     if error.complete:
         return "The session was complete"
+    if error.taken:
+        return "The other process continues the session"
     return f"{'Continue' if error.in_place else 'Then continue'}: {again}" if error.saved else "It cannot be resumed"
 
 

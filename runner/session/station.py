@@ -449,6 +449,8 @@ class Station:
         self.configuration.keep(stopped.file.parents[2])
         recorder, log, clock = Recorder.resume(stopped.file.parent, changed, stopped)
         self.resume_remarks += tuple(_on_clock(log, clock))
+        if left := recorder.log.taken_over:
+            self.resume_remarks += (f"the process that wrote the session before ended without closing it: {left}",)
         return recorder, log, clock
 
     def _why_not_as_logged(self, log: SessionLog) -> str:

@@ -12,7 +12,7 @@ import pytest
 from analysis.records import FILE_NAME, Trial, check_log, read_session, session_files
 from documents.files import DurableLog, LogDisturbedError, durable_log
 from documents.files.chain import sealed
-from runner.errors import SessionStoppedError
+from runner.errors import SessionError, SessionStoppedError
 from runner.session.folders import Recorder
 from runner.session.options import SessionOptions
 from runner.session.run import run_session, simulate
@@ -187,3 +187,30 @@ def test_a_line_that_was_not_written_as_it_was_meant_is_found_when_the_log_is_re
     (file,) = session_files(study.results)
     assert f"read back, and it is not as it was recorded: {file}:4" in told.stderr
     assert "answers are in" not in told.stdout
+
+
+def test_a_second_process_is_refused_though_the_locks_were_removed(study: Study) -> None:
+    """The running session stops at its next answer if its record is gone too, and nothing of it is lost."""
+    refused: list[str] = []
+
+    def harm(file: Path) -> None:
+        for lock in (file.with_name(".lock"), file.parents[1] / ".lock"):
+            lock.unlink()
+        with pytest.raises(SessionError) as second:
+            run_session(study.experiment, "01", SessionOptions(study.results, simulate=study.observers, resume=True))
+        refused.append(str(second.value))
+
+    _run(study, harm, 3)
+    assert f"process {os.getpid()} on " in refused[0]
+    (file,) = session_files(study.results)
+    assert read_session(file).complete
+    assert check_log(file).findings == ()
+
+
+def test_a_session_whose_record_was_removed_stops_and_is_resumed(study: Study) -> None:
+    with pytest.raises(SessionStoppedError):
+        _run(study, lambda file: file.with_name(".lock.owner").unlink(), 3)
+    _run(study, None, 0, resume=True)
+    (file,) = session_files(study.results)
+    assert read_session(file).complete
+    assert check_log(file).findings == ()

@@ -14,8 +14,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from documents.files.chain import LogState
-from documents.files.durable_log import DurableLog, LogInUseError
+from documents.files.durable_log import DurableLog
 from documents.files.json_lines import DamagedLineError, read_lines
+from documents.files.owned_lock import LogInUseError
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,162 @@
+"""A lock with a record of who has it: held where the system's locks do not reach, taken over from the dead alone."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import subprocess
+import sys
+import time
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from filelock import FileLock
+
+from documents.files import DurableLog, LogDisturbedError, LogInUseError, OwnedLock, in_use, owned_lock
+from documents.files.owned_lock import STALE_S, Owner
+from documents.platform import process_start
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return tmp_path / ".lock"
+
+
+def record(file: Path) -> Path:
+    return file.with_name(".lock.owner")
+
+
+def left_by(file: Path, **facts: Any) -> Owner:
+    """Leave a record of another owner, as where the system's lock is not seen."""
+    owner = replace(Owner.here(), **facts)
+    record(file).write_text(json.dumps(asdict(owner)) + "\n")
+    return owner
+
+
+def ended_process() -> int:
+    with subprocess.Popen([sys.executable, "-c", ""]) as program:
+        return program.pid
+
+
+def test_one_has_it_until_it_is_released(file: Path) -> None:
+    lock = OwnedLock.take(file)
+    with pytest.raises(LogInUseError) as refused:
+        OwnedLock.take(file)
+    assert refused.value.owner is not None
+    assert refused.value.owner.process == os.getpid()
+    assert (in_use(file) is None, lock.lost(), lock.taken_over) == (False, None, None)
+    lock.release()
+    assert (in_use(file), record(file).exists()) == (None, False)
+    OwnedLock.take(file).release()
+
+
+def test_removing_the_lock_s_file_lets_nobody_in(file: Path) -> None:
+    lock = OwnedLock.take(file)
+    file.unlink()
+    with pytest.raises(LogInUseError):
+        OwnedLock.take(file)
+    lock.release()
+
+
+@pytest.mark.parametrize("fault", [NotImplementedError(), OSError(errno.ENOLCK, "no locks available")])
+def test_the_record_locks_where_the_disk_has_no_locks(
+    file: Path, monkeypatch: pytest.MonkeyPatch, fault: Exception
+) -> None:
+    def acquire(*_: object, **__: object) -> None:
+        raise fault
+
+    monkeypatch.setattr(FileLock, "acquire", acquire)
+    lock = OwnedLock.take(file)
+    with pytest.raises(LogInUseError):
+        OwnedLock.take(file)
+    lock.release()
+    OwnedLock.take(file).release()
+
+
+@pytest.mark.skipif(not process_start(os.getpid()), reason="the system does not tell when a process was started")
+def test_what_a_killed_process_left_is_taken_over_at_once_and_nothing_of_a_living_one(file: Path) -> None:
+    living = os.getppid()
+    owner = left_by(file, process=living, started=process_start(living), token="0")
+    with pytest.raises(LogInUseError) as refused:
+        OwnedLock.take(file)
+    assert refused.value.owner == owner
+    for process in (ended_process(), living):  # the second is another one with the number of the first
+        owner = left_by(file, token="0", process=process, started="1")
+        assert in_use(file) is None
+        lock = OwnedLock.take(file)
+        assert lock.taken_over == owner
+        lock.release()
+
+
+def test_another_machine_is_believed_for_two_minutes(file: Path) -> None:
+    left_by(file, machine="another", host="there", token="0")
+    for age_s, held in ((0.0, True), (STALE_S - 30, True), (STALE_S + 30, False)):
+        os.utime(record(file), (time.time() - age_s,) * 2)
+        assert (in_use(file) is not None) == held
+    assert in_use(file) is None
+    lock = OwnedLock.take(file)
+    assert lock.taken_over is not None
+    assert lock.taken_over.host == "there"
+    lock.release()
+
+
+@pytest.mark.parametrize("content", [b"", b"{", b"[]", b'{"host": 1}', b"\xff" * 20_000])
+def test_a_record_that_says_nothing_locks_nothing(file: Path, content: bytes) -> None:
+    record(file).write_bytes(content)
+    OwnedLock.take(file).release()
+
+
+def test_signs_of_life_go_on_and_never_into_another_s_record(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(owned_lock, "BEAT_S", 0.01)
+    lock = OwnedLock.take(file)
+    os.utime(record(file), (0, 0))
+    until_s = time.monotonic() + 20
+    while record(file).stat().st_mtime == 0:
+        assert time.monotonic() < until_s
+        time.sleep(0.01)
+    assert lock.lost() is None
+    record(file).unlink()
+    time.sleep(0.05)
+    assert not record(file).exists()
+    assert lock.lost() is not None
+    assert not lock.is_taken
+    other = left_by(file, token="0", machine="another")
+    time.sleep(0.05)
+    assert json.loads(record(file).read_bytes()) == asdict(other)
+    assert lock.lost() is not None
+    assert lock.is_taken
+    lock.release()
+    assert record(file).exists()  # it is not ours
+
+
+def test_a_log_whose_record_was_removed_is_whole_and_stops(tmp_path: Path) -> None:
+    file = tmp_path / "a.jsonl"
+    log = DurableLog.create(file, tmp_path / ".lock", {"record": "session"})
+    record(tmp_path / ".lock").unlink()
+    with pytest.raises(LogDisturbedError) as stopped:
+        log.append({"record": "trial", "trial": 0})
+    assert (stopped.value.in_place, stopped.value.taken) == (True, False)
+    assert file.read_bytes().count(b"\n") == 2
+    log.close()
+
+
+def test_a_log_that_another_process_took_over_is_left_to_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CYCLOPEAN_STATE", str(tmp_path / "state"))
+    file = tmp_path / "results" / "ses" / "a.jsonl"
+    file.parent.mkdir(parents=True)
+    log = DurableLog.create(file, file.with_name(".lock"), {"record": "session"})
+    log.append({"record": "trial", "trial": 0})
+    left_by(file.with_name(".lock"), token="0", machine="another")
+    theirs = file.read_bytes() + b'{"record":"resume"}\n'
+    file.write_bytes(theirs)
+    with pytest.raises(LogDisturbedError) as stopped:
+        log.append({"record": "trial", "trial": 1})
+    assert stopped.value.taken
+    assert file.read_bytes() == theirs
+    assert stopped.value.saved is not None
+    assert stopped.value.saved.is_relative_to(tmp_path / "state")
+    assert stopped.value.saved.read_bytes().count(b'"trial"') >= 2
+    log.close()
