@@ -32,11 +32,17 @@ class HalfCharacterError(RecordError):
     """A text has half of a surrogate pair, as a keyboard may give it."""
 
 
+_MOST_BITS = 200  # a seed of forty digits has 133
+
+
 def plain(value: Any, depth: int = 0) -> Any:
     """Return ``value`` if it can be written again as JSON: finite, of whole characters, not nested too deeply."""
     if isinstance(value, str):
         if not value.isascii() and _HALF.search(value):
             raise HalfCharacterError("half a character is no text")
+    elif isinstance(value, int):
+        if value.bit_length() > _MOST_BITS:
+            raise ValueError("a whole number has too many digits")
     elif isinstance(value, float):
         if not math.isfinite(value):
             raise ValueError("a number must be finite")

@@ -119,8 +119,8 @@ class MeasurementLog:
             file.parent.mkdir(parents=True, exist_ok=True)
             first = {"record": "header", "format": FORMAT, "version": VERSION, **header}
             return cls(DurableLog.create(file, _lock_file(file), first, private=False))
-        except LogInUseError:
-            raise _in_use(file) from None
+        except LogInUseError as error:
+            raise _in_use(file, error) from None
         except OSError as error:
             what = f"the measurement cannot be written: {error.strerror}"
             raise MeasuringError(Finding(what, str(file), remedy="make room, or choose another place")) from error
@@ -141,8 +141,8 @@ class MeasurementLog:
         try:
             torn_file = file.with_name(f"{file.name}.torn.bin")
             log, session = DurableLog.reopen(file, _lock_file(file), torn_file, read_session)
-        except LogInUseError:
-            raise _in_use(file) from None
+        except LogInUseError as error:
+            raise _in_use(file, error) from None
         except OSError as error:
             what = f"the measurement cannot be resumed: {error.strerror}"
             raise MeasuringError(Finding(what, str(file), remedy="let it be written")) from error
@@ -393,5 +393,6 @@ def _disturbed(error: LogDisturbedError, file: Path) -> MeasuringError:
     return MeasuringError(Finding(str(error), str(file), remedy=remedy))
 
 
-def _in_use(file: Path) -> MeasuringError:
-    return MeasuringError(Finding("another process is writing this measurement", str(file), remedy="close it first"))
+def _in_use(file: Path, error: LogInUseError) -> MeasuringError:
+    what = f"another process is writing this measurement{error.who}"
+    return MeasuringError(Finding(what, str(file), remedy=error.remedy))

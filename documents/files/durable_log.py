@@ -49,7 +49,11 @@ class DurableLog:
         self.file = file
         self._content = bytearray(content)
         self._rest = False  # whether an attempt that failed may have left something behind the last line
-        self._changed_ns = os.fstat(stream.fileno()).st_mtime_ns
+        try:
+            self._changed_ns = os.fstat(stream.fileno()).st_mtime_ns
+        except OSError:
+            stream.close()
+            raise
         self._disturbed: LogDisturbedError | None = None
         self._lock = lock
         self._stream = stream

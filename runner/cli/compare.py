@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from runner.cli.number_types import NUMBER, POSITIVE
+from runner.cli.number_types import NUMBER, POSITIVE, several
 from runner.cli.threads_option import threads_option
 
 if TYPE_CHECKING:
@@ -175,7 +175,7 @@ def _corners(
 
 def _pair(text: str) -> tuple[float, float]:
     try:
-        x, y = (float(part) for part in text.split(","))
+        x, y = several(text, ",")
         if not (abs(x) <= _MOST_PX and abs(y) <= _MOST_PX):  # nor NaN
             raise ValueError(text)
     except ValueError:

@@ -230,4 +230,7 @@ def main() -> None:
             name = getattr(error, "filename", None)
             click.echo(f"cyclopean: {visible(f'{name}: ' if name else '')}{fault} ({fault.remedy})", err=True)
             sys.exit(1)
+        if isinstance(error, PermissionError) and error.filename:
+            click.echo(f"error: {visible(str(error.filename))}: you may not open this (ask for the right)", err=True)
+            sys.exit(2)
         raise

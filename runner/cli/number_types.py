@@ -61,3 +61,11 @@ POSITIVE = Within(0, _MOST, min_open=True)
 COUNT = Whole(0, _MOST_WHOLE)
 NATURAL = Whole(1, _MOST_WHOLE)
 SEED = Whole(0, _MOST_SEED)
+
+
+def several(text: str, between: str) -> tuple[float, ...]:
+    """Return the numbers in ``text`` with ``between`` them; ValueError if one is none that anybody means."""
+    numbers = tuple(float(part) for part in text.split(between))
+    if not all(abs(number) <= _MOST for number in numbers):  # nor NaN
+        raise ValueError(text)
+    return numbers

@@ -29,8 +29,8 @@ def only_session(results: Path, experiment: str, observer: str) -> Iterator[None
         If one runs now, or the folder cannot be written.
     """
     folder = observer_folder(results, experiment, observer)
-    made = [path for path in (folder, folder.parent, results) if not path.exists()]
     try:
+        made = [path for path in (folder, folder.parent, results) if not path.exists()]
         make_private(folder)
         lock = OwnedLock.take(folder / LOCK)
     except LogInUseError as error:

@@ -62,3 +62,14 @@ def test_either_of_two_pictures_may_be_the_stereo_one(tmp_path: Path) -> None:
 
     log = read(tmp_path, preferred(0, "a", "b"), preferred(1, "b", "a"))
     assert [trial.data["chosen"] for trial in log.trials] == ["a", "b"]
+
+
+@pytest.mark.parametrize("digits", [100, 4000, 5000])
+def test_a_whole_number_of_thousands_of_digits_is_refused_with_its_line(tmp_path: Path, digits: int) -> None:
+    """Also where no field of this version has it: a report would print it."""
+    file = tmp_path / "session.jsonl"
+    trial = json.dumps(best(0, ("right", "space"), 1).to_json())
+    file.write_text(json.dumps(HEADER.to_json()) + "\n" + trial[:-1] + ', "later": 1' + "0" * digits + "}\n")
+    with pytest.raises(ResultsError) as refused:
+        read_session(file)
+    assert refused.value.findings[0].line == 2

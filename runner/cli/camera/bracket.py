@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from runner.cli.camera.options import developing_options
+from runner.cli.number_types import several
 
 if TYPE_CHECKING:
     from stimuli.bracket import BracketReport, NoiseModel
@@ -120,7 +121,7 @@ def _noise(text: str) -> NoiseModel:
     from stimuli.bracket import NoiseModel
 
     try:
-        full, read = (float(part) for part in text.split(","))
+        full, read = several(text, ",")
     except ValueError:
         raise click.UsageError(
             f"--noise is '{text}'; write electrons at full scale and of read noise: 45000,3"

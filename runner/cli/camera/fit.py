@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from runner.cli.camera.options import frame_options
-from runner.cli.number_types import NUMBER
+from runner.cli.number_types import NUMBER, several
 
 if TYPE_CHECKING:
     from devices.camera import CameraFit
@@ -154,7 +154,7 @@ def command(
 
 def _pair(text: str) -> tuple[float, float]:
     try:
-        x, y = (float(part) for part in text.split(","))
+        x, y = several(text, ",")
     except ValueError:
         raise click.UsageError(f"a corner is '{text}'; write four as 120,90 620,130 590,455 95,410") from None
     return x, y
@@ -162,7 +162,7 @@ def _pair(text: str) -> tuple[float, float]:
 
 def _triple(text: str, option: str) -> tuple[float, float, float]:
     try:
-        first, second, third = (float(part) for part in text.split(","))
+        first, second, third = several(text, ",")
     except ValueError:
         raise click.UsageError(f"{option} is '{text}'; write three numbers with commas") from None
     return first, second, third

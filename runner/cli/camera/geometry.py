@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from runner.cli.number_types import NUMBER
+from runner.cli.number_types import NUMBER, several
 
 if TYPE_CHECKING:
     from devices.camera import CameraGeometry
@@ -100,7 +100,7 @@ def _print(found: CameraGeometry) -> None:
 
 def _size(text: str, option: str, example: str) -> tuple[float, float]:
     try:
-        width, height = (float(part) for part in text.lower().replace("×", "x").split("x"))
+        width, height = several(text.lower().replace("×", "x"), "x")
     except ValueError:
         raise click.UsageError(f"{option} is '{text}'; write width and height as {example}") from None
     return width, height

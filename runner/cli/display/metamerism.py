@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from runner.cli.number_types import NUMBER, SEED
+from runner.cli.number_types import NUMBER, SEED, several
 
 if TYPE_CHECKING:
     from devices.diagnostics import ObserverMetamerism
@@ -53,7 +53,7 @@ def command(
     matched_for = colorimetric_observer(observer)
     degrees = matched_for.field_deg if field is None else field
     try:
-        youngest, oldest = (float(age) for age in ages.split(".."))
+        youngest, oldest = several(ages, "..")
     except ValueError:
         raise click.UsageError(f"--ages is '{ages}'; write it as 20..60") from None
     group = (

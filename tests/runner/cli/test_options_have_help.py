@@ -9,7 +9,7 @@ import click
 import pytest
 
 from runner.cli.main import group
-from runner.cli.number_types import COUNT, NUMBER, POSITIVE, SEED, Whole, Within
+from runner.cli.number_types import COUNT, NUMBER, POSITIVE, SEED, Whole, Within, several
 
 
 def _commands(command: click.Command, called: str) -> Iterator[tuple[str, click.Command]]:
@@ -65,6 +65,13 @@ def test_numbers_within_the_range_are_taken() -> None:
         POSITIVE.convert("0", None, None)
     with pytest.raises(click.BadParameter):
         SEED.convert("-1", None, None)
+
+
+@pytest.mark.parametrize("text", ["infx1", "nanx2", "1e999x1", "1x1x1", "", "ax1"])
+def test_several_numbers_in_one_word_have_a_range_too(text: str) -> None:
+    with pytest.raises(ValueError, match=r"x|convert|unpack"):
+        _, _ = several(text, "x")
+    assert several("6000x4000", "x") == (6000.0, 4000.0)
 
 
 def test_observers_and_limits_are_refused_in_words(cyclopean: Callable[..., Any]) -> None:
