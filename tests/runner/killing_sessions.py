@@ -36,7 +36,9 @@ HEADER = Header("e", "01", "s", "2026-01-01T00:00:00.000+00:00", 0, "Which?", Tr
 MOST_ROUNDS = 60
 
 
-class _Screen:
+class Screen:
+    """A screen on which everything is shown at once."""
+
     def show(self, scene: Scene) -> float:
         return time.monotonic()
 
@@ -66,7 +68,7 @@ def _sit(folder: Path, blocks: tuple[Block, ...], seed: int, told: int, waits_af
         known = {(answer.place, answer.attempt) for answer in log.answers}
         session = Session(
             blocks,
-            _Screen(),
+            Screen(),
             _Slow(seed),
             recorder,
             logged=log.first_attempts,
@@ -76,7 +78,7 @@ def _sit(folder: Path, blocks: tuple[Block, ...], seed: int, told: int, waits_af
     else:
         known = set()
         recorder = Recorder.create(folder, HEADER)
-        session = Session(blocks, _Screen(), _Slow(seed), recorder)
+        session = Session(blocks, Screen(), _Slow(seed), recorder)
 
     def on_trial(trial: Trial) -> None:
         if (trial.place, trial.attempt) in known:

@@ -18,6 +18,7 @@ import pytest
 from analysis.records import FILE_NAME, check_log, read_session, session_files
 from documents.files import LogInUseError, OwnedLock, in_use, owned_lock
 from documents.files.owned_lock import STALE_S, Owner
+from documents.platform import process_start
 from runner.errors import SessionError, SessionStoppedError
 from runner.session.folders import Recorder
 from runner.session.options import SessionOptions
@@ -159,7 +160,7 @@ def test_what_a_killed_process_of_this_machine_left_holds_nobody_up(tmp_path: Pa
 
 def test_a_process_of_this_machine_that_runs_is_never_taken_for_dead(tmp_path: Path) -> None:
     parent = os.getppid()
-    started = owned_lock.process_start(parent)
+    started = process_start(parent)
     if not started:
         pytest.skip("this system does not say when a process was started")
     _put(tmp_path, replace(Owner.here(), process=parent, started=started, token="1"), 10 * STALE_S)
