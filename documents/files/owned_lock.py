@@ -42,7 +42,8 @@ _held: set[str] = set()  # the tokens of this process
 class Owner:
     """Who holds a lock: a process, the name of its machine, and since when; ``beat_utc`` is its last sign of life.
 
-    ``machine`` also tells machines of one name apart, and a machine before and after a restart.
+    ``machine`` also tells machines of one name apart, and a machine before and after a restart. ``inode`` is that of
+    the record's file, 0 if unknown: on its machine a copy of the record locks nothing.
     """
 
     host: str
@@ -52,6 +53,7 @@ class Owner:
     token: str
     since_utc: str
     beat_utc: str
+    inode: int = 0
 
     @classmethod
     def here(cls) -> Owner:
@@ -126,6 +128,7 @@ class OwnedLock:
             except FileExistsError as error:  # somebody took it at this moment
                 raise LogInUseError(file, _read(record)) from error
             try:
+                owner = replace(owner, inode=os.fstat(descriptor).st_ino)
                 os.write(descriptor, _line(owner))
             except BaseException:
                 os.close(descriptor)
@@ -240,11 +243,20 @@ def _lives(owner: Owner, file: Path) -> bool:
     """Return whether the owner that the record of ``file`` names runs still, as far as can be told from here."""
     if not owner.is_here:
         return _silent_s(file) < STALE_S
+    if owner.inode and _is_copy(owner, file):
+        return False
     if owner.process == os.getpid():
         return owner.token in _held
     if owner.started:
         return process_start(owner.process) == owner.started
     return is_alive(owner.process) and _silent_s(file) < STALE_S
+
+
+def _is_copy(owner: Owner, file: Path) -> bool:
+    try:
+        return _record_of(file).stat().st_ino != owner.inode
+    except OSError:
+        return False
 
 
 def _silent_s(file: Path) -> float:
