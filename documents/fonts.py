@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from PIL.ImageFont import FreeTypeFont
 
 _PROBE_PX = 16
-_NO_LETTER = "\uffff"  # Unicode assigns none: a font draws its box for what it lacks
+_NO_LETTER = "\uffff"  # Unicode assigns none: a font draws its box for a missing letter
 # Fonts that draw a box, or nothing, for every letter there is.
 _EMPTY = re.compile("last ?resort|adobe ?blank|fallback", re.IGNORECASE)
 _NOT_UPRIGHT = re.compile("bold|italic|oblique|black|heavy|light|thin|condensed|mono", re.IGNORECASE)
@@ -227,7 +227,7 @@ def font_of(letter: str, own: Path | None) -> Path | None:
 
 @lru_cache(maxsize=100_000)
 def draws(font: Path, letter: str) -> bool:
-    """Return whether ``font`` has ``letter``: for what it lacks, it draws its box."""
+    """Return whether ``font`` has ``letter``: for a missing letter it draws its box."""
     try:
         drawn, box = (_drawn(font, one) for one in (letter, _NO_LETTER))
     except OSError:  # a font of pictures alone, or one that was taken away
