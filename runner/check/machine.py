@@ -180,7 +180,8 @@ def check_results(report: CheckReport, experiment: str, results: Path) -> None:
         try:
             stopped = unfinished(results, experiment, observer)
         except ResultsError as error:
-            report.warnings.extend(error.findings)
+            named = {finding.file for finding in report.warnings}
+            report.warnings.extend(finding for finding in error.findings if finding.file not in named)
             continue
         if stopped is not None:
             (running if is_running(stopped.file.parent) else begun).append(observer)

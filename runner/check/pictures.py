@@ -69,7 +69,7 @@ def check_pictures(report: CheckReport, design: Experiment, source: YamlSource, 
         remedy = "`cyclopean preview --clipping` marks them; scale the luminance down, or accept it"
         report.warnings.append(source.finding(("stimuli",), what, remedy))
     _sizes(report, design, source, stimuli)
-    since = changed_since_earlier(design, stimuli, options.results, simulated=False)
+    since = changed_since_earlier(design, stimuli, options.results, report.warnings.append, simulated=False)
     (report.warnings if options.accept_changes else report.errors).extend(each.finding for each in since)
     if design.rig.gain_map:
         what = f"the gain map costs {100 * design.rig.gain_map.luminance_lost:.1f} % of the luminance"

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from analysis.errors import ResultsError
@@ -48,19 +48,19 @@ class ChangedSince:
 
 
 def changed_since_earlier(
-    experiment: Experiment, stimuli: StimulusSet, results: Path, *, simulated: bool
+    experiment: Experiment, stimuli: StimulusSet, results: Path, unread: Callable[[Finding], None], *, simulated: bool
 ) -> tuple[ChangedSince, ...]:
     """Return what is another than in the latest session in the same stereo mode that anything was answered in.
 
     Sessions of people are compared with such, and simulated ones with simulated ones. Display and rig are compared with
-    the latest session of this station, if it has one: each station has its own. A log that cannot be read says nothing
-    here; `verify` and reports name it.
+    the latest session of this station, if it has one: each station has its own. ``unread`` is called for each log that
+    would be compared and cannot be read.
     """
     now = version_now(experiment, stimuli, configuration_of(experiment, stimuli))
     here = "" if simulated else station()
     found: list[ChangedSince] = []
     latest = True
-    for log in _latest_first(results / experiment.spec.name):
+    for log in _latest_first(results / experiment.spec.name, unread):
         header = log.header
         if header.simulated != simulated or header.display.get("mode") != experiment.rig.mode or not answered(log):
             continue
@@ -80,14 +80,15 @@ def changed_since_earlier(
     return tuple(found)
 
 
-def _latest_first(folder: Path) -> Iterator[SessionLog]:
+def _latest_first(folder: Path, unread: Callable[[Finding], None]) -> Iterator[SessionLog]:
     """Yield the logs of an experiment's folder, the session that began last first; its name begins with the time."""
     files = list(folder.glob(f"sub-*/ses-*/{FILE_NAME}"))
     for file in sorted(files, key=lambda file: (file.parent.name[:_SECOND], _written_ns(file)), reverse=True):
         try:
             yield read_session(file)
-        except ResultsError:
-            continue
+        except ResultsError as error:
+            what = f"this earlier session is not compared, its log cannot be read: {error.findings[0].message}"
+            unread(replace(error.findings[0], message=what))
 
 
 def _written_ns(file: Path) -> int:

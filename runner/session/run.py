@@ -145,7 +145,10 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
     stimuli = build_stimuli(design, options.progress)
     typed = session_command(experiment, observer, options, resume=True, new=False, again=False)
     new = not (options.resume or options.replay)
-    remarks = _changes(design, stimuli, results, options, simulated=bool(law)) if new else ()
+    accepted = options.accept_changes
+    remarks = _changes(design, stimuli, results, simulated=bool(law), accepted=accepted) if new else ()
+    for remark in remarks:
+        options.notify(f"warning: {remark}")
     folder: Path | None = None
     file: Path | None = None
     ending: Ending = "completed"
@@ -338,8 +341,7 @@ def simulate(
         refuse_used(Path(results), design.spec.name, code, _AGAIN, simulated=True)
     stimuli = build_stimuli(design, progress)
     folders = []
-    since = changed_since_earlier(design, stimuli, Path(results), simulated=True)
-    remarks = tuple(each.words for each in since)
+    remarks = _changes(design, stimuli, Path(results), simulated=True)
     further = (Path(observer_file),)
     with Station.open(design, stimuli, Path(results), backend, windowed=True, further_files=further) as station:
         for done, code in enumerate(codes, start=1):
@@ -390,17 +392,18 @@ def _stops(again: str) -> Iterator[None]:
 
 
 def _changes(
-    design: Experiment, stimuli: StimulusSet, results: Path, options: SessionOptions, *, simulated: bool
+    design: Experiment, stimuli: StimulusSet, results: Path, *, simulated: bool, accepted: bool = False
 ) -> tuple[str, ...]:
-    """Return what the record says of files that changed since an earlier session; a person's session is refused."""
-    found = changed_since_earlier(design, stimuli, results, simulated=simulated)
-    if found and not simulated and not options.accept_changes:
+    """Return what the record says of files that changed since an earlier session; a person's session is refused.
+
+    And of earlier sessions that could not be compared.
+    """
+    unread: list[Finding] = []
+    found = changed_since_earlier(design, stimuli, results, unread.append, simulated=simulated)
+    if found and not simulated and not accepted:
         raise SessionError([each.finding for each in found])
-    accepted = " (--accept-changes)" if options.accept_changes else ""
-    remarks = tuple(f"{each.words}{accepted}" for each in found)
-    for remark in remarks:
-        options.notify(f"warning: {remark}")
-    return remarks
+    by_option = " (--accept-changes)" if accepted else ""
+    return (*(f"{each.words}{by_option}" for each in found), *map(str, unread))
 
 
 def _what_next(error: Exception, again: str) -> str:

@@ -93,9 +93,28 @@ def test_without_sessions_or_with_others_alone_nothing_is_said(study: Study) -> 
     simulated(study, "01")
     study.edit(*CHANGES["display"][:3])
     assert checked(study) == ([], [])  # a trial run by simulated observers keeps nobody from beginning
-    log = next(session_files(study.results))
-    log.write_bytes(b"{")
-    assert checked(study)[0] == []  # nor does a log that cannot be read; it is warned of elsewhere
+
+
+def test_an_earlier_log_that_cannot_be_read_is_named_and_keeps_nobody_from_beginning(study: Study) -> None:
+    """The one between is read: it is compared with no more than the latest, and those after it are named."""
+    for observer in ("01", "02", "03"):
+        simulated(study, observer)
+    assert "cannot be read" not in simulated(study, "04").stderr
+    for observer in ("01", "04"):  # before and after the session that the next one is compared with
+        (file,) = session_files(study.results / "small" / f"sub-{observer}")
+        file.write_bytes(file.read_bytes().replace(b'"record":"trial"', b'"record":"trail"', 1))
+    told = [line for line in simulated(study, "05").stderr.splitlines() if "cannot be read" in line]
+    assert len(told) == 1
+    assert told[0].startswith(f"warning: {file}:")
+    (log,) = session_files(study.results / "small" / "sub-05")
+    (remark,) = [remark for remark in read_session(log).header.remarks if "cannot be read" in remark]
+    assert told[0] == f"warning: {remark}"
+    errors, warnings = checked(study)
+    assert errors == []
+    files = [warning["file"] for warning in warnings]
+    assert str(file) in files
+    assert len(files) == len(set(files))
+    assert f"warning: {file}:" in run_by_a_person(study).stderr
 
 
 def test_another_mode_or_another_station_s_display_is_no_change(
