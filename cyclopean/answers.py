@@ -63,8 +63,8 @@ def read_results(*places: str | Path) -> pd.DataFrame:
     return pd.json_normalize(rows)
 
 
-def verify(*places: str | Path, mirror: str | Path | None = None) -> pd.DataFrame:
-    """Check that results are as they were recorded: each line's checksum, and the copy of each log.
+def verify(*places: str | Path, mirror: str | Path | None = None, key: str | Path | None = None) -> pd.DataFrame:
+    """Check that results are as they were recorded: each line's checksum, the copy of each log, and the seals.
 
     Parameters
     ----------
@@ -72,6 +72,8 @@ def verify(*places: str | Path, mirror: str | Path | None = None) -> pd.DataFram
         Folders of results, from one station or many, or single logs.
     mirror
         Folder of the copies; None for the one that the rig of a session named, if it lies in one of the ``places``.
+    key
+        File of the public key of who sealed the results: a seal that it signed must name each log; None if none need.
 
     Returns
     -------
@@ -79,12 +81,13 @@ def verify(*places: str | Path, mirror: str | Path | None = None) -> pd.DataFram
         One row for each log of a session or a measurement: ``file``, ``kind``, ``lines``, ``chained_from`` (the first
         line with a checksum; missing: the log is unchained, nothing protects it), ``complete``, ``torn_bytes`` of an
         unfinished last line, ``digest``, ``mirror`` (how the copy compares) and ``findings``, a list of sentences,
-        empty if all fits.
+        empty if all fits. Then one for each seal, of the kind ``seal``, with its SHA-256 as ``digest``, what is not as
+        sealed, and what is known of its ``signature``; then one for each file that cannot be read, without a kind.
 
     Raises
     ------
     InputError
-        If a place does not exist or holds no log.
+        If a place or the key does not exist, or a place holds no log.
 
     Examples
     --------
@@ -99,10 +102,17 @@ def verify(*places: str | Path, mirror: str | Path | None = None) -> pd.DataFram
     """
     from analysis.records import check_results
 
-    checked = check_results(*places, mirror=mirror)
-    return pd.DataFrame(
-        [log.to_json() | {"findings": [str(finding) for finding in log.findings]} for log in checked.logs]
-    )
+    checked = check_results(*places, mirror=mirror, key=key)
+    rows = [log.to_json() | {"findings": list(map(str, log.findings))} for log in checked.logs]
+    for seal in checked.seals:
+        told = {"digest": seal.seal.digest, "signature": seal.signature}
+        rows.append({"file": str(seal.seal.file), "kind": "seal", **told, "findings": list(map(str, seal.findings))})
+    by_file = {row["file"]: row for row in rows}
+    for finding in checked.others:
+        if finding.file not in by_file:
+            rows.append(by_file.setdefault(finding.file, {"file": finding.file, "findings": []}))
+        by_file[finding.file]["findings"].append(str(finding))
+    return pd.DataFrame(rows).astype(dict.fromkeys(("lines", "chained_from", "torn_bytes"), "Int64"), errors="ignore")
 
 
 def export_bids(*places: str | Path, folder: str | Path, name: str = "", with_simulated: bool = False) -> Path:

@@ -16,6 +16,7 @@ from typing import Any
 import pytest
 
 from analysis.records import session_files
+from cyclopean import verify
 from runner.session import seal_results, simulate
 
 needs_cryptography = pytest.mark.skipif(
@@ -93,6 +94,29 @@ def test_what_is_signed_and_untouched_passes(results: Path, key: Path, public: P
         command = ["openssl", "pkeyutl", "-verify", "-pubin", "-inkey", str(public), "-rawin"]
         command += ["-in", str(results / "seal.json"), "-sigfile", str(results / "seal.sig")]
         assert subprocess.run(command, check=False, capture_output=True).returncode == 0
+
+
+@needs_cryptography
+def test_python_finds_what_the_command_finds(results: Path, key: Path, public: Path, cyclopean: Command) -> None:
+    """With the key and without it; a seal that cannot be read is a row too."""
+    cyclopean("seal", results, "--key", key)
+    whole = verify(results, key=public)
+    assert list(whole["kind"]) == ["session", "seal"]
+    assert list(whole["findings"]) == [[], []]
+    assert whole["signature"].iloc[-1].startswith("signed by the key")
+    (results / "seal.sig").unlink()
+    assert not any(verify(results)["findings"])
+    _change_a_file(results, key)
+    (results / "dynamic_range" / "seal.json").write_text("{")  # cannot be read
+    for given in (None, public):
+        table = verify(results, key=given)
+        words = () if given is None else ("--key", given)
+        found = json.loads(cyclopean("verify", results, *words, "--json", expect=1).stdout)["findings"]
+        told = [(finding["file"], finding["message"]) for finding in found]
+        assert str(results / "dynamic_range" / "seal.json") in set(table["file"])
+        of_rows = [words for row in table["findings"] for words in row]
+        assert len(of_rows) == len(told)
+        assert all(any(file in words and message in words for words in of_rows) for file, message in told)
 
 
 def _change_a_file(results: Path, key: Path) -> None:
