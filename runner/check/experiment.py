@@ -18,7 +18,7 @@ from documents import Finding, InputError, load_document
 from documents.files import beside
 from documents.yaml import YamlSource, read_yaml
 from runner.blocks.block import Block
-from runner.blocks.message import CONTINUE_KEYS
+from runner.blocks.message import CONTINUE_KEYS, pause_menu
 from runner.blocks.screening.block import ScreeningSpec
 from runner.check.display_facts import check_display_facts
 from runner.check.error_budget import rig_budget
@@ -143,10 +143,14 @@ def _pressed(design: Experiment, keys: Mapping[str, str]) -> Mapping[str, str]:
 
 
 def keys_of(design: Experiment) -> dict[str, str]:
-    """Return what is pressed in an experiment, on every keyboard, with what it means; the pause's menu is left out."""
+    """Return what is pressed in an experiment and in the pause's menu, on every keyboard, with what it means."""
     pressed = partial(_pressed, design)
     everywhere = {**pressed({"space": "continue"}), "escape": "pause"}
-    return {key: what for block in design.example_blocks for key, what in pressed(block.keys).items()} | everywhere
+    found = {key: what for block in design.example_blocks for key, what in pressed(block.keys).items()} | everywhere
+    for key, what in pressed(pause_menu(design.style, can_repeat=True).keys).items():
+        if key != "escape":
+            found[key] = "; ".join([*filter(None, [found.get(key)]), f"{what} in the pause's menu"])
+    return found
 
 
 def _block(spec: Any, block: Block, pressed: Callable[[Mapping[str, str]], Mapping[str, str]]) -> dict[str, Any]:

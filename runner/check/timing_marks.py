@@ -47,7 +47,9 @@ def check_timing_marks(report: CheckReport, rig: Rig, options: CheckOptions) -> 
 
 def _words(spec: MarksSpec) -> str:
     codes = {"onset": spec.onset, "answer": spec.answer} | getattr(spec, "codes", {})
-    return f"{spec.name} ({', '.join(f'{what} = {code}' for what, code in codes.items() if code is not None)})"
+    told = [f"{what} = {code}" for what, code in codes.items() if code is not None]
+    told += ["after each a byte with the trial's number"] if spec.with_trial_byte else []
+    return f"{spec.name} ({', '.join(told)})"
 
 
 @dataclass(frozen=True, slots=True)

@@ -40,6 +40,7 @@ def test_each_block_has_its_trials_minutes_and_keys(study: Study) -> None:
     assert (pairs["kind"], pairs["trials"], pairs["breaks"]) == ("all_pairs", 6, 1)
     assert (pairs["keys"]["up"], pairs["keys"]["down"]) == ("first", "second")
     assert facts["keys"]["escape"] == "pause"
+    assert facts["keys"]["n"] == "note in the pause's menu"
 
 
 def test_repeats_ties_catch_trials_and_ratings_are_told(study: Study) -> None:

@@ -195,6 +195,15 @@ def test_doctor_lists_the_keys_of_an_experiment_that_the_keyboard_cannot_send(la
     assert facts["keyboard"]["labels"]["1"] == "&"
 
 
+def test_doctor_lists_keys_of_the_pause_s_menu_too(lay: Lay, study: Study) -> None:
+    text = study.experiment.read_text()
+    study.experiment.write_text(f"{text}keys: {{r: [ö], s: [é]}}\n")
+    lay("fr")
+    told = study.cyclopean("doctor", "--experiment", study.experiment).stdout
+    assert "'ö' (repeat in the pause's menu)" in told
+    assert "'é'" not in told
+
+
 @pytest.mark.parametrize(("layout", "missing"), [("us", "öéф"), ("de", "éф"), ("fr", "öф"), ("ru", "öé")])
 def test_a_key_that_is_printed_or_has_its_place_on_a_keyboard_can_be_sent(lay: Lay, layout: str, missing: str) -> None:
     lay(layout)

@@ -198,11 +198,14 @@ def test_wrong_entries_are_located(study: Study, entry: str) -> None:
     assert WRONG[entry] in fault
 
 
-def test_check_names_the_ports_and_their_codes(study: Study) -> None:
-    with serial_line(study, ", answer: null"):
+@pytest.mark.parametrize(
+    ("more", "told"), [("", ""), (", trial_byte: true", ", after each a byte with the trial's number")]
+)
+def test_check_names_the_ports_and_their_codes(study: Study, more: str, told: str) -> None:
+    with serial_line(study, f", answer: null{more}"):
         (facts,) = json.loads(study.cyclopean("check", study.experiment, "--json", "--no-pictures").stdout)
     assert len(facts["timing_marks"]) == 1
-    assert facts["timing_marks"][0].endswith(" (onset = 1)")
+    assert facts["timing_marks"][0].endswith(f" (onset = 1{told})")
     assert not [fault for fault in facts["warnings"] if "serial" in fault["message"]]
 
 
