@@ -110,10 +110,10 @@ def scores(
     if table.groups:
         grouped = score_groups(table, model, common=common, **options)
         scales = [*grouped.groups, *([(None, grouped.pooled)] if grouped.pooled else [])]
-        rows = [{"group": name, **item} for name, part in scales for item in part.to_json()["items"]]
+        rows = [{"group": name, **item} for name, part in scales for item in part.item_rows()]
         return Result(grouped, rows, f"Scores within {len(table.groups)} groups {how}")
     result = score(table, model, **options)
-    rows = result.to_json()["items"]
+    rows = result.item_rows()
     if result.fit.separation:
         title = f"No finite estimate: complete separation of {len(rows)} items; try method='firth'"
     else:

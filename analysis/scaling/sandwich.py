@@ -41,7 +41,8 @@ class Contributions:
     pulled
         Shape (S, n + f): d_s, corrected by CR2, so that Σ d_s d_sᵀ is the covariance.
     products
-        Shape (S, S): d_s H d_t, H being the information; None where there are further parameters.
+        Shape (S, S): d_s H d_t, H being the information; with more observers than parameters H Σ d_s d_sᵀ in its
+        place, which has the same eigenvalues but for zeros. None where there are further parameters.
     root
         Shape (n + f, r): of the model's covariance A = R Rᵀ; None where there are too many items.
     leverages
@@ -139,11 +140,11 @@ def contributions(counts: Counts, answers: Answers, law: Law, point: Point, join
         stretch = 1 / np.sqrt(1 - np.clip(own, 0, MOST_LEVERAGE))
         along = np.einsum("srt,sr->st", axes, gradients @ root)
         along = np.einsum("srt,st->sr", axes, stretch * along)
-        pulled, products = along @ root.T, along @ along.T
+        pulled, products = along @ root.T, along @ along.T if people <= along.shape[1] else along.T @ along
     else:
         stretched = gradients / np.sqrt(1 - np.minimum(shares, MOST_LEVERAGE))[:, None]
         pulled = stretched @ joint
-        products = pulled @ stretched.T
+        products = pulled @ stretched.T if people <= len(joint) else joint @ (stretched.T @ stretched)
     further = len(joint) > counts.n
     return Contributions(pulled, None if further else products, root, leverages, shares)
 

@@ -82,11 +82,15 @@ class Scores:
         """Length of one JND (75 : 25) in the units of the strengths; one JOD in Thurstone's law."""
         return LAWS[self.fit.model].jnd
 
+    def item_rows(self) -> list[dict[str, Any]]:
+        """Return the items' lines as plain values; how well the fit fits, which takes longer, is not computed."""
+        return [item.to_json() | self._in_jnd(item) for item in self.items]
+
     def to_json(self) -> dict[str, Any]:
         """Return what `cyclopean scores --json` prints: no NaN, null where there is no finite value."""
         separation, names = self.fit.separation, self.comparisons.items
         values = {
-            "items": [item.to_json() | self._in_jnd(item) for item in self.items],
+            "items": self.item_rows(),
             **self.fit.to_json(),
             "separated": [names[item] for item in self.fit.separated_items],
             "why": list(separation.sentences) if separation else [],

@@ -147,7 +147,7 @@ def shrink(
     information
         Shape as ``model``: H, if it is at hand.
     products
-        Shape (B, S, S): d_s H d_t of every two observers, if they are at hand.
+        Shape (B, S, S): d_s H d_t of every two observers, or (B, n, n): H S, if they are at hand.
     at_least_model
         Take φ for 1 where it is below: answers vary at least as the law says.
     """

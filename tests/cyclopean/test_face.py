@@ -20,6 +20,8 @@ from analysis.observers.table import observers_in_sessions
 from analysis.records.results import read_results
 from analysis.records.session_record import Header, Trial
 from analysis.scaling import GroupedScores, Scores
+from analysis.scaling.departure import departure
+from analysis.scaling.robust_tests import ObserverTest
 from documents import InputError
 from tests.conftest import write_study
 
@@ -92,6 +94,33 @@ def test_scores_are_those_of_the_command_whatever_the_answers_come_as(
     for answers in (results, trials, table, tmp_path / "table.csv", str(tmp_path / "table.csv")):
         frame = cyclopean.scores(answers, method="firth").to_frame()
         assert dict(zip(frame["name"], frame["score"], strict=True)) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("scene", [False, True], ids=["one scale", "groups"])
+def test_how_well_the_fit_fits_is_tested_where_it_is_read_alone(
+    monkeypatch: pytest.MonkeyPatch, *, scene: bool
+) -> None:
+    """The bootstrap over observers takes longer than all the rest, and the table of scores does not show it."""
+    tested = []
+
+    def counted(*arguments: Any) -> ObserverTest | None:
+        tested.append(arguments)
+        return departure(*arguments)
+
+    monkeypatch.setattr("analysis.scaling.scores.departure", counted)
+    random = np.random.default_rng(3)
+    pairs = [random.permutation(list("abcd"))[:2] for _ in range(400)]
+    answers = pd.DataFrame(pairs, columns=["winner", "loser"]).assign(observer=random.integers(0, 12, 400).astype(str))
+    result = cyclopean.scores(answers.assign(scene=["x", "y"] * 200) if scene else answers)
+    assert len(result.to_frame()) == (12 if scene else 4)
+    assert not tested
+    told = result.value.to_json()
+    assert [row["theta"] for row in (told["groups"][0] if scene else told)["items"]] == [
+        row["theta"] for row in result.rows[:4]
+    ]
+    fit = (told["groups"][0] if scene else told)["goodness_of_fit"]
+    assert 0 < fit["by_observers"]["p"] <= 1
+    assert len(tested) == (3 if scene else 1)
 
 
 def test_separation_is_in_the_title() -> None:

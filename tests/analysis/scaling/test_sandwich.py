@@ -12,6 +12,7 @@ from analysis.comparisons.comparisons import Comparisons
 from analysis.scaling.fitting import fit_model
 from analysis.scaling.laws import Davidson, Logistic, Model, Probit
 from analysis.scaling.sandwich import FEWEST_FREE, MOST_LEVERAGE, Contributions
+from analysis.scaling.shrinkage import pseudo_inverses, shrink
 
 Drawer = Callable[..., Comparisons]
 THETA = np.array([0.7, 0.0, -0.3, -0.4])
@@ -107,3 +108,24 @@ def test_degrees_of_freedom_are_those_of_every_two_observers(people: int, rank: 
                 together[s, t] = (own[s] if s == t else 0) - moved[s] @ moved[t]
         expected.append(max(np.trace(together) ** 2 / (together**2).sum(), FEWEST_FREE))
     np.testing.assert_allclose(found.degrees_of_freedom(lambda: rows, len(rows)), expected, rtol=1e-10)
+
+
+@pytest.mark.parametrize("alike", [True, False], ids=["one design", "leverages"])
+@pytest.mark.parametrize("observers", [3, 40], ids=["fewer than items", "more than items"])
+def test_what_is_kept_of_the_observers_products_gives_the_spread_that_all_of_them_give(
+    draw: Drawer, observers: int, *, alike: bool
+) -> None:
+    """The slow, obvious twin has every two observers' d_s H d_t; of many observers none of that size is made."""
+    whole = draw(Logistic(), THETA, observers=observers, seed=4)
+    count = whole.count if alike else whole.count * np.random.default_rng(4).integers(1, 3, len(whole.count))
+    clustered = fit_model(replace(whole, count=count)).clustered
+    assert clustered is not None
+    each, spread = clustered.contributions, clustered.spread
+    pulled = each.pulled[None]
+    every_two = pulled @ pseudo_inverses(spread.model) @ pulled.transpose(0, 2, 1)
+    twin = shrink(spread.model, pulled, "shrinkage", freedom=each.freedom, products=every_two)
+    assert each.products is not None
+    assert len(each.products) <= len(THETA)
+    assert (each.leverages is None) == alike
+    assert spread.covariance == pytest.approx(twin.covariance, rel=1e-9, abs=1e-12)
+    assert spread.dimensions == pytest.approx(twin.dimensions, rel=1e-9)
