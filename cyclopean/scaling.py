@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, cast
 
 import pandas as pd
 
@@ -37,6 +37,7 @@ def scores(
     layout: str | None = None,
     choice_codes: Sequence[str] = (),
     with_simulated: bool = False,
+    keep_na: bool = False,
 ) -> Result[Scores | GroupedScores | JodScales]:
     """Fit scores and perceptual classes to paired comparisons.
 
@@ -46,7 +47,8 @@ def scores(
         A folder of results, a CSV table, the DataFrame of `read_results`, or a DataFrame with the columns ``winner``
         and ``loser`` and, if there are any, ``count``, ``observer``, ``first`` and ``outcome``; for pairs within
         scenes also ``group``, ``scene`` or ``content``. Or a table or a DataFrame of another layout: pwcmp's, choices
-        among items, a square matrix of counts (also a MAT-file).
+        among items, a square matrix of counts (also a MAT-file). Lines in which a value is missing (NaN, None, or a
+        word such as ``NA``) are left out, with a Python warning that names them.
     model
         ``bradley-terry``, ``thurstone`` (Case V), or ``davidson`` or ``rao-kupper``, which have ties.
     method
@@ -69,6 +71,8 @@ def scores(
     with_simulated
         Whether simulated observers count beside people. Without it, those of a folder count only where no person
         answered, and a DataFrame of trials with both is refused.
+    keep_na
+        Whether words for missing values, such as ``NA`` and ``None``, are names like others.
 
     Returns
     -------
@@ -96,7 +100,7 @@ def scores(
     """
     from analysis.scaling import ScoreOptions, score, score_groups
 
-    table, common = _with_common_names(answers, layout, choice_codes, with_simulated=with_simulated)
+    table, common = _with_common_names(answers, layout, choice_codes, with_simulated=with_simulated, keep_na=keep_na)
     if method == "pwcmp":
         if order_effect or covariance != "auto" or model not in ("bradley-terry", "thurstone"):
             raise InputError(Finding("pwcmp has no choice of model, order effect or covariance", remedy="leave it out"))
@@ -138,6 +142,7 @@ def effects(
     *,
     use: Sequence[str] | None = None,
     with_simulated: bool = False,
+    keep_na: bool = False,
 ) -> Result[FactorEffects]:
     """Fit what stereo, exposure and other factors of the stimuli do to the scores.
 
@@ -150,7 +155,7 @@ def effects(
         those of a folder of results.
     use
         The factors in the model, in order; all of them if None.
-    with_simulated
+    with_simulated, keep_na
         As for `scores`.
 
     Returns
@@ -176,24 +181,25 @@ def effects(
     from analysis.factors import factor_effects, session_factors
 
     if factors is None:
-        if isinstance(answers, pd.DataFrame) or _is_table(Path(answers)):
+        if _is_table(answers):
             remedy = "give factors={'name': {'view': 'stereo'}, ...}, or a folder of results"
             raise InputError(Finding("a table of answers does not name the factors of its stimuli", remedy=remedy))
         factors = session_factors(_logs(answers, with_simulated=with_simulated))
-    result = factor_effects(comparisons(answers, with_simulated=with_simulated), factors, use=use)
+    table = comparisons(answers, with_simulated=with_simulated, keep_na=keep_na)
+    result = factor_effects(table, factors, use=use)
     rows = [effect.to_json() for effect in result.effects]
     names = ", ".join(factor.name for factor in result.factors)
     return Result(result, rows, f"Effects of {names} on the scores of {len(result.items)} items, in nats")
 
 
-def observers(answers: Answers, *, with_simulated: bool = False) -> Result[ObserverTable]:
+def observers(answers: Answers, *, with_simulated: bool = False, keep_na: bool = False) -> Result[ObserverTable]:
     """Describe each observer: answers, consistency, agreement with the others, side bias, response times.
 
     Parameters
     ----------
     answers
         As for `scores`; response times, catch trials and vision tests are known from a folder of results only.
-    with_simulated
+    with_simulated, keep_na
         As for `scores`.
 
     Returns
@@ -216,8 +222,8 @@ def observers(answers: Answers, *, with_simulated: bool = False) -> Result[Obser
     """
     from analysis.observers import observers_in_comparisons, observers_in_sessions
 
-    if isinstance(answers, pd.DataFrame) or _is_table(Path(answers)):
-        table = observers_in_comparisons(comparisons(answers, with_simulated=with_simulated))
+    if _is_table(answers):
+        table = observers_in_comparisons(comparisons(answers, with_simulated=with_simulated, keep_na=keep_na))
     else:
         table = observers_in_sessions(_logs(answers, with_simulated=with_simulated))
     rows = [line.to_json() for line in table.lines]
@@ -231,6 +237,7 @@ def power(
     scores: str | Path | None = None,
     replicates: int = 1000,
     seed: int = 1,
+    keep_na: bool = False,
 ) -> Result[PowerStudy]:
     """Simulate studies, to plan how many observers to ask.
 
@@ -248,6 +255,8 @@ def power(
         Number of studies simulated for each number of observers.
     seed
         Random seed of the simulation.
+    keep_na
+        As for `scores`, of a table.
 
     Returns
     -------
@@ -268,7 +277,9 @@ def power(
     from runner.reports import PowerOptions, study_power
 
     assumed = None if scores is None else Path(scores)
-    options = PowerOptions(tuple(numbers_of_observers), scores=assumed, replicates=replicates, seed=seed)
+    options = PowerOptions(
+        tuple(numbers_of_observers), scores=assumed, replicates=replicates, seed=seed, keep_na=keep_na
+    )
     study = study_power(Path(experiment), options)
     answer = study.to_json()
     sizes = [
@@ -281,7 +292,12 @@ def power(
 
 
 def comparisons(
-    answers: Answers, layout: str | None = None, choice_codes: Sequence[str] = (), *, with_simulated: bool = False
+    answers: Answers,
+    layout: str | None = None,
+    choice_codes: Sequence[str] = (),
+    *,
+    with_simulated: bool = False,
+    keep_na: bool = False,
 ) -> Comparisons:
     """Return the paired comparisons in ``answers``, whichever form they have; the parameters are those of `scores`.
 
@@ -290,29 +306,57 @@ def comparisons(
     InputError
         If they cannot be read or hold no comparison.
     """
-    from analysis.comparisons import KINDS, from_sessions, read_any
+    from analysis.comparisons import from_sessions, read_any
 
+    if not _is_table(answers):
+        return from_sessions(_logs(answers, with_simulated=with_simulated))
     if not isinstance(answers, pd.DataFrame):
-        path = Path(answers)
-        if not _is_table(path):
-            return from_sessions(_logs(path, with_simulated=with_simulated))
-        return read_any(path, layout=layout, choice_codes=choice_codes).comparisons
+        return read_any(answers, layout=layout, choice_codes=choice_codes, keep_na=keep_na).warned()
     table = _counted_together(answers) if with_simulated else answers
-    # Of trials, as `read_results` gives them, pairs are compared within groups where all of them have one.
-    if {"kind", "group"} <= set(answers) and answers["group"][answers["kind"].isin(KINDS)].isna().any():
+    # Names of trials, as `read_results` gives them, are those of the sessions' records.
+    keep_na = keep_na or {"experiment", "kind", "chosen", "rejected"} <= set(answers)
+    lines = _as_csv(table, "" if keep_na else "NA").splitlines(keepends=True)
+    file = "the DataFrame, as CSV"
+    return read_any(lines, file, layout=layout, choice_codes=choice_codes, keep_na=keep_na).warned()
+
+
+def _as_csv(table: pd.DataFrame, missing: str) -> str:
+    """Return a frame as CSV, with its index where that names observers or the like, or the rows of a matrix.
+
+    Raises
+    ------
+    InputError
+        If rows or columns have names of several levels.
+    """
+    from analysis.comparisons import KINDS
+
+    for axis, words in ((table.columns, "columns"), (table.index, "rows")):
+        if axis.nlevels > 1:
+            remedy = "table.reset_index()" if words == "rows" else "table.columns = ['winner', 'loser', 'observer']"
+            what = f"the DataFrame's {words} have names of {axis.nlevels} levels"
+            raise InputError(Finding(what, remedy=f"give each one name, such as by {remedy}"))
+    # Of trials, pairs are compared within groups where all of them have one.
+    grouped = {"kind", "group"} <= set(table) and table.columns.is_unique
+    if grouped and table["group"][table["kind"].isin(KINDS)].isna().any():
         table = table.drop(columns="group")
-    # The names of a matrix's rows stand in its index.
-    named = set(table.index.astype(str)) == set(table.columns.astype(str))
-    lines = table.to_csv(index=named).splitlines(keepends=True)
-    return read_any(lines, "the DataFrame, as CSV", layout=layout, choice_codes=choice_codes).comparisons
+    # The names of a matrix's rows stand in its index. What was an index before, such as observers, has a name.
+    matrix = set(table.index.astype(str)) == set(table.columns.astype(str))
+    named = table.index.name is not None and str(table.index.name) not in table.columns
+    return table.to_csv(index=matrix or named, na_rep=missing, float_format=_number)
+
+
+def _number(value: object) -> str:
+    """Return a float as text, whole ones without a point: one missing value makes pandas write 1 as 1.0."""
+    number = float(cast(float, value))
+    return f"{number:.0f}" if number.is_integer() else repr(number)
 
 
 def _with_common_names(
-    answers: Answers, layout: str | None, choice_codes: Sequence[str], *, with_simulated: bool
+    answers: Answers, layout: str | None, choice_codes: Sequence[str], *, with_simulated: bool, keep_na: bool
 ) -> tuple[Comparisons, dict[str, str] | None]:
     """Return the comparisons, and what stimuli of different groups have in common, which results of sessions know."""
-    if isinstance(answers, pd.DataFrame) or _is_table(Path(answers)):
-        return comparisons(answers, layout, choice_codes, with_simulated=with_simulated), None
+    if _is_table(answers):
+        return comparisons(answers, layout, choice_codes, with_simulated=with_simulated, keep_na=keep_na), None
     from analysis.comparisons import grouped_comparisons
     from analysis.report import common_names
 
@@ -321,11 +365,11 @@ def _with_common_names(
     return table, None if groups is None else common_names(logs[0].header, groups)
 
 
-def _logs(answers: str | Path, *, with_simulated: bool) -> Sequence[SessionLog]:
-    """Return the sessions that count together."""
+def _logs(answers: Answers, *, with_simulated: bool) -> Sequence[SessionLog]:
+    """Return the sessions that count together, of answers that are no table."""
     from analysis.records import pool, read_results
 
-    return pool(read_results(answers), with_simulated=with_simulated).sessions
+    return pool(read_results(cast("str | Path", answers)), with_simulated=with_simulated).sessions
 
 
 def _counted_together(trials: pd.DataFrame) -> pd.DataFrame:
@@ -338,6 +382,21 @@ def _counted_together(trials: pd.DataFrame) -> pd.DataFrame:
     return trials.drop(columns="simulated").assign(observer=codes)
 
 
-def _is_table(path: Path) -> bool:
-    """Return whether ``path`` is a table of comparisons, not results of sessions."""
-    return path.suffix.lower() != ".jsonl" and not path.is_dir()
+def _is_table(answers: Answers) -> bool:
+    """Return whether ``answers`` are a table of comparisons, not results of sessions.
+
+    Raises
+    ------
+    InputError
+        If they are neither a DataFrame nor a path.
+    """
+    if isinstance(answers, pd.DataFrame):
+        return True
+    if isinstance(answers, str | Path):
+        path = Path(answers)
+        return path.suffix.lower() != ".jsonl" and not path.is_dir()
+    what = f"answers of the type {type(answers).__name__} cannot be read"
+    remedy = "give a folder of results, a CSV file, or pandas.DataFrame(answers, columns=['winner', 'loser'])"
+    if hasattr(answers, "to_pandas"):
+        remedy = "give answers.to_pandas()"
+    raise InputError(Finding(what, remedy=remedy))

@@ -16,12 +16,13 @@ Each kind has a name, recognises its header, and gives a reading: it translates 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
 from analysis.comparisons.columns import COLUMNS, GROUP_NAMES, Columns, column_of
 from analysis.comparisons.comparisons import MOST_ITEMS
+from analysis.comparisons.missing import WORDS
 from analysis.comparisons.plain_lines import Fault, PlainReading, is_count
 from analysis.comparisons.trials_table import Trials
 from analysis.errors import ResultsError
@@ -44,6 +45,16 @@ class Reading(Protocol):
     @property
     def columns(self) -> Columns:
         """Places of the columns of what `translate` returns, as the plain layout names them."""
+        ...
+
+    @property
+    def needed(self) -> Mapping[int, str]:
+        """The columns without which a line says nothing, and what each holds."""
+        ...
+
+    @property
+    def unknown(self) -> Collection[int]:
+        """The columns in which a missing value is read as an empty field."""
         ...
 
     @property
@@ -182,6 +193,15 @@ class _ChoiceReading:
         roles = ["winner", "loser", "outcome", *(role for role in ("observer", "group") if role in self.places)]
         object.__setattr__(self, "columns", {role: place for place, role in enumerate(roles)})
 
+    @property
+    def needed(self) -> Mapping[int, str]:
+        items = dict.fromkeys(self.options, "item") if len(self.options) == 2 else {}
+        return items | {place: role for role, place in self.places.items()}
+
+    @property
+    def unknown(self) -> Collection[int]:
+        return self.options if len(self.options) > 2 else ()
+
     def translate(self, rows: Sequence[Row]) -> Sequence[Row] | None:
         told: list[Row] = []
         for row in rows:
@@ -271,6 +291,8 @@ class _MatrixReading:
     notes: tuple[str, ...] = ("the item of a line was preferred over that of a column as often as the number says",)
     columns: Columns = field(default_factory=lambda: {"winner": 0, "loser": 1, "count": 2})
     met: list[str] = field(default_factory=list)
+    needed: Mapping[int, str] = field(default_factory=dict)
+    unknown: Collection[int] = ()
 
     def translate(self, rows: Sequence[Row]) -> Sequence[Row] | None:
         told: list[Row] = []
@@ -302,7 +324,7 @@ class _MatrixReading:
         for place, (item, cell) in enumerate(zip(self.items, row[1:], strict=True), start=1):
             text = cell.strip()
             if item == name:
-                if text and (not is_count(text) or float(text) != 0):
+                if text and text not in WORDS and (not is_count(text) or float(text) != 0):
                     return place, f"'{name}' was preferred over itself '{text}' times", "write 0"
             elif not is_count(text):
                 return (

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from analysis.comparisons.columns import OUTCOMES, REQUIRED, Columns, read_header
 
 Fault = tuple[int, str, str]
+NEEDED = (*REQUIRED, "outcome", "observer", "group")
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +23,16 @@ class PlainReading:
     def of_header(cls, header: Sequence[str], line: str, file: str) -> PlainReading:
         """Return what reads the lines below ``header``, as `read_header` has it."""
         return cls(read_header(header, line, file))
+
+    @property
+    def needed(self) -> Mapping[int, str]:
+        """The columns without which a line says nothing, and what each holds."""
+        return {self.columns[name]: name for name in NEEDED if name in self.columns}
+
+    @property
+    def unknown(self) -> Collection[int]:
+        """The columns in which a missing value is read as an empty field: nobody knows which item was first."""
+        return [self.columns["first"]] if "first" in self.columns else []
 
     def translate(self, rows: Sequence[Sequence[str]]) -> Sequence[Sequence[str]]:
         """Return ``rows``; their faults are found when they are counted."""

@@ -2,23 +2,26 @@
 
 Lines are read in blocks, and like answers are counted together as they come, so that a table of any length takes the
 memory of its kinds of answers: winner, loser, observer, group, which was first, and whether it was a tie. What a block
-of lines means is computed column by column; only a block with a fault in it is read line by line, to name the place.
+of lines means is computed column by column; only a block with a fault or a missing value in it is read line by line, to
+name the place.
 """
 
 from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+import warnings
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import islice
 from pathlib import Path
-from typing import Any, BinaryIO, cast
+from typing import Any, BinaryIO, NamedTuple, cast
 
 from analysis.comparisons.columns import column_of
 from analysis.comparisons.comparisons import Comparisons
-from analysis.comparisons.layouts import PLAIN, Reading, find_layout
+from analysis.comparisons.layouts import PLAIN, Reading, Row, find_layout
 from analysis.comparisons.mat_table import read_mat_table
+from analysis.comparisons.missing import KEEP, WORDS, Missing
 from analysis.comparisons.tally import Tally
 from analysis.errors import ResultsError
 from documents import Finding
@@ -41,20 +44,45 @@ class TableRead:
         Name of the kind of table that it was taken for.
     notes
         What to bear in mind of how it was read, such as columns that were not, in sentences.
+    warnings
+        Which lines were left out because a value is missing, in sentences.
+    left_out
+        How many those are, and the first of them, as plain values for JSON; empty where there are none.
     """
 
     comparisons: Comparisons
     layout: str
     notes: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
+    left_out: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """How the table was read, as lines of plain text; none for the plain layout."""
-        return () if self.layout == PLAIN else (f"the table's layout: {self.layout}", *self.notes)
+        """How the table was read, as lines of plain text; the plain layout is not named."""
+        how = () if self.layout == PLAIN else (f"the table's layout: {self.layout}",)
+        return (*how, *self.notes, *self.warnings)
 
     def to_json(self) -> dict[str, Any]:
-        """Return the same under the key ``table``; nothing for the plain layout."""
-        return {} if self.layout == PLAIN else {"table": {"layout": self.layout, "notes": list(self.notes)}}
+        """Return the same under the key ``table``; nothing for the plain layout where nothing is to be said."""
+        if not self.lines:
+            return {}
+        beside = {"left_out": dict(self.left_out)} if self.left_out else {}
+        notes = [*self.notes, *self.warnings]
+        return {"table": {"layout": self.layout, "notes": notes, **beside}}
+
+    def warned(self) -> Comparisons:
+        """Return the comparisons, with a Python warning of which lines were left out."""
+        if self.warnings:
+            warnings.warn("\n".join(self.warnings), stacklevel=3)
+        return self.comparisons
+
+
+class _Asked(NamedTuple):
+    """How a table is to be read."""
+
+    layout: str | None = None
+    codes: Sequence[str] = ()
+    keep_na: bool = False
 
 
 class _Lines:
@@ -83,8 +111,12 @@ def read_any(
     *,
     layout: str | None = None,
     choice_codes: Sequence[str] = (),
+    keep_na: bool = False,
 ) -> TableRead:
     """Read a table of comparisons of any layout that is known, and say which it was.
+
+    Lines in which a needed name or choice is a word for a missing value, such as ``NA``, are left out and named in
+    ``warnings``; in ``first`` such a word means unknown.
 
     Parameters
     ----------
@@ -98,6 +130,8 @@ def read_any(
     choice_codes
         For layouts with a column of choices: what stands there for the first option, the second and so on, and then for
         neither. Without, a choice is an item's name, or the end of a column's, such as ``a``.
+    keep_na
+        Whether words for missing values, such as ``NA`` and ``None``, are names like others.
 
     Returns
     -------
@@ -116,11 +150,12 @@ def read_any(
     >>> table.layout, table.comparisons.wins.tolist()
     ('pwcmp', [[0.0, 2.0], [1.0, 0.0]])
     """
+    asked = _Asked(layout, choice_codes, keep_na)
     if isinstance(source, str | Path):
-        return _read_path(Path(source), layout, choice_codes)
+        return _read_path(Path(source), asked)
     if isinstance(source, io.BufferedIOBase):
-        return _read_stream(cast(BinaryIO, source), file, layout, choice_codes)
-    return _read_lines(cast(Iterable[str], source), file, layout, choice_codes)
+        return _read_stream(cast(BinaryIO, source), file, asked)
+    return _read_lines(cast(Iterable[str], source), file, asked)
 
 
 def read_table(path: str | Path) -> Comparisons:
@@ -151,7 +186,7 @@ def read_table(path: str | Path) -> Comparisons:
     ...     read_table(file).wins.tolist()
     [[0.0, 3.0], [1.0, 0.0]]
     """
-    return read_any(path).comparisons
+    return read_any(path).warned()
 
 
 def read_stream(stream: BinaryIO, file: str) -> Comparisons:
@@ -179,7 +214,7 @@ def read_stream(stream: BinaryIO, file: str) -> Comparisons:
     >>> read_stream(io.BytesIO(b"winner,loser,count\\na,b,3\\nb,a,1\\n"), "standard input").wins.tolist()
     [[0.0, 3.0], [1.0, 0.0]]
     """
-    return _read_stream(stream, file, None, ()).comparisons
+    return _read_stream(stream, file, _Asked()).warned()
 
 
 def parse_table(lines: Iterable[str], file: str) -> Comparisons:
@@ -189,7 +224,7 @@ def parse_table(lines: Iterable[str], file: str) -> Comparisons:
     ``outcome`` is ``tie`` prefers neither item; or ``ties`` says how many answers preferred neither, beside the
     ``count`` that preferred the winner. ``group``, also called ``scene`` or ``content``, is what a pair was compared
     within, such as the scene that all its pictures show. Blanks around a field do not belong to it; empty lines are
-    passed over.
+    passed over. Lines in which a value is missing (``NA`` and the like) are left out, with a Python warning.
 
     Parameters
     ----------
@@ -215,41 +250,44 @@ def parse_table(lines: Iterable[str], file: str) -> Comparisons:
     >>> parse_table(["winner,loser,count", "a,b,3", "b,a,1"], "table.csv").wins.tolist()
     [[0.0, 3.0], [1.0, 0.0]]
     """
-    return _read_lines(lines, file, None, ()).comparisons
+    return _read_lines(lines, file, _Asked()).warned()
 
 
-def _read_path(path: Path, layout: str | None, codes: Sequence[str]) -> TableRead:
+def _read_path(path: Path, asked: _Asked) -> TableRead:
     if path.is_dir():
         remedy = f"for a folder of sessions: cyclopean report {path}"
         raise ResultsError(Finding("the table cannot be read: it is a folder", str(path), remedy=remedy))
     try:
         with open_regular(path, "table", error=ResultsError) as stream:
             if path.suffix.lower() == ".mat":
-                return TableRead(*read_mat_table(stream, str(path)))
-            return _read_stream(stream, str(path), layout, codes)
+                return _with_named_items(TableRead(*read_mat_table(stream, str(path))), str(path), asked)
+            return _read_stream(stream, str(path), asked)
     except OSError as error:
         raise ResultsError(unreadable(error, path, "table")) from error
 
 
-def _read_stream(stream: BinaryIO, file: str, layout: str | None, codes: Sequence[str]) -> TableRead:
+def _read_stream(stream: BinaryIO, file: str, asked: _Asked) -> TableRead:
     text = io.TextIOWrapper(stream, encoding="utf-8-sig", newline="")
     try:
         lines = iter(lambda: text.readline(MOST_LETTERS + 1), "")
-        return _read_lines(lines, file, layout, codes)
+        return _read_lines(lines, file, asked)
     except UnicodeDecodeError as error:
         raise ResultsError(Finding("the table is not UTF-8 text", file, remedy="save it as UTF-8")) from error
     finally:
         text.detach()
 
 
-def _read_lines(lines: Iterable[str], file: str, asked: str | None, codes: Sequence[str]) -> TableRead:
+def _read_lines(lines: Iterable[str], file: str, asked: _Asked) -> TableRead:
     source = _Lines(lines, file)
     reader = csv.reader(source, strict=True)
     findings: list[Finding] = []
     try:
         header = next(reader, [])
-        layout = find_layout(header, file, asked)
-        reading = layout.reading(header, "".join(source.kept), file, codes)
+        layout = find_layout(header, file, asked.layout)
+        reading = layout.reading(header, "".join(source.kept), file, asked.codes)
+        codes = {code.lower() for code in asked.codes}
+        words = frozenset() if asked.keep_na else frozenset(word for word in WORDS if word.lower() not in codes)
+        missing = Missing(file, reading.needed, reading.unknown, words)
         tally = Tally(reading.columns)
         while len(findings) < MOST_FINDINGS:
             begin, source.kept = reader.line_num, []
@@ -257,8 +295,7 @@ def _read_lines(lines: Iterable[str], file: str, asked: str | None, codes: Seque
             try:
                 rows.extend(islice(reader, BLOCK_ROWS))
             finally:
-                if rows and not _added(tally, reading, rows):
-                    findings += _find_faults(source.kept, reading, file, begin, len(rows))
+                findings += _take_in(rows, source.kept, begin, tally, reading, missing)
             if not rows:
                 break
     except csv.Error as error:
@@ -266,13 +303,45 @@ def _read_lines(lines: Iterable[str], file: str, asked: str | None, codes: Seque
         findings.append(Finding(f"this is not valid CSV: {error}", file, place, 1, "check the quotes"))
     if findings:
         raise ResultsError(findings[:MOST_FINDINGS])
+    comparisons = tally.comparisons()
+    if comparisons is None and missing.lines:
+        raise ResultsError(missing.everything())
     if wrong := reading.end():
         raise ResultsError(Finding(wrong[0], file, max(reader.line_num, 1), 1, wrong[1]))
-    comparisons = tally.comparisons()
     if comparisons is None:
         remedy = "add one line for each comparison, such as 'a,b'"
         raise ResultsError(Finding("the table has no comparison", file, max(reader.line_num, 1), 1, remedy))
-    return TableRead(comparisons, layout.name, reading.notes)
+    table = TableRead(comparisons, layout.name, reading.notes, missing.sentences, missing.to_json())
+    return _with_named_items(table, file, asked)
+
+
+def _take_in(
+    rows: Sequence[Row], lines: Sequence[str], begin: int, tally: Tally, reading: Reading, missing: Missing
+) -> list[Finding]:
+    """Count the ``rows`` in which nothing is missing, or return their faults."""
+    kept = missing.without(_numbered(lines, begin, len(rows))) if missing.occurs(rows) else rows
+    if not kept or _added(tally, reading, kept):
+        return []
+    return _find_faults(_numbered(lines, begin, len(rows)), reading, missing)
+
+
+def _with_named_items(table: TableRead, file: str, asked: _Asked) -> TableRead:
+    """Return ``table``, with a note where some answers name no observer.
+
+    Raises
+    ------
+    ResultsError
+        If an item of a matrix is called as a missing value is.
+    """
+    told = table.comparisons
+    unnamed = [item for item in told.items if item in WORDS]
+    if table.layout == "matrix" and unnamed and not asked.keep_na:
+        remedy = f"name the item; or, if the word is its name: {KEEP}"
+        raise ResultsError(Finding(f"an item has '{unnamed[0]}' for its name", file, 1, 1, remedy))
+    if "" in told.observers and len(told.observers) > 1:
+        what = "lines that name no observer count as those of one observer without a name"
+        return replace(table, notes=(*table.notes, what))
+    return table
 
 
 def _added(tally: Tally, reading: Reading, rows: Sequence[Sequence[str]]) -> bool:
@@ -281,17 +350,11 @@ def _added(tally: Tally, reading: Reading, rows: Sequence[Sequence[str]]) -> boo
     return told is not None and (not told or tally.add(told))
 
 
-def _find_faults(lines: Sequence[str], reading: Reading, file: str, begin: int, rows: int) -> list[Finding]:
-    """Return a finding for each faulty line, up to twenty.
+def _numbered(lines: Sequence[str], begin: int, rows: int) -> Iterator[tuple[Row, int, str]]:
+    """Yield the first ``rows`` rows of CSV in ``lines``, each with the number and the text of its last line.
 
-    Parameters
-    ----------
-    lines
-        Lines of the file, of which the first ``rows`` rows of CSV are read.
-    begin
-        How many lines of the file stand before them.
+    ``begin`` is how many lines of the file stand before them. Empty rows are passed over.
     """
-    findings: list[Finding] = []
     last = ""
 
     def remembered() -> Iterator[str]:
@@ -301,14 +364,19 @@ def _find_faults(lines: Sequence[str], reading: Reading, file: str, begin: int, 
             yield line
 
     reader = csv.reader(remembered(), strict=True)
-    for _ in range(rows):
-        row = next(reader)
-        if not any(field.strip() for field in row):
-            continue
-        fault = reading.fault(row)
+    for row in islice(reader, rows):
+        if any(cell.strip() for cell in row):
+            yield row, begin + reader.line_num, last
+
+
+def _find_faults(rows: Iterable[tuple[Row, int, str]], reading: Reading, missing: Missing) -> list[Finding]:
+    """Return a finding for each faulty line, up to twenty."""
+    findings: list[Finding] = []
+    for row, number, line in rows:
+        fault = None if missing.left_out(row) else reading.fault(missing.cleaned(row))
         if fault:
-            field, message, remedy = fault
-            findings.append(Finding(message, file, begin + reader.line_num, column_of(field, last), remedy))
+            place, message, remedy = fault
+            findings.append(Finding(message, missing.file, number, column_of(place, line), remedy))
             if len(findings) == MOST_FINDINGS:
                 break
     return findings

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from analysis.comparisons.columns import KINDS, TIES, Columns
@@ -41,6 +41,16 @@ class TrialsReading:
     experiments: set[str] = field(default_factory=set)
     simulated: set[str] = field(default_factory=set)
     found: int = 0
+
+    @property
+    def needed(self) -> Mapping[int, str]:
+        """No column: names are those of the logs, and what no pair has is empty."""
+        return {}
+
+    @property
+    def unknown(self) -> Collection[int]:
+        """The columns in which a missing value is read as an empty field: other programs write a word there."""
+        return [self.places[name] for name in ("catch", "group") if name in self.places]
 
     def __post_init__(self) -> None:
         taken = [name for name, source in _TAKEN.items() if source in self.places]

@@ -79,6 +79,11 @@ class Numbers(click.ParamType[tuple[int, ...]]):
     is_flag=True,
     help="Count simulated observers beside people in results; without it they count only where nobody else answered.",
 )
+@click.option(
+    "--keep-na",
+    is_flag=True,
+    help="Take NA, NaN, None and the like in a table for names; without it they are missing values.",
+)
 @click.option("--lapse-rate", type=NUMBER, help="Share of random answers. Default: that of --simulate, or 0.")
 @click.option("--pair", nargs=2, multiple=True, metavar="A B", help="Pair of stimuli that matters; repeat for each.")
 @click.option(
@@ -136,6 +141,7 @@ def command(
     observer_sd: float | None,
     observers_from: Path | None,
     with_simulated: bool,
+    keep_na: bool,
     lapse_rate: float | None,
     pair: tuple[tuple[str, str], ...],
     target: float,
@@ -194,6 +200,7 @@ def command(
         scheduler=scheduler,
         workers=workers,
         with_simulated=with_simulated,
+        keep_na=keep_na,
     )
     try:
         with progress_bar(quiet=as_json) as step:

@@ -41,6 +41,11 @@ JOD_EXCLUDES = ("observers", "observer_scores", *(name for name in RANDOM_EXCLUD
     help="What the column of choices has for the first option, the second and so on, and then for neither.",
 )
 @click.option(
+    "--keep-na",
+    is_flag=True,
+    help="Take NA, NaN, None and the like for names; without it they are missing values, whose lines are left out.",
+)
+@click.option(
     "--alpha",
     type=NUMBER,
     default=0.05,
@@ -121,6 +126,7 @@ def command(
     table: str,
     layout: str | None,
     choice_codes: str | None,
+    keep_na: bool,
     alpha: float,
     adjust: str,
     model: str,
@@ -184,11 +190,12 @@ def command(
         raise click.UsageError("--observer-scores goes with --observers random.")
     source = sys.stdin.buffer if table == "-" else table
     codes = [code.strip() for code in choice_codes.split(",")] if choice_codes else []
-    read = read_any(source, "standard input", layout=layout, choice_codes=codes)
+    read = read_any(source, "standard input", layout=layout, choice_codes=codes, keep_na=keep_na)
     comparisons = read.comparisons
-    if not as_json:
-        for line in read.lines:
-            click.echo(line)
+    if as_json:
+        _say_warnings(read)
+    else:
+        click.echo("".join(f"{line}\n" for line in read.lines), nl=False)
     if observers == "random":
         _random_observers(read, cast(Model, model), alpha, cast(Adjust, adjust), observer_scores, as_json)
         return
@@ -233,6 +240,12 @@ def command(
     if problems:
         click.echo("\n".join([f"cyclopean: {problems[0]}", *problems[1:]]), err=True)
         sys.exit(1)
+
+
+def _say_warnings(read: TableRead) -> None:
+    """Print on the error stream which lines of a table were left out."""
+    for line in read.warnings:
+        click.echo(f"warning: {line}", err=True)
 
 
 def _is_given(name: str) -> bool:

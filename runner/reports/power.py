@@ -62,6 +62,8 @@ class PowerOptions:
         As `analysis.power.compute.compute`.
     with_simulated
         Whether simulated observers count beside people in results.
+    keep_na
+        Whether words for missing values in a table are names.
     """
 
     observers: tuple[int, ...]
@@ -82,6 +84,7 @@ class PowerOptions:
     scheduler: str | None = None
     workers: int | None = None
     with_simulated: bool = False
+    keep_na: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -164,9 +167,14 @@ def study_power(
         simulate=options.simulate,
         spread_nats=options.spread_nats,
         with_simulated=options.with_simulated,
+        keep_na=options.keep_na,
     )
     observers = observer_spread_of(
-        options.observer_sd, options.observers_from, assumed.spread, with_simulated=options.with_simulated
+        options.observer_sd,
+        options.observers_from,
+        assumed.spread,
+        with_simulated=options.with_simulated,
+        keep_na=options.keep_na,
     )
     check_target(options.target)  # before the work, not after it
     chosen_pairs(pairs.items, options.pairs)

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.comparisons import Comparisons, from_sessions, read_table
+from analysis.comparisons import Comparisons, from_sessions, read_any
 from analysis.errors import ResultsError
 from analysis.hierarchical import fit_observers, observer_spread
 from analysis.power import ScoresOf, differing_pairs, score_theta, spread_theta
@@ -64,7 +64,12 @@ MeasuredSpread = tuple[float, float, float | None]  # estimate, low, high
 
 
 def observer_spread_of(
-    sd: float | None, file: Path | None, measured: MeasuredSpread | None, *, with_simulated: bool = False
+    sd: float | None,
+    file: Path | None,
+    measured: MeasuredSpread | None,
+    *,
+    with_simulated: bool = False,
+    keep_na: bool = False,
 ) -> ObserverSpread:
     """Return how much observers differ: as given, as measured in earlier answers, or a typical value, with a note.
 
@@ -78,6 +83,8 @@ def observer_spread_of(
         What the answers that the assumed scores come from say.
     with_simulated
         Whether simulated observers count beside people in results.
+    keep_na
+        Whether words for missing values in a table are names.
 
     Raises
     ------
@@ -91,7 +98,7 @@ def observer_spread_of(
         return ObserverSpread(sd, "given")
     told: tuple[str, ...] = ()
     if file is not None:
-        answers, told = earlier_answers(file, with_simulated=with_simulated)
+        answers, told = earlier_answers(file, with_simulated=with_simulated, keep_na=keep_na)
         found = observer_spread(answers)
         measured = found.estimate, found.low, found.high
     if measured is None:
@@ -142,6 +149,7 @@ def assume(
     simulate: Path | None,
     spread_nats: float | None,
     with_simulated: bool = False,
+    keep_na: bool = False,
 ) -> Assumed:
     """Return the scores that the given source gives; equal steps over 2 nats without a source.
 
@@ -149,7 +157,7 @@ def assume(
     also takes its lapses. A file that ends with .json is what `cyclopean scores --json` or `report --json` printed. A
     table that ends with .csv, or results, are fitted with observers as a distribution where they name several: these
     scores are the typical observer's, all others those of the average answer. In results, simulated observers count
-    beside people only ``with_simulated``.
+    beside people only ``with_simulated``; in a table, words for missing values are names only with ``keep_na``.
 
     Raises
     ------
@@ -160,7 +168,7 @@ def assume(
     if scores is not None and scores.suffix.lower() == ".json":
         return _by_printed(_printed(scores), str(scores), design, ties)
     if scores is not None and (scores.is_dir() or scores.suffix.lower() in ANSWERS):
-        answers, told = earlier_answers(scores, with_simulated=with_simulated)
+        answers, told = earlier_answers(scores, with_simulated=with_simulated, keep_na=keep_na)
         return _by_printed(_fitted(answers), str(scores), design, (*told, *ties))
     file = scores if simulate is None else simulate
     if file is None:
@@ -181,8 +189,10 @@ def assume(
     )
 
 
-def earlier_answers(path: Path, *, with_simulated: bool = False) -> tuple[Comparisons, tuple[str, ...]]:
-    """Return the comparisons of a table that ends with .csv, or of results, and a note on whom they leave out.
+def earlier_answers(
+    path: Path, *, with_simulated: bool = False, keep_na: bool = False
+) -> tuple[Comparisons, tuple[str, ...]]:
+    """Return the comparisons of a table that ends with .csv, or of results, and notes on what they leave out.
 
     Raises
     ------
@@ -193,7 +203,8 @@ def earlier_answers(path: Path, *, with_simulated: bool = False) -> tuple[Compar
         what = "this is neither a table of comparisons nor results"
         raise ResultsError(Finding(what, str(path), remedy="name a TABLE.csv, or a folder of results"))
     if path.suffix.lower() == ".csv":
-        return read_table(path), ()
+        table = read_any(path, keep_na=keep_na)
+        return table.comparisons, table.warnings
     pooled = pool(read_results(path), with_simulated=with_simulated)
     return from_sessions(pooled.sessions), pooled.notes
 
