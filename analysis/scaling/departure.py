@@ -4,6 +4,10 @@ Pearson's statistic is the score test of a free chance for each pair and outcome
 observer's counts of an outcome and of all answers to a pair, p the law's chance, and N₊ all observers' N, the observer
 contributes (O − N p) / √(N₊ p), less what the strengths and further parameters take up. These sum to Pearson's
 residuals, and `analysis.scaling.robust_tests` says how large their sum of squares is by accident.
+
+Where Firth's penalty alone keeps strengths finite, it holds the chances of pairs that all observers answered alike away
+from 1, and all observers miss them by the same: small residuals that a test over observers takes for a finding. They
+never decide: the χ² distribution's p is the verdict there wherever it is the larger.
 """
 
 from __future__ import annotations
@@ -26,6 +30,10 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 BLOCK_COLUMNS = 4096
+HELD = (
+    "Only the penalty keeps these scores finite, and part of the residuals is the penalty's: they are no evidence "
+    "against one scale, and the test over observers is left out."
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +67,8 @@ def one_scale(comparisons: Comparisons, fit: Fit) -> OneScale | None:
         return OneScale(tested.statistic, tested.df, tested.p, by_observers=True, caveat=None)
     if goodness is None or goodness.p_pearson is None or fit.method == "map":
         return None
-    return OneScale(goodness.pearson, goodness.df, goodness.p_pearson, by_observers=False, caveat=goodness.caveat)
+    caveat = HELD if fit.held_by_penalty else goodness.caveat
+    return OneScale(goodness.pearson, goodness.df, goodness.p_pearson, by_observers=False, caveat=caveat)
 
 
 def departure(comparisons: Comparisons, fit: Fit) -> ObserverTest | None:
@@ -68,8 +77,8 @@ def departure(comparisons: Comparisons, fit: Fit) -> ObserverTest | None:
     Returns
     -------
     ObserverTest | None
-        None where there is no maximum, a prior was used, no degrees of freedom are left, or fewer than five observers
-        are named.
+        None where there is no maximum, a prior was used, no degrees of freedom are left, fewer than five observers are
+        named, or the penalty alone keeps strengths finite and p would be below that of the χ² distribution.
     """
     goodness = fit.goodness
     if goodness is None or fit.method == "map" or goodness.df < 1 or len(comparisons.observers) < FEWEST_OBSERVERS:
@@ -84,7 +93,9 @@ def departure(comparisons: Comparisons, fit: Fit) -> ObserverTest | None:
     expected = Counts(counts.n, counts.first, counts.second, won, lost, tied, counts.ordered)
     slopes = observer_slopes(counts, answers, law, point)
     taken_up = slopes @ joint_covariance(expected, law, point)[0] @ slopes.T
-    return from_products(_products(answers, counts.total[0], chances) - taken_up, goodness.df)
+    tested = from_products(_products(answers, counts.total[0], chances) - taken_up, goodness.df)
+    below = tested is not None and goodness.p_pearson is not None and tested.p < goodness.p_pearson
+    return None if below and fit.held_by_penalty else tested
 
 
 def _products(answers: Answers, total: Floats, chances: Floats) -> Floats:

@@ -17,6 +17,9 @@ each group others: the statistic is then too large. So it is compared with the s
 
 follows about the F distribution of r and (G − 1) r degrees of freedom. r counts the directions in which observers
 vary, (tr Σ)² / tr Σ² with Σ the covariance of an observer's contribution; both parts are products of two observers'.
+
+Where a penalty or a prior holds the pooled strengths, groups of other pairs miss them by other amounts, alike for all
+observers: F then counts only where its p is at least that of the χ² distribution.
 """
 
 from __future__ import annotations
@@ -38,6 +41,7 @@ from documents.text import json_fields
 
 Floats = NDArray[np.float64]
 FEWEST_OBSERVERS = 3
+NO_SPREAD = 1e-9  # of the trace: observers who differ by rounding alone do not vary
 MOST_UNITS = 2000  # K of more observers would not fit into memory: several make a unit
 
 
@@ -53,9 +57,11 @@ class GroupAgreement:
         Chance of at least this statistic by the χ² distribution: only for answers that are all independent.
     f, df_between, df_within, p
         The statistic over the spread between observers, F, with its degrees of freedom, and its p, by which to judge;
-        None with fewer than three observers, or where they do not vary.
+        None where ``missing`` says why.
     observers
         How many observers there are.
+    missing
+        Why there is no test by observers; None if there is one.
     """
 
     statistic: float
@@ -66,6 +72,12 @@ class GroupAgreement:
     df_within: float | None
     p: float | None
     observers: int
+    missing: str | None = None
+
+    @property
+    def verdict_p(self) -> float:
+        """The p value to judge by: by observers where there is one."""
+        return self.p_model if self.p is None else self.p
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
@@ -97,15 +109,24 @@ def group_agreement(pooled: Fit, groups: Sequence[Comparisons], items: Sequence[
     units, statistic = len(kernel), max(0.0, float(kernel.sum()))
     p_model = float(chdtrc(df, statistic))
     within = float(np.trace(kernel)) - statistic / units
-    if units < FEWEST_OBSERVERS or within <= 0:
-        return GroupAgreement(statistic, df, p_model, None, None, None, None, people)
+
+    def untested(why: str) -> GroupAgreement:
+        return GroupAgreement(statistic, df, p_model, None, None, None, None, people, why)
+
+    if units < FEWEST_OBSERVERS:
+        return untested(f"it needs {FEWEST_OBSERVERS} observers or more")
+    if within <= NO_SPREAD * float(np.trace(kernel)):
+        return untested("all observers agree")
     f = statistic / within * (units - 1) / units
     diagonal = np.diag(kernel)
     squares = float((kernel**2).sum() - (diagonal**2).sum())
     products = float(diagonal.sum() ** 2 - (diagonal**2).sum())
     directions = float(np.clip(products / squares, 1, df)) if squares > 0 else float(df)
     spread = (units - 1) * directions
-    return GroupAgreement(statistic, df, p_model, f, directions, spread, float(fdtrc(directions, spread, f)), people)
+    p = float(fdtrc(directions, spread, f))
+    if pooled.held_by_penalty and p < p_model:
+        return untested("only a penalty or a prior holds the scores, and part of the residuals is its own")
+    return GroupAgreement(statistic, df, p_model, f, directions, spread, p, people)
 
 
 def _kernel(pooled: Fit, groups: Sequence[Comparisons], items: Sequence[list[int]]) -> tuple[Floats, int, int]:

@@ -82,7 +82,7 @@ def agreement_lines(grouped: GroupedScores) -> list[str]:
     elif test.f is None or test.p is None:
         lines = [
             f"one scale for all groups: χ² = {test.statistic:.4g} on {test.df} df, p = {test.p_model:.2g} if all "
-            "answers are independent; a test by observer needs three observers or more"
+            f"answers are independent; no test by observers: {test.missing}"
         ]
     else:
         lines = [

@@ -14,7 +14,7 @@ from analysis.scaling.counts import Counts
 from analysis.scaling.goodness import Goodness, goodness_of_fit
 from analysis.scaling.laws import LAWS, Model
 from analysis.scaling.robust_tests import ObserverTest
-from analysis.scaling.separation import Groups, Separation, separated_items
+from analysis.scaling.separation import Groups, Separation, are_connected, separated_items
 from documents.text import json_fields
 
 if TYPE_CHECKING:
@@ -219,6 +219,13 @@ class Fit:
     def separated_items(self) -> tuple[int, ...]:
         """Indices of the items outside the largest group; all where no group is the largest; none if sound."""
         return separated_items(self.separated)
+
+    @property
+    def held_by_penalty(self) -> bool:
+        """Whether residuals are the penalty's too: it alone keeps strengths finite, or a prior was used."""
+        if self.method != "firth":
+            return self.method == "map"
+        return not are_connected(self.counts.wins())[0]
 
     @property
     def goodness(self) -> Goodness | None:

@@ -100,7 +100,7 @@ def agreement_words(test: GroupAgreement, factor: str, alpha: float) -> str:
     """Return the test whether one scale serves all groups, and what follows from it, in words."""
     if test.f is None or test.p is None or test.df_between is None or test.df_within is None:
         statistic = f"χ² = {fixed(test.statistic, 1)} on {test.df} degrees of freedom"
-        p, basis = test.p_model, " if all answers are independent; the test by observer needs three observers"
+        p, basis = test.p_model, f" if all answers are independent (no test by observers: {test.missing})"
     else:
         degrees = f"{fixed(test.df_between, 1)} and {fixed(test.df_within, 1)} degrees of freedom"
         statistic, p, basis = f"F = {fixed(test.f, 2)} on {degrees}", test.p, " with the observer as the unit"

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from itertools import product
+import json
+from itertools import combinations, product
+from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from numpy.typing import NDArray
 
 from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.scaling.departure import departure
 from analysis.scaling.fitting import fit_model
+from analysis.scaling.grouped import score_groups
 from analysis.scaling.laws import Model
 from analysis.scaling.robust_tests import WEBB, from_products, score_test
+from runner.cli.main import group as command
 
 Floats = NDArray[np.float64]
 # Of 80 studies at the level 0.05, more are false once in 3000 runs.
@@ -159,3 +164,51 @@ def test_few_answers_to_each_pair_are_no_departure_from_a_scale_and_circles_are(
         false, found = false + (test.p <= 0.05), found + (planted.p <= 0.05)
     assert false <= MOST_FALSE
     assert found >= 64
+
+
+def ranked(orders: list[str], group: str = "") -> list[Answer]:
+    """Answers to all pairs by observers who each follow one order of the items, best first."""
+    return [
+        Answer(pair[0], pair[1], 1.0, f"o{place}", group=group)
+        for place, order in enumerate(orders)
+        for pair in combinations(order, 2)
+    ]
+
+
+def p_of_one_scale(tmp_path: Path, answers: list[Answer]) -> tuple[float, float | None]:
+    """The p values that `scores --method firth --json` gives: plain, and by observers."""
+    rows = ["observer,winner,loser", *(f"{one.observer},{one.winner},{one.loser}" for one in answers)]
+    (tmp_path / "answers.csv").write_text("\n".join(rows), encoding="utf-8")
+    shown = CliRunner().invoke(command, ["scores", str(tmp_path / "answers.csv"), "--method", "firth", "--json"])
+    fits = json.loads(shown.stdout)["goodness_of_fit"]
+    return fits["p_pearson"], fits["by_observers"] and fits["by_observers"]["p"]
+
+
+@pytest.mark.parametrize("orders", [["abcde"] * 10, ["abcde"] * 9 + ["bacde"], ["abcde"] * 8 + ["bacde", "abdce"]])
+def test_rankings_that_a_penalty_keeps_finite_are_not_rejected(tmp_path: Path, orders: list[str]) -> None:
+    plain, own = p_of_one_scale(tmp_path, ranked(orders))
+    assert plain > 0.5
+    assert own is None or own >= plain
+
+
+def test_circles_beside_an_item_that_always_wins_are_found(tmp_path: Path) -> None:
+    circles = [
+        Answer(pair[0], pair[1], 1.0, f"{one}") for one in range(12) for pair in ("ab", "bc", "ca", "zc", "za", "zb")
+    ]
+    circles += [Answer("c", "b", 1.0, "x"), Answer("b", "a", 1.0, "x")]
+    plain, own = p_of_one_scale(tmp_path, circles)
+    assert max(plain, own or 0.0) < 0.01
+
+
+@pytest.mark.parametrize("sets", [("abcd", "abd", "abd"), ("abcd", "abd"), ("abcdefg", "cdeg"), ("abcdefg", "acdg")])
+@pytest.mark.parametrize("people", [14, 15])
+@pytest.mark.parametrize("swapped", [False, True])
+def test_groups_whose_observers_agree_are_not_apart(sets: tuple[str, ...], people: int, swapped: bool) -> None:
+    answers = []
+    for place, items in enumerate(sets):
+        last = items[:-2] + items[:-3:-1] if swapped else items
+        answers += ranked([items] * (people - 1) + [last], f"g{place}")
+    agreement = score_groups(from_answers(answers), method="firth").agreement
+    assert agreement is not None
+    assert agreement.verdict_p > 0.2
+    assert (agreement.p is None) == (agreement.missing is not None)
