@@ -60,6 +60,7 @@ _DISPLAY = {
 _WHOLE: Mapping[str, Callable[[Any], Any]] = {
     "blocks": lambda part: {**_EXPERIMENT, **part},
     "analysis": lambda part: {**_EXPERIMENT, **part},
+    "methods": lambda part: {**_EXPERIMENT, **part},
     "style": lambda part: {**_EXPERIMENT, **part},
     "keys": lambda part: {**_EXPERIMENT, **part},
     "psychometric": lambda part: {**_OBSERVERS, **part},

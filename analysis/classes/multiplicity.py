@@ -139,7 +139,7 @@ def single_step(absolute_z: Floats, covariance: Floats, most_samples: int = MAXZ
     contrasts = np.divide(
         root[first] - root[second], error[:, None], out=np.zeros((len(first), len(root))), where=error[:, None] > 0
     )
-    samples = int(np.clip(MAXZ_MOST_NUMBERS // len(first), min(MAXZ_FEWEST_SAMPLES, most_samples), most_samples))
+    samples = maxz_draws(len(first), most_samples)
     random = np.random.default_rng(MAXZ_SEED)
     largest = np.empty(samples)
     block = max(1, 2_000_000 // len(first))
@@ -148,6 +148,12 @@ def single_step(absolute_z: Floats, covariance: Floats, most_samples: int = MAXZ
         largest[start : start + block] = np.abs(draws @ contrasts.T).max(axis=1)
     largest.sort()
     return 1 - np.searchsorted(largest, absolute_z, side="left") / samples
+
+
+def maxz_draws(pairs: int, most: int = MAXZ_SAMPLES, *, clustered: bool = False) -> int:
+    """Return how many draws ``maxz`` makes for so many pairs, by a covariance that is ``clustered`` or not."""
+    fewest = min(MAXZ_FEWEST_SAMPLES, most)
+    return fewest if clustered else int(np.clip(MAXZ_MOST_NUMBERS // pairs, fewest, most))
 
 
 def clustered_single_step(absolute_t: Floats, spread: Spread, samples: int = MAXZ_FEWEST_SAMPLES) -> Floats:

@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 
 SHUFFLES = 9999
 MOST_STEPS = 50_000_000
-_SEED = 1940
+SEED = 1940
 _MOST_NUMBERS = 300_000_000
 _FEWEST_SHUFFLES = 999
 _BLOCK = 1_000_000
@@ -65,6 +65,8 @@ class Concordance:
     strangers_p
         Probability of at least this agreement between observers with unrelated preferences, by permuted names of the
         items; None unless every observer compared every two items.
+    shuffles
+        How many permutations that is from; 0 without it.
     """
 
     u: float
@@ -76,6 +78,7 @@ class Concordance:
     chance: Tail | None
     chi_square: ChiSquare | None
     strangers_p: float | None
+    shuffles: int = 0
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
@@ -119,7 +122,7 @@ def kendall_u(comparisons: Comparisons, shuffles: int = SHUFFLES) -> Concordance
         return None
     split = (k**2 - lead**2) // 4
     disagreements, decided_twice = int(split.sum()), int((k * (k - 1)).sum()) // 2
-    full = bool((pairs_each == len(k)).all())
+    made = _shuffles(parts, shuffles) if (pairs_each == len(k)).all() else 0
     return Concordance(
         u=(decided_twice - 2 * disagreements) / shared,
         least=(decided_twice - 2 * int((k**2 // 4).sum())) / shared,
@@ -131,7 +134,8 @@ def kendall_u(comparisons: Comparisons, shuffles: int = SHUFFLES) -> Concordance
         chi_square=_chi_square(int(k[0]), len(k), decided_twice - disagreements)
         if (k == len(pairs_each)).all()
         else None,
-        strangers_p=_strangers_p(parts, balance, shuffles) if full and shuffles else None,
+        strangers_p=_strangers_p(parts, balance, made) if made else None,
+        shuffles=made,
     )
 
 
@@ -177,6 +181,12 @@ def _chi_square(m: int, pairs: int, agreements: int) -> ChiSquare | None:
     return ChiSquare(statistic, df, float(chdtrc(df, max(statistic, 0.0))))
 
 
+def _shuffles(parts: Sequence[Comparisons], most: int) -> int:
+    """Return how many permutations are made of ``most`` that were asked for."""
+    numbers = len(parts[0].observers) * sum(len(part.items) ** 2 for part in parts)
+    return min(most, max(_FEWEST_SHUFFLES, _MOST_NUMBERS // numbers))
+
+
 def _strangers_p(parts: Sequence[Comparisons], balance: Sequence[NDArray[np.int64]], shuffles: int) -> float:
     """Return the share of permutations with at least the observed agreement, the observed order among them.
 
@@ -188,11 +198,10 @@ def _strangers_p(parts: Sequence[Comparisons], balance: Sequence[NDArray[np.int6
     """
     people = len(parts[0].observers)
     sizes = [len(part.items) for part in parts]
-    shuffles = min(shuffles, max(_FEWEST_SHUFFLES, _MOST_NUMBERS // (people * sum(n * n for n in sizes))))
     squares = np.zeros(shuffles, dtype=np.int64)
     for number, (part, n) in enumerate(zip(parts, sizes, strict=True)):
         everyone = np.array([verdict for _, verdict, _ in verdicts(part)])
-        random = np.random.default_rng([_SEED, people, n, *([number] if number else [])])
+        random = np.random.default_rng([SEED, people, n, *([number] if number else [])])
         block = max(1, _BLOCK // (n * n))
         for start in range(0, shuffles, block):
             size = min(block, shuffles - start)

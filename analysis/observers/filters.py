@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from analysis.errors import ResultsError
@@ -64,6 +64,7 @@ class Kept:
     """The ``sessions`` that remain, in order, the ``rule``, and for each observer ``left_out`` the reasons.
 
     ``simulated`` are the codes of simulated observers who do not count beside people, ``notes`` say so in a sentence.
+    ``answers`` are how many answers of each of both do not count.
     """
 
     sessions: tuple[SessionLog, ...]
@@ -71,6 +72,7 @@ class Kept:
     left_out: Mapping[str, tuple[str, ...]]
     simulated: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    answers: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def sentence(self) -> str:
@@ -85,7 +87,8 @@ class Kept:
         reasons = {observer: list(why) for observer, why in self.left_out.items()}
         remain = list(sessions_by_observer(self.sessions))
         simulated = list(self.simulated)
-        return {"rule": self.rule.sentence, "kept": remain, "left_out": reasons, "simulated": simulated}
+        out = {"left_out": reasons, "simulated": simulated, "answers": dict(self.answers)}
+        return {"rule": self.rule.sentence, "kept": remain, **out}
 
 
 def keep(sessions: Sequence[SessionLog], rule: Filter) -> Kept:
@@ -135,7 +138,13 @@ def keep(sessions: Sequence[SessionLog], rule: Filter) -> Kept:
         everyone = "; ".join(f"{name}: {', '.join(reasons)}" for name, reasons in left_out.items())
         raise ResultsError(Finding(f"the filter leaves no observer ({everyone})", remedy="relax the filter"))
     kept = tuple(session for session in pooled.sessions if session.header.observer not in left_out)
-    return Kept(kept, rule, left_out, pooled.left_out.simulated, pooled.notes)
+    simulated = [one for one in sessions if one.header.simulated and pooled.left_out.simulated]
+    answers: dict[str, int] = {}
+    for session in [*(one for one in pooled.sessions if one.header.observer in left_out), *simulated]:
+        code = session.header.observer
+        name = code if code in left_out else f"{code} (simulated)"
+        answers[name] = answers.get(name, 0) + sum(trial.is_task for trial in session.trials)
+    return Kept(kept, rule, left_out, pooled.left_out.simulated, pooled.notes, answers)
 
 
 def _reasons(name: str, sessions: Sequence[SessionLog], rule: Filter) -> tuple[str, ...]:

@@ -36,6 +36,7 @@ if TYPE_CHECKING:  # the models of all records: only who reads a log needs them
     from analysis.records.trial_record import TrialRecord
 
 FILE_NAME = "session.jsonl"
+_NO_TASK = frozenset(("instructions", "break", "practice", "questionnaire", "screening"))
 
 Json = Mapping[str, Any]
 
@@ -117,6 +118,11 @@ class Trial:
     def is_practice(self) -> bool:
         """Whether it is practice, which is not analysed."""
         return self.kind == "practice"
+
+    @property
+    def is_task(self) -> bool:
+        """Whether it answers the task: no page, practice, question or vision test."""
+        return self.kind not in _NO_TASK
 
     @property
     def is_outcome(self) -> bool:

@@ -1,3 +1,4 @@
+from .checklist import METHODS_ITEMS as METHODS_ITEMS
 from .grouped import common_names as common_names
 from .page import write_report as write_report
 from .report import Report as Report

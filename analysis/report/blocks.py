@@ -67,11 +67,21 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Paragraph:
-    """A paragraph of text; ``small`` for explanations."""
+    """A paragraph of text; ``small`` for explanations. ``blanks`` are parts of it, in order, to be filled in."""
 
     text: str
     small: bool = False
+    blanks: tuple[str, ...] = ()
     kind: ClassVar[str] = "paragraph"
+
+    @property
+    def pieces(self) -> tuple[tuple[str, bool], ...]:
+        """The text in pieces, each with whether it is a blank."""
+        pieces, rest = [], self.text
+        for blank in self.blanks:
+            before, _, rest = rest.partition(blank)
+            pieces += [(before, False), (blank, True)]
+        return tuple(piece for piece in [*pieces, (rest, False)] if piece[0])
 
 
 @dataclass(frozen=True, slots=True)

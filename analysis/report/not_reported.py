@@ -56,8 +56,6 @@ BY_KIND: Mapping[str, Mapping[str, str]] = MappingProxyType(
             "response_time_s": _TIME,
         },
         "questionnaire": {
-            "name": "the question's short name",
-            "answered_by": "the kind of question",
             "response_time_s": _TIME,
         },
         "screening": {

@@ -45,6 +45,7 @@ def write_report(
     adjust: Adjust | None = None,
     covariance: CovarianceChoice | None = None,
     rule: Filter | None = None,
+    given: Mapping[str, str] | None = None,
     published: Published | None = None,
     thumbnails: Thumbnails | None = None,
     csv_folder: Path | None = None,
@@ -64,6 +65,8 @@ def write_report(
         the first session's header.
     rule
         Which observers to leave out; nobody if None. The page reports it.
+    given
+        Facts for Methods that no log holds, by the code of their item; None: none are known.
     published
         Published score and class by stimulus, to show beside the computed ones.
     thumbnails
@@ -100,7 +103,7 @@ def write_report(
     >>> report.kinds
     ('Paired comparisons',)
     """
-    report = describe(sessions, alpha, adjust, covariance, rule)
+    report = describe(sessions, alpha, adjust, covariance, rule, given)
     sections = sections_of(report, published or {}, thumbnails or {})
     page = _page(report, sections)
     if figure_folder is not None:
@@ -179,18 +182,7 @@ def sections_of(report: Report, published: Published, thumbnails: Thumbnails) ->
         timing_section(report.sessions),
         people_section(report.sessions),
         unreported_section(report.sessions),
-        methods_section(
-            report.sessions,
-            report.kept,
-            compared,
-            adjustment,
-            series=report.series,
-            ratings=report.ratings,
-            preferences=report.preferences is not None,
-            thresholds=report.thresholds is not None,
-            factors=report.factors is not None,
-            observers=report.observers is not None,
-        ),
+        methods_section(report.methods, report.header),
     ]
     return tuple(section for section in sections if section is not None)
 

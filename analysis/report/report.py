@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from analysis.classes.multiplicity import Adjust
@@ -23,6 +23,7 @@ from analysis.report.grouped import GroupedSummary, summarise_groups
 from analysis.report.not_reported import unreported
 from analysis.report.notes import on_sessions
 from analysis.report.sections.factors import effects_of
+from analysis.report.sections.methods import Methods, methods_of
 from analysis.report.sections.reviewers import Review, review_of
 from analysis.report.summary import Summary, summarise
 from analysis.report.words import counted
@@ -78,6 +79,8 @@ class Report:
         Sentences that a reader needs before the numbers.
     failed
         The checks that failed, with reason and remedy.
+    methods
+        What a Methods section says, item by item, with blanks for what nobody recorded.
     """
 
     header: Header
@@ -94,6 +97,7 @@ class Report:
     thresholds: ThresholdSummary | None
     notes: tuple[str, ...]
     failed: tuple[FailedCheck, ...]
+    methods: Methods = field(default_factory=Methods)
 
     @property
     def kinds(self) -> tuple[str, ...]:
@@ -141,6 +145,7 @@ class Report:
             parts["preferences"] = self.preferences.to_json()
         if self.thresholds is not None:
             parts["thresholds"] = self.thresholds.to_json()
+        parts["methods"] = self.methods.to_json()
         parts["not_reported"] = [field.to_json() for field in unreported(self.sessions)]
         return parts
 
@@ -151,6 +156,7 @@ def describe(
     adjust: Adjust | None = None,
     covariance: CovarianceChoice | None = None,
     rule: Filter | None = None,
+    given: Mapping[str, str] | None = None,
 ) -> Report:
     """Compute all results of the sessions of an experiment.
 
@@ -162,6 +168,8 @@ def describe(
         As `analysis.report.summary.summarise`.
     rule
         Which observers to leave out; nobody if None, but simulated observers do not count beside people.
+    given
+        Facts for Methods that no log holds, by the code of their item (`analysis.report.METHODS_ITEMS`).
 
     Returns
     -------
@@ -171,8 +179,8 @@ def describe(
     Raises
     ------
     ResultsError
-        If the sessions cannot be analysed together, have no answer or a damaged record; as
-        `analysis.observers.filters`.
+        If the sessions cannot be analysed together, have no answer or a damaged record, or ``given`` names something
+        else; as `analysis.observers.filters`.
 
     Examples
     --------
@@ -208,7 +216,7 @@ def describe(
     if compared:
         observers = observers_in_sessions(remaining, shuffles=SHUFFLES, comparisons=compared.comparisons)
     ratings = ratings_in(remaining)
-    return Report(
+    report = Report(
         header=remaining[0].header,
         sessions=tuple(remaining),
         kept=kept,
@@ -224,6 +232,7 @@ def describe(
         notes=tuple(dict.fromkeys(notes)),
         failed=failed_checks(remaining, compared, observers, ratings),
     )
+    return replace(report, methods=methods_of(report, given or {}))
 
 
 def _compared(
@@ -252,7 +261,7 @@ def _without_scores(sessions: Sequence[SessionLog]) -> Iterator[str]:
 
 
 def print_report(report: Report, published: Published | None = None, console: Console | None = None) -> None:
-    """Print the scores, a sentence for each part, who was left out, the notes, and the checks that failed.
+    """Print the scores, a sentence for each part, who was left out, notes, what Methods lack, and checks that failed.
 
     Parameters
     ----------
@@ -276,5 +285,7 @@ def print_report(report: Report, published: Published | None = None, console: Co
         console.print(Text(f"{report.kept.rule.sentence} {report.kept.sentence}"))
     for note in report.notes:
         console.print(Text(f"Note: {note}", style="yellow"))
+    if report.methods.missing:
+        console.print(Text(report.methods.sentence))
     for check in report.failed:
         console.print(Text.assemble((f"Check failed: {check.check}. ", "red"), f"{check.reason} {check.remedy}"))

@@ -26,7 +26,7 @@ Floats = NDArray[np.float64]
 
 FEWEST_OBSERVERS = 5
 MOST_FOR_ALL_DRAWS = 200
-DRAWS, DRAWS_OF_MANY = 9999, 1999
+DRAWS, DRAWS_OF_MANY, SEED = 9999, 1999, 0
 WEBB: Floats = np.sqrt(np.array([0.5, 1.0, 1.5])) * np.array([[-1.0], [1.0]])
 TOLERANCE = 1e-9
 
@@ -106,5 +106,10 @@ def from_products(products: Floats, df: int, weights: Floats | None = None) -> O
 
 def webb_weights(observers: int) -> Floats:
     """Draw the random weights of each of ``observers``, shape (draws, observers); always the same."""
-    draws = DRAWS_OF_MANY if observers > MOST_FOR_ALL_DRAWS else DRAWS
-    return np.asarray(WEBB.ravel()[np.random.default_rng(0).integers(0, WEBB.size, (draws, observers))])
+    shape = draws_for(observers), observers
+    return np.asarray(WEBB.ravel()[np.random.default_rng(SEED).integers(0, WEBB.size, shape)])
+
+
+def draws_for(observers: int) -> int:
+    """Return how many random weights a test of so many observers draws for each."""
+    return DRAWS_OF_MANY if observers > MOST_FOR_ALL_DRAWS else DRAWS

@@ -24,6 +24,7 @@ Floats = NDArray[np.float64]
 MOST_EXACT = 16
 DRAWS = 100_000
 SEED = 1935
+COCHRAN_DRAWS, COCHRAN_SEED = 20_000, 1950
 _BLOCK_NUMBERS = 4_000_000
 _ROUNDING = 1e-11
 
@@ -124,10 +125,10 @@ def cochran(rows: Floats) -> tuple[float | None, float | None]:
         return None, None
     varying = centred[(centred != 0).any(axis=1)]
     statistic = (k - 1) * float((varying.sum(axis=0) ** 2).sum()) / within
-    random = np.random.default_rng(1950)
+    random = np.random.default_rng(COCHRAN_SEED)
     varying = np.sort(varying, axis=1)
     varying = varying[np.lexsort(varying.T)]
-    draws = 20_000
+    draws = COCHRAN_DRAWS
     sums = np.zeros((draws, k))
     for row in varying:
         sums += random.permuted(np.broadcast_to(row, (draws, k)), axis=1)

@@ -60,7 +60,7 @@ from runner.cli.number_types import COUNT, NUMBER
 @click.option(
     "--experiment",
     type=click.Path(path_type=Path),
-    help="Experiment file, for pictures of the stimuli. Default: experiments/NAME.yaml.",
+    help="Experiment file, for pictures of the stimuli and facts for Methods. Default: experiments/NAME.yaml.",
 )
 @click.option(
     "--thumbnails/--no-thumbnails",

@@ -8,10 +8,12 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, StringConstraints, create_model
 
+from analysis.report import METHODS_ITEMS
 from devices.display import AskMonitor, Rig, read_rig
 from documents import Finding, InputError, load_document
 from documents.files import beside, looked_for, no_file_name
@@ -88,6 +90,23 @@ class AnalysisSpec(Strict):
     """The largest difference that does not matter, such as 0.5jnd or 55:45."""
 
 
+Fact = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=2000)]
+_FACTS: Mapping[str, Any] = MappingProxyType(
+    {
+        item.code: (Annotated[Fact | None, Field(description=item.question)], None)
+        for item in METHODS_ITEMS
+        if item.may_be_given
+    }
+)
+MethodsSpec = create_model(
+    "MethodsSpec",
+    __base__=Strict,
+    __doc__="What a paper must say and no log can: each fact fills a blank of the report's Methods.",
+    __module__=__name__,
+    **_FACTS,
+)
+
+
 class ExperimentSpec(Strict):
     """An experiment file. ``rig`` and ``stimuli`` are paths relative to it."""
 
@@ -115,6 +134,27 @@ class ExperimentSpec(Strict):
     """Other keys for the answers, by what they mean."""
     words: OwnWords = Field(default_factory=dict)
     """Other words of the interface, and its language."""
+    # No part of what a digest is made of: facts may be written when the sessions are over.
+    methods: Annotated[MethodsSpec, Field(exclude=True)] = MethodsSpec()
+    """What a paper must say and no log can, such as why there are so many observers, for the report's Methods."""
+
+    @property
+    def facts(self) -> Mapping[str, str]:
+        """The facts of ``methods`` that are given, by the code of their item."""
+        return self.methods.model_dump(exclude_none=True)
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of what the file says, whatever its comments and layout, and without its ``methods``.
+
+        A file that leaves the reference out keeps the digest that it had when that meant a physical one: its sessions
+        can be resumed.
+        """
+        spec = self
+        if "reference" not in spec.layout.model_fields_set:
+            layout = spec.layout.model_copy(update={"reference": PHYSICAL})
+            spec = spec.model_copy(update={"layout": layout})
+        return hashlib.sha256(spec.model_dump_json().encode()).hexdigest()
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,16 +238,8 @@ class Experiment:
 
     @property
     def digest(self) -> str:
-        """SHA-256 of what the file says, whatever its comments and layout.
-
-        A file that leaves the reference out keeps the digest that it had when that meant a physical one: its sessions
-        can be resumed.
-        """
-        spec = self.spec
-        if "reference" not in spec.layout.model_fields_set:
-            layout = spec.layout.model_copy(update={"reference": PHYSICAL})
-            spec = spec.model_copy(update={"layout": layout})
-        return hashlib.sha256(spec.model_dump_json().encode()).hexdigest()
+        """SHA-256 of what the file says, whatever its comments and layout, and without its ``methods``."""
+        return self.spec.digest
 
     def refuse_name_clashes(self) -> None:
         """Raise SessionError if a name means different things in two blocks, which results could not tell apart."""

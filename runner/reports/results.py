@@ -7,7 +7,7 @@ import re
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -18,9 +18,10 @@ from analysis.observers import Filter, check_tests
 from analysis.records import Header, kept_experiments, pool, read_results
 from analysis.report import Report, write_report
 from analysis.scaling import CovarianceChoice
-from documents import Finding
+from documents import Finding, InputError
 from documents.files import read_regular_text, whole_file
 from documents.fonts import undrawable
+from documents.yaml import load_document
 from runner.errors import SessionError
 from runner.protocol.shipped import shipped_folder
 from runner.reports.thumbnails import find_shown, thumbnails
@@ -50,7 +51,8 @@ class ReportOptions:
     pictures
         Whether the page shows the stimuli, where they are in the cache.
     experiment
-        The experiment file, for the pictures; None looks for ``experiments/NAME.yaml``.
+        The experiment file, for the pictures and for the facts that Methods need; None looks for
+        ``experiments/NAME.yaml``.
     pdf
         Whether to print the page to PDF too, beside it.
     csv_folder
@@ -144,9 +146,11 @@ def report_results(
     header = pool(sessions, with_simulated=options.rule.with_simulated).sessions[0].header
     folder = page.parent if output is None else first
     pictures = stimulus_pictures(header, options.experiment, progress, folder) if options.pictures else {}
+    versions = {str(digest) for session in sessions if (digest := session.header.hashes.get("experiment"))}
     report = write_report(
         sessions,
         page,
+        given=given_facts(header, options.experiment, folder, versions),
         alpha=options.alpha,
         adjust=options.adjust,
         covariance=options.covariance,
@@ -198,6 +202,36 @@ def stimulus_pictures(
         what = "these are not the stimuli and the display of the results, or the stimuli are not built"
         remedy = "name the experiment file of these sessions, or leave --experiment out"
         raise ResultsError(Finding(what, str(experiment), remedy=remedy))
+    return {}
+
+
+def given_facts(header: Header, experiment: Path | None, results: Path, versions: Collection[str]) -> Mapping[str, str]:
+    """Return the facts for Methods that the experiment file of a session gives, by the code of their item.
+
+    Without ``experiment``, its file is looked for where `stimulus_pictures` looks, and must say what one of the
+    ``versions`` said that the sessions were made with, by their SHA-256; of several files the first one with facts
+    counts.
+
+    Raises
+    ------
+    InputError
+        If ``experiment`` is named, but cannot be read or is not that of the session.
+    """
+    from runner.protocol.experiment import ExperimentSpec
+
+    if experiment is not None:
+        spec, source = load_document(experiment, ExperimentSpec, "experiment")
+        if spec.name != header.experiment:
+            what = f"the results are of the experiment '{header.experiment}', not of '{spec.name}'"
+            raise ResultsError(source.finding(("name",), what, "name the experiment file of these sessions"))
+        return spec.facts
+    for file in experiment_files(header, results):
+        try:
+            spec, _ = load_document(file, ExperimentSpec, "experiment")
+        except InputError:  # none there, or one that is being edited: `check` says what is wrong with it
+            continue
+        if spec.facts and spec.name == header.experiment and spec.digest in versions:
+            return spec.facts
     return {}
 
 

@@ -66,7 +66,7 @@ BLOCKS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "questionnaire": (
             "questions: [{name: age, question: How old, kind: number, unit: years, lowest: 1, highest: 99}, "
-            "{name: hand, question: Which hand, kind: choice, options: [left, right]}, "
+            "{name: gender, question: Which gender, kind: choice, options: [woman, man]}, "
             "{name: other, question: Which hand, kind: choice, options: [left, right], required: false}, "
             "{name: words, question: What else, kind: text, required: false}]",
         ),

@@ -1,31 +1,39 @@
-"""The Methods section: paragraphs for a paper that describe what was done."""
+"""The Methods section: paragraphs for a paper that describe what was done, with blanks for what nobody recorded."""
 
 from __future__ import annotations
 
+import importlib.metadata
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from statistics import median
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from analysis.comparisons.session_comparisons import is_comparison
-from analysis.observers.filters import Kept
+from analysis.comparisons.session_comparisons import is_comparison, is_tie
+from analysis.errors import ResultsError
 from analysis.observers.responses import catch_results
 from analysis.ratings.ratings import RatingSummary
 from analysis.records.answered_by import who_answered
+from analysis.records.results import sessions_by_observer
+from analysis.records.seal import notes_on_seals
 from analysis.records.seen import Seen
 from analysis.records.session_record import Header, SessionLog
-from analysis.report.blocks import Block, Facts, Numbered, Paragraph, Section
-from analysis.report.grouped import GroupedSummary
+from analysis.records.times import SessionTimes, duration
+from analysis.report.blocks import Block, Column, Facts, Numbered, Paragraph, Section, Table
+from analysis.report.checklist import METHODS_ITEMS, Answer, answer
 from analysis.report.notes import nominal_words, recorded
 from analysis.report.references import Citations
-from analysis.report.sections.observers import left_out_words, screening_words
+from analysis.report.sections.observers import QUESTIONNAIRE, left_out_words, screening_words
 from analysis.report.sections.seen import NO_EYE, methods_words, white_place
-from analysis.report.sections.series import weighting
 from analysis.report.sections.shown import timing_facts
-from analysis.report.summary import Answered, Summary
-from analysis.report.words import counted, fixed, key_words, listed, plain
-from analysis.series.summary import SeriesSummary
+from analysis.report.sections.statistics import analysis_words, correction_words, draws_words, effect_words, p_words
+from analysis.report.words import counted, key_words, listed, plain
+from documents import Finding
 from documents.files import unprotected
+from documents.text import did_you_mean
+
+if TYPE_CHECKING:
+    from analysis.report.report import Report
 
 _POOLED = {
     "active_pairs": "compared pairs of {stimuli} stimuli that were chosen by the earlier answers of all observers",
@@ -42,49 +50,160 @@ _DESIGNS = {
 _LANGUAGES = {"de": "German", "fr": "French"}
 
 
-def methods_section(
-    sessions: Sequence[SessionLog],
-    kept: Kept | None,
-    compared: Summary | GroupedSummary | None,
-    adjustment: str,
-    *,
-    series: SeriesSummary | None,
-    ratings: RatingSummary | None,
-    preferences: bool,
-    thresholds: bool,
-    factors: bool,
-    observers: bool,
-) -> Section:
-    """Return the paragraphs, their references, and the records in the sessions' headers."""
+@dataclass(frozen=True, slots=True)
+class Methods:
+    """An answer to each item of the list, in its order, and the ``works`` that they cite."""
+
+    answers: tuple[Answer, ...] = ()
+    works: tuple[str, ...] = ()
+
+    @property
+    def missing(self) -> tuple[Answer, ...]:
+        """The blanks to fill in."""
+        return tuple(one for one in self.answers if one.status == "missing")
+
+    @property
+    def sentence(self) -> str:
+        """Which facts are missing, and where to write them; empty if none is."""
+        codes = [one.item.code for one in self.missing]
+        if not codes:
+            return ""
+        return (
+            f"{counted(len(codes), 'fact')} that journals ask for {'is' if len(codes) == 1 else 'are'} missing, and "
+            f"blank in Methods: {', '.join(codes)}. Write {'it' if len(codes) == 1 else 'them'} under methods: in the "
+            "experiment file."
+        )
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON: all items, and those that are missing by code and question."""
+        missing = [{"code": one.item.code, "question": one.item.question} for one in self.missing]
+        return {"items": [one.to_json() for one in self.answers], "missing": missing, "references": list(self.works)}
+
+
+def methods_of(report: Report, given: Mapping[str, str]) -> Methods:
+    """Answer every item of the list: from the records and the computation first, then by what people have ``given``.
+
+    Raises
+    ------
+    ResultsError
+        If ``given`` names something that is no item, or that the report computes.
+    """
+    known = [item.code for item in METHODS_ITEMS if item.may_be_given]
+    for code in given:
+        if code not in known:
+            remedy = did_you_mean(code, known, f"known are {', '.join(known)}")
+            raise ResultsError(Finding(f"Methods have no blank '{code}'", remedy=remedy))
     cited = Citations()
-    header = sessions[0].header
-    paragraphs = [
-        _people(sessions, kept),
-        _display(sessions, cited),
-        _design(sessions, ratings),
-        _compared(compared, adjustment, cited) if compared else "",
-        _others(cited, series=series, ratings=ratings, preferences=preferences, factors=factors, observers=observers),
-        _thresholds(sessions, cited) if thresholds else "",
-        _software(header),
-        _protection(sessions),
-    ]
-    blocks: list[Block] = [Paragraph(text) for text in paragraphs if text]
-    if cited.keys:
-        blocks.append(Numbered(cited.works()))
-    return Section("methods", "Methods", (*blocks, Facts(tuple(_record(header)), folded="The record")))
+    simulated = who_answered(report.sessions).all_simulated
+    answers = []
+    for item in METHODS_ITEMS:
+        said = [_SAID[item.code](report, cited)] if item.code in _SAID else []
+        said += [_asked(report.sessions, item.code)] if item.source == "given" else []
+        answers.append(answer(item, " ".join(filter(None, said)), given.get(item.code, ""), simulated=simulated))
+    return Methods(tuple(answers), cited.works())
 
 
-def _people(sessions: Sequence[SessionLog], kept: Kept | None) -> str:
+def methods_section(methods: Methods, header: Header) -> Section:
+    """Return the paragraphs with their blanks and references, the list that they answer, and the header's record."""
+    parts: dict[str, list[Answer]] = {}
+    for one in methods.answers:
+        parts.setdefault(one.item.part, []).extend([] if one.status == "not_applicable" else [one])
+    blocks: list[Block] = [Paragraph(methods.sentence, small=True)] if methods.missing else []
+    for own in filter(None, parts.values()):
+        blanks = tuple(one.text for one in own if one.status == "missing")
+        blocks.append(Paragraph(" ".join(one.text for one in own), blanks=blanks))
+    if methods.works:
+        blocks.append(Numbered(methods.works))
+    blocks += [_checklist(methods), Facts(tuple(_record(header)), folded="The record")]
+    return Section("methods", "Methods", tuple(blocks))
+
+
+_FROM = {
+    "recorded": "the records",
+    "computed": "the computation",
+    "given": "the experiment file",
+    "missing": "missing",
+    "not_applicable": "does not apply",
+}
+
+
+def _checklist(methods: Methods) -> Table:
+    columns = (
+        Column("Item", "item"),
+        Column("Question", "question"),
+        Column("Answered by", "status"),
+        Column("Answer", "answer"),
+    )
+    rows = tuple((one.item.code, one.item.question, _FROM[one.status], one.text) for one in methods.answers)
+    return Table("methods", "What journals ask, and what answers it", columns, rows, folded=True)
+
+
+def _observers(report: Report, cited: Citations) -> str:
+    sessions = report.sessions
     observers = dict.fromkeys(session.header.observer for session in sessions)
     who = who_answered(sessions)
     words = f"{counted(len(observers), 'observer')} took part in {counted(len(sessions), 'session')}"
     if who.simulated:
         of_them = "all of them were" if len(observers) > 1 else "the observer was"
         words += f"; {of_them if who.all_simulated else f'{len(who.simulated)} of them were'} simulated"
-    incomplete = sum(not session.complete for session in sessions)
-    if incomplete:
-        words += f"; {counted(incomplete, 'session')} ended early; the answers until then are included"
-    return " ".join(filter(None, (f"{words}.", screening_words(sessions), left_out_words(kept))))
+    return f"{words}."
+
+
+def _exclusions(report: Report, cited: Citations) -> str:
+    """Say who was left out and why, and which answers of the others do not count."""
+    kept, sessions = report.kept, report.sessions
+    parts = [left_out_words(kept)]
+    if kept.answers:
+        parts.append(f"Answers left out: {', '.join(f'{count:,} of {name}' for name, count in kept.answers.items())}.")
+    early = [session for session in sessions if not session.complete]
+    if early:
+        answers = sum(trial.is_task for session in early for trial in session.trials)
+        parts.append(
+            f"{counted(len(early), 'session')} ended early; the answers until then are included ({answers:,} of them)."
+        )
+    trials = [trial for session in sessions for trial in session.trials]
+    if practice := sum(trial.is_practice for trial in trials):
+        parts.append(f"{counted(practice, 'practice trial')} came first and {_were(practice)} not analysed.")
+    caught = catch_results(sessions)
+    if caught.obvious or caught.identical:
+        parts.append(
+            f"{counted(caught.obvious, 'catch trial')} with an obvious answer and {caught.identical} of a stimulus "
+            "with itself were included; they are not part of the scores."
+        )
+    if ties := sum(is_comparison(trial) and is_tie(trial) for trial in trials):
+        parts.append(f"{counted(ties, 'tie')} {_were(ties)} left out of the scores.")
+    if again := sum(len(session.answers) - len(session.trials) for session in sessions):
+        parts.append(f"{counted(again, 'answer')} {_were(again)} replaced by a later one to the same trial.")
+    return " ".join(parts)
+
+
+def _were(number: int) -> str:
+    return "was" if number == 1 else "were"
+
+
+def _vision(report: Report, cited: Citations) -> str:
+    return screening_words(report.sessions)
+
+
+def _asked(sessions: Sequence[SessionLog], name: str) -> str:
+    """Say what people answered to the question of a questionnaire that has an item's name; empty if none was asked."""
+    answers, questions = [], []
+    for own in sessions_by_observer([session for session in sessions if not session.header.simulated]).values():
+        asked = [t.data for s in own for t in s.trials if t.kind == QUESTIONNAIRE and t.data.get("name") == name]
+        questions += [data.get("question") or name for data in asked]
+        said = [data for data in asked if data.get("answer") not in (None, "")]
+        answers += said[-1:]
+    if not answers:
+        return ""
+    said_by = f"Asked “{questions[0]}”, {counted(len(answers), 'observer')} answered"
+    values = [data["answer"] for data in answers]
+    numbers = [value for value in values if isinstance(value, int | float) and not isinstance(value, bool)]
+    if len(numbers) == len(values):
+        unit = f" {answers[0]['unit']}" if answers[0].get("unit") else ""
+        return f"{said_by}: {min(numbers):g} to {max(numbers):g}{unit}, median {median(numbers):g}."
+    if all(data.get("answered_by") == "choice" for data in answers):
+        return f"{said_by}: {', '.join(f'{value} ({count})' for value, count in Counter(map(str, values)).items())}."
+    return f"{said_by} in their own words (see their answers to questions)."
 
 
 def _settings_words(settings: Mapping[str, Mapping[str, Any]]) -> str:
@@ -106,10 +225,12 @@ def _setting(name: str, value: bool | float | str) -> str:
     return f"{words} {said}{' %' if '_percent' in name else ''}"
 
 
-def _display(sessions: Sequence[SessionLog], cited: Citations) -> str:
-    header = sessions[0].header
+def _display(report: Report, cited: Citations) -> str:
+    sessions, header = report.sessions, report.sessions[0].header
     display = header.display
     panel = display.get("panel") or {}
+    if not display.get("file") and not panel:
+        return ""
     words = f"{NO_EYE} " if who_answered(sessions).all_simulated else ""
     words += f"Stimuli were shown on a display described by {display.get('file', 'an unnamed file')}"
     panel_facts = (
@@ -123,82 +244,134 @@ def _display(sessions: Sequence[SessionLog], cited: Citations) -> str:
         panel_facts.append(f"{panel['bits']} bits")
     words += f" ({', '.join(panel_facts)})" if panel_facts else ""
     words += f", in the stereo mode {display.get('mode', 'that was not recorded')}"
-    if display.get("glasses"):
-        words += f", through {display['glasses']} glasses"
-    if display.get("distance_mm"):
-        words += f", at a distance of {display['distance_mm']:g} mm"
-    words += "."
+    words += f", through {display['glasses']} glasses." if display.get("glasses") else "."
     words += _settings_words(display.get("monitor_settings") or {})
+    renderer = header.presentation.get("renderer")
+    return f"{words} Frames were drawn by {renderer}." if renderer else words
+
+
+def _viewing(report: Report, cited: Citations) -> str:
+    """Say the viewing distance; where sessions differ, each with their number."""
+    distances = Counter(session.header.display.get("distance_mm") for session in report.sessions)
+    known = {mm: count for mm, count in distances.items() if mm}
+    if not known:
+        return ""
+    if len(distances) == 1:
+        return f"The viewing distance was {next(iter(known)):g} mm."
+    each = [f"{mm:g} mm in {counted(count, 'session')}" for mm, count in known.items()]
+    each += [f"not recorded in {counted(distances[None], 'session')}"] if distances[None] else []
+    return f"The viewing distance was {listed(each)}."
+
+
+def _room(report: Report, cited: Citations) -> str:
+    ambient = report.header.display.get("ambient_XYZ_cd_m2") or {}
+    levels = dict.fromkeys(f"{float(xyz[1]):.3g}" for xyz in ambient.values() if any(map(float, xyz)))
+    return f"The room's light on the screen had {' and '.join(levels)} cd/m², part of the white." if levels else ""
+
+
+def _colours(report: Report, cited: Citations) -> str:
+    sessions, display = report.sessions, report.header.display
     if nominal := nominal_words(sessions):
-        words += f" The display is nominal, not measured: its colours are those of a standard ({nominal})"
+        words = f"The display is nominal, not measured: its colours are those of a standard ({nominal})"
         every = all(session.header.nominal for session in sessions)
-        words += "." if every else ", in some of the sessions; in the others it was measured."
-    elif display.get("source"):
-        words += (
-            f" Colours were reproduced by the display's characterisation in the mode {display.get('characterised_as')} "
-            f"({display['source']})"
-        )
-        if display.get("characterised_as", display.get("mode")) != display.get("mode"):
-            words += f", although the display was not characterised in the mode {display.get('mode')}"
-        white = display.get("white_XYZ_cd_m2") or {}
-        if white:
-            levels = dict.fromkeys(f"{float(xyz[1]):.4g}" for xyz in white.values())
-            words += f", with a white of {' and '.join(levels)} cd/m²{white_place(Seen.of(sessions[0]))}"
-        room = [float(xyz[1]) for xyz in (display.get("ambient_XYZ_cd_m2") or {}).values()]
-        if any(room):
-            levels = dict.fromkeys(f"{luminance:.3g}" for luminance in room)
-            words += f", {' and '.join(levels)} cd/m² of it the room's light on the screen"
-        words += "."
+        return words + ("." if every else ", in some of the sessions; in the others it was measured.")
+    if not display.get("source"):
+        return ""
+    words = (
+        f"Colours were reproduced by the display's characterisation in the mode {display.get('characterised_as')} "
+        f"({display['source']})"
+    )
+    if display.get("characterised_as", display.get("mode")) != display.get("mode"):
+        words += f", although the display was not characterised in the mode {display.get('mode')}"
+    white = display.get("white_XYZ_cd_m2") or {}
+    if white:
+        levels = dict.fromkeys(f"{float(xyz[1]):.4g}" for xyz in white.values())
+        words += f", with a white of {' and '.join(levels)} cd/m²{white_place(Seen.of(sessions[0]))}"
+    return f"{words}."
+
+
+def _seen(report: Report, cited: Citations) -> str:
+    display, words = report.header.display, []
     crosstalk = display.get("crosstalk_cancelled")
     if crosstalk is not None and display.get("mode") != "flat":
-        words += f" Crosstalk between the eyes was {'' if crosstalk else 'not '}cancelled."
+        words.append(f"Crosstalk between the eyes was {'' if crosstalk else 'not '}cancelled.")
     if display.get("dither", "none") != "none":
-        words += f" Codes were dithered ({display['dither']})."
-    if said := methods_words(sessions, cited):
-        words += f" {said}"
-    renderer = header.presentation.get("renderer")
-    if renderer:
-        words += f" Frames were drawn by {renderer}."
-    facts = dict(timing_facts(sessions))
-    words += f" Swap intervals: {_lower(facts['Swap intervals'])} Onsets: {facts['Onsets']}"
-    return words
+        words.append(f"Codes were dithered ({display['dither']}).")
+    return " ".join(filter(None, [*words, methods_words(report.sessions, cited)]))
 
 
-def _design(sessions: Sequence[SessionLog], ratings: RatingSummary | None) -> str:
-    header = sessions[0].header
-    kinds = list(dict.fromkeys(trial.kind for session in sessions for trial in session.trials))
-    stimuli = len(header.stimuli)
+def _timing(report: Report, cited: Citations) -> str:
+    if not any(session.header.presentation.get("timing") for session in report.sessions):
+        return ""
+    facts = dict(timing_facts(report.sessions))
+    return f"Swap intervals: {_lower(facts['Swap intervals'])} Onsets: {facts['Onsets']}"
+
+
+def _stimuli(report: Report, cited: Citations) -> str:
+    """Say how many stimuli there were, and how many levels each of their factors has."""
+    stimuli = report.header.stimuli
+    levels: dict[str, dict[object, None]] = {}
+    for stimulus in stimuli:
+        for name, level in (stimulus.get("factors") or {}).items():
+            levels.setdefault(str(name), {})[level] = None
+    words = f"The number of stimuli is {len(stimuli):,}"
+    differ = [f"{key_words(name)} ({len(own)} levels)" for name, own in levels.items() if len(own) > 1]
+    return f"{words}; they differ in {listed(differ)}." if differ else f"{words}."
+
+
+def _task(report: Report, cited: Citations) -> str:
+    sessions, header = report.sessions, report.header
+    kinds = {trial.kind for session in sessions for trial in session.trials}
     designs = _DESIGNS | (_POOLED if any(session.pooled for session in sessions) else {})
-    done = [words.format(stimuli=stimuli) for kind, words in designs.items() if kind in kinds]
+    done = [words.format(stimuli=len(header.stimuli)) for kind, words in designs.items() if kind in kinds]
     parts = [f"Observers {listed(done)}." if done else ""]
     parts.append(f"They were asked: “{header.question}”" if header.question else "")
-    parts += [*_interface(header), *_pair_design(sessions)]
-    for kind, noun in (
-        ("best_of_series", "choice"),
-        ("rating", "stimulus rated"),
-        ("preference", "preference"),
-        ("threshold", "trial at a threshold"),
+    parts += [
+        f"After the choice between two, {what} rated on {scales}." for what, scales in _after_choices(report.ratings)
+    ]
+    return " ".join(filter(None, [*parts, *_interface(header)]))
+
+
+def _trials(report: Report, cited: Citations) -> str:
+    sessions = report.sessions
+    parts = _pair_design(sessions)
+    for kind, one, several in (
+        ("best_of_series", "choice", "choices"),
+        ("rating", "stimulus rated", "rating screens"),
+        ("preference", "preference", "preferences"),
+        ("threshold", "trial at a threshold", "trials at thresholds"),
     ):
         counts = [sum(trial.kind == kind for trial in session.trials) for session in sessions]
         if any(counts):
             number = median(count for count in counts if count)
-            plural = {"stimulus rated": "rating screens", "trial at a threshold": "trials at thresholds"}
-            words = f"{number:,.10g} {plural[noun]}" if noun in plural and number != 1 else counted(number, noun)
-            parts.append(f"A session has {words} (median).")
-    parts += [f"After the choice between two, {what} rated on {scales}." for what, scales in _after_choices(ratings)]
-    caught = catch_results(sessions)
-    if caught.obvious or caught.identical:
-        parts.append(
-            f"{counted(caught.obvious, 'catch trial')} with an obvious answer and {caught.identical} of a stimulus "
-            "with itself were included; they are not part of the scores."
-        )
-    if "practice" in kinds:
-        parts.append("Practice trials came first and were not analysed.")
+            parts.append(f"A session has {number:,.10g} {one if number == 1 else several} (median).")
     breaks = [sum(trial.kind == "break" for trial in session.trials) for session in sessions]
     if any(breaks):
         parts.append(f"There were {counted(median(breaks), 'break')} in a session (median).")
-    parts.append(f"Orders were randomised for each observer (seed {header.seed}).")
-    return " ".join(part for part in parts if part)
+    return " ".join(parts) or "The sessions have no trial that is analysed."
+
+
+def _order(report: Report, cited: Citations) -> str:
+    return f"Orders were randomised for each observer (seed {report.header.seed})."
+
+
+def _sessions(report: Report, cited: Citations) -> str:
+    """Say when the sessions began and how long complete ones of people took."""
+    days = sorted({str(session.header.started_utc)[:10] for session in report.sessions})
+    words = (
+        f"The sessions were recorded on {days[0]}"
+        if len(days) == 1
+        else f"The sessions were recorded from {days[0]} to {days[-1]}"
+    )
+    lengths = [last for session in report.sessions if (last := _length_s(session))]
+    return f"{words}; a complete one took {duration(median(lengths))} (median)." if lengths else f"{words}."
+
+
+def _length_s(session: SessionLog) -> float | None:
+    """Return the seconds to the last answer of a complete session by a person; None of another, or without times."""
+    if session.header.simulated or not session.complete or not session.answers:
+        return None
+    return SessionTimes.of(session).onset_s(session.answers[-1])
 
 
 def _after_choices(ratings: RatingSummary | None) -> Iterator[tuple[str, str]]:
@@ -259,167 +432,53 @@ def _pair_design(sessions: Sequence[SessionLog]) -> list[str]:
     return parts
 
 
-def _compared(compared: Summary | GroupedSummary, adjustment: str, cited: Citations) -> str:
-    if isinstance(compared, Summary):
-        return _pairs(compared, compared, adjustment, cited)
-    words = (
-        f"Stimuli were compared within each of {len(compared.groups)} groups ({compared.factor}) only, and each group "
-        f"has a scale of its own. {_pairs(compared.groups[0][1], compared, adjustment, cited)}"
-    )
-    firth = [name for name, part in compared.groups if part.estimate.method == "firth"]
-    if firth and compared.groups[0][1].estimate.method != "firth":
-        words += (
-            f" In {listed(firth)}, where separation was complete, scores were fitted by Firth's penalised likelihood "
-            f"{cited.cite('Firth1993')}."
-        )
-    if compared.pooled is not None:
-        words += (
-            " A pooled scale was fitted to all answers, with stimuli of different groups as one where their other "
-            "factors agree"
-        )
-        test = compared.scored.agreement
-        words += (
-            "; whether it serves all groups was tested by a score test against a scale for each, its statistic "
-            f"compared with the spread between observers {cited.cite('Dempster1958')}."
-            if test is not None and test.p is not None
-            else "."
-        )
-    return words
+def _software(report: Report, cited: Citations) -> str:
+    """Say with what the sessions were run, in each version, and with what the report was computed."""
+    run = dict.fromkeys(filter(None, (_versions(session.header.software) for session in report.sessions)))
+    here = {name: importlib.metadata.version(name) for name in ("cyclopean", "numpy", "scipy")}
+    made = f"The report was computed with {_versions(here)}."
+    return f"Sessions were run with {'; others with '.join(run)}. {made}" if run else made
 
 
-def _pairs(summary: Summary, whole: Answered, adjustment: str, cited: Citations) -> str:
-    estimate = summary.estimate
-    model = f"the Bradley-Terry model {cited.cite('Bradley1952')}"
-    fitted = {
-        "ml": f"Scores are those of {model}, fitted by maximum likelihood.",
-        "firth": f"Scores are those of {model}, fitted by Firth's penalised likelihood {cited.cite('Firth1993')}, "
-        "because of complete separation."
-        if estimate.method == "firth"
-        else "",
-        "learnt_prior": f"Scores are those of {model}: the posterior mean, by expectation propagation "
-        f"{cited.cite('Minka2001')}, under a normal prior. The prior's standard deviation "
-        f"({fixed(estimate.prior_sd, 2)} nats) was estimated from the answers, and its uncertainty is included "
-        f"{cited.cite('Gelman2006')}. The reason is that pairs were chosen by earlier answers."
-        if estimate.method == "learnt_prior"
-        else "",
-    }[estimate.method]
-    parts = [fitted]
-    if whole.comparisons.ties:
-        parts.append(f"{counted(whole.comparisons.ties, 'tie')} were left out of the scores.")
-    parts.append(
-        "95 % intervals are quantiles of that posterior"
-        + (", scaled by how much observers differ." if estimate.covariance == "scaled" else ".")
-        if estimate.method == "learnt_prior"
-        else "95 % intervals follow by the delta method from the same covariance as the classes"
-        + (", with Student's t." if estimate.covariance != "model" else ".")
-    )
-    if summary.scores.classes is not None:
-        keys = {"shrinkage": ("Ledoit2004", "Bell2002"), "sandwich": ("White1982", "Bell2002")}
-        works = keys.get(estimate.covariance, ())
-        errors = f"{estimate.error_words}{' ' + cited.cite(*works) if works else ''}"
-        source = {"holm": ("Holm1979",), "bh": ("Benjamini1995",)}.get(summary.adjust, ())
-        correction = f"{adjustment}{' ' + cited.cite(*source) if source else ''}"
-        parts.append(
-            f"Two stimuli share a perceptual class if their scores do not differ at level {summary.alpha:g}, by "
-            f"{errors}, with {correction}; classes are a compact letter display {cited.cite('Piepho2004')}."
-        )
-    if whole is summary and summary.fit_p is not None and estimate.method == "ml":
-        fit = summary.scores.fit
-        fitted = f"The model's deviance is {fixed(fit.deviance, 1)} on {fit.df} degrees of freedom"
-        if summary.one_scale is not None and summary.one_scale.by_observers:
-            fitted += (
-                "; whether one scale fits is tested by Pearson's statistic with a score bootstrap over observers "
-                f"{cited.cite('Kline2012', 'Webb2023')}"
-            )
-        parts.append(f"{fitted}.")
-    if whole.first_share is not None:
-        wilson, kish = cited.cite("Wilson1927"), cited.cite("Kish1965")
-        parts.append(f"Shares have Wilson's intervals {wilson}, for the effective number of answers {kish}.")
-    return " ".join(parts)
+def _versions(software: Mapping[str, Any]) -> str:
+    words = listed(f"{name} {value}" for name, value in software.items() if name not in ("commit", "system"))
+    return f"{words} (commit {software['commit']})" if words and software.get("commit") else words
 
 
-def _others(
-    cited: Citations,
-    *,
-    series: SeriesSummary | None,
-    ratings: RatingSummary | None,
-    preferences: bool,
-    factors: bool,
-    observers: bool,
-) -> str:
-    parts = []
-    if observers:
-        parts.append(f"Circular triads and Kendall's u are those of {cited.cite('Kendall1940')}.")
-    if factors:
-        parts.append(
-            "Effects of the stimuli's factors are those of a Bradley-Terry model whose log strengths are linear in "
-            f"them {cited.cite('Springall1973')}, with likelihood-ratio tests of type II."
-        )
-    if series:
-        if series.weight:
-            parts.append(f"{weighting(series)} The scores are those of {cited.cite('Medina2016')}.")
-        parts.append(
-            "Intervals are percentile intervals by bootstrap over observers, at levels widened for few observers "
-            f"{cited.cite('Hesterberg2015')}. The just noticeable step is 0.674 standard deviations of an "
-            f"observer's matches {cited.cite('Gescheider1997')}. Tests between series are permutation tests within "
-            f"observers, with Holm's correction {cited.cite('Holm1979')}; several series are compared by Friedman's "
-            f"test {cited.cite('Friedman1937')}."
-        )
-    if preferences:
-        parts.append(
-            "Shares for stereo have percentile intervals by bootstrap over observers, at levels widened for few "
-            f"observers {cited.cite('Hesterberg2015')}; the sign test is over observers."
-        )
-    if ratings:
-        what = "Mean opinion scores" if any(scale.of == "alone" for scale in ratings.scales) else "Mean ratings"
-        if all(scale.ends for scale in ratings.scales):
-            how = (
-                "that stay on the scale: Wilson's for shares, at the answers that would have the variance of the "
-                f"observers' means with one more that differs by a point {cited.cite('Wilson1927')}"
-            )
-        else:
-            how = f"by Student's t over the observers' means {cited.cite('ITU500')}"
-        parts.append(f"{what} have 95 % intervals {how}.")
-    return " ".join(parts)
-
-
-_FUNCTIONS = {"weibull": "Weibull", "logistic": "logistic", "normal": "cumulative normal"}
-
-
-def _thresholds(sessions: Sequence[SessionLog], cited: Citations) -> str:
-    """Say how levels were chosen, and how thresholds were estimated."""
-    trials = [trial.data for session in sessions for trial in session.trials if trial.kind == "threshold"]
-    methods = dict.fromkeys(data.get("method") for data in trials)
-    words = {
-        "quest_plus": f"QUEST+ {cited.cite('Watson2017')}",
-        "staircase": f"weighted up-down staircases {cited.cite('Kaernbach1991')}",
-    }
-    by = listed(words[method] for method in words if method in methods)
-    functions = listed(name for key, name in _FUNCTIONS.items() if key in {data.get("function") for data in trials})
-    return (
-        f"Levels were chosen by {by}. Thresholds, slopes and rates are those of the {functions} function, of each "
-        f"observer from the posterior over a grid of parameters {cited.cite('Schutt2016')}; means over observers have "
-        "percentile intervals by bootstrap over observers, at levels widened for few observers "
-        f"{cited.cite('Hesterberg2015')}."
-    )
-
-
-def _software(header: Header) -> str:
-    versions = [f"{name} {value}" for name, value in header.software.items() if name not in ("commit", "system")]
-    words = f"Sessions were run with {listed(versions)}" if versions else ""
-    if header.software.get("commit"):
-        words += f" (commit {header.software['commit']})"
-    return f"{words}." if words else ""
-
-
-def _protection(sessions: Sequence[SessionLog]) -> str:
-    """Say how many of the logs have checksums, which fit where a report is made, and what is not protected."""
-    firsts = [session.chained_from for session in recorded(sessions)]
+def _records(report: Report, cited: Citations) -> str:
+    """Say how many logs have checksums, which fit where a report is made, what is not protected, and the seal."""
+    firsts = [session.chained_from for session in recorded(report.sessions)]
     if not firsts:
         return ""
     chained = sum(first is not None for first in firsts)
     fits = f"Each line of {counted(chained, 'log')} is chained to the line before by SHA-256, and every checksum fits."
-    return " ".join([*([fits] if chained else []), *(f"{sentence}." for sentence in unprotected(firsts))])
+    seals = list(notes_on_seals(report.sessions)) or ["The results are not sealed."]
+    return " ".join([*([fits] if chained else []), *(f"{sentence}." for sentence in unprotected(firsts)), *seals])
+
+
+_SAID: Mapping[str, Callable[[Report, Citations], str]] = {
+    "observers": _observers,
+    "vision": _vision,
+    "exclusions": _exclusions,
+    "display": _display,
+    "viewing": _viewing,
+    "room": _room,
+    "colours": _colours,
+    "seen": _seen,
+    "timing": _timing,
+    "stimuli": _stimuli,
+    "task": _task,
+    "trials": _trials,
+    "order": _order,
+    "sessions": _sessions,
+    "analysis": analysis_words,
+    "draws": draws_words,
+    "p_values": p_words,
+    "correction": correction_words,
+    "effect_sizes": effect_words,
+    "software": _software,
+    "records": _records,
+}
 
 
 def _record(header: Header) -> list[tuple[str, str]]:

@@ -133,7 +133,7 @@ def test_whoever_is_left_out_is_named_with_the_rule(
     text = Page((tmp_path / "report.html").read_text(encoding="utf-8")).text
     assert report.pairs is not None
     assert "07" not in report.pairs.observers
-    assert text.count("Left out: 07 (by hand).") == 2  # beside the table of observers, and in Methods
+    assert text.count("Left out: 07 (by hand).") == 3  # beside the table of observers, in Methods, and in their list
     assert "No observer was left out." in Page(render(described)).text
 
 

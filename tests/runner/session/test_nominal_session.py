@@ -11,8 +11,8 @@ import pytest
 
 from analysis.records import SessionLog
 from analysis.records.session_record import read_session, session_files
+from analysis.report import describe
 from analysis.report.notes import on_sessions
-from analysis.report.sections.methods import methods_section
 from runner.presenter.modes.registry import MODES
 from runner.protocol.experiment import read_experiment
 
@@ -163,9 +163,9 @@ def test_sessions_before_and_after_a_measurement_are_told_apart(nominal: Study) 
     assert not any(SAID in note for note in on_sessions([measured]))
     (note,) = [note for note in on_sessions([log, measured]) if SAID in note]
     assert "in 7 of 14 trials" in note
-    kinds = dict.fromkeys(("preferences", "thresholds", "factors", "observers"), False)
-    methods = str(methods_section([log, measured], None, None, "", series=None, ratings=None, **kinds))
-    assert "in some of the sessions" in methods
+    header = replace(measured.header, observer="other", session="other")
+    measured = replace(measured, header=header, file=log.file.parent.with_name("ses-other") / log.file.name)
+    assert "in some of the sessions" in json.dumps(describe([log, measured]).methods.to_json())
 
 
 def test_preview_and_show_say_it_too(nominal: Study, tmp_path: Path) -> None:

@@ -1,0 +1,400 @@
+"""What Methods say of the computation: models, intervals, random draws, p values, families of tests, effect sizes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+from analysis.bootstrap.replicates import SEED as BOOTSTRAP_SEED
+from analysis.classes.multiplicity import ADJUSTMENT_NAMES, MAXZ_SEED, maxz_draws
+from analysis.inference.chances import PairProbabilities
+from analysis.inference.fit_of_pairs import PairResiduals
+from analysis.inference.folds import SEED as FOLDS_SEED
+from analysis.inference.folds import ModelComparison
+from analysis.inference.tost import Equivalence
+from analysis.inference.triples import SEED as TRIPLES_SEED
+from analysis.inference.triples import Transitivity
+from analysis.observers.concordance import SEED as SHUFFLES_SEED
+from analysis.ratings.ratings import RatingSummary
+from analysis.records.session_record import SessionLog
+from analysis.report.grouped import GroupedSummary
+from analysis.report.references import Citations
+from analysis.report.sections.series import weighting
+from analysis.report.summary import Answered, Summary
+from analysis.report.words import counted, fixed, listed, percent
+from analysis.scaling import learnt_prior
+from analysis.scaling.robust_tests import FEWEST_OBSERVERS, draws_for
+from analysis.scaling.robust_tests import SEED as WEIGHTS_SEED
+from analysis.series import observer_means, paired_tests
+from analysis.series.summary import SeriesSummary
+
+if TYPE_CHECKING:
+    from analysis.report.report import Report
+
+
+def analysis_words(report: Report, cited: Citations) -> str:
+    """Say by which models and rules the results and their intervals were computed."""
+    compared = report.pairs or report.groups
+    parts = [
+        _compared(compared, ADJUSTMENT_NAMES[compared.adjust], cited) if compared else "",
+        _others(
+            cited,
+            series=report.series,
+            ratings=report.ratings,
+            preferences=report.preferences is not None,
+            factors=report.factors is not None,
+            observers=report.observers is not None,
+        ),
+        _thresholds(report.sessions, cited) if report.thresholds is not None else "",
+    ]
+    return " ".join(filter(None, parts)) or "No score, mean or threshold was computed."
+
+
+def draws_words(report: Report, cited: Citations) -> str:
+    """Say how many random draws were made for what, with which seed."""
+    made = list(dict.fromkeys([*_draws_of_pairs(report), *_draws_of_others(report)]))
+    if not made:
+        return "Nothing in the report was computed from random draws."
+    return f"Random draws: {'; '.join(made)}. The seeds are fixed: the same answers give the same numbers."
+
+
+def _scales(report: Report) -> list[Summary]:
+    """Return the scores on each scale."""
+    grouped = report.groups
+    of_groups = [*(part for _, part in grouped.groups), grouped.pooled] if grouped else []
+    return [scale for scale in (report.pairs, *of_groups) if scale is not None]
+
+
+def _pairs_of(scale: Summary) -> int:
+    """Return how many differences between two stimuli are tested."""
+    return len(scale.scores.items) * (len(scale.scores.items) - 1) // 2
+
+
+def _draws_of_pairs(report: Report) -> Iterator[str]:
+    for scale in _scales(report):
+        if scale.estimate.stability is not None:
+            samples = f"{scale.estimate.stability.replicates:,} bootstrap samples of the observers"
+            yield f"{samples} for the stability of the classes (seed {BOOTSTRAP_SEED})"
+        if scale.estimate.method == "learnt_prior":
+            draws, seed = learnt_prior.DRAWS, learnt_prior.SEED
+            yield f"{draws:,} draws from the posterior for the intervals of scores (seed {seed})"
+        if scale.scores.classes is not None and scale.adjust == "maxz":
+            clustered = scale.scores.fit.clustered
+            draws = maxz_draws(_pairs_of(scale), clustered=bool(clustered and clustered.spread))
+            yield f"{draws:,} draws for the maximum of z (seed {MAXZ_SEED})"
+    compared = report.pairs or report.groups
+    if compared and _by_observers(report):
+        yield _weights(len(compared.observers))
+    concordance = report.observers.concordance if report.observers else None
+    if concordance is not None and concordance.strangers_p is not None:
+        yield (
+            f"{concordance.shuffles:,} permutations for the test against unrelated preferences (seed {SHUFFLES_SEED})"
+        )
+    triples, models = report.review.get("transitivity"), report.review.get("model_comparison")
+    if isinstance(triples, Transitivity):
+        yield f"{triples.replicates:,} simulated studies of each kind for transitivity (seed {TRIPLES_SEED})"
+    if isinstance(models, ModelComparison) and models.folds < models.observers:
+        yield f"{models.folds} random folds of the observers for the comparison of models (seed {FOLDS_SEED})"
+
+
+def _weights(observers: int) -> str:
+    return f"{draws_for(observers):,} draws for each test by bootstrap over observers (seed {WEIGHTS_SEED})"
+
+
+def _by_observers(report: Report) -> bool:
+    """Whether a test of pairs has the observer as its unit, by a bootstrap."""
+    factors = report.factors
+    of_factors = [test.by_observers for test in factors.tests] if factors else []
+    of_factors += [test.by_observers for test in factors.interactions] if factors else []
+    return any(of_factors) or any(scale.one_scale and scale.one_scale.by_observers for scale in _scales(report))
+
+
+def _draws_of_others(report: Report) -> Iterator[str]:
+    series = report.series
+    if series or report.thresholds is not None or report.preferences is not None:
+        samples, seed = observer_means.REPLICATES, observer_means.SEED
+        yield f"{samples:,} bootstrap samples of the observers for each interval of means (seed {seed})"
+    if series is None:
+        return
+    observers = len(series.choices.observers)
+    if any(step.fit_by_observers for step in series.steps):
+        yield _weights(observers)
+    if observers > paired_tests.MOST_EXACT and (series.kind_tests or series.paint_tests or series.choice_tests):
+        draws, seed = paired_tests.DRAWS, paired_tests.SEED
+        yield f"{draws:,} random signs of the observers for each permutation test (seed {seed})"
+    if any(test.p is not None for test in series.level_tests):
+        draws, seed = paired_tests.COCHRAN_DRAWS, paired_tests.COCHRAN_SEED
+        yield f"{draws:,} permutations for each test of a level (seed {seed})"
+
+
+def p_words(report: Report, cited: Citations) -> str:
+    """Say which p value is to be reported where a table has more than one, and of which kind the others are."""
+    parts = []
+    compared = report.pairs or report.groups
+    if compared:
+        corrected = "not corrected" if compared.adjust == "none" else "reported after the correction"
+        parts.append(f"The p value of a difference between two stimuli is two-sided and {corrected}.")
+    fits = [scale.one_scale for scale in _scales(report) if scale.one_scale]
+    if any(fit.by_observers for fit in fits):
+        parts.append("Whether one scale fits is judged by the p value by bootstrap over observers.")
+    elif fits:
+        parts.append(
+            "Whether one scale fits is judged by the p value of the χ² distribution, which treats all answers as "
+            f"independent, for there are fewer than {FEWEST_OBSERVERS} observers."
+        )
+    if report.factors and (report.factors.tests or report.factors.interactions):
+        parts.append(
+            "Of a factor's two p values the one by observers is to be reported; that of the likelihood ratio treats "
+            "all answers as independent."
+        )
+    if report.observers and any(line.consistency and line.consistency.test for line in report.observers.lines):
+        parts.append("The p value of circular triads is the mid-p value.")
+    if isinstance(report.review.get("transitivity"), Transitivity):
+        parts.append("Of the two p values of transitivity the larger one counts.")
+    series = report.series
+    if series and (series.kind_tests or series.paint_tests):
+        parts.append(
+            "Of the p values of two conditions that of the permutation test after Holm's correction is to be "
+            "reported; Nemenyi's stands beside it."
+        )
+    if series and any(step.fit_by_observers for step in series.steps):
+        parts.append("The fit of a step is judged by the p value by observers.")
+    if report.preferences is not None and report.preferences.by_observer:
+        parts.append("The p value of the sign test over observers is two-sided and exact.")
+    return " ".join(parts) or "No p value is reported."
+
+
+def correction_words(report: Report, cited: Citations) -> str:
+    """Say which tests are a family, how many there are, and how they are corrected."""
+    families = list(_families(report))
+    if not families:
+        return "No p value is corrected for the number of tests."
+    whole = " Each family is corrected by itself." if len(families) > 1 else ""
+    return f"Families of tests: {'; '.join(families)}.{whole}"
+
+
+def _families(report: Report) -> Iterator[str]:
+    grouped = report.groups
+    scales = [("", report.pairs)] if report.pairs else []
+    scales += [(f" of {name}", part) for name, part in grouped.groups] if grouped else []
+    scales += [(" of all groups together", grouped.pooled)] if grouped and grouped.pooled else []
+    for name, scale in scales:
+        if scale is not None and scale.scores.classes is not None:
+            tests = counted(_pairs_of(scale), "difference")
+            yield f"{tests} between {len(scale.scores.items)} stimuli{name}, with {ADJUSTMENT_NAMES[scale.adjust]}"
+    equivalent, residuals = report.review.get("equivalence"), report.review.get("residuals")
+    if isinstance(equivalent, Equivalence):
+        tests = counted(len(equivalent.pairs), "test")
+        yield f"{tests} of equivalence, with {ADJUSTMENT_NAMES[equivalent.adjust]}"
+    if isinstance(residuals, PairResiduals):
+        yield f"the residuals of {counted(len(residuals.pairs), 'pair')}, with {ADJUSTMENT_NAMES[residuals.adjust]}"
+    judged = [line for line in report.observers.lines if line.fit] if report.observers else []
+    if judged:
+        yield f"whether each of {counted(len(judged), 'observer')} is unlike the others, with {_HOLM}"
+    factors = report.factors
+    if factors and factors.tests:
+        yield f"{counted(len(factors.tests), 'factor')}, not corrected"
+    crossed = [test for test in factors.interactions if test.p is not None] if factors else []
+    if crossed:
+        yield f"{counted(len(crossed), 'interaction')} of factors, with {_HOLM}"
+    if report.series:
+        yield from _families_of_series(report.series)
+
+
+_HOLM = ADJUSTMENT_NAMES["holm"]
+
+
+def _families_of_series(series: SeriesSummary) -> Iterator[str]:
+    for what, tests in (("kinds of series", series.kind_tests), ("groups of pictures", series.paint_tests)):
+        for scale, test in tests.items():
+            yield f"{counted(len(test.pairs), 'pair')} of {what} rated for {scale}, with {_HOLM}"
+    if series.choice_tests:
+        yield f"the choices of {counted(len(series.choice_tests), 'pair')} of kinds of series, with {_HOLM}"
+    if tested := [test for test in series.level_tests if test.p is not None]:
+        yield f"the choices of {counted(len(tested), 'level')}, with {_HOLM}"
+    for kind in dict.fromkeys(test.kind for test in series.neighbours):
+        number = sum(test.kind == kind for test in series.neighbours)
+        yield f"{counted(number, 'pair')} of neighbouring levels of {kind}, with {_HOLM}"
+
+
+def effect_words(report: Report, cited: Citations) -> str:
+    """Say which effect sizes are reported, with which intervals; of pairs also the largest."""
+    parts = []
+    if _scales(report):
+        parts.append(
+            "Effect sizes of stimuli are differences of log strength, in nats (one nat multiplies the odds of being "
+            "preferred by 2.7)."
+        )
+    pairs = report.review.get("pairs")
+    if isinstance(pairs, PairProbabilities) and pairs.pairs:
+        parts.append(_largest(pairs))
+    if report.factors and report.factors.effects:
+        parts.append("Effects of factors are differences of log strength too, with 95 % intervals by observers.")
+    if report.series:
+        parts.append(
+            "Effect sizes of series are shares of choices, and of ratings the mean differences with 95 % intervals, "
+            "Cohen's d of paired differences, and Kendall's W."
+        )
+    if report.preferences is not None and report.preferences.by_observer:
+        parts.append("The effect size of stereo is its share of the choices, with a 95 % interval.")
+    if report.ratings is not None:
+        parts.append("Effect sizes of ratings are means in points of the scale and in z, with 95 % intervals.")
+    if report.thresholds is not None:
+        parts.append("Effect sizes of thresholds are the thresholds in units of their factor, with 95 % intervals.")
+    return " ".join(parts) or "No effect size is reported."
+
+
+def _largest(pairs: PairProbabilities) -> str:
+    """Say how far apart the two most different stimuli are, in nats and as a share of choices."""
+    pair = max(pairs.pairs, key=lambda one: one.difference)
+    chance = pair.first_preferred
+    level = f"{100 * pairs.level:g} %"
+    return (
+        f"Each has a {level} interval, and is given as the chance that one of the two is chosen too. The largest is "
+        f"{pair.first} over {pair.second}: {fixed(pair.difference, 2)} nats ({level}: {fixed(pair.low, 2)} to "
+        f"{fixed(pair.high, 2)}), or {percent(chance.value)} of choices ({percent(chance.low)} to "
+        f"{percent(chance.high)})."
+    )
+
+
+def _compared(compared: Summary | GroupedSummary, adjustment: str, cited: Citations) -> str:
+    if isinstance(compared, Summary):
+        return _pairs(compared, compared, adjustment, cited)
+    words = (
+        f"Stimuli were compared within each of {len(compared.groups)} groups ({compared.factor}) only, and each group "
+        f"has a scale of its own. {_pairs(compared.groups[0][1], compared, adjustment, cited)}"
+    )
+    firth = [name for name, part in compared.groups if part.estimate.method == "firth"]
+    if firth and compared.groups[0][1].estimate.method != "firth":
+        words += (
+            f" In {listed(firth)}, where separation was complete, scores were fitted by Firth's penalised likelihood "
+            f"{cited.cite('Firth1993')}."
+        )
+    if compared.pooled is not None:
+        words += (
+            " A pooled scale was fitted to all answers, with stimuli of different groups as one where their other "
+            "factors agree"
+        )
+        test = compared.scored.agreement
+        words += (
+            "; whether it serves all groups was tested by a score test against a scale for each, its statistic "
+            f"compared with the spread between observers {cited.cite('Dempster1958')}."
+            if test is not None and test.p is not None
+            else "."
+        )
+    return words
+
+
+def _pairs(summary: Summary, whole: Answered, adjustment: str, cited: Citations) -> str:
+    estimate = summary.estimate
+    model = f"the Bradley-Terry model {cited.cite('Bradley1952')}"
+    fitted = {
+        "ml": f"Scores are those of {model}, fitted by maximum likelihood.",
+        "firth": f"Scores are those of {model}, fitted by Firth's penalised likelihood {cited.cite('Firth1993')}, "
+        "because of complete separation."
+        if estimate.method == "firth"
+        else "",
+        "learnt_prior": f"Scores are those of {model}: the posterior mean, by expectation propagation "
+        f"{cited.cite('Minka2001')}, under a normal prior. The prior's standard deviation "
+        f"({fixed(estimate.prior_sd, 2)} nats) was estimated from the answers, and its uncertainty is included "
+        f"{cited.cite('Gelman2006')}. The reason is that pairs were chosen by earlier answers."
+        if estimate.method == "learnt_prior"
+        else "",
+    }[estimate.method]
+    parts = [fitted]
+    parts.append(
+        "95 % intervals are quantiles of that posterior"
+        + (", scaled by how much observers differ." if estimate.covariance == "scaled" else ".")
+        if estimate.method == "learnt_prior"
+        else "95 % intervals follow by the delta method from the same covariance as the classes"
+        + (", with Student's t." if estimate.covariance != "model" else ".")
+    )
+    if summary.scores.classes is not None:
+        keys = {"shrinkage": ("Ledoit2004", "Bell2002"), "sandwich": ("White1982", "Bell2002")}
+        works = keys.get(estimate.covariance, ())
+        errors = f"{estimate.error_words}{' ' + cited.cite(*works) if works else ''}"
+        source = {"holm": ("Holm1979",), "bh": ("Benjamini1995",)}.get(summary.adjust, ())
+        correction = f"{adjustment}{' ' + cited.cite(*source) if source else ''}"
+        parts.append(
+            f"Two stimuli share a perceptual class if their scores do not differ at level {summary.alpha:g}, by "
+            f"{errors}, with {correction}; classes are a compact letter display {cited.cite('Piepho2004')}."
+        )
+    if whole is summary and summary.fit_p is not None and estimate.method == "ml":
+        fit = summary.scores.fit
+        fitted = f"The model's deviance is {fixed(fit.deviance, 1)} on {fit.df} degrees of freedom"
+        if summary.one_scale is not None and summary.one_scale.by_observers:
+            fitted += (
+                "; whether one scale fits is tested by Pearson's statistic with a score bootstrap over observers "
+                f"{cited.cite('Kline2012', 'Webb2023')}"
+            )
+        parts.append(f"{fitted}.")
+    if whole.first_share is not None:
+        wilson, kish = cited.cite("Wilson1927"), cited.cite("Kish1965")
+        parts.append(f"Shares have Wilson's intervals {wilson}, for the effective number of answers {kish}.")
+    return " ".join(parts)
+
+
+def _others(
+    cited: Citations,
+    *,
+    series: SeriesSummary | None,
+    ratings: RatingSummary | None,
+    preferences: bool,
+    factors: bool,
+    observers: bool,
+) -> str:
+    parts = []
+    if observers:
+        parts.append(f"Circular triads and Kendall's u are those of {cited.cite('Kendall1940')}.")
+    if factors:
+        parts.append(
+            "Effects of the stimuli's factors are those of a Bradley-Terry model whose log strengths are linear in "
+            f"them {cited.cite('Springall1973')}, with likelihood-ratio tests of type II."
+        )
+    if series:
+        if series.weight:
+            parts.append(f"{weighting(series)} The scores are those of {cited.cite('Medina2016')}.")
+        parts.append(
+            "Intervals are percentile intervals by bootstrap over observers, at levels widened for few observers "
+            f"{cited.cite('Hesterberg2015')}. The just noticeable step is 0.674 standard deviations of an "
+            f"observer's matches {cited.cite('Gescheider1997')}. Tests between series are permutation tests within "
+            f"observers, with Holm's correction {cited.cite('Holm1979')}; several series are compared by Friedman's "
+            f"test {cited.cite('Friedman1937')}."
+        )
+    if preferences:
+        parts.append(
+            "Shares for stereo have percentile intervals by bootstrap over observers, at levels widened for few "
+            f"observers {cited.cite('Hesterberg2015')}; the sign test is over observers."
+        )
+    if ratings:
+        what = "Mean opinion scores" if any(scale.of == "alone" for scale in ratings.scales) else "Mean ratings"
+        if all(scale.ends for scale in ratings.scales):
+            how = (
+                "that stay on the scale: Wilson's for shares, at the answers that would have the variance of the "
+                f"observers' means with one more that differs by a point {cited.cite('Wilson1927')}"
+            )
+        else:
+            how = f"by Student's t over the observers' means {cited.cite('ITU500')}"
+        parts.append(f"{what} have 95 % intervals {how}.")
+    return " ".join(parts)
+
+
+_FUNCTIONS = {"weibull": "Weibull", "logistic": "logistic", "normal": "cumulative normal"}
+
+
+def _thresholds(sessions: Sequence[SessionLog], cited: Citations) -> str:
+    """Say how levels were chosen, and how thresholds were estimated."""
+    trials = [trial.data for session in sessions for trial in session.trials if trial.kind == "threshold"]
+    methods = dict.fromkeys(data.get("method") for data in trials)
+    words = {
+        "quest_plus": f"QUEST+ {cited.cite('Watson2017')}",
+        "staircase": f"weighted up-down staircases {cited.cite('Kaernbach1991')}",
+    }
+    by = listed(words[method] for method in words if method in methods)
+    functions = listed(name for key, name in _FUNCTIONS.items() if key in {data.get("function") for data in trials})
+    return (
+        f"Levels were chosen by {by}. Thresholds, slopes and rates are those of the {functions} function, of each "
+        f"observer from the posterior over a grid of parameters {cited.cite('Schutt2016')}; means over observers have "
+        "percentile intervals by bootstrap over observers, at levels widened for few observers "
+        f"{cited.cite('Hesterberg2015')}."
+    )
