@@ -172,7 +172,7 @@ def _square(pairs: Floats, n: int) -> Floats:
 
 
 def letter_display(differs: NDArray[np.bool_]) -> Letters:
-    """Return sets of items such that two items share a set if and only if they do not differ.
+    """Return sets of items such that two items share a set if and only if they are not distinguished.
 
     Parameters
     ----------

@@ -46,6 +46,7 @@ Indices = NDArray[np.intp]
 MOST_ITEMS = 60
 MOST_LEFT_OUT = 100
 PARTS = 20
+MAJORITY = 0.5
 MAXZ_SAMPLES = 10_000
 NOBODY = "nobody"
 
@@ -75,7 +76,7 @@ class Analysis:
 
 @dataclass(frozen=True, slots=True)
 class PairConclusion:
-    """One pair: whether ``first``, the stronger one, differs from ``second`` in the analysis that was chosen.
+    """One pair: whether ``first``, the stronger one, is distinguished from ``second`` in the analysis that was chosen.
 
     ``stands`` is the share (0 to 1) of all analyses that conclude the same; ``reversed_share`` is the share that report
     a significant difference the other way round.
@@ -86,6 +87,11 @@ class PairConclusion:
     differs: bool
     stands: float
     reversed_share: float
+
+    @property
+    def verdict(self) -> str:
+        """``distinguished`` or ``not distinguished``."""
+        return "distinguished" if self.differs else "not distinguished"
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
@@ -170,20 +176,33 @@ class Multiverse:
         """How often the conclusions stand."""
         always = sum(pair.stands == 1 for pair in self.pairs)
         least = min(self.pairs, key=lambda pair: pair.stands)
-        what = "differ" if least.differs else "do not differ"
         words = (
             f"In {len(self.analyses):,} analyses, {always} of {len(self.pairs)} conclusions about pairs always stand; "
             f"{counted(self.number, 'class', 'classes')} in {self.number_stands:.0%}."
         )
         if always < len(self.pairs):
-            words += f" Least often: {least.first} and {least.second} {what} ({least.stands:.0%})."
-        return words
+            words += f" Least often: {least.first} and {least.second} {least.verdict} ({least.stands:.0%})."
+        return f"{words} {self.warning}".rstrip()
+
+    @property
+    def warning(self) -> str:
+        """Which conclusions most of the analyses contradict, in a sentence; empty if there are none."""
+        best = self.by_item[0]
+        weak = [("the number of classes", self.number_stands)] if self.number_stands < MAJORITY else []
+        weak += [(f"the class of {best.name}, the best", best.stands)] if best.stands < MAJORITY else []
+        pairs = sum(pair.stands < MAJORITY for pair in self.pairs)
+        parts = [f"{what} ({stands:.0%})" for what, stands in weak]
+        parts += [f"{pairs} of {len(self.pairs)} verdicts on pairs"] if pairs else []
+        if not parts:
+            return ""
+        return f"Stands in a minority of its own {len(self.analyses):,} analyses: {', '.join(parts)}."
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
         return {
             "alpha": self.alpha,
             "items": list(self.items),
+            "warning": self.warning,
             "pairs": [pair.to_json() for pair in self.pairs],
             "by_item": [item.to_json() for item in self.by_item],
             "number_of_classes": {

@@ -9,7 +9,7 @@ from analysis.inference.chances import Chance, PairProbabilities, pair_probabili
 from analysis.inference.choices import NOBODY, Multiverse, multiverse
 from analysis.inference.fit_of_pairs import PairResiduals, pair_residuals
 from analysis.inference.folds import ModelComparison, compare_models
-from analysis.inference.tost import Equivalence, equivalence
+from analysis.inference.tost import VERDICTS, Equivalence, equivalence
 from analysis.inference.triples import Transitivity, transitivity
 from analysis.scaling.scores import Scores
 from documents.text import clean_console, counted, print_rows
@@ -135,10 +135,12 @@ def _chance(chance: Chance) -> list[str]:
 def _equivalence(result: Equivalence, console: Console) -> None:
     rows = []
     for pair in result.pairs:
-        verdict = f"{pair.verdict}, yet different from 0" if pair.verdict == "equivalent" and pair.is_different else ""
+        verdict = (
+            f"{pair.verdict}, yet distinguished from 0" if pair.verdict == "equivalent" and pair.is_different else ""
+        )
         numbers = [f"{pair.difference:.3f}", f"{pair.p_equivalent:.2g}", f"{pair.p_different:.2g}"]
-        rows.append([pair.first, pair.second, *numbers, verdict or pair.verdict])
-    headings = ["item", "and", "difference", "p (equivalent)", "p (different)", "verdict"]
+        rows.append([pair.first, pair.second, *numbers, verdict or VERDICTS[pair.verdict]])
+    headings = ["item", "and", "difference", "p (equivalent)", "p (distinguished)", "verdict"]
     print_rows(headings, rows, console, words=(0, 1, 5))
 
 
@@ -171,10 +173,7 @@ def _models(result: ModelComparison, console: Console) -> None:
 
 def _multiverse(result: Multiverse, console: Console) -> None:
     unsure = sorted((pair for pair in result.pairs if pair.stands < 1), key=lambda pair: pair.stands)
-    rows = [
-        [pair.first, pair.second, "differ" if pair.differs else "do not differ", f"{pair.stands:.0%}"]
-        for pair in unsure[:MOST_LINES]
-    ]
+    rows = [[pair.first, pair.second, pair.verdict, f"{pair.stands:.0%}"] for pair in unsure[:MOST_LINES]]
     if rows:
         print_rows(["item", "and", "what", "stands"], rows, console, words=(0, 1, 2))
     items = [[item.name, item.label, f"{item.stands:.0%}"] for item in result.by_item]

@@ -24,6 +24,11 @@ from analysis.scaling.scores import Scores
 from documents import Finding
 
 Verdict = Literal["equivalent", "different", "undecided"]
+VERDICTS: dict[Verdict, str] = {
+    "equivalent": "equivalent",
+    "different": "distinguished",
+    "undecided": "not distinguished",
+}
 EXPECTED = "give a number of JND such as 0.5jnd, a chance such as 55:45 or 0.55, or nats such as 0.2nats"
 _PATTERN = re.compile(r"\s*([0-9.eE+-]+)\s*(?:(jnd|jod|nats?|sd|%)|:\s*([0-9.eE+-]+))?\s*", re.IGNORECASE)
 
@@ -92,7 +97,7 @@ class Equivalence:
         """How many pairs have which verdict."""
         return (
             f"Within ± {self.margin_text}: {self.count('equivalent')} of {len(self.pairs)} pairs are equivalent, "
-            f"{self.count('different')} different, {self.count('undecided')} undecided."
+            f"{self.count('different')} distinguished, {self.count('undecided')} not distinguished."
         )
 
     def to_json(self) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from analysis.report.sections.groups import group_sections
 from analysis.report.sections.methods import methods_section
 from analysis.report.sections.observers import observers_section, people_section, vision_section
 from analysis.report.sections.ratings import preferences_section, ratings_section
-from analysis.report.sections.reviewers import reviewers_section
+from analysis.report.sections.reviewers import reviewers_section, warning_of
 from analysis.report.sections.scores import belief_section, classes_section, counts_section, scores_section
 from analysis.report.sections.seen import caption, seen_section
 from analysis.report.sections.series import series_sections
@@ -154,7 +154,7 @@ def sections_of(report: Report, published: Published, thumbnails: Thumbnails) ->
     if pairs is not None:
         sections += [
             scores_section(pairs, published, pictures),
-            classes_section(pairs, adjustment),
+            classes_section(pairs, adjustment, warning_of(report.review)),
             counts_section(pairs),
             belief_section(pairs, agreement),
             reviewers_section(report.review),

@@ -1,4 +1,4 @@
-"""The significance figure of graphics papers: stimuli by score, those that do not differ significantly joined.
+"""The significance figure of graphics papers: stimuli by score, those that are not distinguished joined.
 
 Each stimulus is a triangle at its score, best at the top, as the ranking triangles of [PerezOrtiz2017] stand on their
 axis. Below the axis there is a line for each class: it joins the stimuli between which no difference is significant.

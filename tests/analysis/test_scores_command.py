@@ -242,7 +242,7 @@ def test_pairs_and_equivalence(call: Call) -> None:
     table = "winner,loser,count\na,b,40\nb,a,38\nb,c,70\nc,b,10\na,c,66\nc,a,12\n"
     done = call(["scores", "-", "--pairs", "--margin", "1jnd"], table)
     assert done.returncode == 0, done.stderr
-    assert "1 of 3 pairs are equivalent, 2 different, 0 undecided" in done.stdout
+    assert "1 of 3 pairs are equivalent, 2 distinguished, 0 not distinguished" in " ".join(done.stdout.split())
     values = json.loads(call(["scores", "-", "--pairs", "--margin", "1jnd", "--json"], table).stdout)
     assert [pair["second"] for pair in values["pairs"]["pairs"]] == ["a", "c", "c"]
     assert [pair["verdict"] for pair in values["equivalence"]["pairs"]] == ["equivalent", "different", "different"]

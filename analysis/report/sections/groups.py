@@ -105,9 +105,9 @@ def agreement_words(test: GroupAgreement, factor: str, alpha: float) -> str:
         degrees = f"{fixed(test.df_between, 1)} and {fixed(test.df_within, 1)} degrees of freedom"
         statistic, p, basis = f"F = {fixed(test.f, 2)} on {degrees}", test.p, " with the observer as the unit"
     if p < alpha:
-        verdict = f"The {factor}s differ: read the scale of each, and take the pooled one for an average."
+        verdict = f"The {factor}s are distinguished: read the scale of each, and take the pooled one for an average."
     else:
-        verdict = f"No difference between the {factor}s was shown: the pooled scale describes them all."
+        verdict = f"The {factor}s are not distinguished, which is no evidence that their scales are the same."
     return f"Does one scale serve every {factor}? {statistic}, {p_words(p)}{basis}. {verdict}"
 
 
@@ -131,7 +131,7 @@ def _prefixed(blocks: Iterable[Block]) -> list[Block]:
 def _classes(grouped: GroupedSummary, adjustment: str) -> Section:
     """Return the classes side by side, where stimuli have something in common, and those of every group."""
     words = (
-        f"Within a {grouped.factor}, stimuli that share a class do not differ at level {grouped.alpha:g} "
+        f"Within a {grouped.factor}, stimuli that share a class are not distinguished at level {grouped.alpha:g} "
         f"({adjustment}, for the pairs of one {grouped.factor}). Class 1 is the best of each "
         "group, and not the same class in different groups."
     )

@@ -10,7 +10,7 @@ from analysis.inference.choices import Multiverse, multiverse
 from analysis.inference.fit_of_pairs import PairResiduals, pair_residuals
 from analysis.inference.folds import ModelComparison, compare_models
 from analysis.inference.terminal import ReviewAnswer
-from analysis.inference.tost import Equivalence, equivalence
+from analysis.inference.tost import VERDICTS, Equivalence, equivalence
 from analysis.inference.triples import Transitivity, transitivity
 from analysis.report.blocks import Block, Cell, Column, Facts, Paragraph, Section, Table
 from analysis.report.summary import Summary
@@ -55,6 +55,12 @@ def review_of(summary: Summary) -> Review:
     if margin is not None:
         answers["equivalence"] = equivalence(scores, str(margin), alpha=level)
     return answers
+
+
+def warning_of(review: Review) -> str:
+    """Return which conclusions a minority of the other analyses shares; empty if there are none, or no analyses."""
+    answer = review.get("multiverse")
+    return answer.warning if isinstance(answer, Multiverse) else ""
 
 
 def reviewers_section(review: Review) -> Section | None:
@@ -123,11 +129,11 @@ def _equivalence(result: Equivalence) -> Table:
         Column("and", "second"),
         Column("Difference", "difference", "number", 3),
         Column("p (equivalent)", "p_equivalent", "p"),
-        Column("p (different)", "p_different", "p"),
+        Column("p (distinguished)", "p_different", "p"),
         Column("Verdict", "verdict"),
     )
     rows = tuple(
-        (pair.first, pair.second, pair.difference, pair.p_equivalent, pair.p_different, pair.verdict)
+        (pair.first, pair.second, pair.difference, pair.p_equivalent, pair.p_different, VERDICTS[pair.verdict])
         for pair in result.pairs
     )
     return Table("equivalence", f"Equivalence within ± {result.margin_text}", columns, rows, folded=True)
@@ -184,10 +190,7 @@ def _analyses(result: Multiverse) -> list[Block]:
             Column("here", "here"),
             Column("stands", "stands", "number", 2),
         ),
-        tuple(
-            (pair.first, pair.second, "differ" if pair.differs else "do not differ", pair.stands)
-            for pair in result.pairs
-        ),
+        tuple((pair.first, pair.second, pair.verdict, pair.stands) for pair in result.pairs),
         folded=True,
     )
     choices = Table(

@@ -37,13 +37,13 @@ def scores_section(summary: Summary, published: Published, pictures: Pictures = 
 
 
 def ranking_figure(summary: Summary) -> tuple[Figure, ...]:
-    """Return the significance figure: stimuli by score, joined where they do not differ; nothing without classes."""
+    """Return the significance figure: stimuli by score, joined where not distinguished; nothing without classes."""
     classes = summary.scores.classes
     if classes is None or not draws_ranking(summary):
         return ()
     caption = (
-        f"Ranking: each triangle is a stimulus at its score. A line joins stimuli that do not differ significantly at "
-        f"level {summary.alpha:g}. A stimulus that a line passes without a dot differs from some that it joins."
+        "Ranking: each triangle is a stimulus at its score. A line joins stimuli that are not distinguished at level "
+        f"{summary.alpha:g}. A stimulus that a line passes without a dot is distinguished from some that it joins."
     )
     return (Figure("ranking", draw_ranking(summary, WIDE_IN), draw_ranking(summary, NARROW_IN), caption),)
 
@@ -57,7 +57,7 @@ def score_caption(summary: Summary, order: str) -> str:
     )
     return (
         f"{_method_words(summary)} on a logarithmic scale, {order}, with {interval}. Colour and number give "
-        "the perceptual class: stimuli that share a class do not differ significantly."
+        "the perceptual class: stimuli that share a class are not distinguished, which is no proof that they are equal."
     )
 
 
@@ -114,14 +114,17 @@ def score_table(
     return Table(name, title, tuple(columns), tuple(rows), folded, pictures)
 
 
-def classes_section(summary: Summary, adjustment: str) -> Section | None:
-    """Return the classes as bars over the stimuli, with how stable they are; None without classes."""
+def classes_section(summary: Summary, adjustment: str, warning: str = "") -> Section | None:
+    """Return the classes as bars over the stimuli, with how stable they are; None without classes.
+
+    ``warning`` names the conclusions that most other analyses contradict, and stands first.
+    """
     scores, stability = summary.scores, summary.estimate.stability
     if scores.classes is None:
         return None
     errors = summary.estimate.error_words
     caption = (
-        f"Each bar is a class: stimuli on the same bar do not differ at level {summary.alpha:g} ({adjustment}; "
+        f"Each bar is a class: stimuli on the same bar are not distinguished at level {summary.alpha:g} ({adjustment}; "
         f"{errors})."
     )
     names = [item.name for item in scores.items]
@@ -155,7 +158,8 @@ def classes_section(summary: Summary, adjustment: str) -> Section | None:
         total = sum(stability.class_counts.values())
         frequencies = ", ".join(f"{number} in {percent(times / total)}" for number, times in counts[:4])
         words.append(Paragraph(f"Number of classes over the bootstrap samples: {frequencies}.", small=True))
-    return Section("classes", "Perceptual classes", (figure, *words))
+    first = (Paragraph(warning),) if warning else ()
+    return Section("classes", "Perceptual classes", (*first, figure, *words))
 
 
 def _rows(cells: list[list[Cell]]) -> tuple[tuple[Cell, ...], ...]:

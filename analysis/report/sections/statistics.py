@@ -316,8 +316,8 @@ def _pairs(summary: Summary, whole: Answered, adjustment: str, cited: Citations)
         source = {"holm": ("Holm1979",), "bh": ("Benjamini1995",)}.get(summary.adjust, ())
         correction = f"{adjustment}{' ' + cited.cite(*source) if source else ''}"
         parts.append(
-            f"Two stimuli share a perceptual class if their scores do not differ at level {summary.alpha:g}, by "
-            f"{errors}, with {correction}; classes are a compact letter display {cited.cite('Piepho2004')}."
+            f"Two stimuli share a perceptual class if their scores are not distinguished at level {summary.alpha:g}, "
+            f"by {errors}, with {correction}; classes are a compact letter display {cited.cite('Piepho2004')}."
         )
     if whole is summary and summary.fit_p is not None and estimate.method == "ml":
         fit = summary.scores.fit

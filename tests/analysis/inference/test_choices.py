@@ -120,3 +120,17 @@ def test_refusals(make: Maker) -> None:
         multiverse(score(from_answers([Answer("a", "b", 3)])))
     with pytest.raises(ResultsError, match="no analysis can be made: No answer is a tie"):
         multiverse(scores, models=["davidson"])
+
+
+def test_conclusions_of_a_minority_are_named_and_those_of_all_are_not(make: Maker) -> None:
+    comparisons = make(np.array([0.45, 0.1, -0.1, -0.45]), 8, sd=0.7, repeats=3)
+    lone = multiverse(score(comparisons, covariance="model", adjust="none"), adjustments=["holm"])
+    few = [pair for pair in lone.pairs if pair.stands < 0.5]
+    assert few
+    assert all(pair.differs and pair.verdict == "distinguished" for pair in few)
+    assert f"{len(few)} of 6 verdicts on pairs" in lone.warning
+    assert lone.warning in lone.sentence
+    assert lone.to_json()["warning"] == lone.warning
+    clear = multiverse(score(make(np.array([1.5, 0.0, -1.5]), 12, repeats=9)), adjustments=["holm"])
+    assert clear.warning == ""
+    assert clear.sentence.endswith(".")
