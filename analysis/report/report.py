@@ -212,6 +212,8 @@ def describe(
     preferred = preferences(remaining) if "preference" in kinds else None
     if preferred is not None:  # the sentence is in the head of the page
         notes = [note for note in notes if note != preferred.sentence]
+    thresholds = summarise_thresholds(remaining) if "threshold" in kinds else None
+    notes += thresholds.notes if thresholds else []
     observers = None
     if compared:
         observers = observers_in_sessions(remaining, shuffles=SHUFFLES, comparisons=compared.comparisons)
@@ -228,7 +230,7 @@ def describe(
         series=series,
         ratings=ratings,
         preferences=preferred,
-        thresholds=summarise_thresholds(remaining) if "threshold" in kinds else None,
+        thresholds=thresholds,
         notes=tuple(dict.fromkeys(notes)),
         failed=failed_checks(remaining, compared, observers, ratings),
     )

@@ -5,6 +5,7 @@ from .adaptive import simulate as simulate
 from .fit import Easier as Easier
 from .fit import ThresholdFit as ThresholdFit
 from .fit import axis_of as axis_of
+from .fit import axis_warning as axis_warning
 from .fit import fit_threshold as fit_threshold
 from .fit import mean_parameter as mean_parameter
 from .fit import mean_threshold as mean_threshold

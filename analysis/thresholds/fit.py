@@ -7,6 +7,8 @@ posterior lies until it is fine enough.
 
 from __future__ import annotations
 
+import math
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
@@ -17,7 +19,7 @@ from numpy.typing import NDArray
 from analysis.series.observer_means import Estimate, means
 from analysis.thresholds.functions import FUNCTIONS, Psychometric
 from analysis.thresholds.priors import BEYOND, LOG_SPREAD, log_slope_prior, middle_log_slope, rate_prior
-from documents.text import json_fields
+from documents.text import counted, json_fields
 
 Floats = NDArray[np.float64]
 POINTS, RATE_POINTS = 41, 8
@@ -52,6 +54,8 @@ class ThresholdFit:
         Of trials without a signal (yes/no): how many were answered "yes", and how many there were.
     reason
         Why there is no estimate; empty where there is one. Without an estimate all numbers are None.
+    warning
+        What a level of 0 did to the axis, where nobody asked for a linear one; empty otherwise.
     """
 
     function: str
@@ -71,6 +75,7 @@ class ThresholdFit:
     lapse_interval: tuple[float, float] | None = None
     easier: Easier = "higher"
     blanks: tuple[int, int] = (0, 0)
+    warning: str = ""
 
     def probability(self, level: float) -> float | None:
         """Return the probability of a right answer to a level, in the levels' unit; None without an estimate."""
@@ -89,6 +94,20 @@ class ThresholdFit:
 def axis_of(levels: Sequence[float]) -> str:
     """Return ``log10`` if all levels are above 0, else ``linear``."""
     return "log10" if min(levels) > 0 else "linear"
+
+
+def axis_warning(levels: Sequence[float], right: Sequence[bool]) -> str:
+    """Return what trials at level 0 do to the axis of levels that are otherwise above 0; empty where there are none."""
+    blanks = [answer for level, answer in zip(levels, right, strict=True) if level == 0]
+    if not blanks or min(levels) < 0 or max(levels) == 0:
+        return ""
+    given = f"blanks=({sum(map(bool, blanks))}, {len(blanks)})"
+    return (
+        f"{counted(len(blanks), 'trial', 'trials')} at level 0, which has no logarithm, made the axis linear: "
+        "threshold and slope are not those of a logarithmic axis, and may be far from them. Was there no signal at "
+        f"level 0? Then take these trials out of the levels, and give them to fit_threshold as {given}. Is 0 a level "
+        "like others? Then ask for axis='linear'"
+    )
 
 
 def fit_threshold(
@@ -115,19 +134,21 @@ def fit_threshold(
     function
         Name of the shape, of `FUNCTIONS`.
     axis
-        ``log10`` or ``linear``; None chooses by `axis_of`.
+        ``log10`` or ``linear``; None chooses by `axis_of`, with a Python warning where a level of 0 makes it linear.
     level
         Coverage of the intervals, 0 to 1.
     easier
         Whether ``higher`` or ``lower`` levels are easier.
     blanks
-        Of trials without a signal, where ``guess`` is None: how many were answered "yes", and how many there were.
+        Of trials without a signal: how many were answered "yes" (or right), and how many there were. They say how often
+        "yes" is a false alarm where ``guess`` is None; where it is given they are noted, and count for nothing.
 
     Returns
     -------
     ThresholdFit
         Without numbers, and with a ``reason``, where the answers cannot say what the threshold is: fewer than three
-        levels, all right, all wrong, no more right answers than guessing gives, or a threshold outside the levels.
+        levels, all right, all wrong, no more right answers than guessing gives, a threshold outside the levels, a level
+        that is no finite number, or an answer that is neither right nor wrong (1 or 0).
 
     Raises
     ------
@@ -146,9 +167,16 @@ def fit_threshold(
         raise ValueError(f"there is no function '{function}'; name one of {', '.join(FUNCTIONS)}")
     if not len(levels) or len(levels) != len(right):
         raise ValueError(f"{len(levels)} levels do not go with {len(right)} answers; give one for each trial")
+    if unclear := _unclear(levels, right):
+        return ThresholdFit(function, axis or "linear", (), (), (), level, easier=easier, blanks=blanks, reason=unclear)
+    levels, right = [float(each) for each in levels], [bool(each) for each in right]
+    warning = "" if axis else axis_warning(levels, right)
+    if warning:
+        warnings.warn(warning, stacklevel=2)
     axis = axis or axis_of(levels)
     if axis == "log10" and min(levels) <= 0:
-        raise ValueError(f"the level {min(levels):g} has no logarithm; use axis='linear'")
+        remedy = "use axis='linear', or give trials without a signal as blanks="
+        raise ValueError(f"the level {min(levels):g} has no logarithm; {remedy}")
     shown, which = np.unique(np.asarray(levels, np.float64), return_inverse=True)
     trials = np.bincount(which).astype(np.float64)
     hits = np.asarray(np.bincount(which, weights=np.asarray(right, np.float64)), np.float64)
@@ -161,6 +189,7 @@ def fit_threshold(
         level=level,
         easier=easier,
         blanks=blanks,
+        warning=warning,
     )
     sign = 1.0 if easier == "higher" else -1.0
     x = sign * (np.log10(shown) if axis == "log10" else shown)
@@ -192,6 +221,29 @@ def fit_threshold(
         lapse=rates[1],
         lapse_interval=(max(limits[3][0], 0.0), limits[3][2]),
     )
+
+
+def _unclear(levels: Sequence[object], right: Sequence[object]) -> str:
+    """Return which trials have a level that is no finite number, or an answer that is neither 0 nor 1; or nothing."""
+    wrong = [
+        (trial, f"the level is {level!r}" if not math.isfinite(_number(level)) else f"the answer is {answer!r}")
+        for trial, (level, answer) in enumerate(zip(levels, right, strict=True), start=1)
+        if not math.isfinite(_number(level)) or _number(answer) not in (0, 1)
+    ]
+    if not wrong:
+        return ""
+    (trial, what), more = wrong[0], len(wrong) - 1
+    others = f", and {counted(more, 'other', 'others')} likewise" if more else ""
+    return (
+        f"levels must be numbers and answers 1 or 0: in trial {trial} of {len(levels)} {what}{others}; leave them out"
+    )
+
+
+def _number(value: object) -> float:
+    try:
+        return float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        return math.nan
 
 
 def _level(x: float, sign: float, axis: str) -> float:

@@ -13,7 +13,7 @@ from analysis.records.results import damaged, refuse_mixtures
 from analysis.records.session_record import SessionLog, Trial
 from analysis.records.times import in_time
 from analysis.series.observer_means import Estimate
-from analysis.thresholds.fit import Easier, ThresholdFit, axis_of, fit_threshold, mean_parameter
+from analysis.thresholds.fit import Easier, ThresholdFit, axis_of, axis_warning, fit_threshold, mean_parameter
 from analysis.thresholds.functions import FUNCTIONS
 from documents import Finding
 from documents.text import json_fields
@@ -56,7 +56,7 @@ class QuestionSummary:
     """The thresholds of one question: each observer's, sorted, and the means over those who have one.
 
     Means of thresholds on a logarithmic axis and of slopes are those of logarithms; 95 % intervals are by bootstrap
-    over observers.
+    over observers. ``warning`` says what a level of 0 did to the axis; it is empty where there is none.
     """
 
     question: Question
@@ -65,6 +65,7 @@ class QuestionSummary:
     slope: Estimate
     guess: Estimate
     lapse: Estimate
+    warning: str = ""
 
     @property
     def trials(self) -> int:
@@ -77,6 +78,7 @@ class QuestionSummary:
         return {
             **json_fields(self.question, "name"),
             "over_observers": means,
+            "warning": self.warning,
             "observers": [observer.to_json() for observer in self.observers],
         }
 
@@ -98,6 +100,13 @@ class ThresholdSummary:
         missing = sum(fit.threshold is None for fit in sought)
         words = f"{self.who.words(people)}, {trials:,} trials at thresholds"
         return f"{words}; {missing} of {len(sought)} thresholds cannot be estimated." if missing else f"{words}."
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a level of 0 did to the axes, and how a block avoids it, in sentences."""
+        remedy = "In a block, name the stimulus without a signal as 'reference': it then has no level."
+        warned = [each for each in self.questions if each.warning]
+        return tuple(f"Threshold of {each.question.name}: {each.warning}. {remedy}" for each in warned)
 
     def to_json(self) -> list[dict[str, Any]]:
         """Return plain values for JSON."""
@@ -149,6 +158,7 @@ def summarise_thresholds(sessions: Sequence[SessionLog]) -> ThresholdSummary:
 def _fitted(question: Question, people: Mapping[str, _Answers]) -> QuestionSummary:
     shown = [level for answers in people.values() for level in answers.levels]
     axis = axis_of(shown or [1.0])  # one for all observers, so that there is a mean
+    warning = axis_warning(shown, [right for answers in people.values() for right in answers.right]) if shown else ""
     fits = tuple(ObserverThreshold(name, _fit(question, people[name], axis)) for name in sorted(people))
     each = [observer.fit for observer in fits]
     names: tuple[Literal["threshold", "slope", "guess", "lapse"], ...] = ("threshold", "slope", "guess", "lapse")
@@ -156,7 +166,7 @@ def _fitted(question: Question, people: Mapping[str, _Answers]) -> QuestionSumma
     given = GUESSES[question.task]
     if given is not None and guess.value is not None:
         guess = replace(guess, value=given, low=None, high=None)
-    return QuestionSummary(question, fits, threshold, slope, guess, lapse)
+    return QuestionSummary(question, fits, threshold, slope, guess, lapse, warning)
 
 
 def _fit(question: Question, answers: _Answers, axis: str) -> ThresholdFit:

@@ -20,6 +20,7 @@ from documents.yaml import YamlSource, read_yaml
 from runner.blocks.block import Block
 from runner.blocks.message import CONTINUE_KEYS, pause_menu
 from runner.blocks.screening.block import ScreeningSpec
+from runner.blocks.threshold import Threshold
 from runner.check.display_facts import check_display_facts
 from runner.check.error_budget import rig_budget
 from runner.check.machine import check_pool, check_results, check_screen
@@ -132,9 +133,22 @@ def check_blocks(report: CheckReport, design: Experiment, source: YamlSource) ->
             remedy = "test stereo acuity in a mode without colour filters, or with a printed test"
             place = ("blocks", index, "tests", tests.index("stereo_acuity"))
             report.warnings.append(source.finding(place, what, remedy))
+    for index, block in enumerate(blocks):
+        if isinstance(block, Threshold) and (names := _at_zero(block)):
+            what = f"level 0 of '{block.factor}' ({names}) has no logarithm: QUEST+ and the report take a linear axis"
+            remedy = "if it has no signal, name it as 'reference'; its trials then count as those without a signal"
+            report.warnings.append(source.finding(("blocks", index, "factor"), what, remedy))
     if not report.facts["trials"]:
         what = "no block asks anything that is scored"
         report.warnings.append(source.finding(("blocks",), what, "add a block such as all_pairs"))
+
+
+def _at_zero(block: Threshold) -> str:
+    """Return the stimuli at level 0 of a factor whose other levels are above 0; empty where there are none."""
+    for ladder in block.ladders:
+        if min(ladder.levels) == 0 < max(ladder.levels):
+            return ", ".join(ladder.stimuli[ladder.levels.index(0)])
+    return ""
 
 
 def _pressed(design: Experiment, keys: Mapping[str, str]) -> Mapping[str, str]:

@@ -128,3 +128,17 @@ def test_a_report_has_each_observer_and_the_mean(tmp_path: Path) -> None:
     assert table[0].startswith("observer,threshold,threshold_low,threshold_high,slope,")
     assert [row.split(",")[0] for row in table[1:]] == ["01", "02", "03"]
     assert table[3].split(",")[1:4] == ["", "", ""]
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_report_says_what_a_level_of_zero_does_to_the_axis(tmp_path: Path) -> None:
+    log = _log("01", 1.9)
+    lowest = min(trial.data["level"] for trial in log.trials)
+    trials = [replace(t, data={**t.data, "level": 0}) if t.data["level"] == lowest else t for t in log.trials]
+    for session, said in ((log, 0), (SessionLog(log.file, log.header, tuple(trials), True), 1)):
+        told = write_report([session], tmp_path / f"{said}.html").to_json()
+        (question,) = told["thresholds"]
+        notes = [note for note in told["notes"] if "blanks=(" in note]
+        assert len(notes) == said
+        assert (question["warning"] != "") == bool(said)
+        assert ("blanks=(" in (tmp_path / f"{said}.html").read_text("utf-8")) == bool(said)

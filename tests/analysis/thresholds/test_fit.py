@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 import numpy as np
+import pandas as pd
 import pytest
 
 from analysis.thresholds import FUNCTIONS, fit_threshold, mean_threshold
@@ -106,6 +110,52 @@ def test_levels_below_zero_are_on_a_linear_axis() -> None:
     assert fit.threshold == pytest.approx(0.0, abs=0.25)
     with pytest.raises(ValueError, match="no logarithm"):
         fit_threshold(levels, right, axis="log10")
+
+
+def _seen(blanks: int) -> tuple[list[float], list[bool]]:
+    """Return answers of a forced choice with a slope of about 4, and ``blanks`` trials at level 0."""
+    rng = np.random.default_rng(1)
+    levels = np.repeat([0.01, 0.02, 0.04, 0.08, 0.16], 40)
+    right = rng.random(200) < 0.5 + 0.48 * (1 - np.exp(-((levels / 0.05) ** 3)))
+    return [*levels.tolist(), *[0.0] * blanks], [*right.tolist(), *(rng.random(blanks) < 0.5).tolist()]
+
+
+def test_a_level_of_zero_on_a_logarithmic_axis_is_said_with_the_way_out() -> None:
+    sound = fit_threshold(*_seen(0))
+    levels, right = _seen(40)
+    with pytest.warns(UserWarning, match="level 0") as warned:
+        fit = fit_threshold(levels, right)
+    assert (sound.axis, sound.warning, fit.axis) == ("log10", "", "linear")
+    assert f"blanks=({sum(right[200:])}, 40)" in str(warned[0].message)
+    assert fit.to_json()["warning"] == fit.warning == str(warned[0].message)
+    assert sound.slope is not None
+    assert fit.slope is not None
+    assert fit.slope > 5 * sound.slope
+    mended = fit_threshold(levels[:200], right[:200], blanks=(sum(right[200:]), 40))
+    assert (mended.threshold, mended.slope, mended.blanks[1]) == (sound.threshold, sound.slope, 40)
+    with pytest.raises(ValueError, match="blanks="):
+        fit_threshold(levels, right, axis="log10")
+
+
+def test_axes_that_are_linear_by_right_are_not_warned_of() -> None:
+    assert fit_threshold(*_seen(40), axis="linear").warning == ""
+    assert fit_threshold([-1.0, 0.0, 1.0] * 20, [False, True, True] * 20, guess=None).warning == ""
+
+
+@pytest.mark.parametrize("level", [math.nan, math.inf, None, pd.NA, "NA"])
+def test_a_level_that_is_no_number_is_the_reason(level: Any) -> None:
+    levels, right = _seen(0)
+    fit = fit_threshold([*levels[:6], level, *levels[7:-1], level], right)
+    assert (fit.threshold, fit.slope) == (None, None)
+    assert f"in trial 7 of 200 the level is {level!r}, and 1 other" in fit.reason
+
+
+@pytest.mark.parametrize("answer", [math.nan, None, pd.NA, "yes", 2])
+def test_an_answer_that_is_neither_right_nor_wrong_is_the_reason(answer: Any) -> None:
+    levels, right = _seen(0)
+    fit = fit_threshold(levels, [*right[:6], answer, *right[7:]])
+    assert fit.threshold is None
+    assert f"in trial 7 of 200 the answer is {answer!r}" in fit.reason
 
 
 def test_the_mean_over_observers_leaves_out_who_has_no_threshold() -> None:

@@ -370,3 +370,18 @@ def test_screening_is_a_sentence_and_its_outcome_no_trial(study: Study) -> None:
     (warning,) = [w for w in _check(study, pictures=False).warnings if "stereo acuity" in w.message]
     assert "colour gives the square away" in warning.message
     assert warning.line == 8
+
+
+def test_a_level_of_zero_is_warned_of_where_others_have_logarithms(study: Study) -> None:
+    block = "  - {kind: threshold, factor: contrast, task: yes_no, stimuli: [one, two, three], trials: 3}\n"
+    study.edit("small.yaml", "  - {kind: all_pairs, break_every: 4}\n", block)
+    for level, name in enumerate(("one", "two", "three")):
+        study.edit("recipe.yaml", f"{name}.exr}}", f"{name}.exr, factors: {{contrast: {level}}}}}")
+    (found,) = [each for each in _check(study).warnings if "level 0" in each.message]
+    assert (found.line, "reference" in str(found.remedy)) == (_line_of(study, block), True)
+    study.edit("recipe.yaml", "contrast: 0}", "contrast: 3}")
+    assert not [each for each in _check(study).warnings if "level 0" in each.message]
+
+
+def _line_of(study: Study, text: str) -> int:
+    return int(study.experiment.read_text().split(text)[0].count("\n")) + 1
