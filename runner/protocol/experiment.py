@@ -93,7 +93,7 @@ class AnalysisSpec(Strict):
 Fact = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=2000)]
 _FACTS: Mapping[str, Any] = MappingProxyType(
     {
-        item.code: (Annotated[Fact | None, Field(description=item.question)], None)
+        item.code: (Annotated[Fact | None, Field(description=f"The answer to “{item.question}”, for Methods.")], None)
         for item in METHODS_ITEMS
         if item.may_be_given
     }
