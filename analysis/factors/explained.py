@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.factors.fit import TermsFit
-from analysis.factors.likelihood_ratio import chance, covariance_at, observer_test
+from analysis.factors.likelihood_ratio import chance, covariance_at, observer_test, verdict
 from analysis.scaling.counts import Counts
 from analysis.scaling.designs import ITEMS
 from analysis.scaling.fitting import fit as fit_wins
@@ -64,9 +64,15 @@ class Explained:
     lack_of_fit_by_observers: ObserverTest | None
     missing: str | None
 
+    @property
+    def lack_of_fit_verdict_p(self) -> float | None:
+        """The p value of lack of fit to judge by: by observers where there is one; None where nothing is tested."""
+        own = self.lack_of_fit_by_observers
+        return own.p if own else self.lack_of_fit_p
+
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
-        return json_fields(self, omit=["free_theta"])
+        return json_fields(self, omit=["free_theta"]) | {"lack_of_fit_verdict": verdict(self.lack_of_fit_verdict_p)}
 
 
 def explain(counts: Counts, wins: Floats, fit: TermsFit, slopes: Floats | None) -> Explained:

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,13 @@ from documents.text import json_fields
 Floats = NDArray[np.float64]
 NO_SPREAD = 1e-6
 WORST_CONDITION = 1e12
+LEVEL = 0.05
+Verdict = Literal["distinguished", "not distinguished"]
+
+
+def verdict(p: float | None) -> Verdict | None:
+    """Return what ``p`` says at the level 0.05: ``distinguished`` or ``not distinguished``; None without a test."""
+    return None if p is None else "distinguished" if p <= LEVEL else "not distinguished"
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,11 +74,17 @@ class FactorTest:
         """The p value by observers; Wald's with fewer than five of them."""
         return self.by_observers.p if self.by_observers else self.robust_p
 
+    @property
+    def verdict_p(self) -> float:
+        """The p value to judge by: by observers with five of them or more, else the likelihood ratio's."""
+        return self.by_observers.p if self.by_observers else self.p
+
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
         return {
             "name": self.name,
             "type": "II",
+            "verdict": verdict(self.verdict_p),
             "statistic": self.statistic,
             "df": self.df,
             "p": self.p,
@@ -99,9 +112,14 @@ class InteractionTest:
     by_observers: ObserverTest | None = None
     observer_p_holm: float | None = None
 
+    @property
+    def verdict_p(self) -> float | None:
+        """The p value to judge by, after Holm's adjustment: by observers where there is one; None without a test."""
+        return self.p_holm if self.by_observers is None else self.observer_p_holm
+
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
-        return json_fields(self)
+        return json_fields(self) | {"verdict": verdict(self.verdict_p)}
 
 
 def statistic(larger: TermsFit, smaller: TermsFit) -> float:

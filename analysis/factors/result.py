@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from analysis.classes.multiplicity import two_sided_p
 from analysis.factors.explained import Explained
-from analysis.factors.likelihood_ratio import FactorTest, InteractionTest
+from analysis.factors.likelihood_ratio import FactorTest, InteractionTest, verdict
 from analysis.factors.terms import Coding
 from analysis.factors.values import Factor, LeftOut
 from analysis.scaling.result import TWO_SIDED_95
@@ -143,6 +143,21 @@ class FactorEffects:
     held_by_prior: tuple[str, ...]
     ties_left_out: float
 
+    @property
+    def cautions(self) -> tuple[str, ...]:
+        """Which main effects are averages over the levels of a factor that they interact with, in sentences."""
+        found = [test for test in self.interactions if verdict(test.verdict_p) == "distinguished"]
+        sentences = []
+        for factor in self.factors:
+            others = [name for test in found if factor.name in test.names for name in test.names if name != factor.name]
+            if others:
+                over = " and ".join(f"'{name}'" for name in others)
+                sentences.append(
+                    f"The effect of '{factor.name}' is an average over the levels of {over}, with which it interacts: "
+                    "read the scores of each combination."
+                )
+        return tuple(sentences)
+
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON, without NaN."""
         sound = not self.separation
@@ -158,6 +173,7 @@ class FactorEffects:
             "effects": [effect.to_json() for effect in self.effects],
             "tests": [test.to_json() for test in self.tests],
             "interactions": [test.to_json() for test in self.interactions],
+            "cautions": list(self.cautions),
             "explained": self.explained.to_json() if self.explained else None,
             "items": [
                 {"name": name, "fitted": _finite(fitted), "free": _finite(own)}

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from analysis.errors import ResultsError
 from analysis.factors.effects import factor_effects
+from analysis.factors.likelihood_ratio import verdict
 from analysis.factors.result import FactorEffects
 from analysis.report.blocks import Block, Column, Figure, Paragraph, Section, Table
 from analysis.report.summary import Answered, Summary
 from analysis.report.words import fixed, p_words, percent
 from documents.pages import NARROW_IN, WIDE_IN
+
+INDEPENDENT = "p if all answers were independent"
 
 
 def effects_of(compared: Answered) -> FactorEffects | None:
@@ -42,20 +45,20 @@ def _figure(effects: FactorEffects) -> Figure:
         Column("Factor", "factor"),
         Column("Level", "level"),
         Column("Effect (nats)", "effect_nats", "number", 3),
-        Column("95 % by the model", "model", "interval", 2),
-        Column("p", "p", "p"),
         Column("95 % by observers", "robust", "interval", 2),
         Column("p by observers", "robust_p", "p"),
+        Column("95 % if all answers were independent", "model", "interval", 2),
+        Column(INDEPENDENT, "p", "p"),
     )
     rows = tuple(
         (
             row.factor,
             f"{row.level} (reference)" if row.is_reference else row.level,
             row.estimate,
-            row.interval or (None, None),
-            row.p,
             row.robust_interval or (None, None),
             row.robust_p,
+            row.interval or (None, None),
+            row.p,
         )
         for row in drawn_rows(effects)
     )
@@ -69,54 +72,65 @@ def _figure(effects: FactorEffects) -> Figure:
 
 
 def _tests(effects: FactorEffects) -> list[Block]:
-    blocks: list[Block] = []
+    blocks: list[Block] = [Paragraph(sentence) for sentence in effects.cautions]
     if effects.tests:
         columns = (
             Column("Factor", "factor"),
+            Column("Verdict", "verdict"),
+            Column("p by observers", "observer_p", "p"),
+            Column(INDEPENDENT, "p", "p"),
             Column("Likelihood ratio", "statistic", "number", 1),
             Column("df", "df", "number"),
-            Column("p", "p", "p"),
-            Column("p by observers", "observer_p", "p"),
         )
-        rows = tuple((test.name, test.statistic, test.df, test.p, test.observer_p) for test in effects.tests)
+        rows = tuple(
+            (test.name, verdict(test.verdict_p), test.observer_p, test.p, test.statistic, test.df)
+            for test in effects.tests
+        )
         blocks.append(Table("factor_tests", "Tests of each factor (type II)", columns, rows))
     if effects.interactions:
         crossed = (
             Column("Interaction", "interaction"),
+            Column("Verdict", "verdict"),
+            Column("p by observers (Holm)", "observer_p_holm", "p"),
+            Column("p by observers", "observer_p", "p"),
+            Column(f"{INDEPENDENT} (Holm)", "p_holm", "p"),
+            Column(INDEPENDENT, "p", "p"),
             Column("Likelihood ratio", "statistic", "number", 1),
             Column("df", "df", "number"),
-            Column("p", "p", "p"),
-            Column("p (Holm)", "p_holm", "p"),
-            Column("p by observers", "observer_p", "p"),
-            Column("p by observers (Holm)", "observer_p_holm", "p"),
             Column("Not fitted because", "not_fitted"),
         )
         lines = tuple(
             (
                 " × ".join(test.names),
+                verdict(test.verdict_p),
+                test.observer_p_holm,
+                test.by_observers.p if test.by_observers else None,
+                test.p_holm,
+                test.p,
                 test.statistic,
                 test.df,
-                test.p,
-                test.p_holm,
-                test.by_observers.p if test.by_observers else None,
-                test.observer_p_holm,
                 test.not_fitted,
             )
             for test in effects.interactions
         )
         blocks.append(Table("factor_interactions", "Interactions of two factors", crossed, lines, folded=True))
+    words = explained_words(effects)
+    return [*blocks, Paragraph(words)] if words else blocks
+
+
+def explained_words(effects: FactorEffects) -> str:
+    """Return how much the factors explain, with their lack of fit in the same sentence; empty without free scores."""
     explained = effects.explained
-    if explained is not None and explained.r_squared is not None and explained.deviance_share is not None:
-        words = (
-            f"The factors explain {percent(explained.deviance_share)} of the deviance that free scores explain, and "
-            f"{percent(explained.r_squared)} of the variance of the scores (R² = {fixed(explained.r_squared, 3)})."
-        )
-        if explained.lack_of_fit is not None and explained.lack_of_fit_p is not None:
-            words += (
-                f" Lack of fit: likelihood ratio {fixed(explained.lack_of_fit, 1)} on {explained.lack_of_fit_df} "
-                f"degrees of freedom, {p_words(explained.lack_of_fit_p)} if all answers are independent"
-            )
-            own = explained.lack_of_fit_by_observers
-            words += f"; {p_words(own.p)} by observers." if own else "."
-        blocks.append(Paragraph(words))
-    return blocks
+    if explained is None or explained.r_squared is None or explained.deviance_share is None:
+        return ""
+    words = (
+        f"The factors explain {percent(explained.deviance_share)} of the deviance that free scores explain, and "
+        f"{percent(explained.r_squared)} of the variance of the scores (R² = {fixed(explained.r_squared, 3)})"
+    )
+    p = explained.lack_of_fit_verdict_p
+    if p is None:
+        return f"{words}."
+    basis = "by observers" if explained.lack_of_fit_by_observers else "if all answers are independent"
+    if verdict(p) == "distinguished":
+        return f"{words}, but stimuli differ in ways that the factors do not name (lack of fit: {p_words(p)} {basis})."
+    return f"{words}; a lack of fit is not distinguished ({p_words(p)} {basis})."

@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 
 from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.factors.effects import factor_effects
+from analysis.factors.result import FactorEffects
+from analysis.report.blocks import Paragraph
+from analysis.report.sections.factors import explained_words, factors_section
 from analysis.scaling.robust_tests import ObserverTest
 
 Factors = Mapping[str, Mapping[str, str | float]]
@@ -87,3 +90,29 @@ def test_no_observers_no_test_by_observers(grid: Factors) -> None:
     assert found.tests[0].by_observers is None
     assert found.tests[0].observer_p == found.tests[0].robust_p
     assert found.interactions[0].observer_p_holm is None
+
+
+def test_one_verdict_by_observers_and_averages_and_lack_of_fit_are_said(grid: Factors) -> None:
+    red_stereo = np.array([one["paint"] == "red" and one["view"] == "stereo" for one in grid.values()]) * 1.8
+    found = factor_effects(study(np.random.default_rng(2), grid, red_stereo, 0.3), grid, use=("paint", "view"))
+    (crossed,) = found.to_json()["interactions"]
+    assert crossed["verdict"] == "distinguished"
+    assert ["'paint'" in line and "'view'" in line for line in found.cautions] == [True, True]
+    assert "factors do not name" in explained_words(found)
+    assert found.cautions[0] in shown(found)
+
+    random = np.random.default_rng(5)
+    alike = factor_effects(study(random, grid, np.zeros(12), 0.0), grid, use=("paint", "view"))
+    assert alike.cautions == ()
+    assert alike.to_json()["explained"]["lack_of_fit_verdict"] == "not distinguished"
+    assert "factors do not name" not in explained_words(alike)
+
+    apart = [factor_effects(study(random, grid, np.zeros(12), 1.0), grid, use=("paint", "view")) for _ in range(12)]
+    disputed = [one.tests[0] for one in apart if one.tests[0].p <= 0.05 < one.tests[0].verdict_p]
+    assert disputed
+    assert {test.to_json()["verdict"] for test in disputed} == {"not distinguished"}
+
+
+def shown(found: FactorEffects) -> str:
+    blocks = factors_section(found).blocks
+    return " ".join(block.text for block in blocks if isinstance(block, Paragraph))
