@@ -21,7 +21,7 @@ from devices.camera.exposure import Exposure, parse_seconds
 from devices.colour_matching import colorimetric_observer
 from devices.errors import DeviceError
 from documents import Finding
-from documents.files import other_separator, read_regular_text
+from documents.files import is_comment, other_separator, read_regular_text
 from documents.text import visible
 
 Floats = NDArray[np.float64]
@@ -119,7 +119,7 @@ def _read(
     rows: list[tuple[int, list[str]]] = []
     for number, line in enumerate(_text(file).splitlines(), start=1):
         bare = line.strip()
-        if bare.startswith("#"):
+        if is_comment(bare):
             key, _, value = bare.lstrip("# ").partition(":")
             if key.strip().lower() == "rgb":
                 full = _full(value.strip(), file, number)
@@ -159,7 +159,9 @@ def _read(
                     cells[columns[column_name]].strip() for column_name in _EXPOSURE if column_name in columns
                 )
                 findings.append(
-                    Finding(f"the exposure is '{given}'", file, number, columns["time_s"] + 1, "such as 1/15, 8, 800")
+                    Finding(
+                        f"the exposure is '{given}'", file, number, _wrong(cells, columns) + 1, "such as 1/15, 8, 800"
+                    )
                 )
     if findings:
         raise DeviceError(findings[:_MOST_FINDINGS])
@@ -177,6 +179,18 @@ def _observer(text: str, file: str, line: int) -> str:
 def _exposure(cells: list[str], columns: dict[str, int]) -> Exposure:
     iso = float(cells[columns["iso"]]) if "iso" in columns else 100.0
     return Exposure(parse_seconds(cells[columns["time_s"]]), float(cells[columns["f_number"]]), iso)
+
+
+def _wrong(cells: list[str], columns: dict[str, int]) -> int:
+    """Return the place of what is no f-number or ISO in an exposure that is wrong; else that of the time."""
+    for name in ("f_number", "iso"):
+        try:
+            number = float(cells[columns[name]]) if name in columns else 1.0
+        except ValueError:
+            number = math.nan
+        if not (math.isfinite(number) and number > 0):
+            return columns[name]
+    return columns["time_s"]
 
 
 def _text(file: str) -> str:

@@ -15,7 +15,7 @@ from devices.colour_matching import DEFAULT_OBSERVER
 from devices.display.model import DisplayModel
 from devices.errors import DeviceError
 from documents import Finding
-from documents.files import other_separator, read_regular, unreadable
+from documents.files import is_comment, other_separator, read_regular, unreadable
 
 _MOST_BYTES = 100_000_000
 
@@ -107,7 +107,7 @@ def read_colours(file: str | Path | BinaryIO, kind: Kind, full: float, observer:
     name = str(file) if isinstance(file, str | Path) else "standard input"
     try:
         text = io.StringIO(_content(file).decode("utf-8-sig"), newline="")
-        lines = [(n, row) for n, row in enumerate(csv.reader(text, strict=True), 1) if row and row[0][:1] != "#"]
+        lines = [(n, row) for n, row in enumerate(csv.reader(text, strict=True), 1) if row and not is_comment(row[0])]
     except OSError as error:
         raise DeviceError(unreadable(error, Path(name), "table")) from error
     except (UnicodeDecodeError, csv.Error) as error:

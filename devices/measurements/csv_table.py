@@ -26,7 +26,7 @@ from devices.measurements.code_range import full_code, parse_code_range
 from devices.measurements.observer import CIE_1931_2, OBSERVERS, observer_name
 from devices.measurements.table import PATCH_EYES, Measurements, PatchEye
 from documents import Finding
-from documents.files import other_separator, read_regular_text
+from documents.files import is_comment, other_separator, read_regular_text
 from documents.text import did_you_mean, nearest
 
 _NUMBERS = ("red", "green", "blue", "X", "Y", "Z")
@@ -80,7 +80,7 @@ def parse_csv(lines: Iterable[str], file: str, code_range: str | None = None) ->
     kept: list[tuple[int, str]] = []
     for number, line in enumerate(lines, start=1):
         bare = line.strip().strip("\ufeff")
-        if bare.startswith("#"):
+        if is_comment(bare):
             key, _, value = bare.lstrip("# ").partition(":")
             if key.strip().lower() in _SAID:
                 header_values[key.strip().lower()] = value.strip()

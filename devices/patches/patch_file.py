@@ -15,7 +15,7 @@ from devices.errors import DeviceError
 from devices.measurements.code_range import full_code, parse_code_range
 from devices.patches.patch import Codes, Patch, PatchSet
 from documents import Finding
-from documents.files import other_separator, read_regular_text
+from documents.files import is_comment, other_separator, read_regular_text
 
 _COLUMNS = ("red", "green", "blue")
 _SURROUND = ("surround_red", "surround_green", "surround_blue")
@@ -40,7 +40,7 @@ def parse_patches(text: str, file: str, name: str, code_range: str | None = None
     header_values: dict[str, tuple[str, int]] = {}
     lines: list[tuple[int, str]] = []
     for number, line in enumerate(text.splitlines(), start=1):
-        if line.lstrip().startswith("#"):
+        if is_comment(line):
             key, _, value = line.lstrip("# ").partition(":")
             header_values[key.strip().lower()] = value.strip(), number
         elif line.strip():

@@ -36,4 +36,5 @@ from .regular import read_regular_text as read_regular_text
 from .regular import unreadable as unreadable
 from .room import unwritable as unwritable
 from .room import what_stopped as what_stopped
+from .tables import is_comment as is_comment
 from .tables import other_separator as other_separator

@@ -7,6 +7,19 @@ from collections.abc import Sequence
 from documents.findings import Finding
 
 _OTHER = {";": "semicolons", "\t": "tabs"}
+_ERRORS = ("#N/A", "#NA", "#NULL!", "#NUM!", "#VALUE!", "#DIV/0!", "#REF!", "#NAME?")  # as spreadsheets write them
+
+
+def is_comment(line: str) -> bool:
+    """Return whether a line of a table is a comment: it begins with ``#``, and not with a spreadsheet's error.
+
+    Examples
+    --------
+    >>> is_comment("# codes: 0..255"), is_comment("#N/A,0.5,1")
+    (True, False)
+    """
+    bare = line.lstrip()
+    return bare.startswith("#") and bare.split(",", 1)[0].strip() not in _ERRORS
 
 
 def other_separator(header: Sequence[str], file: str, line: int) -> Finding | None:

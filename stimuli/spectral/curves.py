@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents import Finding
-from documents.files import other_separator, read_regular_text
+from documents.files import is_comment, other_separator, read_regular_text
 from stimuli.errors import StimulusError
 from stimuli.spectral.picture import MUST_COVER_NM
 
@@ -76,7 +76,7 @@ def _read_named(path: Path, names: tuple[str, ...] | None) -> tuple[Floats, Floa
     try:
         text = read_regular_text(path, _MOST_BYTES, "table", error=StimulusError)
         file = io.StringIO(text, newline="")
-        rows = [(n, row) for n, row in enumerate(csv.reader(file, strict=True), 1) if row and row[0][:1] != "#"]
+        rows = [(n, row) for n, row in enumerate(csv.reader(file, strict=True), 1) if row and not is_comment(row[0])]
     except csv.Error as error:
         raise StimulusError.at(path, f"it is no CSV: {error}", "write it again") from error
     if rows and (separated := other_separator(rows[0][1], str(path), rows[0][0])):

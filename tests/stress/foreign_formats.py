@@ -184,9 +184,9 @@ def _comparisons() -> Sequence[bytes]:
 
 
 def _read_comparisons(path: Path) -> object:
-    from analysis.comparisons import read_table
+    from analysis.comparisons import read_any
 
-    return read_table(path)
+    return read_any(path)
 
 
 @cache
