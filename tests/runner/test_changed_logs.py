@@ -191,7 +191,7 @@ def test_an_unchained_log_is_resumed_and_never_said_to_fit(study: Study, unchain
     assert "1 log was chained when resumed: nothing protected the lines before until then" in told
     study.cyclopean("verify", "--strict", study.results, expect=1)
     study.cyclopean("report", study.results, "-o", report)
-    assert report.read_text(encoding="utf-8").count("1 log was chained when resumed") == 2
+    assert report.read_text(encoding="utf-8").count("1 log was chained when resumed") == 3
     file.write_bytes(file.read_bytes().replace(b'"answer":"', b'"answer": "', 1))
     told = study.cyclopean("verify", study.results, expect=1)
     assert f"{file}:6:1: this line does not fit its checksum" in told.stderr

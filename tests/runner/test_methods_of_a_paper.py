@@ -233,6 +233,18 @@ def test_numbers_of_draws_tests_and_p_values_are_those_that_were_made(tmp_path: 
         assert re.search(r"nats \(95 %: .* to .*\), or \d+ % of choices", said["effect_sizes"])
 
 
+def test_the_p_of_factors_that_counts_is_by_observers_where_there_are_some(tmp_path: Path) -> None:
+    sessions = read_results(record(tmp_path / "results", "all_pairs", 0, observers=6))
+    factors = tuple({**one, "factors": {"size": place % 2}} for place, one in enumerate(sessions[0].header.stimuli))
+    for number in (6, 1):
+        some = [replace(log, header=replace(log.header, stimuli=factors)) for log in sessions[:number]]
+        told = describe(some)
+        said = {one.item.code: one.text for one in told.methods.answers}
+        assert told.factors is not None
+        assert ("the one by observers is to be reported" in said["p_values"]) == (number == 6)
+        assert ("intervals by observers" in said["effect_sizes"]) == (number == 6)
+
+
 def test_without_draws_none_are_told(tmp_path: Path, report: Callable[..., Told]) -> None:
     told = report(record(tmp_path / "results", "rating"))
     assert not re.search(r"\d", told.answer("draws"))

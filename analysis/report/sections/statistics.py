@@ -142,11 +142,12 @@ def p_words(report: Report, cited: Citations) -> str:
             "Whether one scale fits is judged by the p value of the χ² distribution, which treats all answers as "
             f"independent, for there are fewer than {FEWEST_OBSERVERS} observers."
         )
-    if report.factors and (report.factors.tests or report.factors.interactions):
-        parts.append(
-            "Of a factor's two p values the one by observers is to be reported; that of the likelihood ratio treats "
-            "all answers as independent."
+    if report.factors and report.factors.tests:
+        by_observers = any(test.observer_p is not None for test in report.factors.tests)
+        which = (
+            "Of a factor's two p values the one by observers is to be reported; that" if by_observers else "The p value"
         )
+        parts.append(f"{which} of a factor's likelihood ratio treats all answers as independent.")
     if report.observers and any(line.consistency and line.consistency.test for line in report.observers.lines):
         parts.append("The p value of circular triads is the mid-p value.")
     if isinstance(report.review.get("transitivity"), Transitivity):
@@ -229,7 +230,8 @@ def effect_words(report: Report, cited: Citations) -> str:
     if isinstance(pairs, PairProbabilities) and pairs.pairs:
         parts.append(_largest(pairs))
     if report.factors and report.factors.effects:
-        parts.append("Effects of factors are differences of log strength too, with 95 % intervals by observers.")
+        by = " by observers" if any(effect.robust_p is not None for effect in report.factors.effects) else ""
+        parts.append(f"Effects of factors are differences of log strength too, with 95 % intervals{by}.")
     if report.series:
         parts.append(
             "Effect sizes of series are shares of choices, and of ratings the mean differences with 95 % intervals, "
