@@ -11,9 +11,10 @@ import numpy as np
 from analysis.classes import Adjust, classify
 from analysis.records import read_results
 from analysis.report import Report, write_report
-from analysis.scaling import Published, Scores, fit
+from analysis.scaling import Published, Scores, fit, score
 from runner.observers.observer_file import read_scored_observer
 from runner.presenter.counters import Counters
+from runner.protocol.experiment import AnalysisSpec
 from runner.protocol.shipped import shipped_experiment, shipped_folder
 from runner.reports.thumbnails import thumbnails
 from runner.session.folders import new_label
@@ -25,17 +26,19 @@ from runner.session.run import simulate
 class Demo:
     """What the demonstration gives.
 
-    ``published`` is each stimulus's score and class in the thesis's Table 4.4; ``agreement`` compares ours with it,
-    None without a fit. ``expects_published_classes`` says whether the counts that the published scores lead so many
-    observers to on average give exactly the published classes; None where the classes rest on a sandwich covariance.
-    ``work`` is the presenter's.
+    ``report`` has the default analysis: level 0.05, Holm's correction, errors by observers. ``thesis`` has the same
+    answers by the thesis's settings, those of the experiment file: a higher share of false differences.
+    ``published`` is each stimulus's score and class in the thesis's Table 4.4; ``agreement`` compares ``thesis`` with
+    it, None without a fit. ``expects_published_classes`` says whether the counts that the published scores lead so many
+    observers to on average give exactly the published classes by those settings. ``work`` is the presenter's.
     """
 
     report: Report
     page: Path
+    thesis: Scores
     published: dict[str, tuple[float, str]]
     agreement: Agreement | None
-    expects_published_classes: bool | None
+    expects_published_classes: bool
     work: Counters
 
 
@@ -81,17 +84,30 @@ def run_demo(
     progress("Writing the report", 0, 1)
     page = folder / "report.html"
     pictures = thumbnails(done.experiment, done.stimuli)
-    report = write_report(read_results(folder), page, published=published, thumbnails=pictures)
+    ours, theirs = AnalysisSpec(), done.experiment.spec.analysis
+    report = write_report(
+        read_results(folder),
+        page,
+        alpha=ours.alpha,
+        adjust=ours.adjust,
+        covariance=ours.covariance,
+        published=published,
+        thumbnails=pictures,
+    )
     progress("Writing the report", 1, 1)
     scores = report.pairs
     if scores is None:
         raise RuntimeError("the demonstration's observers compared no pairs")
-    compared = agreement(scores.scores, published)
-    expected: bool | None = None
-    if scores.estimate.covariance == "model":
-        classes = expected_classes(published, observers, scores.alpha, scores.adjust)
-        expected = classes == {name: label for name, (_, label) in published.items()}
-    return Demo(report, page, published, compared, expected, done.work)
+    thesis = score(
+        scores.scores.comparisons,
+        alpha=theirs.alpha,
+        adjust=theirs.adjust,
+        covariance=theirs.covariance,
+        method=scores.scores.fit.method,
+    )
+    classes = expected_classes(published, observers, theirs.alpha, theirs.adjust)
+    expected = classes == {name: label for name, (_, label) in published.items()}
+    return Demo(report, page, thesis, published, agreement(thesis, published), expected, done.work)
 
 
 @dataclass(frozen=True, slots=True)

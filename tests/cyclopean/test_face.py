@@ -184,6 +184,12 @@ def test_the_demonstration_writes_its_report(tmp_path: Path, monkeypatch: pytest
     shown = cyclopean.demo(tmp_path / "demo", observers=2)
     assert shown.value.page.is_file()
     assert len(shown.to_frame()) == 10
+    ours, thesis = shown.value.report.pairs, shown.value.thesis
+    assert ours is not None
+    assert thesis.classes is not None
+    assert (ours.alpha, ours.adjust) == (0.05, "holm")
+    assert ours.scores.fit.clustered is not None
+    assert (thesis.classes.alpha, thesis.classes.adjust, thesis.fit.covariance_kind) == (0.045, "none", "model")
 
 
 def test_the_report_is_written(results: Path, tmp_path: Path) -> None:
