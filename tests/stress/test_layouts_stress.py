@@ -20,6 +20,8 @@ TABLES = {
     "items": "observer,item_a,item_b,choice\n" + "o1,x,y,a\no2,y,z,z\no3,x,y,tie\n" * 20,
     "options": "option_1,option_2,option_3,choice\n" + "a,b,c,b\nb,c,d,3\n" * 20,
     "matrix": ",a,b,c\na,0,3,1\nb,2,0,4\nc,1,5,0\n",
+    "trials": "experiment,observer,kind,first,second,answer,chosen,rejected\n"
+    + "e,o1,all_pairs,x,y,x,x,y\ne,o1,all_pairs,y,z,z,z,y\ne,o2,rating,x,,3,,\n" * 20,
 }
 BYTES = b',\n"\r;\x00\xff0123456789ab.-e \t'
 
