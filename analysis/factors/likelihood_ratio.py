@@ -13,12 +13,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.classes.multiplicity import holm
+from analysis.classes.multiplicity import Verdict, holm, verdict_of
 from analysis.factors.aliasing import rank_gained
 from analysis.factors.fit import TermsFit, fit_terms
 from analysis.factors.separation import is_separated
@@ -37,12 +37,11 @@ Floats = NDArray[np.float64]
 NO_SPREAD = 1e-6
 WORST_CONDITION = 1e12
 LEVEL = 0.05
-Verdict = Literal["distinguished", "not distinguished"]
 
 
 def verdict(p: float | None) -> Verdict | None:
     """Return what ``p`` says at the level 0.05: ``distinguished`` or ``not distinguished``; None without a test."""
-    return None if p is None else "distinguished" if p <= LEVEL else "not distinguished"
+    return None if p is None else verdict_of(p <= LEVEL)
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,7 +25,16 @@ from analysis.classes.classes import (
     letter_display,
     numbered,
 )
-from analysis.classes.multiplicity import ADJUSTMENTS, MAXZ_SEED, Adjust, corrected, single_step, two_sided_p
+from analysis.classes.multiplicity import (
+    ADJUSTMENTS,
+    MAXZ_SEED,
+    Adjust,
+    Verdict,
+    corrected,
+    single_step,
+    two_sided_p,
+    verdict_of,
+)
 from analysis.errors import ResultsError
 from analysis.inference.differences import check_fitted
 from analysis.inference.left_out import LeftOut, left_out
@@ -89,9 +98,9 @@ class PairConclusion:
     reversed_share: float
 
     @property
-    def verdict(self) -> str:
+    def verdict(self) -> Verdict:
         """``distinguished`` or ``not distinguished``."""
-        return "distinguished" if self.differs else "not distinguished"
+        return verdict_of(self.differs)
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""

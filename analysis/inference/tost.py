@@ -16,7 +16,7 @@ from typing import Any, Literal
 import numpy as np
 
 from analysis.classes.classes import check_level
-from analysis.classes.multiplicity import Adjust, corrected
+from analysis.classes.multiplicity import Adjust, corrected, verdict_of
 from analysis.errors import ResultsError
 from analysis.inference.differences import differences
 from analysis.scaling.laws import LAWS, Model
@@ -26,8 +26,8 @@ from documents import Finding
 Verdict = Literal["equivalent", "different", "undecided"]
 VERDICTS: dict[Verdict, str] = {
     "equivalent": "equivalent",
-    "different": "distinguished",
-    "undecided": "not distinguished",
+    "different": verdict_of(True),
+    "undecided": verdict_of(False),
 }
 EXPECTED = "give a number of JND such as 0.5jnd, a chance such as 55:45 or 0.55, or nats such as 0.2nats"
 _PATTERN = re.compile(r"\s*([0-9.eE+-]+)\s*(?:(jnd|jod|nats?|sd|%)|:\s*([0-9.eE+-]+))?\s*", re.IGNORECASE)

@@ -239,9 +239,9 @@ def _unclear(levels: Sequence[object], right: Sequence[object]) -> str:
     )
 
 
-def _number(value: object) -> float:
+def _number(value: Any) -> float:
     try:
-        return float(value)  # type: ignore[arg-type]
+        return float(value)
     except (TypeError, ValueError):
         return math.nan
 

@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from analysis.classes import Adjust
 from analysis.records import read_results
 from analysis.report import METHODS_ITEMS, describe
 from analysis.scaling.robust_tests import DRAWS
@@ -219,13 +220,18 @@ def test_who_is_left_out_is_counted(tmp_path: Path, report: Callable[..., Told])
 
 def test_numbers_of_draws_tests_and_p_values_are_those_that_were_made(tmp_path: Path) -> None:
     sessions = read_results(record(tmp_path / "results", "all_pairs", 0, observers=6))
-    for adjust, tests in (("holm", "6 differences between 4 stimuli, with Holm's correction"), ("none", "with no")):
-        told = describe(sessions, adjust=adjust)  # type: ignore[arg-type]  # a name of a correction
+    corrections: dict[Adjust, str] = {
+        "holm": "6 differences between 4 stimuli, with Holm's correction",
+        "none": "with no",
+    }
+    for adjust, tests in corrections.items():
+        told = describe(sessions, adjust=adjust)
         said = {one.item.code: one.text for one in told.methods.answers}
         assert told.pairs is not None
         assert told.pairs.one_scale is not None
         stability = told.pairs.estimate.stability
-        assert (f"{stability.replicates:,} bootstrap samples" in said["draws"]) if stability else True
+        assert stability is not None
+        assert f"{stability.replicates:,} bootstrap samples" in said["draws"]
         assert (f"{DRAWS:,} draws for each test" in said["draws"]) == told.pairs.one_scale.by_observers
         assert ("by bootstrap over observers" in said["p_values"]) == told.pairs.one_scale.by_observers
         assert tests in said["correction"]
