@@ -29,7 +29,7 @@ NOT_FILLED_IN = ("{done.nope}", "{done[0]}", "{done!r}", "{done:03d}", "{ done }
 # What the experiments of every_kind.py themselves say.
 THEIRS = (
     *("Which is closer?", "Look.", "Rest.", "How good", "How old", "Which hand", "What else", "left", "right"),
-    *("image", "beach", "church", "How glossy", "years"),
+    *("image", "beach", "church", "How glossy", "years", "Which gender", "woman", "man"),
 )
 
 
