@@ -75,7 +75,7 @@ def whole_file(
     refuse_to_replace(path)
     suffix = path.suffix if keep_suffix else ""
     remove_left(path.parent)
-    draft = _beside(path, f"part{suffix}")
+    draft = draft_of(path, f"part{suffix}")
     try:
         if private:
             open(draft, "xb", opener=opener).close()
@@ -162,7 +162,7 @@ def whole_folder(path: Path, *, replace: bool = False, private: bool = False) ->
     """
     _make_folder(path.parent, private)
     remove_left(path.parent)
-    draft = _beside(path, "part")
+    draft = draft_of(path, "part")
     draft.mkdir(mode=0o700)
     try:
         yield draft
@@ -172,7 +172,7 @@ def whole_folder(path: Path, *, replace: bool = False, private: bool = False) ->
         if private:
             restrict(draft)
         if replace and path.exists():
-            before = _beside(path, "before")
+            before = draft_of(path, "before")
             rename(path, before)
             try:
                 rename(draft, path)
@@ -188,7 +188,7 @@ def whole_folder(path: Path, *, replace: bool = False, private: bool = False) ->
         shutil.rmtree(draft, ignore_errors=True)
 
 
-def _beside(path: Path, what: str) -> Path:
+def draft_of(path: Path, what: str) -> Path:
     """Return a new hidden name beside ``path`` that says which process of which machine it belongs to."""
     return path.with_name(f".{path.name[:_LONGEST]}.{os.getpid()}-{_machine()}-{secrets.token_hex(4)}.{what}")
 

@@ -15,6 +15,7 @@ import json
 import os
 import platform
 import secrets
+import sys
 import threading
 import time
 from contextlib import suppress
@@ -24,9 +25,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from documents.files.access import opener
+from documents.files.atomic import draft_of
 from documents.files.regular import read_regular
 from documents.findings import InputError
-from documents.platform import boot_id, is_alive, process_space, process_start
+from documents.platform import boot_id, is_alive, process_space, process_start, rename
 
 if TYPE_CHECKING:
     from filelock import FileLock
@@ -102,7 +104,6 @@ class OwnedLock:
         self._record, self._descriptor, self._lock, self._owner = record, descriptor, lock, owner
         self._turn = threading.Lock()
         self._over = threading.Event()
-        _held.add(owner.token)
         threading.Thread(target=self._beat, name="sign of life", daemon=True).start()
 
     @classmethod
@@ -121,19 +122,9 @@ class OwnedLock:
             left = _read(record)
             if left and _lives(left, file):
                 raise LogInUseError(file, left)
-            record.unlink(missing_ok=True)
-            owner = Owner.here()
-            try:
-                descriptor = opener(str(record), os.O_CREAT | os.O_EXCL | os.O_RDWR)
-            except FileExistsError as error:  # somebody took it at this moment
-                raise LogInUseError(file, _read(record)) from error
-            try:
-                owner = replace(owner, inode=os.fstat(descriptor).st_ino)
-                os.write(descriptor, _line(owner))
-            except BaseException:
-                os.close(descriptor)
-                record.unlink()
-                raise
+            if os.path.lexists(record):
+                _take_away(record, left)
+            owner, descriptor = _made(record)
             return cls(record, descriptor, lock, owner, left)
         except BaseException:
             lock.release()
@@ -210,6 +201,80 @@ def _system_lock(file: Path) -> FileLock:
         if error.errno not in _NO_LOCKS:
             raise
     return lock
+
+
+def _take_away(record: Path, left: Owner | None) -> None:
+    """Remove the record that was read as ``left``; raise LogInUseError if it is another one by now.
+
+    It is looked at once more under a name that nobody else removes: where the system's locks are not seen, two may find
+    the same record left behind, and the second must not remove the first one's.
+    """
+    aside = draft_of(record, "before")
+    try:
+        rename(record, aside)
+    except FileNotFoundError:
+        return  # somebody else takes it over at this moment: who makes the new record first has it
+    now = _read(aside)
+    if now != left:
+        with suppress(FileExistsError):
+            _put(aside, record)
+    aside.unlink(missing_ok=True)
+    if now != left:
+        raise LogInUseError(record, now)
+
+
+def _made(record: Path) -> tuple[Owner, int]:
+    """Make the record and return it with its open file; raise LogInUseError if there is one.
+
+    It appears whole, but on Windows and on disks without links.
+    """
+    owner, draft = Owner.here(), draft_of(record, "part")
+    _held.add(owner.token)  # before another thread can read it
+    try:
+        if sys.platform == "win32":  # there no name is taken from an open file
+            return _created(record, owner)
+        made = _created(draft, owner)
+        try:
+            os.link(draft, record)
+        except OSError as error:
+            os.close(made[1])
+            if isinstance(error, FileExistsError):
+                raise
+            return _created(record, owner)
+        finally:
+            with suppress(OSError):  # the next who writes here removes it
+                draft.unlink(missing_ok=True)
+        return made
+    except FileExistsError as error:  # somebody took it at this moment
+        _held.discard(owner.token)
+        raise LogInUseError(record, _read(record)) from error
+    except BaseException:
+        _held.discard(owner.token)
+        raise
+
+
+def _created(path: Path, owner: Owner) -> tuple[Owner, int]:
+    descriptor = opener(str(path), os.O_CREAT | os.O_EXCL | os.O_RDWR)
+    try:
+        owner = replace(owner, inode=os.fstat(descriptor).st_ino)
+        os.write(descriptor, _line(owner))
+    except BaseException:
+        os.close(descriptor)
+        path.unlink()
+        raise
+    return owner, descriptor
+
+
+def _put(file: Path, path: Path) -> None:
+    """Let ``file`` be ``path`` too, or alone where a file has one name; raise FileExistsError if that is there."""
+    try:
+        os.link(file, path)
+    except FileExistsError:
+        raise
+    except OSError:  # a disk without links
+        if os.path.lexists(path):
+            raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path)) from None
+        rename(file, path)
 
 
 def _record_of(file: Path) -> Path:

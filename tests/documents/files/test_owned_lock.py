@@ -3,19 +3,30 @@
 from __future__ import annotations
 
 import errno
+import itertools
 import json
 import os
 import subprocess
 import sys
+import threading
 import time
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 from filelock import FileLock
 
-from documents.files import DurableLog, LogDisturbedError, LogInUseError, OwnedLock, in_use, owned_lock
+from documents.files import (
+    DurableLog,
+    LogDisturbedError,
+    LogInUseError,
+    LogState,
+    OwnedLock,
+    in_use,
+    owned_lock,
+    read_lines,
+)
 from documents.files.owned_lock import STALE_S, Owner
 from documents.platform import process_start
 
@@ -160,3 +171,107 @@ def test_a_log_that_another_process_took_over_is_left_to_it(tmp_path: Path, monk
     assert stopped.value.saved.is_relative_to(tmp_path / "state")
     assert stopped.value.saved.read_bytes().count(b'"trial"') >= 2
     log.close()
+
+
+class Turns:
+    """Lets two threads touch the record of a lock in turn, in the order that is given."""
+
+    def __init__(self, order: tuple[str, ...]) -> None:
+        self.left, self.turn = list(order), threading.Condition(threading.RLock())
+        self.inside = threading.local()
+
+    def taken(self, call: Any) -> Any:
+        """Return ``call``, which waits for its turn where its path is the record or a draft of it."""
+
+        def wait(path: Any, *more: Any, **named: Any) -> Any:
+            name = threading.current_thread().name
+            ours = name in "ab" and not getattr(self.inside, "now", False) and ".lock.owner" in str(path)
+            if not ours:
+                return call(path, *more, **named)
+            with self.turn:
+                assert self.turn.wait_for(lambda: not self.left or self.left[0] == name or name not in self.left, 20)
+                self.inside.now = True
+                try:
+                    return call(path, *more, **named)
+                finally:
+                    self.inside.now = False
+                    if self.left and self.left[0] == name:
+                        del self.left[0]
+                    self.turn.notify_all()
+
+        return wait
+
+    def over(self, name: str) -> None:
+        """Take the turns that a thread did not need."""
+        with self.turn:
+            self.left = [one for one in self.left if one != name]
+            self.turn.notify_all()
+
+
+TURNS = 7  # of each thread that takes a lock over: the read, the two names, the removals
+
+
+def orders(every: int) -> list[tuple[str, ...]]:
+    places = list(itertools.combinations(range(2 * TURNS), TURNS))
+    return [tuple("a" if turn in ours else "b" for turn in range(2 * TURNS)) for ours in places[::every]]
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="Windows lets nobody take the name of an open file")
+@pytest.mark.parametrize("every", [97, pytest.param(3, marks=pytest.mark.stress)])
+@pytest.mark.parametrize("stale", [True, False])
+def test_of_two_who_take_over_at_the_same_instant_one_has_the_log(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stale: bool, every: int
+) -> None:
+    """Where the system's locks are not seen; in many orders of what each does with the record."""
+
+    def none(*_: object, **__: object) -> None:
+        raise NotImplementedError
+
+    monkeypatch.setattr(FileLock, "acquire", none)
+    for number, order in enumerate(orders(every)):
+        file = tmp_path / str(number) / "a.jsonl"
+        file.parent.mkdir()
+        lock = file.with_name(".lock")
+        DurableLog.create(file, lock, {"record": "session"}).close()
+        if stale:
+            left_by(lock, machine="another", token="0")
+            os.utime(record(lock), (time.time() - STALE_S - 30,) * 2)
+        taken: dict[str, DurableLog] = {}
+        turns = Turns(order)
+
+        def take_over(file: Path, taken: dict[str, DurableLog], turns: Turns) -> None:
+            name = threading.current_thread().name
+            try:
+                log, _ = DurableLog.reopen(file, file.with_name(".lock"), file.with_name("torn.bin"), read)
+                taken[name] = log
+            except LogInUseError:
+                pass
+            finally:
+                turns.over(name)
+
+        with monkeypatch.context() as patch:
+            for call in ("open", "unlink", "rename", "replace", "link"):
+                patch.setattr(os, call, turns.taken(getattr(os, call)))
+            threads = [threading.Thread(target=take_over, name=name, args=(file, taken, turns)) for name in "ab"]
+            for thread in threads:
+                thread.start()
+            for thread in threads:
+                thread.join()
+        assert len(taken) == 1, order
+        for name, log in taken.items():
+            log.append({"record": "trial", "by": name})
+            log.close()
+        assert read(file).state.lines == 2
+        assert [one.name for one in file.parent.iterdir() if "owner" in one.name] == []
+
+
+@dataclass
+class Content:
+    """What `read` returns."""
+
+    state: LogState
+
+
+def read(file: Path) -> Content:
+    with file.open("rb") as stream:
+        return Content(read_lines(stream, lambda number, line: None))
