@@ -16,5 +16,9 @@ from .results import observers_needed as observers_needed
 from .simulation import REPLICATES as REPLICATES
 from .simulation import SEED as SEED
 from .simulation import simulate_power as simulate_power
+from .smallest import TYPICAL_SD as TYPICAL_SD
+from .smallest import SmallestDifference as SmallestDifference
+from .smallest import smallest_difference as smallest_difference
+from .smallest import smallest_in as smallest_in
 from .tables import print_power as print_power
 from .tables import write_csv as write_csv

@@ -19,6 +19,7 @@ from analysis.report.summary import (
     answered,
     compared_times,
     scale_of,
+    smallest_of,
 )
 from analysis.scaling.grouped import GroupedScores, common_items, score_groups
 from analysis.scaling.result import CovarianceChoice
@@ -120,6 +121,9 @@ def summarise_groups(
     scales = [*parts, *([("all groups together", pooled)] if pooled else [])]
     estimates = [(name, scale.estimate) for name, scale in scales]
     caveats = [(name, scale.one_scale.caveat) for name, scale in scales if scale.one_scale and scale.one_scale.caveat]
+    name, largest = max(parts, key=lambda part: len(part[1].comparisons.items))
+    smallest = smallest_of(largest.comparisons, options, name)
+    further = [*(smallest.warnings if smallest else ()), *scored.notes]
     return GroupedSummary(
         all_comparisons=comparisons,
         session_groups=groups,
@@ -127,7 +131,8 @@ def summarise_groups(
         pooled=pooled,
         scored=scored,
         common=common if pooled else {},
-        notes=notes_on_groups(sessions, comparisons, groups.sentence, estimates, caveats, scored.notes),
+        notes=notes_on_groups(sessions, comparisons, groups.sentence, estimates, caveats, further),
+        smallest=smallest,
         **answered(sessions, comparisons, times, options),
     )
 

@@ -10,6 +10,7 @@ from itertools import chain
 from analysis.comparisons.comparisons import Comparisons
 from analysis.observers.haste import Haste
 from analysis.observers.responses import catch_results
+from analysis.power.smallest import SmallestDifference
 from analysis.ratings.preferences import preferences
 from analysis.records.answered_by import who_answered
 from analysis.records.codes import Sitting, notes_on_codes, notes_on_sittings
@@ -27,9 +28,13 @@ FEWEST_FOR_CHOSEN_PAIRS = 5
 LONG_STOP_S = 12 * 3600.0  # another day
 
 
-def notes_on(sessions: Sequence[SessionLog], estimate: Estimate, fits: OneScale | None) -> tuple[str, ...]:
+def notes_on(
+    sessions: Sequence[SessionLog], estimate: Estimate, fits: OneScale | None, smallest: SmallestDifference | None
+) -> tuple[str, ...]:
     """Return the notes on paired comparisons, the most important first."""
-    return (*on_sessions(sessions), *_on_answers(sessions, estimate.scores.comparisons), *_on_fit(estimate, fits))
+    answers = _on_answers(sessions, estimate.scores.comparisons)
+    design = smallest.warnings if smallest else ()
+    return (*on_sessions(sessions), *answers, *design, *_on_fit(estimate, fits))
 
 
 def notes_on_groups(

@@ -109,6 +109,9 @@ class Report:
     def sentences(self) -> tuple[str, ...]:
         """The numbers of observers and answers, a sentence for each part."""
         sentences = [part.sentence for part in (self.pairs, self.groups, self.series) if part is not None]
+        compared = self.pairs or self.groups
+        if compared is not None and compared.smallest is not None and compared.smallest.nats is not None:
+            sentences.append(compared.smallest.sentence)  # one that finds nothing is among the notes
         if self.preferences is not None:
             sentences.append(self.preferences.sentence)
         if self.thresholds is not None:

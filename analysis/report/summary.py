@@ -17,6 +17,7 @@ from analysis.comparisons.comparisons import Comparisons
 from analysis.comparisons.session_comparisons import from_sessions, is_comparison
 from analysis.errors import ResultsError
 from analysis.observers.responses import catch_results, first_choices
+from analysis.power.smallest import SmallestDifference, smallest_in
 from analysis.ratings.preferences import preferences
 from analysis.records.answered_by import WhoAnswered, who_answered
 from analysis.records.session_record import Header, SessionLog
@@ -48,6 +49,9 @@ class Answered(ABC):
         Median response time in seconds.
     notes
         Sentences that a reader needs before the numbers.
+    smallest
+        The smallest difference that the design finds, in the largest group where there are groups; None where pairs
+        were chosen by the answers, and as `analysis.power.smallest.smallest_difference`.
     """
 
     header: Header
@@ -58,6 +62,7 @@ class Answered(ABC):
     first_share_interval: tuple[float, float] | None
     response_time_s: float
     notes: tuple[str, ...]
+    smallest: SmallestDifference | None = None
 
     @property
     @abstractmethod
@@ -106,6 +111,7 @@ class Answered(ABC):
             "alpha": self.alpha,
             "adjust": self.adjust,
             "first_share": self.first_share,
+            "smallest_difference": self.smallest.to_json() if self.smallest else None,
             "notes": list(self.notes),
         }
 
@@ -208,7 +214,8 @@ def summarise(
         comparisons = from_sessions(sessions)
     options = analysis_options(sessions, alpha, adjust, covariance)
     scale = scale_of(comparisons, answered(sessions, comparisons, compared_times(sessions), options), options)
-    return replace(scale, notes=notes_on(sessions, scale.estimate, scale.one_scale))
+    smallest = smallest_of(comparisons, options)
+    return replace(scale, notes=notes_on(sessions, scale.estimate, scale.one_scale, smallest), smallest=smallest)
 
 
 class AnalysisOptions(TypedDict):
@@ -240,6 +247,15 @@ def analysis_options(
         "covariance": _covariance(header, first) if covariance is None else covariance,
         "chosen": any(trial.kind == "active_pairs" for session in sessions for trial in session.trials),
     }
+
+
+def smallest_of(comparisons: Comparisons, options: AnalysisOptions, group: str = "") -> SmallestDifference | None:
+    """Return the smallest difference that the design of ``comparisons`` finds; None as `Answered` says."""
+    if options["chosen"]:
+        return None
+    alpha, adjust, covariance = options["alpha"], options["adjust"], options["covariance"]
+    found = smallest_in(comparisons, alpha=alpha, adjust=adjust, covariance=covariance)
+    return replace(found, group=group) if found else None
 
 
 def compared_times(sessions: Sequence[SessionLog]) -> list[tuple[str, float]]:

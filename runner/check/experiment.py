@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -28,6 +29,7 @@ from runner.check.pictures import check_pictures
 from runner.check.report import CheckOptions, CheckReport
 from runner.check.screens import check_screens
 from runner.check.timing_marks import check_timing_marks
+from runner.errors import SessionError
 from runner.ports import Ask
 from runner.presenter.scene import Scene
 from runner.presenter.surfaces.screens import primary_monitor
@@ -67,6 +69,7 @@ def check_experiment(report: CheckReport, options: CheckOptions) -> None:
     )
     report.errors.extend(design.name_clashes)
     check_blocks(report, design, source)
+    check_power(report, design, source, options.observers)
     check_screens(report, design, source)
     check_display_facts(report, design.rig)
     check_geometry(report, design, source)
@@ -149,6 +152,37 @@ def _at_zero(block: Threshold) -> str:
         if min(ladder.levels) == 0 < max(ladder.levels):
             return ", ".join(ladder.stimuli[ladder.levels.index(0)])
     return ""
+
+
+TRIED_OBSERVERS = (5, 10, 15, 30)
+
+
+def check_power(report: CheckReport, design: Experiment, source: YamlSource, planned: int | None) -> None:
+    """Report the smallest difference that the pairs find with the observers ``planned``, or with some numbers of them.
+
+    Of pairs within groups it is that of the group with most stimuli. Nothing is said where no block compares all pairs,
+    or pairs are chosen by the answers.
+    """
+    # SciPy and the simulation take 0.2 s to import, which no other check needs.
+    from analysis.power import smallest_difference
+    from runner.reports.power_design import pair_design
+
+    try:
+        pairs = pair_design(design)
+    except SessionError:
+        return
+    name, members = max(pairs.groups, key=lambda group: len(group[1]), default=("", range(len(pairs.items))))
+    times, tests = pairs.times[..., pairs.pairs_within(members)], design.spec.analysis
+    tried = [
+        smallest_difference(times, number, alpha=tests.alpha, adjust=tests.adjust, covariance=tests.covariance)
+        for number in ((planned,) if planned else TRIED_OBSERVERS)
+    ]
+    found = [replace(one, group=name) for one in tried if one is not None]
+    report.facts["smallest_difference"] = [one.to_json() for one in found]
+    if planned or all(one.nats is None for one in found):
+        place = "blocks", next(index for index, block in enumerate(design.spec.blocks) if block.kind == "all_pairs")
+        remedy = f"plan for more observers: 'cyclopean power {report.file}' says how many"
+        report.warnings.extend(source.finding(place, words, remedy) for one in found[-1:] for words in one.warnings)
 
 
 def _pressed(design: Experiment, keys: Mapping[str, str]) -> Mapping[str, str]:

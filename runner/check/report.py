@@ -25,6 +25,7 @@ class CheckOptions:
     ``mode`` is shown instead of the rig's, and ``allow_uncharacterised`` lets it use another mode's measurements.
     ``monitors`` are those for the window, by name or number, in place of the rig's.
     ``budget`` asks for what each step from a picture's file to the eye costs, of an experiment or a rig.
+    ``observers`` is how many are planned; None states of several numbers what the design finds with them.
     A stimulus of which more than ``clip_limit_percent`` of an eye's pixels are clipped gets a warning.
     """
 
@@ -39,6 +40,7 @@ class CheckOptions:
     monitors: tuple[str, ...] = ()
     budget: bool = False
     accept_changes: bool = False
+    observers: int | None = None
 
 
 @dataclass(frozen=True, slots=True)

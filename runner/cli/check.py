@@ -14,7 +14,7 @@ import click
 
 from documents.text import say
 from runner.cli.monitor_option import monitor_option
-from runner.cli.number_types import Within
+from runner.cli.number_types import Whole, Within
 
 if TYPE_CHECKING:
     from runner.check.report import CheckReport
@@ -45,6 +45,7 @@ _APART = (
     "clipping_costs_computed",
     "clipping_costs_cached",
     "error_budget",
+    "smallest_difference",
     "trials",
     "minutes",
     "screen",
@@ -94,6 +95,11 @@ _APART = (
     is_flag=True,
     help="Report what each step from a picture's file to the eye costs in ΔE00, of a rig or an experiment.",
 )
+@click.option(
+    "--observers",
+    type=Whole(2, 1000),
+    help="Number of observers planned: what differences an experiment finds with them. Default: 5, 10, 15 and 30.",
+)
 @monitor_option
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
@@ -107,6 +113,7 @@ def command(
     mode: str | None,
     allow_uncharacterised: bool,
     budget: bool,
+    observers: int | None,
     monitors: tuple[str, ...],
     as_json: bool,
 ) -> None:
@@ -137,6 +144,7 @@ def command(
                 monitors,
                 budget,
                 accept_changes,
+                observers,
             )
             all_checked.append(check_file(file, options))
         if not as_json:
@@ -174,6 +182,9 @@ def _lines(facts: Mapping[str, Any]) -> Iterator[str]:
         )
         yield ""
         yield from _blocks(facts["blocks"])
+    if facts.get("smallest_difference"):
+        yield ""
+        yield from _smallest(facts["smallest_difference"])
     if "clipped_percent" in facts:
         yield ""
         yield from _clipping(facts)
@@ -186,6 +197,18 @@ def _lines(facts: Mapping[str, Any]) -> Iterator[str]:
     if "screen" in facts:
         yield ""
         yield from _screen(facts["screen"])
+
+
+def _smallest(found: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """Yield the smallest difference that is found with each number of observers, and what was assumed for that."""
+    name = "smallest difference"
+    for one in found:
+        camp = f"; all {one['observers']} of one camp in 1 study of {one['one_camp_in']}" if one["one_camp_in"] else ""
+        yield from _labelled(name, f"{one['observers']} observers: {one['size']}{camp}")
+        name = ""
+    where = f" in the group {found[0]['group']}" if found[0]["group"] else ""
+    often = f"between two stimuli{where}, found in {100 * found[0]['target']:g} % of studies. {found[0]['assumed']}"
+    yield from _labelled("", often)
 
 
 def _labelled(name: str, words: str) -> Iterator[str]:

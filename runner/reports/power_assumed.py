@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from analysis.comparisons import Comparisons, from_sessions, read_any
 from analysis.errors import ResultsError
 from analysis.hierarchical import fit_observers, observer_spread
-from analysis.power import ScoresOf, differing_pairs, score_theta, spread_theta
+from analysis.power import TYPICAL_SD, ScoresOf, differing_pairs, score_theta, spread_theta
 from analysis.records import pool, read_results
 from analysis.scaling import score, score_groups
 from documents import Finding
@@ -25,7 +25,7 @@ from runner.reports.power_design import PairDesign
 _MOST_BYTES = 100_000_000
 
 DEFAULT_SPREAD_NATS = 2.0
-TYPICAL_SD, OTHER_SDS = 0.7, (0.0, 1.5)
+OTHER_SDS = 0.0, 1.5
 LEAST_APART = 0.005
 ANSWERS = (".csv", ".jsonl")
 

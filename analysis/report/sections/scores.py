@@ -253,6 +253,8 @@ def diagnostics(whole: Answered, scale: Summary | None, agreement: Concordance |
     ]
     if scale is not None:
         rows.append(("Goodness of fit", fit_words(scale)))
+    if whole.smallest is not None:
+        rows.append(("Smallest difference found", f"{whole.smallest.sentence} {whole.smallest.assumed}"))
     rows += _sides(whole, scale)
     rows += _ties(whole, scale)
     if agreement is not None:

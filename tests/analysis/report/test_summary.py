@@ -6,7 +6,7 @@ import io
 import json
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import permutations
+from itertools import combinations, permutations
 
 import numpy as np
 import pytest
@@ -14,6 +14,7 @@ from rich.console import Console
 
 from analysis.errors import ResultsError
 from analysis.records.session_record import SessionLog
+from analysis.report.page import render
 from analysis.report.report import describe, print_report
 from analysis.report.sections.scores import fit_words
 from analysis.report.summary import summarise, wilson_interval
@@ -62,11 +63,54 @@ def test_notes_name_simulation_missing_answers_and_changes(make_session: Maker) 
     assert "1 of 20 sessions is simulated" in summarise(mixed).notes[0]
 
 
+@pytest.mark.parametrize(("observers", "camps"), [(5, True), (6, False)])
+def test_a_design_that_finds_nothing_is_in_notes_methods_page_and_json(
+    make_session: Maker, observers: int, camps: bool
+) -> None:
+    """Six items, half of the pairs by each of five or six observers."""
+    pairs = list(combinations("abcdef", 2))
+    some = [[pairs[(2 * place + number) % 15] for place in range(8)] for number in range(observers)]
+    sessions = [make_session(f"{n:02d}", names="abcdef", answers=own, analysis={}) for n, own in enumerate(some)]
+    report = describe(sessions)
+    found = report.to_json()["smallest_difference"]
+    assert (found["observers"], found["nats"], found["percent_of_choices"]) == (observers, None, None)
+    assert found["found_of_most"] < 0.3
+    assert found["one_camp_in"] == (16 if camps else None)
+    assert len(found["warnings"]) == 1 + camps
+    assert set(found["warnings"]) <= set(report.notes)
+    page = render(report)
+    assert "no difference between two stimuli is found in 80 % of studies" in page
+    assert ("two camps" in page) == camps
+
+
+def test_a_design_that_finds_differences_says_which_and_has_no_note(make_session: Maker) -> None:
+    report = describe([make_session(f"{number:02d}", analysis={}) for number in range(20)])
+    found = report.to_json()["smallest_difference"]
+    assert 0.8 < found["nats"] < 1.6
+    assert found["percent_of_choices"] == pytest.approx(100 / (1 + np.exp(-found["nats"])))
+    assert found["jnd"] == pytest.approx(found["nats"] / np.log(3))
+    assert (found["warnings"], found["one_camp_in"]) == ([], None)
+    assert report.notes == ()
+    console = Console(file=io.StringIO(), width=500)
+    print_report(report, console=console)
+    printed = console.file.getvalue()  # type: ignore[attr-defined]
+    assert found["sentence"] in printed
+    page = render(report)
+    assert page.count(found["size"]) >= 3  # in its head, under Diagnostics and in Methods
+    assert "two camps" not in page
+
+
+def test_pairs_chosen_by_the_answers_have_no_smallest_difference(make_session: Maker) -> None:
+    sessions = [make_session(f"{number:02d}", analysis={}) for number in range(5)]
+    chosen = [replace(s, answers=tuple(replace(t, kind="active_pairs") for t in s.answers)) for s in sessions]
+    assert summarise(chosen).smallest is None
+
+
 def test_complete_sessions_of_people_need_no_note(make_session: Maker) -> None:
     answers = [pair for pair in permutations("abc", 2) for _ in range(20)]
-    one, other = (make_session(code, names="abc", answers=answers) for code in ("01", "02"))
-    assert summarise([one, other]).notes == ()
-    (alone,) = summarise([one]).notes
+    several = [make_session(f"{number:02d}", names="abc", answers=answers) for number in range(8)]
+    assert summarise(several).notes == ()
+    (alone,) = summarise(several[:1]).notes
     assert alone.startswith("There is one observer")
 
 

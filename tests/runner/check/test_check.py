@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -385,3 +386,49 @@ def test_a_level_of_zero_is_warned_of_where_others_have_logarithms(study: Study)
 
 def _line_of(study: Study, text: str) -> int:
     return int(study.experiment.read_text().split(text)[0].count("\n")) + 1
+
+
+@pytest.mark.parametrize(("observers", "nothing", "camps"), [(5, True, True), (6, True, False), (30, False, False)])
+def test_a_design_that_finds_nothing_with_the_observers_planned_is_warned_of(
+    study: Study, observers: int, nothing: bool, camps: bool
+) -> None:
+    checked = _check(study, observers=observers)
+    (found,) = checked.facts["smallest_difference"]
+    assert (found["observers"], found["nats"] is None, found["one_camp_in"] == 16) == (observers, nothing, camps)
+    said = [warning for warning in checked.warnings if warning.message in found["warnings"]]
+    assert len(said) == len(found["warnings"]) == nothing + camps
+    assert all((warning.file, warning.line) == (str(study.experiment), 9) for warning in said)
+    assert all("cyclopean power" in str(warning.remedy) for warning in said)
+    assert ("no difference" in _messages(checked)) == nothing
+    assert ("two camps" in _messages(checked)) == camps
+
+
+def test_without_a_planned_number_several_are_told_and_nothing_is_warned_of_if_some_find_a_difference(
+    study: Study,
+) -> None:
+    checked = _check(study)
+    found = checked.facts["smallest_difference"]
+    assert [one["observers"] for one in found] == [5, 10, 15, 30]
+    assert [one["nats"] is None for one in found][0::3] == [True, False]
+    assert not {words for one in found for words in one["warnings"]} & {w.message for w in checked.warnings}
+    study.edit("small.yaml", "break_every: 4", "break_every: 4, repeats: 3")
+    more = _check(study).facts["smallest_difference"]
+    assert more[-1]["nats"] < found[-1]["nats"]
+
+
+def test_the_smallest_difference_is_printed_and_in_json(study: Study) -> None:
+    words = ("check", study.experiment, "--results", study.results, "--no-screen", "--no-pictures")
+    printed = study.cyclopean(*words).stdout
+    (checked,) = json.loads(study.cyclopean(*words, "--json").stdout)
+    for one in checked["smallest_difference"]:
+        assert one["size"].split(" (")[0] in printed
+    assert "80 % of studies" in printed
+    (five,) = json.loads(study.cyclopean(*words, "--observers", "5", "--json").stdout)
+    assert [one["observers"] for one in five["smallest_difference"]] == [5]
+    study.cyclopean(*words, "--observers", "1", expect=2)
+
+
+def test_where_no_block_compares_all_pairs_nothing_is_said_of_differences(study: Study) -> None:
+    study.edit("small.yaml", "kind: all_pairs", "kind: active_pairs")
+    study.edit("small.yaml", "break_every: 4", "break_every: 4, comparisons: 12")
+    assert "smallest_difference" not in _check(study).facts

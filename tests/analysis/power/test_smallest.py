@@ -1,0 +1,147 @@
+"""The smallest difference that a design finds: against the power simulated at it, by a long simulation, and exactly."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+
+from analysis.comparisons.comparisons import Answer, from_answers
+from analysis.power import Plan, SmallestDifference, simulate_power, smallest_difference, smallest_in
+
+Designs = Any
+ALL_PAIRS = {n: np.ones(n * (n - 1) // 2, dtype=np.int64) for n in (2, 3, 6, 8, 10)}
+
+
+def some_pairs(n: int, share: float, rows: int) -> np.ndarray[Any, np.dtype[np.int64]]:
+    """Return what each of ``rows`` observers compares: as many pairs each, drawn at random."""
+    random, pairs = np.random.default_rng(3), n * (n - 1) // 2
+    times = np.zeros((rows, pairs), dtype=np.int64)
+    for row in times:
+        row[random.permutation(pairs)[: round(share * pairs)]] = 1
+    return times
+
+
+def power_at(found: SmallestDifference, times: Designs, nats: float, replicates: int = 2000) -> float:
+    """Return the power at a difference, by studies with other seeds, over many pairs where these are not alike."""
+    n = found.items
+    first, second = np.triu_indices(n, 1)
+    pairs = range(len(first)) if times.ndim == 2 else [len(first) // 2]
+    plan = Plan(tuple(map(str, range(n))), np.zeros(n), times, np.zeros(len(first), dtype=np.bool_))
+    plan = replace(plan, observer_sd=found.observer_sd, scores_of="average", alpha=found.alpha, adjust=found.adjust)
+    chances = []
+    for pair in pairs:
+        theta = np.zeros(n)
+        theta[first[pair]], theta[second[pair]] = nats / 2, -nats / 2
+        many = max(100, replicates // len(pairs))
+        power = simulate_power(
+            replace(plan, theta=theta), [found.observers], replicates=many, seed=7000 + pair, workers=1
+        )
+        chances.append(power.separates[0, pair])
+    return float(np.mean(chances))
+
+
+@pytest.mark.parametrize(
+    ("times", "observers", "options"),
+    [
+        (ALL_PAIRS[6], 15, {}),
+        (ALL_PAIRS[10], 8, {"target": 0.5}),
+        (2 * ALL_PAIRS[3], 12, {"observer_sd": 0.0, "alpha": 0.01, "adjust": "bh"}),
+        (some_pairs(6, 0.5, 20), 20, {}),
+    ],
+)
+def test_the_difference_is_found_as_often_as_it_says(times: Designs, observers: int, options: dict[str, Any]) -> None:
+    found = smallest_difference(times, observers, **options)
+    assert found is not None
+    assert found.nats is not None
+    assert found.error_nats is not None
+    assert found.warnings == ()
+    assert 0 < found.error_nats < 0.1 * found.nats
+    # Four standard errors of 400 studies, of as many pairs as there are, and of the 2000 here: 0.08.
+    assert power_at(found, times, found.nats) == pytest.approx(found.target, abs=0.08)
+    assert power_at(found, times, 0.75 * found.nats) < found.target - 0.1
+
+
+def test_two_items_are_as_the_binomial_distribution_has_it() -> None:
+    """With the model's errors and observers who are alike: 40 answers, z of the log odds beyond 1.96."""
+    found = smallest_difference(40 * ALL_PAIRS[2], 2, covariance="model", observer_sd=0.0)
+    assert found is not None
+    assert found.nats is not None
+    won, answers = np.arange(81), 80
+    share = won.clip(1, answers - 1) / answers
+    significant = np.abs(np.log(share / (1 - share))) * np.sqrt(answers * share * (1 - share)) >= 1.959963984540054
+    law = binom(answers, 1 / (1 + np.exp(-found.nats)))
+    assert law.pmf(won[significant & (won > answers / 2)]).sum() == pytest.approx(0.8, abs=0.05)
+
+
+@pytest.mark.parametrize("share", [0.34, 0.5])
+def test_a_design_that_finds_nothing_says_so(share: float) -> None:
+    found = smallest_difference(some_pairs(6, share, 5), 5)
+    assert found is not None
+    assert (found.nats, found.error_nats) == (None, None)
+    assert found.found_of_most is not None
+    assert found.found_of_most < 0.2
+    assert len(found.warnings) == 2
+    assert "no difference" in found.warnings[0]
+    assert "99 %" in found.warnings[0]
+    more = smallest_difference(some_pairs(6, share, 30), 30)
+    assert more is not None
+    assert (more.nats is None, more.warnings) == (False, ())
+
+
+@pytest.mark.parametrize(("observers", "alpha", "of"), [(2, 0.05, 2), (5, 0.05, 16), (6, 0.05, None), (6, 0.01, 32)])
+def test_camps_are_said_where_they_are_likelier_than_the_level(observers: int, alpha: float, of: int | None) -> None:
+    found = smallest_difference(20 * ALL_PAIRS[3], observers, alpha=alpha)
+    assert found is not None
+    assert found.one_camp == of
+    assert (found.camps is not None) == (of is not None)
+    assert ("two camps" in found.methods) == (of is not None)
+
+
+def test_more_observers_and_answers_find_smaller_differences_and_a_correction_larger_ones() -> None:
+    def nats(times: Designs, observers: int, **options: Any) -> float:
+        found = smallest_difference(times, observers, **options)
+        assert found is not None
+        assert found.nats is not None
+        return found.nats
+
+    pairs = ALL_PAIRS[6]
+    assert nats(pairs, 10) > nats(pairs, 15) > nats(pairs, 30) > nats(3 * pairs, 30)
+    assert nats(pairs, 15) > nats(pairs, 15, adjust="none")
+    assert nats(pairs, 15, alpha=0.01) > nats(pairs, 15) > nats(pairs, 15, target=0.5)
+    assert nats(pairs, 15, observer_sd=1.5) > nats(pairs, 15) > nats(pairs, 15, observer_sd=0.0)
+    assert nats(pairs, 15) > nats(pairs, 15, covariance="model")
+
+
+def test_the_same_design_and_seed_have_the_same_number_and_another_seed_nearly() -> None:
+    first, again = (smallest_difference(ALL_PAIRS[8], 12) for _ in range(2))
+    other = smallest_difference(ALL_PAIRS[8], 12, seed=1)
+    assert first is not None
+    assert other is not None
+    assert first == again
+    assert first.nats != other.nats
+    assert other.nats == pytest.approx(first.nats, rel=0.12)  # four standard errors of 3 %
+
+
+def test_what_cannot_be_said_is_none() -> None:
+    apart = np.zeros(6, dtype=np.int64)
+    apart[[0, 5]] = 1  # a with b, c with d
+    assert smallest_difference(apart, 10) is None
+    assert smallest_difference(ALL_PAIRS[6], 1) is None
+    assert smallest_difference(np.ones(61 * 30, dtype=np.int64), 10) is None
+
+
+def test_the_design_of_answers_is_who_compared_what() -> None:
+    rows = some_pairs(6, 0.8, 12)
+    first, second = np.triu_indices(6, 1)
+    answers = [
+        Answer(f"item {first[pair]}", f"item {second[pair]}", 1, f"{row:02d}")
+        for row, pair in zip(*np.nonzero(rows), strict=True)
+    ]
+    found = smallest_in(
+        from_answers(answers, [f"item {item}" for item in range(6)]), alpha=0.05, adjust="holm", covariance="auto"
+    )
+    assert found == smallest_difference(rows, 12)
