@@ -21,9 +21,11 @@ from analysis.scaling.shrinkage import Spread
 from documents import Finding
 
 Floats = NDArray[np.float64]
+Items = NDArray[np.intp]
 Letters: TypeAlias = tuple[frozenset[int], ...]
 # Largest groups of items that are all alike can be exponentially many; nobody reads as many classes as this.
 MOST_CLASSES = 2000
+WORD = 64  # bits
 TIED = 1e-10  # of the largest value
 
 
@@ -195,7 +197,7 @@ def letter_display(differs: NDArray[np.bool_]) -> Letters:
         if len(columns) > MOST_CLASSES:
             what = f"{n} items overlap in more than {MOST_CLASSES} classes"
             raise TooManyClasses(Finding(what, remedy="collect more answers, or compare fewer items"))
-    return _swept([_items(column) for column in columns], n)
+    return _swept([_items(column, n) for column in columns], n)
 
 
 def classes_if_few(
@@ -225,37 +227,48 @@ def _largest(groups: list[int]) -> list[int]:
     return kept
 
 
-def _swept(columns: list[list[int]], n: int) -> Letters:
-    """Drop columns that no pair needs, the smallest first, then single memberships that no pair needs.
+def _swept(columns: list[Items], n: int) -> Letters:
+    """Drop columns that no pair needs, the smallest first, then single memberships that no pair needs."""
+    kept = _needed(sorted(columns, key=lambda column: (len(column), column.tolist())), n, whole=True)
+    return tuple(frozenset(column.tolist()) for column in _needed(kept, n, whole=False))
 
-    ``shared`` counts for any two items the columns with both: what is in two is not needed in one of them.
+
+def _needed(columns: list[Items], n: int, *, whole: bool) -> list[Items]:
+    """Return the columns without the items that no pair needs there, or ``whole``; a column without items is dropped.
+
+    A pair needs the last column that has both, unless they are in what is left of one before it; an item is a pair with
+    itself. Each row of bits says what an item is with.
     """
-    kept = [np.array(column) for column in sorted(columns, key=lambda column: (len(column), column))]
-    shared = np.zeros((n, n), dtype=np.int32)
-    for column in kept:
-        shared[np.ix_(column, column)] += 1
-    for place, column in enumerate(kept):
-        block = np.ix_(column, column)
-        if (shared[block] > 1).all():
-            shared[block] -= 1
-            kept[place] = column[:0]
-    for place, column in enumerate(kept):
-        needs = shared[np.ix_(column, column)] <= 1
-        number = needs.sum(axis=1)
-        stays = np.ones(len(column), dtype=bool)
-        for index, item in enumerate(column.tolist()):
-            if not number[index]:
-                shared[item, column[stays]] -= 1
-                stays[index] = False
-                shared[column[stays], item] -= 1
-                number -= needs[:, index]
-        kept[place] = column[stays]
-    return tuple(frozenset(column.tolist()) for column in kept if len(column))
+    bits = [_bits(column, n) for column in columns]
+    later = np.zeros((n, -(-n // WORD)), dtype=np.uint64)
+    last = []
+    for column, members in zip(reversed(columns), reversed(bits), strict=True):
+        met = later[column]
+        later[column] = met | members
+        new = members & ~met
+        row, word = np.nonzero(new)
+        last.append((column[row].astype(np.int32), word.astype(np.int32), new[row, word]))
+    kept, before = [], np.zeros_like(later)
+    for column, (item, word, pairs) in zip(columns, reversed(last), strict=True):
+        needed = np.unique(item[pairs & ~before[item, word] != 0])
+        left = column if whole and len(needed) else needed
+        before[left] |= _bits(left, n)
+        if len(left):
+            kept.append(left)
+    return kept
 
 
-def _items(column: int) -> list[int]:
+def _bits(column: Items, n: int) -> NDArray[np.uint64]:
+    """Return the items of a column as bits."""
+    here = np.zeros(-(-n // WORD) * WORD, dtype=np.uint8)
+    here[column] = 1
+    return np.packbits(here, bitorder="little").view(np.uint64)
+
+
+def _items(column: int, n: int) -> Items:
     """Return the items of a column, in order."""
-    return [place for place, bit in enumerate(bin(column)[:1:-1]) if bit == "1"]
+    data = np.frombuffer(column.to_bytes(-(-n // 8), "little"), dtype=np.uint8)
+    return np.flatnonzero(np.unpackbits(data, bitorder="little"))
 
 
 def labelled(members: tuple[tuple[int, ...], ...], n: int) -> tuple[str, ...]:

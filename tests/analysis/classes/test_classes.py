@@ -93,6 +93,48 @@ def test_a_redundant_letter_is_swept() -> None:
     assert sorted(sorted(letter) for letter in letters) == [[0, 1, 3], [1, 2, 4], [3, 4, 5]]
 
 
+def swept_one_by_one(columns: list[NDArray[np.intp]], n: int) -> tuple[frozenset[int], ...]:
+    """Drop columns, then memberships, by how many columns have both items of each pair: the slow, obvious twin."""
+    kept = sorted((column.tolist() for column in columns), key=lambda column: (len(column), column))
+    shared = np.zeros((n, n), dtype=int)
+    for column in kept:
+        shared[np.ix_(column, column)] += 1
+    for place, column in enumerate(kept):
+        if (shared[np.ix_(column, column)] > 1).all():
+            shared[np.ix_(column, column)] -= 1
+            kept[place] = []
+    for column in kept:
+        for item in tuple(column):
+            if (shared[item, column] > 1).all():
+                shared[item, column] -= 1
+                column.remove(item)
+                shared[column, item] -= 1
+    return tuple(frozenset(column) for column in kept if column)
+
+
+def along_a_line(n: int, reach: float, seed: int) -> NDArray[np.bool_]:
+    """Return items that differ where they are far apart on a scale, each with an error of its own."""
+    random = np.random.default_rng(seed)
+    theta, error = random.normal(size=n), random.gamma(2, size=n)
+    return np.asarray(np.abs(theta[:, None] - theta) > reach * np.sqrt(error[:, None] + error) * ~np.eye(n, dtype=bool))
+
+
+MANY = [pytest.param(n, reach, marks=pytest.mark.stress) for n, reach in ((300, 0.02), (300, 0.4), (1000, 0.1))]
+
+
+@pytest.mark.parametrize(("n", "reach"), [(0, 0.1), (1, 0.1), (63, 0.1), (64, 0.3), (65, 0.05), (150, 0.1), *MANY])
+def test_the_sweep_of_all_pairs_at_once_leaves_what_that_of_each_pair_leaves(
+    monkeypatch: pytest.MonkeyPatch, n: int, reach: float
+) -> None:
+    for seed in range(5):
+        random = np.random.default_rng(seed).random((n, n))
+        differs = along_a_line(n, reach, seed) ^ ((random + random.T < 0.2) & ~np.eye(n, dtype=bool) & (n < 100))
+        letters = letter_display(differs)
+        with monkeypatch.context() as patch:
+            patch.setattr("analysis.classes.classes._swept", swept_one_by_one)
+            assert letters == letter_display(differs)
+
+
 @settings(max_examples=25)
 @given(st.permutations(range(10)), st.sampled_from(["none", "holm", "bh"]))
 def test_the_order_of_the_items_does_not_matter(order: list[int], adjust: Adjust) -> None:
