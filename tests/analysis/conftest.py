@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from analysis.records.session_record import Header, SessionLog, Trial
+from analysis.records import Header, SessionLog, Trial
 
 NAMES = ("1.1 mono", "1.1 stereo", "2.1 mono", "2.1 stereo", "3.1 mono", "3.1 stereo")
 SCORES = (0.06, 0.2, 0.08, 0.3, 0.06, 0.3)

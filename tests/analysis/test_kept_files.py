@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from analysis.records.configuration import CONFIGURATION_LIST, kept_files
+from analysis.records import CONFIGURATION_LIST, kept_files
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="links need rights there")

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from analysis.records.session_record import FILE_NAME, SessionLog
+from analysis.records import FILE_NAME, SessionLog
 
 Maker = Callable[..., SessionLog]
 Call = Callable[..., subprocess.CompletedProcess[str]]

@@ -10,8 +10,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.records import Header, Mark, Note, Resumption, SessionLog, SessionTimes, Trial, in_time
-from analysis.records.times import duration, latest_utc
+from analysis.records import (
+    Header,
+    Mark,
+    Note,
+    Resumption,
+    SessionLog,
+    SessionTimes,
+    Trial,
+    duration,
+    in_time,
+    latest_utc,
+)
 from analysis.report.notes import on_sessions
 
 START = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)

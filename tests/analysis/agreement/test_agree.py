@@ -10,11 +10,17 @@ import pytest
 from numpy.typing import NDArray
 from rich.console import Console
 
-from analysis.agreement import Predicted, agree, print_agreement, write_agreement_csv, write_agreement_page
-from analysis.agreement.observed import ObservedGroup
+from analysis.agreement import (
+    ObservedGroup,
+    Predicted,
+    agree,
+    print_agreement,
+    write_agreement_csv,
+    write_agreement_page,
+)
 from analysis.agreement.observed_means import of_means
 from analysis.errors import ResultsError
-from analysis.records.session_record import Header
+from analysis.records import Header
 from tests.pages import policy_of
 
 Floats = NDArray[np.float64]

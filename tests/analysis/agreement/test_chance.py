@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from analysis.agreement import chance
-from analysis.agreement.chance import chance_of_agreement, least_p
-from analysis.agreement.correlations import correlation
+from analysis.agreement import chance, chance_of_agreement, correlation
+from analysis.agreement.chance import least_p
 
 Floats = NDArray[np.float64]
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from analysis.agreement.correlations import KINDS, CorrelationKind, correlation, direction, mean_ranks
+from analysis.agreement import KINDS, CorrelationKind, correlation
+from analysis.agreement.correlations import direction, mean_ranks
 
 PEERS: dict[str, Any] = {"pearson": stats.pearsonr, "spearman": stats.spearmanr, "kendall": stats.kendalltau}
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from analysis.agreement.correlations import KINDS, CorrelationKind, correlation
-from analysis.agreement.interval import Observed, correlation_interval, mean_interval
+from analysis.agreement import KINDS, CorrelationKind, correlation, correlation_interval
+from analysis.agreement.interval import Observed, mean_interval
 
 Floats = NDArray[np.float64]
 

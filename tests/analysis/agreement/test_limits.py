@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats
 
-from analysis.agreement.limits import best_limits, calibrate
-from analysis.agreement.observed import Drawn, ObservedGroup
+from analysis.agreement import Drawn, ObservedGroup, calibrate
+from analysis.agreement.limits import best_limits
 
 Floats = NDArray[np.float64]
 

@@ -9,12 +9,12 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats
 
-from analysis.agreement.gather import observed_groups
+from analysis.agreement import observed_groups
 from analysis.agreement.observed_means import differing_means, of_means
-from analysis.bootstrap.replicates import resample
-from analysis.comparisons.session_comparisons import from_sessions
+from analysis.bootstrap import resample
+from analysis.comparisons import from_sessions
 from analysis.errors import ResultsError
-from analysis.records.session_record import Header, SessionLog, Trial
+from analysis.records import Header, SessionLog, Trial
 from analysis.report.summary import summarise
 
 Floats = NDArray[np.float64]

@@ -7,8 +7,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from analysis.agreement.observed import Drawn, ObservedGroup
-from analysis.agreement.pairs import pair_accuracy
+from analysis.agreement import Drawn, ObservedGroup, pair_accuracy
 
 
 def random_group(seed: int, n: int = 6, draws: int | None = None) -> ObservedGroup:

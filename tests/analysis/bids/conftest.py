@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from analysis.records.session_record import FILE_NAME, Header, Mark, Note, Resumption, Trial
+from analysis.records import FILE_NAME, Header, Mark, Note, Resumption, Trial
 
 STIMULI = ("one", "two", "three")
 COST = {"percent_red": 0.5, "percent_any": 0.75, "delta_e_00_mean": 0.01, "delta_e_00_max": 3}

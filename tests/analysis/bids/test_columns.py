@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from analysis.bids.columns import FIXED, Column, ColumnCollector, flatten
 from analysis.bids.sidecars import describe
-from analysis.records.session_record import Trial
+from analysis.records import Trial
 
 
 def gathered(*data: dict[str, Any], kind: str = "odd") -> dict[str, Column]:

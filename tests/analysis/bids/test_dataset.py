@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
+from analysis.bids import export_dataset
 from analysis.bids.dataset import check_replaceable, replacing
-from analysis.bids.export import export_dataset
 from analysis.errors import ResultsError
 
 Lab = Any  # conftest.py

@@ -12,11 +12,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from analysis.bids.dataset import About
-from analysis.bids.export import export_dataset
-from analysis.bids.text import unescape
+from analysis.bids import About, export_dataset, unescape
 from analysis.errors import ResultsError
-from analysis.records.session_record import Mark, Note, Resumption, read_session
+from analysis.records import Mark, Note, Resumption, read_session
 
 Lab = Any  # conftest.py
 NAME = "sub-01_ses-20260102T030405abcd_task-dynamicrange"

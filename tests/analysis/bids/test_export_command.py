@@ -7,7 +7,7 @@ import subprocess
 from collections.abc import Callable
 from typing import Any
 
-from analysis.records.session_record import Note
+from analysis.records import Note
 
 Lab = Any  # conftest.py
 Cyclopean = Callable[..., subprocess.CompletedProcess[str]]  # tests/conftest.py

@@ -11,7 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.bids.text import cell, escape, inert_json, unescape
+from analysis.bids import unescape
+from analysis.bids.text import cell, escape, inert_json
 
 ANY_TEXT = st.text(st.characters(exclude_categories=())) | st.text(
     "\\\"'=+-@nu/a \t\r\n\u202e\u2028\x85\x00", max_size=8

@@ -10,9 +10,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from analysis.bids.dataset import About
-from analysis.bids.export import export_dataset
-from analysis.records.session_record import Mark, Note, Resumption
+from analysis.bids import About, export_dataset
+from analysis.records import Mark, Note, Resumption
 
 Lab = Any  # conftest.py
 Issues = Callable[[Path], list[dict[str, Any]]]

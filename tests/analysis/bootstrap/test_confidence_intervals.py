@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy import stats
 
-from analysis.bootstrap import tails
-from analysis.bootstrap.confidence_intervals import DEFAULT, KINDS, Kind, intervals
+from analysis.bootstrap import intervals, resample, tails
+from analysis.bootstrap.confidence_intervals import DEFAULT, KINDS, Kind
 from analysis.bootstrap.influence import influences, standard_errors
-from analysis.bootstrap.replicates import NAMES, Name, Quantity, resample
-from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
+from analysis.bootstrap.replicates import NAMES, Name, Quantity
+from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.scaling.fitting import fit
+from analysis.scaling import fit
 
 Floats = NDArray[np.float64]
 Study = Callable[..., Comparisons]

@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.bootstrap.confidence_intervals import intervals
-from analysis.bootstrap.replicates import resample, resample_groups
-from analysis.bootstrap.stability import class_stability
-from analysis.comparisons.comparisons import Answer, from_answers, split_groups
+from analysis.bootstrap import class_stability, intervals, resample, resample_groups
+from analysis.comparisons import Answer, from_answers, split_groups
 from analysis.errors import ResultsError
 
 PAIRS = ("ab", "ab", "ba", "bc", "bc", "cb", "ac", "ac", "ca")

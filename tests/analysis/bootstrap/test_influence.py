@@ -7,10 +7,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from analysis.bootstrap import resample
 from analysis.bootstrap.influence import influences, standard_errors
-from analysis.bootstrap.replicates import counts_by_observer, resample
-from analysis.comparisons.comparisons import Comparisons
-from analysis.scaling.fitting import fit
+from analysis.bootstrap.replicates import counts_by_observer
+from analysis.comparisons import Comparisons
+from analysis.scaling import fit
 from analysis.scaling.laws import probabilities
 
 Study = Callable[..., Comparisons]

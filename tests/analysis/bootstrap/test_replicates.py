@@ -11,12 +11,13 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from analysis.bootstrap import resample
 from analysis.bootstrap.fits import fit_each
-from analysis.bootstrap.replicates import Replicates, draw_observers, resample
-from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
+from analysis.bootstrap.replicates import Replicates, draw_observers
+from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
+from analysis.scaling import fit
 from analysis.scaling.counts import Counts
-from analysis.scaling.fitting import fit
 from analysis.scaling.newton import maximise
 from analysis.scaling.penalty import FIRTH
 from analysis.scaling.separation import are_connected

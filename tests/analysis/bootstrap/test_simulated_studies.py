@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.scaling.fitting import fit
-from analysis.scaling.result import CovarianceChoice
+from analysis.scaling import CovarianceChoice, fit
 from benchmarks.simulated_studies import Design, coverage, decisions
 
 # Medina 2016, Table 4.4.

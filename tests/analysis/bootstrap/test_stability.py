@@ -9,15 +9,12 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from analysis.bootstrap import class_stability, resample
 from analysis.bootstrap.influence import influences
-from analysis.bootstrap.replicates import resample
-from analysis.bootstrap.stability import class_stability
-from analysis.classes.classes import classify
-from analysis.classes.multiplicity import Adjust
-from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
+from analysis.classes import Adjust, classify
+from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.scaling.fitting import fit
-from analysis.scaling.result import CovarianceKind
+from analysis.scaling import CovarianceKind, fit
 from analysis.scaling.shrinkage import shrink
 
 Study = Callable[..., Comparisons]

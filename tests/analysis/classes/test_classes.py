@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from analysis.classes.classes import classify, letter_display, numbered
-from analysis.classes.multiplicity import Adjust
+from analysis.classes import Adjust, classify
+from analysis.classes.classes import letter_display, numbered
 from analysis.errors import ResultsError
-from analysis.scaling.fitting import fit
+from analysis.scaling import fit
 from analysis.scaling.laws import probabilities
 
 # Medina 2016, Table 4.4: samples 8 2 7 1 5 9 3 10 4 6.

@@ -12,9 +12,8 @@ import pandas as pd
 import pytest
 
 import cyclopean as notebook
-from analysis.comparisons import parse_table, read_any
+from analysis.comparisons import TableRead, parse_table, read_any
 from analysis.comparisons.missing import MOST_SAID, WORDS
-from analysis.comparisons.table import TableRead
 from analysis.errors import ResultsError
 from documents import InputError
 

@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from analysis.comparisons.session_comparisons import from_sessions
+from analysis.comparisons import from_sessions
 from analysis.errors import ResultsError
-from analysis.records.session_record import SessionLog, Trial
+from analysis.records import SessionLog, Trial
 
 Maker = Callable[..., SessionLog]
 

@@ -8,9 +8,8 @@ from typing import Any
 
 import pytest
 
-from analysis.comparisons.session_comparisons import from_sessions, grouped_comparisons
-from analysis.comparisons.session_groups import SessionGroups
-from analysis.records.session_record import SessionLog, Trial
+from analysis.comparisons import SessionGroups, from_sessions, grouped_comparisons
+from analysis.records import SessionLog, Trial
 
 Maker = Callable[..., SessionLog]
 FACTORS: Mapping[str, Mapping[str, Any]] = {

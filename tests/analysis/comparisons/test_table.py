@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from analysis.comparisons import Answer, Comparisons, from_answers, parse_table, read_table
 from analysis.comparisons import table as comparison_table
-from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
-from analysis.comparisons.table import MOST_FINDINGS, parse_table, read_table
+from analysis.comparisons.table import MOST_FINDINGS
 from analysis.errors import ResultsError
 
 

@@ -11,7 +11,7 @@ import pytest
 import yaml
 from numpy.typing import NDArray
 
-from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons import Answer, Comparisons, from_answers
 
 ROOT = Path(__file__).parents[3]
 # Medina 2016, Table 4.3: exposure time in seconds, luminance scaling factor.

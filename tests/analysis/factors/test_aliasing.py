@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.factors.effects import factor_effects
+from analysis.factors import factor_effects, session_factors
 from analysis.factors.terms import empty_cell, interaction_term, main_term
-from analysis.factors.values import Factor, FactorOptions, read_factors, session_factors
-from analysis.records.session_record import SessionLog
+from analysis.factors.values import Factor, FactorOptions, read_factors
+from analysis.records import SessionLog
 
 Factors = Mapping[str, Mapping[str, str | float]]
 Drawer = Callable[..., Comparisons]

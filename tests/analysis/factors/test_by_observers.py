@@ -7,9 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
-from analysis.factors.effects import factor_effects
-from analysis.factors.result import FactorEffects
+from analysis.comparisons import Answer, Comparisons, from_answers
+from analysis.factors import FactorEffects, factor_effects
 from analysis.report.blocks import Paragraph
 from analysis.report.sections.factors import explained_words, factors_section
 from analysis.scaling.robust_tests import ObserverTest

@@ -9,11 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.factors.effects import factor_effects
-from analysis.factors.result import FactorEffects
-from analysis.scaling.fitting import fit
+from analysis.factors import FactorEffects, factor_effects
+from analysis.scaling import fit
 
 Floats = NDArray[np.float64]
 Factors = Mapping[str, Mapping[str, str | float]]
@@ -252,7 +251,7 @@ def test_a_prior_pulls_effects_towards_zero(grid: Factors, draw: Drawer) -> None
 
 
 def test_the_posterior_is_that_of_the_pair_models_for_free_items(grid: Factors, draw: Drawer) -> None:
-    from analysis.scaling.fitting import fit_model
+    from analysis.scaling import fit_model
 
     answers = draw(strengths(grid))
     named = {name: {"stimulus": name} for name in grid}

@@ -9,10 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.factors.effects import factor_effects
-from analysis.factors.figure import effects_svg
+from analysis.factors import effects_svg, factor_effects
 from analysis.factors.separation import is_separated, separated_effects
 from analysis.factors.terms import Term
 from analysis.scaling.counts import count_pairs

@@ -5,9 +5,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-from analysis.comparisons.comparisons import Comparisons
-from analysis.factors.effects import factor_effects
-from analysis.factors.figure import drawn_rows, effects_svg
+from analysis.comparisons import Comparisons
+from analysis.factors import drawn_rows, effects_svg, factor_effects
 
 Factors = Mapping[str, Mapping[str, str | float]]
 Drawer = Callable[..., Comparisons]

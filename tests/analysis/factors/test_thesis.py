@@ -6,9 +6,8 @@ from collections.abc import Mapping
 
 import pytest
 
-from analysis.comparisons.comparisons import Comparisons
-from analysis.factors.effects import factor_effects
-from analysis.factors.result import FactorEffects
+from analysis.comparisons import Comparisons
+from analysis.factors import FactorEffects, factor_effects
 
 Factors = Mapping[str, Mapping[str, str | float]]
 

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from analysis.comparisons.comparisons import Comparisons, from_arrays
-from analysis.scaling.laws import LAWS, Model
+from analysis.comparisons import Comparisons
+from analysis.comparisons.comparisons import from_arrays
+from analysis.scaling import Model
+from analysis.scaling.laws import LAWS
 
 Maker = Callable[..., Comparisons]
 

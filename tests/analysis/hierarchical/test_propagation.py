@@ -7,7 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from analysis.comparisons.comparisons import Comparisons, from_arrays
+from analysis.comparisons import Comparisons
+from analysis.comparisons.comparisons import from_arrays
 from analysis.hierarchical.fitting import _answers
 from analysis.hierarchical.propagation import (
     _logistic_moments,

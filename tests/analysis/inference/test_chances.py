@@ -9,12 +9,12 @@ import pytest
 from scipy.stats import norm
 from scipy.stats import t as student
 
-from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
 from analysis.inference import pair_probabilities
 from analysis.inference.chances import Chance
-from analysis.scaling import score
-from analysis.scaling.laws import LAWS, Model
+from analysis.scaling import Model, score
+from analysis.scaling.laws import LAWS
 
 Maker = Callable[..., Comparisons]
 

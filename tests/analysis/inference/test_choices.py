@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from analysis.classes import classify
-from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.inference.choices import NOBODY, multiverse
+from analysis.inference import multiverse
+from analysis.inference.choices import NOBODY
 from analysis.scaling import fit_model, score
 
 Maker = Callable[..., Comparisons]

@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.inference.fit_of_pairs import pair_residuals
+from analysis.inference import pair_residuals
 from analysis.inference.pulls import pulls
-from analysis.scaling import score
-from analysis.scaling.laws import Model
+from analysis.scaling import Model, score
 
 Maker = Callable[..., Comparisons]
 THETA = np.array([0.9, 0.3, 0.0, -0.4, -0.8])

@@ -7,11 +7,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.inference.folds import compare_models
-from analysis.scaling import fit_model
-from analysis.scaling.laws import LAWS, Model
+from analysis.inference import compare_models
+from analysis.scaling import Model, fit_model
+from analysis.scaling.laws import LAWS
 
 Maker = Callable[..., Comparisons]
 THETA = np.array([0.9, 0.3, -0.2, -1.0])

@@ -9,9 +9,9 @@ from itertools import combinations, permutations
 import numpy as np
 import pytest
 
-from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.inference.triples import transitivity
+from analysis.inference import transitivity
 from analysis.scaling import score
 
 Maker = Callable[..., Comparisons]

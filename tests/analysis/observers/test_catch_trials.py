@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from analysis.observers.responses import catch_results
-from analysis.records.session_record import SessionLog, Trial
+from analysis.records import SessionLog, Trial
 from analysis.report.summary import summarise
 
 Maker = Callable[..., SessionLog]

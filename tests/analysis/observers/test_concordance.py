@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.stats import binom, kstest
 
-from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.observers import concordance as module
 from analysis.observers.concordance import disagreement_chances, kendall_u
 from analysis.observers.tails import Tail

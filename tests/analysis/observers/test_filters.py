@@ -8,12 +8,12 @@ from typing import Any
 
 import pytest
 
-from analysis.comparisons.session_comparisons import from_sessions
+from analysis.comparisons import from_sessions
 from analysis.errors import ResultsError
-from analysis.observers.filters import Filter, keep
+from analysis.observers import Filter, keep
 from analysis.observers.responses import CatchAnswers, catch_answers
 from analysis.observers.screening import passed_screening
-from analysis.records.session_record import SessionLog, Trial
+from analysis.records import SessionLog, Trial
 
 Maker = Callable[..., SessionLog]
 ANSWERS = [("a", "b"), ("b", "a"), ("a", "b")]

@@ -12,11 +12,11 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.stats import chi2, norm
 
-from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.observers import fit_to_rest as module
 from analysis.observers.fit_to_rest import FitToRest, fits_to_rest
 from analysis.observers.tails import lower_tail
-from analysis.scaling.fitting import fit
+from analysis.scaling import fit
 
 Study = Callable[..., Comparisons]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from analysis.observers import Haste
-from analysis.records.session_record import Trial
+from analysis.records import Trial
 
 
 def _trials(count: int, seconds: float, ignored: int) -> list[Trial]:

@@ -13,9 +13,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import binom, binomtest, linregress, spearmanr
 
-from analysis.comparisons.comparisons import Answer, from_answers
+from analysis.comparisons import Answer, from_answers
 from analysis.observers.responses import response_times, self_agreements, side_biases
-from analysis.records.session_record import SessionLog
+from analysis.records import SessionLog
 
 
 def test_the_share_of_the_first_position_with_its_interval_and_chance() -> None:

@@ -10,10 +10,11 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.observers.table import ObserverLine, ObserverTable, observers_in_comparisons, observers_in_sessions
-from analysis.records.session_record import SessionLog, Trial
+from analysis.observers import ObserverTable, observers_in_comparisons, observers_in_sessions
+from analysis.observers.table import ObserverLine
+from analysis.records import SessionLog, Trial
 
 Maker = Callable[..., SessionLog]
 Study = Callable[..., Comparisons]
@@ -42,7 +43,7 @@ def test_each_session_gives_a_line_and_json_without_nan(sessions: list[SessionLo
 
 
 def test_sessions_and_their_comparisons_say_the_same(sessions: list[SessionLog]) -> None:
-    from analysis.comparisons.session_comparisons import from_sessions
+    from analysis.comparisons import from_sessions
 
     one = observers_in_sessions(sessions, shuffles=0)
     other = observers_in_comparisons(from_sessions(sessions), shuffles=0)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from analysis.power.plan import Plan, differing_pairs
+from analysis.power import Plan, differing_pairs
 
 MakePlan = Callable[..., Plan]
 

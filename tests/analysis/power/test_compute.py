@@ -18,8 +18,8 @@ from pathlib import Path
 import psutil
 import pytest
 
+from analysis.power import ComputeError
 from analysis.power.compute import compute
-from analysis.power.processes import ComputeError
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="signals and process groups of POSIX")
 

@@ -12,11 +12,9 @@ from pathlib import Path
 import pytest
 from markupsafe import escape
 
-from analysis.power.page import assumed_notes, render, write_page
-from analysis.power.plan import Plan
-from analysis.power.results import Needed, observers_needed
-from analysis.power.simulation import simulate_power
-from analysis.power.tables import COLUMNS, write_csv
+from analysis.power import Needed, Plan, assumed_notes, observers_needed, simulate_power, write_csv, write_page
+from analysis.power.page import render
+from analysis.power.tables import COLUMNS
 from tests.pages import policy_of
 
 MakePlan = Callable[..., Plan]

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from analysis.errors import ResultsError
-from analysis.power.plan import Plan
-from analysis.power.results import Power, observers_needed
-from analysis.power.simulation import simulate_power
+from analysis.power import Plan, observers_needed, simulate_power
+from analysis.power.results import Power
 
 MakePlan = Callable[..., Plan]
 PAIRS = [("item 0", "item 1"), ("item 0", "item 2"), ("item 1", "item 2")]

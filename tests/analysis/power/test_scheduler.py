@@ -7,9 +7,8 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
+from analysis.power import Plan, simulate_power
 from analysis.power.compute import compute
-from analysis.power.plan import Plan
-from analysis.power.simulation import simulate_power
 from tests.analysis.power.to_the_last_bit import numbers
 
 MakePlan = Callable[..., Plan]

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from analysis.errors import ResultsError
+from analysis.power import Plan, simulate_power
 from analysis.power import compute as compute_module
-from analysis.power.plan import Plan
-from analysis.power.simulation import blocks_of, simulate, simulate_power
+from analysis.power.simulation import blocks_of, simulate
 from tests.analysis.power.to_the_last_bit import numbers
 
 MakePlan = Callable[..., Plan]

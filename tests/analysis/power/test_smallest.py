@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from analysis.comparisons.comparisons import Answer, from_answers
+from analysis.comparisons import Answer, from_answers
 from analysis.power import Plan, SmallestDifference, simulate_power, smallest_difference, smallest_in
 
 Designs = Any

@@ -12,16 +12,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from analysis.bootstrap.confidence_intervals import intervals
+from analysis.bootstrap import intervals
 from analysis.bootstrap.replicates import resample_counts
-from analysis.classes.multiplicity import Adjust
-from analysis.comparisons.comparisons import Answer, from_answers
+from analysis.classes import Adjust
+from analysis.comparisons import Answer, from_answers
 from analysis.errors import ResultsError
+from analysis.power import Plan, differing_pairs
 from analysis.power import studies as width_module
-from analysis.power.plan import Plan, differing_pairs
 from analysis.power.studies import Studies, draw, run, widths
 from analysis.report.estimate import Estimate, estimate_scores
-from analysis.scaling.fitting import fit
+from analysis.scaling import fit
 from analysis.scaling.laws import probabilities
 from analysis.scaling.result import COVARIANCE_CHOICES, Method
 from benchmarks.simulated_studies import Design

@@ -9,7 +9,7 @@ import pytest
 
 from analysis.errors import ResultsError
 from analysis.ratings.preferences import preferences
-from analysis.records.session_record import SessionLog, Trial
+from analysis.records import SessionLog, Trial
 from analysis.report.summary import summarise
 
 Maker = Callable[..., SessionLog]

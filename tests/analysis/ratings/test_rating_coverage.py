@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from analysis.ratings import summarise_ratings
-from analysis.records.session_record import Header, SessionLog, Trial
+from analysis.records import Header, SessionLog, Trial
 from analysis.series.observer_means import bounded_means
 
 Floats = NDArray[np.float64]

@@ -14,8 +14,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from analysis.errors import ResultsError
-from analysis.ratings.ratings import RaterScreening, outlying, summarise_ratings
-from analysis.records.session_record import SessionLog, Trial
+from analysis.ratings import summarise_ratings
+from analysis.ratings.ratings import RaterScreening, outlying
+from analysis.records import SessionLog, Trial
 from analysis.report import describe
 
 Maker = Callable[..., SessionLog]

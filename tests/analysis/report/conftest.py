@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from analysis.records.session_record import SessionLog, Trial
+from analysis.records import SessionLog, Trial
 
 Maker = Callable[..., SessionLog]
 UTC = "2026-01-02T03:04:05Z"

@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.records.session_record import SessionLog
+from analysis.records import SessionLog
+from analysis.report import write_report
 from analysis.report.blocks import Column, Table, csv_text, inert, write_csv_files
-from analysis.report.page import write_report
 
 Maker = Callable[..., SessionLog]
 DANGEROUS = ("=", "+", "-", "@", "\t", "\r", "\n")

@@ -11,9 +11,9 @@ from itertools import combinations
 import pytest
 from rich.console import Console
 
-from analysis.records.session_record import SessionLog, Trial
+from analysis.records import SessionLog, Trial
+from analysis.report import Report, describe, print_report
 from analysis.report.page import render
-from analysis.report.report import Report, describe, print_report
 
 Maker = Callable[..., SessionLog]
 

@@ -10,14 +10,12 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from analysis.classes.classes import classify
-from analysis.comparisons.session_comparisons import from_sessions
+from analysis.classes import classify
+from analysis.comparisons import from_sessions
 from analysis.errors import ResultsError
-from analysis.records.session_record import SessionLog
+from analysis.records import SessionLog
 from analysis.report.summary import summarise
-from analysis.scaling.fitting import fit_model
-from analysis.scaling.learnt_prior import learnt_posterior
-from analysis.scaling.result import CovarianceKind
+from analysis.scaling import CovarianceKind, fit_model, learnt_posterior
 
 Maker = Callable[..., SessionLog]
 

@@ -11,10 +11,10 @@ from xml.etree import ElementTree
 import pytest
 
 from analysis.errors import ResultsError
-from analysis.records.session_record import SessionLog
+from analysis.records import SessionLog
+from analysis.report import Report, describe, write_report
 from analysis.report.blocks import write_figure_files
-from analysis.report.page import render, sections_of, write_report
-from analysis.report.report import Report, describe
+from analysis.report.page import render, sections_of
 
 Maker = Callable[..., SessionLog]
 Sessions = Callable[..., list[SessionLog]]

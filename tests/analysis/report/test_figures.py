@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from matplotlib.path import Path
 
-from analysis.records.session_record import SessionLog
+from analysis.records import SessionLog
 from analysis.report.figures import class_colours, draw_classes, draw_scores, runs
 from analysis.report.summary import Summary, summarise
-from documents.pages.svg import INK, drawing, svg_of
+from documents.pages import INK, drawing, svg_of
 
 Maker = Callable[..., SessionLog]
 WIDTH_IN = 7.6

@@ -17,15 +17,15 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from analysis.comparisons.session_groups import SessionGroups
-from analysis.records.session_record import Header, SessionLog, Trial
+from analysis.comparisons import SessionGroups
+from analysis.records import Header, SessionLog, Trial
+from analysis.report import Report, common_names, describe, print_report, write_report
 from analysis.report.blocks import file_names
 from analysis.report.figures import draw_group_scores
-from analysis.report.grouped import GroupedSummary, common_names
-from analysis.report.page import render, write_report
-from analysis.report.report import Report, describe, print_report
+from analysis.report.grouped import GroupedSummary
+from analysis.report.page import render
 from analysis.report.sections.groups import _named
-from analysis.scaling.fitting import fit
+from analysis.scaling import fit
 
 CODECS = ("jpeg", "avif", "jxl")
 SCENES = ("beach", "church", "dune")

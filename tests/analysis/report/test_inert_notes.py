@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from analysis.records.session_record import Note, SessionLog, Trial
-from analysis.report.page import write_report
+from analysis.records import Note, SessionLog, Trial
+from analysis.report import write_report
 
 Maker = Callable[..., SessionLog]
 HOSTILE = "<script>x()</script><img src=x onerror=x()></td></table><iframe src=//x></iframe>{{ 7*7 }}"

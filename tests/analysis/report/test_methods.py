@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from analysis.observers.filters import Filter
-from analysis.records.session_record import SessionLog
+from analysis.observers import Filter
+from analysis.records import SessionLog
+from analysis.report import describe
 from analysis.report.blocks import Facts, Numbered, Paragraph
 from analysis.report.page import sections_of
 from analysis.report.references import REFERENCES, Citations
-from analysis.report.report import describe
 from analysis.report.words import chance, counted, fixed, listed
 
 Maker = Callable[..., SessionLog]

@@ -15,10 +15,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from analysis.records.session_record import SessionLog
+from analysis.records import SessionLog
+from analysis.report import Report, describe, write_report
 from analysis.report.figures import CLASS_COLOURS, draw_scores
-from analysis.report.page import render, write_report
-from analysis.report.report import Report, describe
+from analysis.report.page import render
 from analysis.report.summary import summarise
 from analysis.report.words import plain
 from tests.pages import works_and_runs_nothing

@@ -15,10 +15,10 @@ import pytest
 from PIL import Image
 
 from analysis.errors import ResultsError
-from analysis.observers.filters import Filter
-from analysis.records.session_record import Note, SessionLog, Trial
-from analysis.report.page import render, sections_of, write_report
-from analysis.report.report import Report, describe
+from analysis.observers import Filter
+from analysis.records import Note, SessionLog, Trial
+from analysis.report import Report, describe, write_report
+from analysis.report.page import render, sections_of
 from analysis.report.sections.ratings import sign_test
 from analysis.report.words import listed
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from analysis.classes.classes import Classes
-from analysis.records.session_record import SessionLog
+from analysis.records import SessionLog
 from analysis.report import ranking
 from analysis.report.blocks import Figure
 from analysis.report.ranking import MOST_LINES, draw_ranking, draws_ranking

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from analysis.errors import ResultsError
-from analysis.records.session_record import SessionLog
+from analysis.records import SessionLog
 from analysis.report.blocks import Facts
 from analysis.report.sections.reviewers import review_of, reviewers_section
 from analysis.report.summary import summarise

@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 from analysis.records import Resumption, Seen, SessionLog, what_eyes_saw
+from analysis.report import Report, describe
 from analysis.report.blocks import Facts, Paragraph, Section
 from analysis.report.page import sections_of
-from analysis.report.report import Report, describe
 from tests.analysis.conftest import clip_cost
 
 Maker = Callable[..., SessionLog]

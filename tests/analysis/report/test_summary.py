@@ -13,9 +13,9 @@ import pytest
 from rich.console import Console
 
 from analysis.errors import ResultsError
-from analysis.records.session_record import SessionLog
+from analysis.records import SessionLog
+from analysis.report import describe, print_report
 from analysis.report.page import render
-from analysis.report.report import describe, print_report
 from analysis.report.sections.scores import fit_words
 from analysis.report.summary import summarise, wilson_interval
 

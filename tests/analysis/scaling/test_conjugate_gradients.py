@@ -11,14 +11,14 @@ from scipy.sparse import csr_array
 
 from analysis.comparisons.comparisons import from_arrays
 from analysis.errors import ResultsError
+from analysis.scaling import Model, ModelMethod, fit, fit_model
 from analysis.scaling.conjugate_gradients import SparseItems
 from analysis.scaling.counts import Counts, count_pairs
 from analysis.scaling.designs import ITEMS, items_design
-from analysis.scaling.fitting import fit, fit_model, fit_sparse
-from analysis.scaling.laws import LAWS, Model, probabilities
+from analysis.scaling.fitting import fit_sparse
+from analysis.scaling.laws import LAWS, probabilities
 from analysis.scaling.newton import maximise
 from analysis.scaling.penalty import NO_PENALTY, Gaussian
-from analysis.scaling.result import ModelMethod
 
 
 def ring_with_chords(n: int, chords: int, seed: int, *, losses: bool = True) -> NDArray[np.float64]:

@@ -9,12 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons import Answer, Comparisons, from_answers
+from analysis.scaling import Model, ModelMethod, fit_model
 from analysis.scaling.counts import count_pairs
-from analysis.scaling.fitting import fit_model
-from analysis.scaling.laws import Davidson, Model
+from analysis.scaling.laws import Davidson
 from analysis.scaling.newton import maximise
-from analysis.scaling.result import ModelMethod
 from analysis.scaling.separation import find_separation, strong_groups
 
 NAMES = "abcd"

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 from scipy.stats import chi2, norm
 
-from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.scaling.fitting import fit, fit_model
-from analysis.scaling.laws import MODELS, Davidson, Law, Logistic, Model, Probit, RaoKupper
+from analysis.scaling import Model, Probit, fit, fit_model
+from analysis.scaling.laws import MODELS, Davidson, Law, Logistic, RaoKupper
 
 Floats = NDArray[np.float64]
 Drawer = Callable[..., Comparisons]

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, chisquare
 
-from analysis.comparisons.comparisons import Comparisons
+from analysis.comparisons import Comparisons
+from analysis.scaling import fit_model
 from analysis.scaling.counts import count_pairs
-from analysis.scaling.fitting import fit_model
 from analysis.scaling.goodness import goodness_of_fit
 from analysis.scaling.laws import Davidson
 

@@ -10,13 +10,18 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.scaling import group_agreement
-from analysis.scaling.grouped import GroupedScores, common_items, score_groups
-from analysis.scaling.grouped_terminal import agreement_lines, group_problem_lines
-from analysis.scaling.laws import Model
-from analysis.scaling.scores import score
+from analysis.scaling import (
+    GroupedScores,
+    Model,
+    agreement_lines,
+    common_items,
+    group_agreement,
+    group_problem_lines,
+    score,
+    score_groups,
+)
 
 Floats = NDArray[np.float64]
 GROUPS = ("church", "beach", "night")

@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.stats import norm
 
+from analysis.scaling import Probit
 from analysis.scaling.counts import Counts
-from analysis.scaling.laws import Davidson, Law, Logistic, Probit, RaoKupper
+from analysis.scaling.laws import Davidson, Law, Logistic, RaoKupper
 
 LAWS: list[Law] = [Logistic(), Probit(), Davidson(), RaoKupper()]
 number = st.floats(0, 50)

@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from analysis.scaling import fit, learnt_posterior, updated_posterior
 from analysis.scaling.counts import Counts
 from analysis.scaling.expectation_propagation import approximate
-from analysis.scaling.fitting import fit
-from analysis.scaling.learnt_prior import WIDTH_OF_SPREADS, learnt_posterior, posterior, updated_posterior
+from analysis.scaling.learnt_prior import WIDTH_OF_SPREADS, posterior
 from runner.blocks.pair_choice import PairChooser
 
 Floats = NDArray[np.float64]

@@ -6,8 +6,7 @@ import pytest
 
 from analysis.comparisons import Answer, from_answers
 from analysis.report.estimate import estimate_scores
-from analysis.scaling.fitting import fit_model
-from analysis.scaling.result import CovarianceChoice
+from analysis.scaling import CovarianceChoice, fit_model
 
 ANSWERS = [Answer("a", "b", 3, "01"), Answer("b", "a", 1, "01"), Answer("a", "b", 4, "02", tie=True)]
 

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 
 import pytest
 
-from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
-from analysis.scaling.scores import score
+from analysis.comparisons import Answer, Comparisons, from_answers
+from analysis.scaling import score
 from runner.reports.demo import agreement, expected_classes
 
 Table = Mapping[str, tuple[float, str]]

@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
-from analysis.scaling.fitting import fit_model
+from analysis.comparisons import Answer, Comparisons, from_answers
+from analysis.scaling import fit_model
 
 # Kousgaard 1984, eight sound fields heard with a flute: 111 against 110, 101, ... 000, then 110 against 101 and so on,
 # each as preferred/neither/other preferred. The digits say which of direct sound, reflection and reverberation were on.

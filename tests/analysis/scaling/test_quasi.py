@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from analysis.errors import ResultsError
-from analysis.scaling.fitting import fit
+from analysis.scaling import fit
 from analysis.scaling.quasi import quasi_variances
 
 CITATIONS = np.array([[0, 730, 498, 221], [33, 0, 68, 17], [320, 813, 0, 142], [284, 276, 325, 0]], dtype=float)

@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
+from analysis.scaling import ModelMethod, print_scores, problem_lines, score
 from analysis.scaling.laws import MODELS
-from analysis.scaling.result import ModelMethod
-from analysis.scaling.scores import score
-from analysis.scaling.terminal import print_scores, problem_lines, remedies
+from analysis.scaling.terminal import remedies
 
 
 def table(*lines: str) -> Comparisons:

@@ -11,11 +11,9 @@ import pytest
 from click.testing import CliRunner
 from numpy.typing import NDArray
 
-from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons import Answer, Comparisons, from_answers
+from analysis.scaling import Model, fit_model, score_groups
 from analysis.scaling.departure import departure
-from analysis.scaling.fitting import fit_model
-from analysis.scaling.grouped import score_groups
-from analysis.scaling.laws import Model
 from analysis.scaling.robust_tests import WEBB, from_products, score_test
 from runner.cli.main import group as command
 

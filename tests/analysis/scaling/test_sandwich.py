@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.comparisons.comparisons import Comparisons
-from analysis.scaling.fitting import fit_model
-from analysis.scaling.laws import Davidson, Logistic, Model, Probit
+from analysis.comparisons import Comparisons
+from analysis.scaling import Model, Probit, fit_model
+from analysis.scaling.laws import Davidson, Logistic
 from analysis.scaling.sandwich import FEWEST_FREE, MOST_LEVERAGE, Contributions
 from analysis.scaling.shrinkage import pseudo_inverses, shrink
 

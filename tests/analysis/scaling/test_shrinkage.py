@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
+from analysis.scaling import fit_model
 from analysis.scaling import sandwich as sandwich_module
-from analysis.scaling.fitting import fit_model
 from analysis.scaling.laws import Logistic
 from analysis.scaling.shrinkage import CLUSTERED, Clustered, Spread, shrink
 from benchmarks.simulated_studies import Design, decisions

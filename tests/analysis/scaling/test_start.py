@@ -8,9 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from analysis.scaling import start
+from analysis.scaling import fit, start
 from analysis.scaling.counts import Counts
-from analysis.scaling.fitting import fit
 from analysis.scaling.newton import maximise
 from analysis.scaling.separation import are_connected
 from documents.blas_threads import set_blas_threads

@@ -7,10 +7,10 @@ import pytest
 from scipy.special import expit
 from scipy.stats import norm
 
-from analysis.comparisons.comparisons import Answer, from_answers
+from analysis.comparisons import Answer, from_answers
+from analysis.scaling import Model, score
 from analysis.scaling import laws as units
-from analysis.scaling.laws import MODELS, Model
-from analysis.scaling.scores import score
+from analysis.scaling.laws import MODELS
 
 
 def test_constants_are_what_they_say() -> None:

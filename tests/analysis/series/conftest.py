@@ -9,8 +9,9 @@ from typing import Any
 
 import pytest
 
-from analysis.records.session_record import Header, SessionLog, Trial
-from analysis.series.summary import SeriesSummary, summarise_series
+from analysis.records import Header, SessionLog, Trial
+from analysis.series import summarise_series
+from analysis.series.summary import SeriesSummary
 
 PAINTS = ("GM1", "GM2", "HI", "BC", "BR")
 KINDS = ("base", "brighter", "grey")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import friedmanchisquare
 
-from analysis.records.session_record import SessionLog
+from analysis.records import SessionLog
 from analysis.series.choice_tests import choice_counts, kinds_tests, level_tests, neighbours_tests
 from analysis.series.choices import gather
 from analysis.series.paired_tests import (

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from analysis.errors import ResultsError
-from analysis.records.session_record import SessionLog, Trial
+from analysis.records import SessionLog, Trial
 from analysis.series.choices import Factors, design, gather
 
 Maker = Callable[..., SessionLog]

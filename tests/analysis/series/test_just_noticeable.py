@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import norm
 
-from analysis.records.session_record import SessionLog
+from analysis.records import SessionLog
 from analysis.series.choices import gather
 from analysis.series.just_noticeable import PROBABLE_ERROR, Matches, fit, log_normal_between, observer_test, step_size
 

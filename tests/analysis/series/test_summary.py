@@ -12,12 +12,14 @@ from typing import Any
 import pytest
 
 from analysis.errors import ResultsError
-from analysis.records.session_record import SessionLog
+from analysis.records import SessionLog
+from analysis.report import rating_figure, score_figure
 from analysis.report.blocks import Figure
-from analysis.report.sections.series import rating_figure, score_figure, series_sections
+from analysis.report.sections.series import series_sections
+from analysis.series import summarise_series
 from analysis.series.choices import gather
 from analysis.series.picture_scores import picture_scores, weight_of
-from analysis.series.summary import SeriesSummary, summarise_series
+from analysis.series.summary import SeriesSummary
 
 Maker = Callable[..., SessionLog]
 
