@@ -15,10 +15,9 @@ import pandas as pd
 import pytest
 
 import cyclopean
-from analysis.comparisons.session_comparisons import from_sessions
-from analysis.observers.table import observers_in_sessions
-from analysis.records.results import read_results
-from analysis.records.session_record import Header, Trial
+from analysis.comparisons import from_sessions
+from analysis.observers import observers_in_sessions
+from analysis.records import Header, Trial, read_results
 from analysis.scaling import GroupedScores, Scores
 from analysis.scaling.departure import departure
 from analysis.scaling.robust_tests import ObserverTest
@@ -250,7 +249,7 @@ def test_a_display_has_a_row_for_each_mode_and_eye() -> None:
 
 
 def test_a_display_is_fitted_to_a_table(tmp_path: Path) -> None:
-    from devices.characterise.example_displays import table_c1_codes, thesis_display
+    from devices.characterise import table_c1_codes, thesis_display
 
     codes = table_c1_codes()
     table = pd.DataFrame(np.hstack([codes * 255, thesis_display().xyz(codes)]), columns=list("RGBXYZ"))

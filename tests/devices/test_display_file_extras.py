@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from devices.display.display_file import read_display
+from devices.display import read_display
 from devices.errors import DeviceError
 from documents import InputError
 

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from devices.display.display_file import read_display
+from devices.display import read_display
 from devices.errors import DeviceError
+from runner.check import CheckOptions, CheckReport
 from runner.check.files import check_display
-from runner.check.report import CheckOptions, CheckReport
 
 HEAD = "schema_version: 1\npanel: {resolution_px: [640, 480], pixel_pitch_mm: 0.3}\nmodes:\n"
 MODEL = """\

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import yaml
 
-from devices.display.display_file import read_display
+from devices.display import read_display
 from documents import InputError
 
 NUMBERS = (1e308, -1e308, 1e-308, float("nan"), float("inf"), 10**40, 0.0)

@@ -13,9 +13,10 @@ from hypothesis import strategies as st
 from pydantic import BaseModel, ConfigDict, Field
 
 from documents import InputError, load_document
-from documents.text.words import hidden_character, visible
+from documents.text import visible
+from documents.text.words import hidden_character
+from documents.yaml import parse_yaml, read_yaml
 from documents.yaml.load import MOST_FINDINGS
-from documents.yaml.source import parse_yaml, read_yaml
 
 
 class _Part(BaseModel):

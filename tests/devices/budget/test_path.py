@@ -12,21 +12,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from devices.budget.encoding import Encoding
-from devices.budget.error_budget import Cost, ErrorBudget
-from devices.budget.mixed_path import Mixed
-from devices.budget.path import OwnPixels, Pair, Step, half_floats, joined_differences
-from devices.budget.scene import SmoothScene
-from devices.compensation.compensate import Correction
-from devices.compensation.crosstalk import Crosstalk
-from devices.compensation.dither import dither_codes, dither_thresholds
+from devices.budget import Cost, Encoding, ErrorBudget, Mixed, OwnPixels, Pair, SmoothScene, Step, joined_differences
+from devices.budget.path import half_floats
+from devices.compensation import Correction, Crosstalk, GainMap, channel_split, dither_codes, dither_thresholds
 from devices.compensation.eye_costs import mixed_costs
-from devices.compensation.gain_map import GainMap
-from devices.compensation.mixture import channel_split
-from devices.display.code_table import ENTRIES, code_tables, table_codes
-from devices.display.display_file import read_display
-from devices.display.model import EYES, DisplayModel, EyeModels
-from devices.display.tone_curve import ToneCurve
+from devices.display import ENTRIES, EYES, DisplayModel, EyeModels, ToneCurve, read_display
+from devices.display.code_table import code_tables, table_codes
 from tests.displays import corrections, eye_models
 
 Floats = NDArray[np.float64]

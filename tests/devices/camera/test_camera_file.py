@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from devices.camera.camera_file import format_camera, read_camera, write_camera
-from devices.camera.camera_model import CameraModel, ExposureSet, Form
-from devices.camera.exposure import Exposure
+from devices.camera import CameraModel, Exposure, Form, read_camera, write_camera
+from devices.camera.camera_file import format_camera
+from devices.camera.camera_model import ExposureSet
 from documents import InputError
 
 D800 = Path(__file__).parents[3] / "configs" / "cameras" / "nikon_d800.yaml"

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.camera.camera_model import CameraModel, ExposureSet
-from devices.camera.exposure import Exposure
+from devices.camera import CameraModel, Exposure
+from devices.camera.camera_model import ExposureSet
 from devices.errors import DeviceError
 
 M = np.array([[220.0, 37.0, 3.0], [84.0, 146.0, -46.0], [12.0, -35.0, 220.0]])

@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from devices.camera.correspondence_file import read_correspondences, read_reference
-from devices.camera.exposure import Exposure
+from devices.camera import Exposure, read_correspondences, read_reference
 from devices.errors import DeviceError
 
 GOOD = "# source: made up\nR,G,B,X,Y,Z,name\n0.1,0.2,0.3,4,5,6,one\n0.2,0.4,0.999,7,8,9,two\n"

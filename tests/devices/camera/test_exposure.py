@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.camera.exposure import Exposure, parse_exposure, parse_seconds
+from devices.camera import Exposure, parse_exposure
+from devices.camera.exposure import parse_seconds
 from devices.errors import DeviceError
 
 _ABOVE = st.floats(1e-4, 1e4)

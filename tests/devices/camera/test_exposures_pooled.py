@@ -7,10 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from devices.camera import Correspondences, Exposure, fit_camera
 from devices.camera.camera_file import format_camera
-from devices.camera.correspondences import Correspondences
-from devices.camera.exposure import Exposure
-from devices.camera.fit import fit_camera
 from devices.errors import DeviceError
 
 See = Callable[..., Correspondences]

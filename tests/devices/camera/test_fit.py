@@ -10,15 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from devices.camera.camera_model import Form
-from devices.camera.correspondences import Correspondences
-from devices.camera.exposure import Exposure
-from devices.camera.fit import fit_camera
-from devices.camera.solve import Loss, design, left_out_xyz, solve
-from devices.colour.ciede2000 import delta_e_2000
-from devices.colour.spaces import XYZ_from_xyY, xyz_to_lab
+from devices.camera import Correspondences, Exposure, Form, Loss, fit_camera
+from devices.camera.solve import design, left_out_xyz, solve
+from devices.colour import XYZ_from_xyY, delta_e_2000, xyz_to_lab
 from devices.errors import DeviceError
-from devices.patches.colorchecker import colorchecker_xyY
+from devices.patches import colorchecker_xyY
 
 See = Callable[..., Correspondences]
 FORMS: tuple[Form, ...] = ("linear", "affine")

@@ -8,11 +8,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from devices.camera import solve
-from devices.camera.correspondences import Correspondences
+from devices.camera import Correspondences, solve
 from devices.camera.solve import find_outliers, why
-from devices.colour.ciede2000 import delta_e_2000
-from devices.colour.spaces import xyz_to_lab
+from devices.colour import delta_e_2000, xyz_to_lab
 
 See = Callable[..., Correspondences]
 

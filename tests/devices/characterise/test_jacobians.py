@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
+from devices.characterise import table_c1_codes, thesis_display
 from devices.characterise.channel_fit import KINDS, Kind
-from devices.characterise.example_displays import noisy, table_c1_codes, thesis_display
+from devices.characterise.example_displays import noisy
 from devices.characterise.metric import difference_roots, lab_slopes
 from devices.characterise.parametric import _Problem, condition_of, fit_parametric
 from devices.characterise.patches import patches
 from devices.characterise.table_fit import FUNCTIONS, functions_of, plvc_of
-from devices.colour.ciede2000 import delta_e_2000
-from devices.colour.spaces import xyz_to_lab
-from devices.display.table_curve import TableCurve
+from devices.colour import delta_e_2000, xyz_to_lab
+from devices.display import TableCurve
 
 WHITE = np.array([95.0, 100, 108])
 

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 import yaml
 
-from devices.characterise.example_displays import thesis_display
+from devices.characterise import thesis_display
 from devices.characterise.measured_parts import measured_parts
-from devices.diagnostics.examination import examine
-from devices.diagnostics.measured_sets import MeasuredSet
+from devices.diagnostics import MeasuredSet, examine
 from devices.measurements import Measurements, PatchEye
 
 DISPLAY = thesis_display()

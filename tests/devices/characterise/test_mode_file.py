@@ -9,9 +9,7 @@ import pytest
 
 from devices.characterise.display_yaml import model_lines
 from devices.characterise.mode_file import ModeLines, write_mode
-from devices.display import PanelSpec, read_display
-from devices.display.model import DisplayModel
-from devices.display.tone_curve import ToneCurve
+from devices.display import DisplayModel, PanelSpec, ToneCurve, read_display
 from devices.errors import DeviceError
 
 ROOT = Path(__file__).parents[3]

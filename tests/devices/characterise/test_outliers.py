@@ -8,12 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.characterise import outliers
-from devices.characterise.example_displays import liquid_crystal_XYZ, noisy, table_c1_codes, thesis_display
+from devices.characterise import outliers, table_c1_codes, thesis_display
+from devices.characterise.example_displays import liquid_crystal_XYZ, noisy
 from devices.characterise.outliers import screen
-from devices.display.model import DisplayModel
-from devices.display.plvc import Plvc
-from devices.display.table_curve import TableCurve
+from devices.display import DisplayModel, Plvc, TableCurve
 
 Floats = NDArray[np.float64]
 CODES = table_c1_codes()

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.characterise import residual_fit
+from devices.characterise import residual_fit, table_c1_codes
 from devices.characterise.choose import characterise
 from devices.characterise.cross_validation import fit_all
-from devices.characterise.example_displays import liquid_crystal_XYZ, noisy, table_c1_codes
+from devices.characterise.example_displays import liquid_crystal_XYZ, noisy
 from devices.characterise.figures import differences
 from devices.characterise.patches import patches
 from devices.characterise.residual_fit import fit_curves_too, fit_residual, knots_among
-from devices.display.plvc import Plvc
+from devices.display import Plvc
 from devices.measurements import Measurements
 from tests.devices.display.test_residual import smooth
 

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from devices.characterise.example_displays import THESIS_CURVES, noisy, table_c1_codes, thesis_display
-from devices.characterise.thesis import ThesisFits, thesis_fits
+from devices.characterise import ThesisFits, table_c1_codes, thesis_display
+from devices.characterise.example_displays import THESIS_CURVES, noisy
+from devices.characterise.thesis import thesis_fits
 from devices.errors import DeviceError
 
 CODES = table_c1_codes()

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from devices.characterise.mode_file import set_keys
 from devices.errors import DeviceError
-from documents.yaml.source import parse_yaml
+from documents.yaml import parse_yaml
 
 TEXT = """\
 # above

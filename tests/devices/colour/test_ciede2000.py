@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from numpy.typing import NDArray
 
-from devices.colour import delta_e_2000_of_xyz, xyz_to_lab
-from devices.colour.ciede2000 import delta_e_2000, delta_e_2000_parts
+from devices.colour import delta_e_2000, delta_e_2000_of_xyz, delta_e_2000_parts, xyz_to_lab
 from devices.errors import DeviceError
 
 # Sharma, Wu & Dalal 2005, Table 1: L, a, b of the pair, and ΔE00 to four decimals.

@@ -10,14 +10,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from numpy.typing import NDArray
 
-from devices.colour.spaces import (
-    XYZ_from_xyY,
-    cube_roots,
-    lab_to_xyz,
-    rgb_to_xyz_matrix,
-    xyY_from_XYZ,
-    xyz_to_lab,
-)
+from devices.colour import XYZ_from_xyY, lab_to_xyz, rgb_to_xyz_matrix, xyY_from_XYZ, xyz_to_lab
+from devices.colour.spaces import cube_roots
 from devices.errors import DeviceError
 
 D65 = np.array([95.047, 100.0, 108.883])

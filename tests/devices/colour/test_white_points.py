@@ -6,8 +6,7 @@ import colour
 import numpy as np
 import pytest
 
-from devices.colour.spaces import xyY_from_XYZ
-from devices.colour.white_points import WHITE_POINTS_XYZ, white_point
+from devices.colour import WHITE_POINTS_XYZ, white_point, xyY_from_XYZ
 from devices.errors import DeviceError
 
 

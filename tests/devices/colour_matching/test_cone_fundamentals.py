@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from devices.colour_matching import colorimetric_observer, cone_fundamentals
-from devices.colour_matching.cie_2006_xyz import xyz_from_lms
+from devices.colour_matching import colorimetric_observer, cone_fundamentals, xyz_from_lms
 
 # CIE 170-2:2015, Expressions for 2° and 10° (8 decimals).
 MATRIX_2 = [[1.94735469, -1.41445123, 0.36476327], [0.68990272, 0.34832189, 0.0], [0.0, 0.0, 1.93485343]]

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from devices.colour_matching import STANDARD_OBSERVERS, colorimetric_observer, mixed_observers
-from devices.colour_matching.observer_spec import ObserverSpec
+from devices.colour_matching import STANDARD_OBSERVERS, ObserverSpec, colorimetric_observer, mixed_observers
 from devices.errors import DeviceError
 from documents.yaml import Strict
 

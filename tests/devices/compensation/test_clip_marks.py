@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from devices.compensation.clipping import clip_marks
-from devices.display.model import DisplayModel
-from devices.display.tone_curve import ToneCurve
+from devices.compensation import clip_marks
+from devices.display import DisplayModel, ToneCurve
 
 
 def _model() -> DisplayModel:

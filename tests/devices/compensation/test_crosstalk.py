@@ -11,16 +11,22 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from devices.colour.ciede2000 import delta_e_2000
-from devices.colour.spaces import xyz_to_lab
-from devices.compensation.crosstalk import Crosstalk, check_leakage
-from devices.compensation.crosstalk_cancel import cancel_crosstalk, channel_crosstalk, needed_lift, seen_XYZ
-from devices.compensation.crosstalk_fit import CrosstalkReading, fit_crosstalk
-from devices.compensation.dither import dither_codes, dither_thresholds
-from devices.compensation.gain_map import GainMap, Normalise
-from devices.display.display_file import EYES, Eye, EyeModels, read_display
-from devices.display.model import DisplayModel
-from devices.display.tone_curve import ToneCurve
+from devices.colour import delta_e_2000, xyz_to_lab
+from devices.compensation import (
+    Crosstalk,
+    CrosstalkReading,
+    GainMap,
+    cancel_crosstalk,
+    channel_crosstalk,
+    dither_codes,
+    dither_thresholds,
+    fit_crosstalk,
+    needed_lift,
+)
+from devices.compensation.crosstalk import check_leakage
+from devices.compensation.crosstalk_cancel import seen_XYZ
+from devices.compensation.gain_map import Normalise
+from devices.display import EYES, DisplayModel, Eye, EyeModels, ToneCurve, read_display
 from devices.errors import DeviceError
 
 ASUS = Path(__file__).parents[3] / "configs/displays/asus_vg248qe.yaml"

@@ -11,21 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from devices.colour.ciede2000 import delta_e_2000
-from devices.colour.spaces import xyz_to_lab
-from devices.compensation.dither import (
-    adjacent_codes,
-    code_lights,
-    dither_codes,
-    dither_tables,
-    dither_thresholds,
-    mask_shifts_px,
-    tabled_dither_codes,
-)
-from devices.compensation.dither_mask import load_mask, main, make_mask
-from devices.display.display_file import read_display
-from devices.display.model import DisplayModel
-from devices.display.tone_curve import ToneCurve
+from devices.colour import delta_e_2000, xyz_to_lab
+from devices.compensation import code_lights, dither_codes, dither_thresholds, load_mask, mask_shifts_px
+from devices.compensation.dither import adjacent_codes, dither_tables, tabled_dither_codes
+from devices.compensation.dither_mask import main, make_mask
+from devices.display import DisplayModel, ToneCurve, read_display
 from devices.errors import DeviceError
 
 ASUS = Path(__file__).parents[3] / "configs/displays/asus_vg248qe.yaml"

@@ -13,18 +13,13 @@ from click.testing import CliRunner
 from numpy.typing import NDArray
 from PIL import Image
 
-from analysis.records.session_record import read_session, session_files
-from devices.colour.ciede2000 import delta_e_2000
-from devices.colour.spaces import xyz_to_lab
+from analysis.records import read_session, session_files
+from devices.colour import delta_e_2000, xyz_to_lab
 from devices.compensation.eye_costs import mixed_costs
-from devices.display.display_file import EyeModels
-from devices.display.model import DisplayModel
-from devices.display.tone_curve import ToneCurve
+from devices.display import DisplayModel, EyeModels, ToneCurve
 from runner.cli.main import group
-from runner.presenter.modes.options import ModeOptions
-from runner.presenter.modes.registry import find_mode
-from stimuli.pictures.exr_read import read_exr
-from stimuli.pictures.stereo_image import StereoImage
+from runner.presenter import ModeOptions, find_mode
+from stimuli.pictures import StereoImage, read_exr
 
 Study = Any  # tests/conftest.py
 Floats = NDArray[np.float64]
@@ -171,8 +166,8 @@ def test_preview_marks_what_is_clipped_of_the_one_picture(study: Study) -> None:
     output = study.folder / "preview"
     done = CliRunner().invoke(group, ["preview", str(study.experiment), "-o", str(output), "--clipping"])
     assert done.exit_code == 0, done.output
-    from devices.display.display_file import read_display
-    from runner.protocol.experiment import read_experiment
+    from devices.display import read_display
+    from runner.protocol import read_experiment
 
     design = read_experiment(study.experiment)
     pairs = design.blocks("01")[1]

@@ -10,8 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.compensation.gain_map import GainMap, Normalise, Positions
-from devices.display.display_file import read_display
+from devices.compensation import GainMap
+from devices.compensation.gain_map import Normalise, Positions
+from devices.display import read_display
 from devices.errors import DeviceError
 
 ASUS = Path(__file__).parents[3] / "configs/displays/asus_vg248qe.yaml"

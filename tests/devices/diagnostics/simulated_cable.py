@@ -15,13 +15,8 @@ from devices.diagnostics.content import black_with_picture, dynamic_contrast, pi
 from devices.diagnostics.diagnosis import Diagnosis
 from devices.diagnostics.mixing import added_channels, standard_primaries, white_segment
 from devices.diagnostics.signal_path import code_steps, frame_rate_control, last_codes, signal_range
-from devices.display.display_file import EyeModels
-from devices.display.model import DisplayModel
-from devices.display.plvc import MIXTURES, NODES, Plvc
-from devices.display.table_curve import TableCurve
-from devices.display.tone_curve import ToneCurve
-from devices.instruments import Showing
-from devices.instruments.simulated import Faults, Simulated, SimulatedDisplay
+from devices.display import MIXTURES, NODES, DisplayModel, EyeModels, Plvc, TableCurve, ToneCurve
+from devices.instruments import Faults, Showing, Simulated, SimulatedDisplay
 from devices.measurements import Measurements
 from devices.patches import Step, find_sets, steps
 

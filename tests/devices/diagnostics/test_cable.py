@@ -8,18 +8,15 @@ import numpy as np
 import pytest
 
 from devices.colour import rgb_to_xyz_matrix
+from devices.diagnostics import MeasuredSet, examine, plain
 from devices.diagnostics.channels import channel_constancy
 from devices.diagnostics.content import black_with_picture, dynamic_contrast, picture_level
 from devices.diagnostics.diagnosis import Diagnosis
-from devices.diagnostics.examination import examine
-from devices.diagnostics.measured_sets import MeasuredSet
 from devices.diagnostics.mixing import added_channels, standard_primaries, white_segment
-from devices.diagnostics.readings import plain
 from devices.diagnostics.signal_path import code_steps, frame_rate_control, last_codes, signal_range
-from devices.display.model import DisplayModel
-from devices.display.tone_curve import ToneCurve
+from devices.display import DisplayModel, ToneCurve
 from devices.errors import DeviceError
-from devices.instruments.simulated import Faults
+from devices.instruments import Faults
 from devices.measurements import Measurements
 from tests.devices.diagnostics.simulated import MODEL, characterisation, readings
 from tests.devices.diagnostics.simulated_cable import CHECKS, WIDE, clean, converted, faulty, narrow, read_cable

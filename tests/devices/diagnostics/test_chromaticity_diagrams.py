@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from devices.characterise import table_c1_codes, thesis_display
-from devices.diagnostics import MeasuredSet, Panel, examine
-from devices.diagnostics.chromaticity_diagrams import diagrams, locus_line, triangle, uv_from_xy
+from devices.diagnostics import MeasuredSet, Panel, examine, locus_line
+from devices.diagnostics.chromaticity_diagrams import diagrams, triangle, uv_from_xy
 from devices.diagnostics.colours import chromaticities, primary_colours
 from devices.diagnostics.gamut_and_model import gamut, gamut_change, gamuts
 from devices.diagnostics.readings import uv, xy

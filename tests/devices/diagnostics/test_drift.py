@@ -10,9 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.characterise import fit_display
-from devices.colour.ciede2000 import delta_e_2000
-from devices.colour.spaces import xyz_to_lab
-from devices.diagnostics.drift import estimate_drift
+from devices.colour import delta_e_2000, xyz_to_lab
+from devices.diagnostics import estimate_drift
 from devices.diagnostics.stability import drift
 from devices.diagnostics.time_trend import trend_in_time
 from devices.measurements import Measurements

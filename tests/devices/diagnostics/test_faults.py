@@ -18,8 +18,7 @@ from devices.diagnostics.observers_differ import observers_differ
 from devices.diagnostics.panel import angular_colour, angular_luminance, pixel_independence
 from devices.diagnostics.stability import drift, repeatability
 from devices.diagnostics.warm_up import warm_up
-from devices.display.model import DisplayModel
-from devices.display.tone_curve import ToneCurve
+from devices.display import DisplayModel, ToneCurve
 from devices.measurements import Measurements
 from tests.devices.diagnostics.simulated import MODEL, characterisation, one_patch, readings, spectra
 

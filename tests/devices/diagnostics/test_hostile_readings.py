@@ -10,10 +10,9 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from devices.diagnostics.examination import examine
-from devices.diagnostics.measured_sets import MeasuredSet
-from devices.display.display_file import EyeModels
-from devices.instruments.simulated import Faults
+from devices.diagnostics import MeasuredSet, examine
+from devices.display import EyeModels
+from devices.instruments import Faults
 from devices.measurements import Measurements, PatchEye
 from tests.devices.diagnostics.simulated import MODEL, characterisation
 from tests.devices.diagnostics.simulated_cable import CHECKS, read_cable

@@ -10,15 +10,12 @@ import numpy as np
 import pytest
 
 from devices.characterise.display_yaml import ambient_lines, model_lines
+from devices.diagnostics import MeasuredSet, examine, judge_display
 from devices.diagnostics.diagnosis import Diagnosis
-from devices.diagnostics.examination import examine, judge_display
 from devices.diagnostics.gamut_and_model import model_difference
 from devices.diagnostics.light_of_readings import in_light_of, light_through
-from devices.diagnostics.measured_sets import MeasuredSet
 from devices.diagnostics.room_light import room_lights
-from devices.display.display_file import EyeModels
-from devices.display.model import DisplayModel
-from devices.display.tone_curve import ToneCurve
+from devices.display import DisplayModel, EyeModels, ToneCurve
 from devices.measurements import Measurements, PatchEye, write_csv
 
 ROOM = np.array([0.55, 0.6, 0.5])

@@ -11,15 +11,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.compensation.crosstalk_fit import fit_crosstalk
+from devices.compensation import fit_crosstalk
+from devices.diagnostics import MeasuredSet, examine, plain
 from devices.diagnostics.colours import outside
-from devices.diagnostics.examination import examine
 from devices.diagnostics.eyewear import crosstalk, crosstalk_readings
-from devices.diagnostics.measured_sets import MeasuredSet
 from devices.diagnostics.panel import uniformity
-from devices.diagnostics.readings import plain, tag, tagged
+from devices.diagnostics.readings import tag, tagged
 from devices.diagnostics.settling import settle
-from devices.display.display_file import EyeModels, read_display
+from devices.display import EyeModels, read_display
 from devices.errors import DeviceError
 from devices.measurements import Measurements, PatchEye, read_csv
 from tests.devices.diagnostics.simulated import MODEL, characterisation, readings

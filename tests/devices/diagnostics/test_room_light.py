@@ -9,11 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from devices.characterise.display_fit import fit_display
+from devices.characterise import fit_display
 from devices.diagnostics.room_light import room_light, room_lights, without_room
-from devices.display import PanelSpec, read_display
-from devices.display.model import DisplayModel
-from devices.display.tone_curve import ToneCurve
+from devices.display import DisplayModel, PanelSpec, ToneCurve, read_display
 from devices.errors import DeviceError
 from devices.measurements import Measurements
 from devices.patches import PatchEye, find_patches

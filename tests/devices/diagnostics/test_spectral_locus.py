@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from devices.diagnostics.chromaticity_diagrams import LOCUS, locus_line
+from devices.diagnostics import locus_line
+from devices.diagnostics.chromaticity_diagrams import LOCUS
 from devices.diagnostics.colours import chromaticities, outside
 from devices.diagnostics.readings import xy
 from devices.measurements.spectra import matching_functions

@@ -9,15 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.compensation.crosstalk import Crosstalk
-from devices.compensation.crosstalk_cancel import cancel_crosstalk, seen_XYZ
-from devices.compensation.gain_map import GainMap
-from devices.display.display_file import EyeModels, read_display
-from devices.display.model import DisplayModel
-from devices.display.plvc import Plvc
-from devices.display.rig_file import read_rig
-from devices.display.table_curve import TableCurve
-from devices.display.tone_curve import ToneCurve
+from devices.compensation import Crosstalk, GainMap, cancel_crosstalk
+from devices.compensation.crosstalk_cancel import seen_XYZ
+from devices.display import DisplayModel, EyeModels, Plvc, TableCurve, ToneCurve, read_display, read_rig
 from devices.errors import DeviceError
 from documents import InputError
 

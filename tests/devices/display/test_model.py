@@ -7,10 +7,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from devices.display.display_file import read_display
-from devices.display.model import DisplayModel
-from devices.display.rig_file import read_rig
-from devices.display.tone_curve import ToneCurve
+from devices.display import DisplayModel, ToneCurve, read_display, read_rig
 from devices.errors import DeviceError
 from documents import InputError
 

@@ -11,9 +11,7 @@ import pytest
 import yaml
 
 from devices.characterise.display_yaml import model_lines
-from devices.display.display_file import read_display
-from devices.display.plvc import Plvc
-from devices.display.table_curve import TableCurve
+from devices.display import Plvc, TableCurve, read_display
 from documents import InputError
 
 PANEL = "schema_version: 1\npanel: {resolution_px: [1920, 1080], pixel_pitch_mm: 0.25}\nmodes:\n"

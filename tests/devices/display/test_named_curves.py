@@ -9,10 +9,7 @@ import numpy as np
 import pytest
 
 from devices.characterise.display_yaml import model_lines
-from devices.display.display_file import read_display
-from devices.display.model import DisplayModel
-from devices.display.srgb_curve import SrgbCurve
-from devices.display.tone_curve import ToneCurve, bt1886_curve
+from devices.display import DisplayModel, SrgbCurve, ToneCurve, bt1886_curve, read_display
 from devices.errors import DeviceError
 from documents import InputError
 

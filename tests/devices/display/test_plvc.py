@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy.optimize import fsolve
 
 from devices.compensation.clipping import clip_cost
-from devices.display.plvc import CROSS, NODES, PAIRS, Plvc
-from devices.display.table_curve import TableCurve
+from devices.display import NODES, Plvc, TableCurve
+from devices.display.plvc import CROSS, PAIRS
 from devices.errors import DeviceError
 
 PRIMARIES = np.array([[40.0, 35, 18], [20, 70, 7], [2, 11, 95]])

@@ -10,10 +10,9 @@ import yaml
 from numpy.typing import NDArray
 
 from devices.characterise.display_yaml import model_lines
+from devices.display import Plvc, Residual, TableCurve, kernels_at_black
 from devices.display.model_spec import ModelSpec
-from devices.display.plvc import Plvc
-from devices.display.residual import MOST_KNOTS, Residual, kernels, kernels_and_slopes, kernels_at_black, place_of
-from devices.display.table_curve import TableCurve
+from devices.display.residual import MOST_KNOTS, kernels, kernels_and_slopes, place_of
 from devices.errors import DeviceError
 
 Floats = NDArray[np.float64]

@@ -9,10 +9,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
+from devices.display import DisplayModel, TableCurve, read_display
 from devices.display.code_table import code_tables, table_codes
-from devices.display.display_file import read_display
-from devices.display.model import DisplayModel
-from devices.display.table_curve import TableCurve
 from devices.errors import DeviceError
 
 Floats = NDArray[np.float64]

@@ -8,8 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from devices.display.rig_file import read_rig
-from devices.display.verification_file import Verification, read_verification
+from devices.display import Verification, read_rig, read_verification
 from devices.errors import DeviceError
 from documents import InputError
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.display.viewing import (
+from devices.display import (
     disparity_arcmin,
     minimum_resolution,
     mm_from_px,

@@ -10,10 +10,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from devices.instruments import cs2000, photo_research
+from devices.instruments import Instrument, InstrumentError, Showing, cs2000, photo_research
 from devices.instruments.cs2000 import CS2000
-from devices.instruments.errors import InstrumentError, TimedOutError
-from devices.instruments.instrument import Instrument, Showing
+from devices.instruments.errors import TimedOutError
 from devices.instruments.photo_research import PhotoResearch
 
 SHOWING = Showing("white", (1.0, 1.0, 1.0), 0)

@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
+from devices.instruments import GarbledError, LostError, RangeError, Showing
 from devices.instruments.cs2000 import CS2000
-from devices.instruments.errors import GarbledError, LostError, RangeError, TimedOutError
-from devices.instruments.instrument import Showing
+from devices.instruments.errors import TimedOutError
 
 HANG_UP = b"<the cable is pulled>"
 SHOWING = Showing("white", (1.0, 1.0, 1.0), 0)

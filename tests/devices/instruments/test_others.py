@@ -7,13 +7,22 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from devices.display.model import DisplayModel
-from devices.display.tone_curve import ToneCurve
+from devices.display import DisplayModel, ToneCurve
 from devices.errors import DeviceError
-from devices.instruments import INSTRUMENTS, Reading, Showing, open_instrument
-from devices.instruments.errors import GarbledError, LostError, RangeError
-from devices.instruments.open import Manual, Wiring
-from devices.instruments.simulated import Faults, Simulated, simulated_XYZ
+from devices.instruments import (
+    INSTRUMENTS,
+    Faults,
+    GarbledError,
+    LostError,
+    RangeError,
+    Reading,
+    Showing,
+    Simulated,
+    Wiring,
+    open_instrument,
+)
+from devices.instruments.open import Manual
+from devices.instruments.simulated import simulated_XYZ
 
 PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
 CURVE = ToneCurve(1.0, 0.0, 2.2)

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from devices.instruments.errors import GarbledError, LostError, RangeError, TimedOutError
-from devices.instruments.instrument import Showing
+from devices.instruments import GarbledError, LostError, RangeError, Showing
+from devices.instruments.errors import TimedOutError
 from devices.instruments.photo_research import PhotoResearch
 
 HANG_UP = b"<the cable is pulled>"

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from devices.instruments.errors import GarbledError, LostError, RangeError, TimedOutError
-from devices.instruments.instrument import Showing
+from devices.instruments import GarbledError, LostError, RangeError, Showing
+from devices.instruments.errors import TimedOutError
 from devices.instruments.spotread import Spotread
 
 SHOWING = Showing("white", (1.0, 1.0, 1.0), 0)

@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 
 from devices.errors import DeviceError
-from devices.measurements import Measurements
+from devices.measurements import Measurements, read_measurements, xyz_from_spectra
 from devices.measurements.psychtoolbox import read_psychtoolbox
-from devices.measurements.read import read_measurements
-from devices.measurements.spectra import xyz_from_spectra
 from devices.measurements.ti3 import format_ti3, parse_ti3, write_ti3
 
 TABLE = Measurements(

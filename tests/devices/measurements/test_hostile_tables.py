@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from devices.errors import DeviceError
+from devices.measurements import read_measurements
 from devices.measurements.cgats import MOST_FIELDS
-from devices.measurements.read import read_measurements
 
 TABLE = "CTI3\nBEGIN_DATA_FORMAT\n{}\nEND_DATA_FORMAT\nBEGIN_DATA\n{}\nEND_DATA\n"
 FIELDS = "SAMPLE_ID RGB_R RGB_G RGB_B XYZ_X XYZ_Y XYZ_Z"

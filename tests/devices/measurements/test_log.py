@@ -14,9 +14,8 @@ from hypothesis import strategies as st
 
 from devices.errors import MeasuringError
 from devices.instruments import Reading
-from devices.measurements import read_csv
-from devices.measurements.log import MeasurementLog, read_session, step_facts
-from devices.measurements.read import measurements_of, write_measurements
+from devices.measurements import MeasurementLog, read_csv, read_session, step_facts, write_measurements
+from devices.measurements.read import measurements_of
 from devices.patches import find_patches, steps
 
 STEPS = steps(find_patches("grey"), 1)

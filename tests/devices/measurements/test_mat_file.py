@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from devices.measurements.mat_file import MatFileError, read_mat
+from devices.measurements import MatFileError, read_mat
 from tests.stress.foreign_formats import FORMATS
 
 RNG = np.random.default_rng(1)

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from devices.characterise.display_fit import fit_display
-from devices.diagnostics.readings import by_code, plain
+from devices.characterise import fit_display
+from devices.diagnostics import plain
+from devices.diagnostics.readings import by_code
 from devices.errors import DeviceError
 from devices.instruments import Reading
 from devices.measurements import MeasurementLog, Measurements, read_csv, read_measurements, step_facts, write_csv

@@ -11,9 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from devices.errors import DeviceError
-from devices.measurements import Measurements
-from devices.measurements.read import read_measurements
-from devices.measurements.spectra import xyz_from_spectra
+from devices.measurements import Measurements, read_measurements, xyz_from_spectra
 from devices.measurements.ti3 import format_ti3, parse_ti3, write_ti3
 from documents import Finding
 

@@ -9,14 +9,12 @@ import numpy as np
 import pytest
 
 from devices.characterise import fit_display, table_c1_codes, thesis_display
-from devices.colour.ciede2000 import delta_e_2000
-from devices.colour.spaces import xyz_to_lab
+from devices.colour import delta_e_2000, xyz_to_lab
 from devices.diagnostics import read_sets
 from devices.display import convert_colours
 from devices.errors import DeviceError
-from devices.measurements import CIE_1931_2, OBSERVERS, Measurements, read_measurements, write_csv
+from devices.measurements import CIE_1931_2, OBSERVERS, Measurements, read_measurements, write_csv, xyz_from_spectra
 from devices.measurements.observer import observer_name
-from devices.measurements.spectra import xyz_from_spectra
 from devices.measurements.table import joined
 from devices.measurements.ti3 import format_ti3, parse_ti3, write_ti3
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from devices.display.display_file import EyeModels
-from devices.instruments import Showing
-from devices.instruments.simulated import Faults, Simulated, SimulatedDisplay
+from devices.display import EyeModels
+from devices.instruments import Faults, Showing, Simulated, SimulatedDisplay
 from devices.measurements import Measurements
 from devices.patches import PatchEye, find_sets, steps
 from tests.devices.diagnostics.simulated import MODEL

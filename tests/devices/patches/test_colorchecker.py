@@ -7,10 +7,9 @@ import warnings
 import numpy as np
 import pytest
 
-from devices.colour.spaces import XYZ_from_xyY, xyY_from_XYZ
-from devices.display.model import DisplayModel
-from devices.display.tone_curve import ToneCurve
-from devices.patches.colorchecker import asked_of, colorchecker_xyY
+from devices.colour import XYZ_from_xyY, xyY_from_XYZ
+from devices.display import DisplayModel, ToneCurve
+from devices.patches import asked_of, colorchecker_xyY
 
 SRGB = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]) * 100.0
 NARROW = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])

@@ -8,12 +8,11 @@ import re
 import numpy as np
 import pytest
 
+from devices.diagnostics import MeasuredSet, examine
 from devices.diagnostics.diagnosis import Diagnosis
-from devices.diagnostics.examination import examine
-from devices.diagnostics.measured_sets import MeasuredSet
 from devices.diagnostics.room_light import room_lights
 from devices.errors import DeviceError
-from devices.instruments.simulated import Faults
+from devices.instruments import Faults
 from devices.measurements import Measurements
 from devices.patches import Arrangement, Patch, PatchEye, Place, find_sets, steps
 from devices.patches.sets import DIAGNOSTIC
@@ -87,7 +86,7 @@ def test_the_room_s_light_is_read_with_the_display_switched_off() -> None:
 
 def test_a_set_leaves_the_plain_readings_alone() -> None:
     """What is read for a diagnosis never looks like a reading of the display as it is characterised."""
-    from devices.diagnostics.readings import plain
+    from devices.diagnostics import plain
 
     told = ("crosstalk", "uniformity", "on-white", "warm-up", "angles")
     assert len(plain(read_sets(told, Faults()))) == 0

@@ -6,8 +6,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from devices.colour import rgb_to_xyz_matrix
-from devices.display import DisplayModel, Plvc, TableCurve, ToneCurve
-from devices.display.tone_curve import Curve
+from devices.display import Curve, DisplayModel, Plvc, TableCurve, ToneCurve
 
 STEPS = tuple(np.linspace(0, 1, 18).tolist())
 

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from devices.colour import delta_e_2000, xyz_to_lab
-from devices.display import TableCurve, ToneCurve
-from devices.display.srgb_curve import SrgbCurve
+from devices.display import SrgbCurve, TableCurve, ToneCurve
 from devices.errors import DeviceError
 from devices.profiles import ProfileModel, model_of_profile, profile_of_model, read_profile
 from devices.profiles.curves import SampledCurve

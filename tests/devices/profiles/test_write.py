@@ -13,11 +13,10 @@ from hypothesis import given, settings
 
 from devices.characterise import thesis_display
 from devices.colour import delta_e_2000, xyz_to_lab
-from devices.display import DisplayModel, GammaTable, Plvc, TableCurve, ToneCurve
-from devices.display.residual import Residual
+from devices.display import DisplayModel, GammaTable, Plvc, Residual, TableCurve, ToneCurve
 from devices.errors import DeviceError
-from devices.profiles import WrittenProfile, model_of_profile, profile_of_model, read_profile, write_profile
-from devices.profiles.profile import Profile, profile_of
+from devices.profiles import Profile, WrittenProfile, model_of_profile, profile_of_model, read_profile, write_profile
+from devices.profiles.profile import profile_of
 from devices.profiles.tag_table import parse_profile_file
 from tests.devices.profiles.little_cms import through
 from tests.devices.profiles.random_displays import displays, plvc_display

@@ -12,8 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from documents.files.atomic import whole_file, whole_folder, write_whole
-from documents.files.room import unwritable
+from documents.files import unwritable, whole_file, whole_folder, write_whole
 
 
 def test_a_file_is_written_with_its_folder_and_nothing_beside_it(tmp_path: Path) -> None:

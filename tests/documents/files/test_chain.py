@@ -13,9 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from documents.files.chain import LogState
-from documents.files.durable_log import DurableLog
-from documents.files.json_lines import DamagedLineError, read_lines
+from documents.files import DamagedLineError, DurableLog, LogState, read_lines
 
 TRIALS = 8
 Row = dict[str, object]

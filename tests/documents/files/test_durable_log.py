@@ -13,10 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from documents.files.chain import LogState
-from documents.files.durable_log import DurableLog
-from documents.files.json_lines import DamagedLineError, read_lines
-from documents.files.owned_lock import LogInUseError
+from documents.files import DamagedLineError, DurableLog, LogInUseError, LogState, read_lines
 
 
 @dataclass(frozen=True)

@@ -19,11 +19,8 @@ from devices.measurements import read_measurements
 from devices.profiles import read_profile
 from documents import InputError, read_yaml
 from documents.files import DurableLog, system_fault, unwritable
-from stimuli.pictures import picture_input, read_picture
+from stimuli.pictures import StereoImage, picture_input, read_exr, read_picture, write_exr
 from stimuli.pictures.coded import read_coded
-from stimuli.pictures.exr_read import read_exr
-from stimuli.pictures.exr_write import write_exr
-from stimuli.pictures.stereo_image import StereoImage
 
 CODES = ("EMFILE", "ENFILE", "ENOMEM", "EIO", "EROFS", "ENOSPC", "EDQUOT", "EFBIG", "EOVERFLOW")
 

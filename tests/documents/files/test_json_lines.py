@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from documents.files.chain import EMPTY, ChainReader, sealed
+from documents.files import ChainReader
+from documents.files.chain import EMPTY, sealed
 from documents.files.json_lines import parsed
 
 NUMBERS = st.floats() | st.integers() | st.integers(min_value=-(10**30), max_value=10**30)

@@ -12,10 +12,8 @@ from typing import Any
 
 import pytest
 
+from documents.files import CopyCheck, DurableLog, LogDisturbedError, Mirror, compare_copy
 from documents.files import mirror as module
-from documents.files.durable_log import DurableLog
-from documents.files.log_rescue import LogDisturbedError
-from documents.files.mirror import CopyCheck, Mirror, compare_copy
 
 LINES = 30
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from documents.files.paths import beside, tidy
+from documents.files import beside, tidy
 
 
 @pytest.fixture

@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 
-from analysis.comparisons.table import read_table
-from devices.camera.correspondence_file import read_correspondences, read_reference
+from analysis.comparisons import read_table
+from devices.camera import read_correspondences, read_reference
 from devices.display.colour_table import read_colours
-from devices.measurements.read import read_measurements
+from devices.measurements import read_measurements
 from devices.patches.patch_file import read_patches
 from documents import Finding, InputError
-from documents.files.tables import other_separator
+from documents.files import other_separator
 from stimuli.spectral.curves import read_illuminant
 
 MEASURED = "name;red;green;blue;X;Y;Z\na;0;0;255;1,5;2;3\nb;0;0;0;0;0;0\n"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from documents.text.json_values import json_fields
+from documents.text import json_fields
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from documents.text.words import counted, did_you_mean, nearest
+from documents.text import counted, did_you_mean, nearest
 
 
 @pytest.mark.parametrize(

@@ -9,16 +9,14 @@ from typing import Annotated, Any, Literal
 import pytest
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, RootModel
 
-from devices.camera.camera_file import read_camera
-from devices.display.display_file import read_display
-from devices.display.rig_file import read_rig
-from devices.display.verification_file import read_verification
+from devices.camera import read_camera
+from devices.display import read_display, read_rig, read_verification
 from documents import InputError, load_document
-from documents.yaml.load import KIND_BY_KEY, OneOf, Strict
+from documents.yaml import KIND_BY_KEY, OneOf, Strict
 from runner.check.files import _CHECKS
-from runner.protocol.experiment import read_experiment
-from stimuli.comparison.regions_file import read_regions
-from stimuli.recipes.recipe import read_recipe
+from runner.protocol import read_experiment
+from stimuli.comparison import read_regions
+from stimuli.recipes import read_recipe
 
 
 class _Text(BaseModel):

@@ -12,9 +12,8 @@ import pytest
 import yaml
 
 from documents import InputError
-from documents.yaml import loaders, source
+from documents.yaml import loaders, parse_yaml, source
 from documents.yaml.loaders import Loader, QuickLoader, can_be_quick
-from documents.yaml.source import parse_yaml
 
 ROOT = Path(__file__).parents[3]
 SHIPPED = sorted([*ROOT.glob("experiments/**/*.yaml"), *ROOT.glob("configs/**/*.yaml")])

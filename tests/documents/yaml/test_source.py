@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from documents import InputError
-from documents.yaml.source import parse_yaml, read_yaml
+from documents.yaml import parse_yaml, read_yaml
 
 
 @pytest.mark.parametrize(
