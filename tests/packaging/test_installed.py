@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from analysis.records.session_record import read_session, session_files
+from analysis.records import read_session, session_files
 from runner.protocol import shipped_experiments
 from tests.runner.studies.drawn_pictures import draw_flat
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from analysis.comparisons import read_table
-from analysis.records.session_record import read_session, session_files
-from devices.camera.correspondence_file import read_correspondences, read_reference
+from analysis.records import read_session, session_files
+from devices.camera import read_correspondences, read_reference
 from devices.measurements import Measurements, read_measurements, write_csv
 from devices.measurements.ti3 import write_ti3
 from devices.patches.patch_file import read_patches

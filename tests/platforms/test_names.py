@@ -9,7 +9,7 @@ import pytest
 
 from documents import InputError
 from documents.files import looked_for, no_file_name, with_slashes
-from documents.yaml.source import parse_yaml
+from documents.yaml import parse_yaml
 from runner.protocol import read_experiment
 from runner.session.folders import observer_folder
 from stimuli.recipes import read_recipe

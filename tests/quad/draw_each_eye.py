@@ -15,15 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.lib.npyio import NpzFile
 
-from devices.display.display_file import EyeModels
-from devices.display.model import DisplayModel
-from devices.display.tone_curve import ToneCurve
-from runner.presenter.modes.options import ModeOptions
-from runner.presenter.modes.registry import find_mode
-from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Picture, Scene, Text
-from runner.presenter.surfaces.surface import open_surface
-from stimuli.pictures.stereo_image import StereoImage
+from devices.display import DisplayModel, EyeModels, ToneCurve
+from runner.presenter import ModeOptions, Picture, Presenter, Scene, Text, find_mode, open_surface
+from stimuli.pictures import StereoImage
 
 
 def read_model(given: NpzFile, eye: str) -> DisplayModel:

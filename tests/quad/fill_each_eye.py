@@ -8,8 +8,7 @@ import json
 import numpy as np
 
 from runner.measuring.code_screen import CodeScreen, EyeCodes
-from runner.presenter.modes.registry import find_mode
-from runner.presenter.surfaces.surface import open_surface
+from runner.presenter import find_mode, open_surface
 
 CODES = ((0, 0, 0), (1, 128, 254), (255, 255, 255), (77, 3, 200))
 

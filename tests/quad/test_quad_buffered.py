@@ -14,12 +14,8 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from devices.display.display_file import read_display
-from devices.display.model import DisplayModel
-from devices.display.tone_curve import ToneCurve
-from stimuli.pictures.exr_read import read_exr
-from stimuli.pictures.exr_write import write_exr
-from stimuli.pictures.stereo_image import StereoImage
+from devices.display import DisplayModel, ToneCurve, read_display
+from stimuli.pictures import StereoImage, read_exr, write_exr
 
 ROOT = Path(__file__).parents[2]
 ASUS = ROOT / "configs/displays/asus_vg248qe.yaml"

@@ -13,15 +13,14 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from devices.display.viewing import disparity_arcmin
-from stimuli.align.disparity import Viewing, measure_disparity
+from devices.display import disparity_arcmin
+from stimuli.align import Viewing, align_pair, register
+from stimuli.align.disparity import measure_disparity
 from stimuli.align.interpolate import Interpolation, cut, sampled, transfer, weights
-from stimuli.align.pair import align_pair
 from stimuli.align.phase import correlation, find_peak, hann
-from stimuli.align.registration import register
 from stimuli.errors import StimulusError
-from stimuli.pictures.stereo_image import StereoImage
-from stimuli.recipes.recipe import read_recipe
+from stimuli.pictures import StereoImage
+from stimuli.recipes import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
 from stimuli.sparkle.studio import Studio
 

@@ -8,15 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from devices.display.viewing import visual_angle_deg
-from stimuli.align.disparity import Viewing
-from stimuli.align.homography import homography_from_points, mapped
-from stimuli.align.pair import align_pair
-from stimuli.align.registration import register
-from stimuli.align.toe_in import focal_px, keystone, rectify_toe_in, toe_in_homography
-from stimuli.align.warping import warp
+from devices.display import visual_angle_deg
+from stimuli.align import Viewing, align_pair, focal_px, homography_from_points, rectify_toe_in, register, warp
+from stimuli.align.homography import mapped
+from stimuli.align.toe_in import keystone, toe_in_homography
 from stimuli.errors import StimulusError
-from stimuli.pictures.stereo_image import Eye
+from stimuli.pictures import Eye
 from tests.compiled_loops import not_in_numpy
 
 Floats = NDArray[np.float64]

@@ -12,10 +12,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from stimuli.align import align_pair, straighten
 from stimuli.align.disparity import measure_disparity
-from stimuli.align.pair import align_pair
 from stimuli.align.roll_scale import fit_roll_scale
-from stimuli.align.straightening import straighten
 from stimuli.errors import StimulusError
 
 Floats = NDArray[np.float64]

@@ -16,16 +16,15 @@ from devices.colour import ciede2000, delta_e_2000, delta_e_2000_of_xyz, delta_e
 from devices.compensation import clipping, eye_clip_costs
 from devices.display import DisplayModel, EyeModels, ToneCurve
 from documents import at_most_threads
-from runner.presenter.modes.options import ModeOptions
-from runner.presenter.modes.registry import find_mode
+from runner.presenter import ModeOptions, find_mode
 from stimuli.develop import demosaic
 from stimuli.develop.demosaic import Mosaic
 from stimuli.measures import SeenPicture, difference_map
 from stimuli.pictures import rows
 from stimuli.pictures.resampling import axis_weights, resample
-from stimuli.recipes.recipe import read_recipe
+from stimuli.recipes import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
-from stimuli.sparkle.flakes import scatter_flakes
+from stimuli.sparkle import scatter_flakes
 from stimuli.sparkle.studio import sparkle_map
 from tests.compiled_loops import compiled_if_there
 

@@ -13,13 +13,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from devices.colour.spaces import rgb_to_xyz_matrix
+from devices.colour import rgb_to_xyz_matrix
 from stimuli.errors import StimulusError
+from stimuli.pictures import StereoImage, XYZImage, read_exr, write_exr
 from stimuli.pictures.exr_header import REC709
-from stimuli.pictures.exr_read import read_exr, read_exr_counted
+from stimuli.pictures.exr_read import read_exr_counted
 from stimuli.pictures.exr_views import read_views
-from stimuli.pictures.exr_write import write_exr
-from stimuli.pictures.stereo_image import StereoImage, XYZImage
 
 SHARED = Path(__file__).parents[2] / ".." / "shared" / "data" / "stereo"
 XYZ = (1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1 / 3, 1 / 3)

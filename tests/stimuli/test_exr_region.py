@@ -11,11 +11,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from stimuli.errors import StimulusError
-from stimuli.pictures.exr_read import read_exr
+from stimuli.pictures import Region, StereoImage, read_exr, write_exr
 from stimuli.pictures.exr_views import read_views
-from stimuli.pictures.exr_write import write_exr
-from stimuli.pictures.region import Region
-from stimuli.pictures.stereo_image import StereoImage
 
 
 def write(

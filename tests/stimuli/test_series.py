@@ -16,13 +16,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import stimuli.sparkle.studio
-from devices.colour.spaces import xyz_to_lab
+from devices.colour import xyz_to_lab
 from documents import InputError
-from stimuli.build.recipe_to_set import build_set
+from stimuli.build import build_set
 from stimuli.errors import StimulusError
 from stimuli.pictures import StereoImage
+from stimuli.recipes import Recipe, read_recipe
 from stimuli.recipes.build_context import BuildContext, MadePicture
-from stimuli.recipes.recipe import Recipe, read_recipe
 from stimuli.recipes.sparkle_series import SparkleSeriesRecipe, plate_seed
 from stimuli.recipes.values import SeriesSpec
 from stimuli.sparkle.studio import Studio

@@ -11,16 +11,17 @@ from numpy.typing import NDArray
 from scipy.special import erf
 from scipy.stats import norm
 
-from devices.colour.spaces import XYZ_from_xyY
-from devices.display.display_file import read_display
-from stimuli.recipes.recipe import read_recipe
+from devices.colour import XYZ_from_xyY
+from devices.display import read_display
+from stimuli.recipes import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
+from stimuli.sparkle import plate_light, scatter_flakes
 from stimuli.sparkle.camera import expose, sensor_of, splat
-from stimuli.sparkle.flakes import Flakes, scatter_flakes
+from stimuli.sparkle.flakes import Flakes
 from stimuli.sparkle.light import Colour, Light, Term
 from stimuli.sparkle.optics import Sparkles, half_way, lobe_sd, refract, shade, transmittance, view_directions
 from stimuli.sparkle.scene import Camera, Lamp, Plate
-from stimuli.sparkle.studio import photograph, plate_light, sparkle_map
+from stimuli.sparkle.studio import photograph, sparkle_map
 
 ROOT = Path(__file__).parents[2]
 NONE = np.zeros(0, np.int64)

@@ -10,14 +10,15 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from stimuli.recipes.recipe import read_recipe
+from stimuli.recipes import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
+from stimuli.sparkle import plate_light, scatter_flakes
 from stimuli.sparkle.cull import LEAST_LOBE_SHARE, Tiles, lit, slope_circles, that_matter, tiles_of, whole
-from stimuli.sparkle.flakes import Flakes, scatter_flakes
+from stimuli.sparkle.flakes import Flakes
 from stimuli.sparkle.lamplight import illuminance_lx, lamp_directions, most_illuminance_lx
 from stimuli.sparkle.optics import half_way, refract, shade, view_directions
 from stimuli.sparkle.scene import Camera, Lamp, Plate
-from stimuli.sparkle.studio import photograph, plate_light, sparkle_map
+from stimuli.sparkle.studio import photograph, sparkle_map
 
 ROOT = Path(__file__).parents[2]
 RECIPE, _ = read_recipe(ROOT / "configs" / "stimuli" / "manitoba_gray.yaml")

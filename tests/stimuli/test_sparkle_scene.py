@@ -13,18 +13,19 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from scipy.special import j1
 
-from devices.measurements.spectra import xyz_from_spectra
+from devices.measurements import xyz_from_spectra
 from documents import InputError
 from stimuli.errors import StimulusError
-from stimuli.recipes.recipe import read_recipe
+from stimuli.recipes import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
+from stimuli.sparkle import plate_light, scatter_flakes, wavelengths_nm
 from stimuli.sparkle.camera import eye_mtf, through_the_eye
-from stimuli.sparkle.flakes import Flakes, scatter_flakes
+from stimuli.sparkle.flakes import Flakes
 from stimuli.sparkle.lamplight import angular_radius, illuminance_lx, lamp_directions
-from stimuli.sparkle.light import flop_luminance, gathered, matt_luminance, planck, wavelengths_nm
+from stimuli.sparkle.light import flop_luminance, gathered, matt_luminance, planck
 from stimuli.sparkle.optics import DIFFRACTION_SD, half_way, lobe_sd, mirror, refract, shade, view_directions
 from stimuli.sparkle.scene import Clusters, Lamp, Noise, Plate
-from stimuli.sparkle.studio import Studio, photograph, plate_light
+from stimuli.sparkle.studio import Studio, photograph
 
 ROOT = Path(__file__).parents[2]
 CABIN = ROOT / "configs" / "stimuli" / "solux_cabin.yaml"

@@ -18,7 +18,7 @@ from documents import InputError
 from stimuli.bracket import BracketOptions, BracketReport, NoiseModel, bracket_photographs
 from stimuli.develop import DevelopOptions
 from stimuli.develop.read import read_camera_image
-from stimuli.pictures.exr_read import read_exr
+from stimuli.pictures import read_exr
 from stimuli.pictures.rows import RowFile
 from tests.stimuli.bracket.sensor import BLACK, FULL_E, READ_E, SPAN, TIMES, WHITE, bracket, codes, record, scene
 from tests.stimuli.develop.dng import camera_tags, exposure_tags, save_dng, save_linear_dng

@@ -9,8 +9,8 @@ import pytest
 from scipy.optimize import brentq
 from scipy.stats import norm
 
-from stimuli.bracket.merge import merge_exposures
-from stimuli.bracket.noise import NoiseModel, estimate_noise
+from stimuli.bracket import NoiseModel, merge_exposures
+from stimuli.bracket.noise import estimate_noise
 from stimuli.errors import StimulusError
 from tests.stimuli.bracket.sensor import FULL_E, READ_E, record
 

@@ -16,11 +16,9 @@ import yaml
 
 import stimuli.build.recipe_to_set
 from documents import InputError
-from stimuli.build.cache import cache_folder
-from stimuli.build.recipe_to_set import build_set
+from stimuli.build import build_set, cache_folder
 from stimuli.errors import StimulusError
-from stimuli.pictures.exr_write import write_exr
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage, write_exr
 
 PLATE: dict[str, Any] = {
     "schema_version": 1,

@@ -13,13 +13,11 @@ import stimuli.build.stimulus_set
 import stimuli.pictures.exr_write
 from devices.display import read_rig
 from documents import counted_work
-from stimuli.build.recipe_to_set import build_set
+from stimuli.build import StimulusSet, build_set
 from stimuli.build.report import saturated_percent
-from stimuli.build.stimulus_set import StimulusSet
 from stimuli.luminance.saturation import measure_saturation
-from stimuli.pictures.exr_write import write_exr
-from stimuli.pictures.stereo_image import StereoImage
-from stimuli.recipes.build_context import DisplaySetup
+from stimuli.pictures import StereoImage, write_exr
+from stimuli.recipes import DisplaySetup
 
 ROOT = Path(__file__).parents[3]
 SETUP = DisplaySetup.of(read_rig(ROOT / "configs/rigs/asus_vg248qe_3dvision.yaml"))

@@ -8,10 +8,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from devices.camera.correspondence_file import ReferenceColours
-from devices.camera.fit import fit_camera
-from devices.chart.layout import COLORCHECKER, patch_quadrangles
-from devices.chart.way_round import WAYS
+from devices.camera import ReferenceColours, fit_camera
+from devices.chart import COLORCHECKER, WAYS, patch_quadrangles
 from devices.errors import DeviceError
 from stimuli.chart.camera_fit import read_chart
 from stimuli.chart.find import find_corners

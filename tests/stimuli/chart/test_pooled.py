@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from devices.camera import Correspondences, Exposure, ReferenceColours, fit_camera
 from devices.errors import DeviceError
-from stimuli.chart.camera_fit import fit_camera_to_chart
+from stimuli.chart import fit_camera_to_chart
 from stimuli.chart.pooled import ChartShot, pool_shots
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.linear_files import write_camera_exr

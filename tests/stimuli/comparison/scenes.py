@@ -13,11 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from devices.chart.layout import COLORCHECKER, perspective, project
-from devices.colour.spaces import XYZ_from_xyY
-from devices.patches.colorchecker import colorchecker_xyY
-from stimuli.pictures.exr_write import write_exr
-from stimuli.pictures.stereo_image import StereoImage
+from devices.chart import COLORCHECKER, perspective, project
+from devices.colour import XYZ_from_xyY
+from devices.patches import colorchecker_xyY
+from stimuli.pictures import StereoImage, write_exr
 
 Floats32 = NDArray[np.float32]
 Cyclopean = Callable[..., CompletedProcess[str]]

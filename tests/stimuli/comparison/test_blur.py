@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from stimuli.comparison.compare import compare_pictures
+from stimuli.comparison import CompareOptions, Comparison, compare_pictures
 from stimuli.comparison.registering import align
-from stimuli.comparison.results import CompareOptions, Comparison
 from stimuli.comparison.sharpness import blur_between
 from stimuli.comparison.sparkles import SparkleArea
 from stimuli.measures import ViewingConditions

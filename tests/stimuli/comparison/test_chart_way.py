@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.chart.way_round import WAYS
+from devices.chart import WAYS
+from stimuli.comparison import place_regions
 from stimuli.comparison.by_region import check_charts
-from stimuli.comparison.regions import Chart, place_regions
+from stimuli.comparison.regions import Chart
 from stimuli.comparison.regions_file import RegionsFile
 from stimuli.errors import StimulusError
 from stimuli.pictures import rows

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.colour.ciede2000 import delta_e_2000
-from devices.colour.spaces import xyz_to_lab
+from devices.colour import delta_e_2000, xyz_to_lab
 from runner.reports.comparison.figures import histogram_figure, map_figure, profile, profile_figure
-from stimuli.comparison.by_pixel import histogram, overview, summarise
+from stimuli.comparison import summarise
+from stimuli.comparison.by_pixel import histogram, overview
 from stimuli.errors import StimulusError
 from stimuli.measures import difference_map, reduced
 from stimuli.pictures import rows

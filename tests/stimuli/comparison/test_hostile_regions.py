@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 
 from documents import InputError
+from stimuli.comparison import place_regions, read_regions
 from stimuli.comparison.areas import area_means
-from stimuli.comparison.regions import corner_pairs, place_regions
-from stimuli.comparison.regions_file import MOST_AREAS, read_regions
-from stimuli.measures.scielab import MOST_PIXELS_PER_DEGREE, SeenPicture
+from stimuli.comparison.regions import corner_pairs
+from stimuli.comparison.regions_file import MOST_AREAS
+from stimuli.measures import SeenPicture
+from stimuli.measures.scielab import MOST_PIXELS_PER_DEGREE
 
 SHAPE = (40, 60, 3)
 

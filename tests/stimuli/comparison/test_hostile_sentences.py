@@ -8,10 +8,10 @@ import re
 
 import pytest
 
+from stimuli.comparison import Evidence, SparklePair, judge, outcome_lines, passing_lines
 from stimuli.comparison.by_pixel import DifferenceSummary
-from stimuli.comparison.evidence import Evidence, RegistrationEvidence, SparklePair, sparkle_reasons
-from stimuli.comparison.judging import judge
-from stimuli.comparison.verdict import Limits, outcome_lines, passing_lines
+from stimuli.comparison.evidence import RegistrationEvidence, sparkle_reasons
+from stimuli.comparison.verdict import Limits
 
 HOSTILE = (math.nan, math.inf, 0.0, 1e-9, 0.37, 113.2, 1e12)
 # What no sentence has: a number that is none, an exponent, a number without its own decimals, a space too many.

@@ -12,14 +12,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from devices.camera.camera_file import write_camera
-from devices.camera.camera_model import CameraModel
-from devices.chart.layout import perspective
-from devices.colour.spaces import rgb_to_xyz_matrix
-from devices.colour.white_points import white_point
-from devices.display.rig_file import read_rig
+from devices.camera import CameraModel, write_camera
+from devices.chart import perspective
+from devices.colour import rgb_to_xyz_matrix, white_point
+from devices.display import read_rig
 from runner.reports.comparison.figures import draw_pictures
-from stimuli.align.warping import warp
+from stimuli.align import warp
 from stimuli.comparison.alignment import Alignment, resample, resample_flags
 from stimuli.comparison.registering import align
 from stimuli.pictures.exr_header import REC709

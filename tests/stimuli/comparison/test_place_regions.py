@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from documents import InputError
+from stimuli.comparison import place_regions
 from stimuli.comparison.areas import inside, window
-from stimuli.comparison.regions import PlacedRegions, corner_pairs, place_regions
+from stimuli.comparison.regions import PlacedRegions, corner_pairs
 from stimuli.comparison.regions_file import RegionsFile
 from stimuli.errors import StimulusError
 

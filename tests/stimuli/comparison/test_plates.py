@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from stimuli.recipes.recipe import read_recipe
+from stimuli.recipes import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
-from stimuli.sparkle.flakes import scatter_flakes
+from stimuli.sparkle import scatter_flakes
 from stimuli.sparkle.studio import sparkle_map
 from tests.stimuli.comparison.scenes import PLATE, RIG, ROOT, Cyclopean, coloured, compared, said, written
 

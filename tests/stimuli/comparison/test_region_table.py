@@ -11,15 +11,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.colour.ciede2000 import delta_e_2000
-from devices.colour.spaces import XYZ_from_xyY, xyY_from_XYZ, xyz_to_lab
+from devices.colour import XYZ_from_xyY, delta_e_2000, xyY_from_XYZ, xyz_to_lab
+from stimuli.comparison import Evidence, Region, RegionTable, compare_regions, judge, place_regions
 from stimuli.comparison.areas import AreaMean, inside, window
-from stimuli.comparison.by_region import ComparedRegions, compare_regions
-from stimuli.comparison.evidence import Evidence
-from stimuli.comparison.judging import judge
-from stimuli.comparison.regions import Region, place_regions
+from stimuli.comparison.by_region import ComparedRegions
 from stimuli.comparison.regions_file import RegionsFile
-from stimuli.comparison.table import RegionTable, region_table
+from stimuli.comparison.table import region_table
 from stimuli.errors import StimulusError
 
 Draw = Callable[..., NDArray[np.float64]]

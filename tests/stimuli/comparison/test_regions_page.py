@@ -6,8 +6,9 @@ import re
 from dataclasses import asdict
 from pathlib import Path
 
-from stimuli.comparison.regions import corner_pairs, place_regions
-from stimuli.comparison.regions_file import LimitsSpec, read_regions
+from stimuli.comparison import place_regions, read_regions
+from stimuli.comparison.regions import corner_pairs
+from stimuli.comparison.regions_file import LimitsSpec
 from stimuli.comparison.verdict import Limits
 
 PAGE = Path(__file__).parents[3] / "docs/regions.md"

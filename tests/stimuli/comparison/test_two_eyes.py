@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.records.session_record import read_session
-from stimuli.pictures.exr_read import read_exr
+from analysis.records import read_session
+from stimuli.pictures import read_exr
 from tests.stimuli.comparison.scenes import PLATE, RIG, ROOT, Cyclopean, compared, few, said, written
 
 

@@ -9,18 +9,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stimuli.comparison import Evidence, Region, RegionTable, SparklePair, judge
 from stimuli.comparison.areas import AreaMean
 from stimuli.comparison.by_pixel import DifferenceSummary, seen_regions
-from stimuli.comparison.evidence import Evidence, RegistrationEvidence, SparklePair
+from stimuli.comparison.evidence import RegistrationEvidence
 from stimuli.comparison.eye_evidence import EyesEvidence
 from stimuli.comparison.jackknife import EyesPair
-from stimuli.comparison.judging import judge
-from stimuli.comparison.regions import Region
-from stimuli.comparison.table import RegionTable, region_table
+from stimuli.comparison.table import region_table
 from stimuli.comparison.verdict import Limits, Reason, Verdict, together
 from stimuli.errors import StimulusError
-from stimuli.measures import difference_map
-from stimuli.measures.scielab import SeenPicture
+from stimuli.measures import SeenPicture, difference_map
 
 WHITE = np.array([96.42, 100.0, 82.49])
 SQUARE = np.array([[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0]])

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stimuli.comparison.by_region import compare_regions
-from stimuli.comparison.regions import place_regions
+from stimuli.comparison import compare_regions, place_regions
 from stimuli.comparison.regions_file import RegionsFile
 
 CHART = "{kind: colorchecker, corners: [[40, 30], [330, 44], [318, 240], [28, 220]]}"

@@ -4,18 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from stimuli.comparison.verdict import (
-    Limits,
-    Outcome,
-    Reason,
-    Verdict,
-    decimals,
-    decision_sentence,
-    outcome_lines,
-    passing_heading,
-    passing_lines,
-    together,
-)
+from stimuli.comparison import Outcome, decision_sentence, outcome_lines, passing_heading, passing_lines
+from stimuli.comparison.verdict import Limits, Reason, Verdict, decimals, together
 
 
 def verdict(*reasons: Reason) -> Verdict:

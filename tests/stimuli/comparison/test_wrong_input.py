@@ -8,9 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from devices.camera.camera_file import write_camera
-from devices.camera.camera_model import CameraModel
-from devices.camera.exposure import Exposure
+from devices.camera import CameraModel, Exposure, write_camera
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.linear_files import write_camera_exr
 from tests.stimuli.comparison.scenes import CHART, PLATE, RIG, SIZE, Cyclopean, chart, patch_XYZ, spots, written

@@ -11,17 +11,15 @@ from numpy.typing import NDArray
 
 from devices.camera import CameraModel, Exposure
 from documents import at_most_threads
-from stimuli.develop import demosaic
+from stimuli.develop import DevelopOptions, demosaic, develop_photographs
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.camera_to_xyz import to_xyz
 from stimuli.develop.demosaic import Linear, Mosaic, interpolate, superpixel
 from stimuli.develop.metadata import turned
-from stimuli.develop.photograph import DevelopOptions, develop_photographs
 from stimuli.develop.raw_files import read_raw, read_sensor
 from stimuli.develop.sensor_image import make_picture
 from stimuli.errors import StimulusError
-from stimuli.pictures.exr_write import write_exr
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage, write_exr
 from tests.stimuli.develop.dng import camera_tags, exposure_tags, retagged, save_dng, save_linear_dng
 
 OURS: tuple[Literal["superpixel"] | Linear, ...] = ("superpixel", *get_args(Linear))

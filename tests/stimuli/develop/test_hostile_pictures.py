@@ -10,7 +10,7 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from devices.camera.exposure import Exposure, parse_exposure
+from devices.camera import Exposure, parse_exposure
 from devices.errors import DeviceError
 from stimuli.develop import linear_files as reader
 from stimuli.develop.camera_image import CameraImage

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
-from devices.camera.exposure import Exposure
+from devices.camera import Exposure
+from stimuli.develop import Levels
 from stimuli.develop.camera_image import CameraImage
-from stimuli.develop.levels import Levels
 from stimuli.develop.linear_files import write_camera_exr
 from stimuli.develop.read import read_camera_image
 from stimuli.errors import StimulusError

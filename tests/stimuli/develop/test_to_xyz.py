@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.camera.camera_model import CameraModel
-from devices.camera.exposure import Exposure
+from devices.camera import CameraModel, Exposure
 from devices.errors import DeviceError
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.camera_to_xyz import to_xyz

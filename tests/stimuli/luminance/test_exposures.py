@@ -15,8 +15,8 @@ from stimuli.luminance import ContrastOverExposure, contrast_over_exposure
 from stimuli.pictures import StereoImage
 from stimuli.recipes import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
-from stimuli.sparkle.flakes import scatter_flakes
-from stimuli.sparkle.studio import photograph, plate_light
+from stimuli.sparkle import plate_light, scatter_flakes
+from stimuli.sparkle.studio import photograph
 
 ROOT = Path(__file__).parents[3]
 # Table 4.3: exposure and maximum luminance of Images 1.1, 2.1 and 3.1.

@@ -9,20 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.colour.spaces import xyY_from_XYZ
+from devices.colour import xyY_from_XYZ
 from stimuli.errors import StimulusError
-from stimuli.luminance.scale import (
-    factor_series,
-    factor_to,
-    grey_picture,
-    greyscale,
-    max_luminance_cd_m2,
-    mean_luminance_cd_m2,
-    scaled,
-    scaled_picture,
-    white_luminance_cd_m2,
-)
-from stimuli.pictures.stereo_image import StereoImage, XYZImage
+from stimuli.luminance import factor_to, mean_luminance_cd_m2, scaled_picture, white_luminance_cd_m2
+from stimuli.luminance.scale import factor_series, grey_picture, greyscale, max_luminance_cd_m2, scaled
+from stimuli.pictures import StereoImage, XYZImage
 
 
 def pixels(seed: int, rows: int = 30, columns: int = 40) -> XYZImage:

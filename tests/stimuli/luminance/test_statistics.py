@@ -11,12 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from devices.display.display_file import EyeModels, read_display
-from stimuli.luminance.scale import factor_to, scaled_picture
-from stimuli.luminance.statistics import DynamicRange, _ends, _mean_and_deviation, picture_statistics
-from stimuli.pictures.stereo_image import StereoImage
-from stimuli.sparkle.measures.find import Threshold
-from stimuli.sparkle.measures.measure import PixelScale
+from devices.display import EyeModels, read_display
+from stimuli.luminance import factor_to, picture_statistics, scaled_picture
+from stimuli.luminance.statistics import DynamicRange, _ends, _mean_and_deviation
+from stimuli.pictures import StereoImage
+from stimuli.sparkle import PixelScale, Threshold
 
 DISPLAY = Path(__file__).parents[3] / "configs" / "displays" / "asus_vg248qe.yaml"
 REFERENCE = Path(__file__).parents[4] / "shared" / "reference" / "table_4_3_images.csv"

@@ -12,15 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from devices.display.display_file import EyeModels, read_display
-from devices.display.model import DisplayModel
-from devices.display.plvc import Plvc
-from devices.display.table_curve import TableCurve
-from devices.display.tone_curve import ToneCurve
+from devices.display import DisplayModel, EyeModels, Plvc, TableCurve, ToneCurve, read_display
 from stimuli.errors import StimulusError
-from stimuli.luminance.saturation import largest_factor, measure_saturation, saturation_factors, tone_mapping
-from stimuli.luminance.statistics import picture_statistics
-from stimuli.pictures.stereo_image import StereoImage, XYZImage
+from stimuli.luminance import picture_statistics, tone_mapping
+from stimuli.luminance.saturation import largest_factor, measure_saturation, saturation_factors
+from stimuli.pictures import StereoImage, XYZImage
 
 DISPLAY = Path(__file__).parents[3] / "configs" / "displays" / "asus_vg248qe.yaml"
 CURVES = (ToneCurve(gamma=2.2),) * 3

@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from devices.colour.spaces import xyY_from_XYZ
+from devices.colour import xyY_from_XYZ
 from stimuli.errors import StimulusError
-from stimuli.measures import difference_map
-from stimuli.measures.scielab import GAUSSIANS, SeenPicture, opponent_from_xyz
-from stimuli.pictures.rows import Rows
+from stimuli.measures import SeenPicture, difference_map
+from stimuli.measures.scielab import GAUSSIANS, opponent_from_xyz
+from stimuli.pictures import Rows
 
 WHITE = np.array([96.4, 100.0, 82.5])
 OPPONENT = opponent_from_xyz(WHITE)

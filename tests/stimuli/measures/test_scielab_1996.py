@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from devices.colour import xyz_to_lab
 from stimuli.errors import StimulusError
-from stimuli.measures import ViewingConditions, measure_named, measure_pictures
-from stimuli.measures.scielab_1996 import GAUSSIANS, OPPONENT_FROM_XYZ, SCielab1996, kernels_1996, seen_1996
+from stimuli.measures import SCielab1996, ViewingConditions, kernels_1996, measure_named, measure_pictures, seen_1996
+from stimuli.measures.scielab_1996 import GAUSSIANS, OPPONENT_FROM_XYZ
 
 WHITE = np.array([95.0, 100.0, 108.9])
 

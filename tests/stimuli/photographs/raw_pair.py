@@ -14,10 +14,10 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from devices.colour.spaces import XYZ_from_xyY
-from devices.patches.colorchecker import colorchecker_xyY
-from stimuli.pictures.stereo_image import StereoImage
-from stimuli.recipes.recipe import read_recipe
+from devices.colour import XYZ_from_xyY
+from devices.patches import colorchecker_xyY
+from stimuli.pictures import StereoImage
+from stimuli.recipes import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
 from stimuli.sparkle.studio import Studio
 from tests.stimuli.develop.dng import exposure_tags, write_dng

@@ -13,17 +13,14 @@ from scipy.ndimage import gaussian_filter
 
 import stimuli.recipes.view_sources
 from documents import InputError
-from stimuli.build.recipe_to_set import build_set
-from stimuli.build.stimulus_set import StimulusSet
+from stimuli.build import StimulusSet, build_set
 from stimuli.develop.read import read_camera_image
 from stimuli.errors import StimulusError
-from stimuli.pictures.exr_read import read_exr, read_exr_counted
-from stimuli.pictures.exr_write import write_exr
-from stimuli.pictures.resampling import resample_picture
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage, read_exr, resample_picture, write_exr
+from stimuli.pictures.exr_read import read_exr_counted
+from stimuli.recipes import read_recipe
 from stimuli.recipes.photographs import DevelopSpec, PhotographsRecipe
 from stimuli.recipes.picture_steps import _within
-from stimuli.recipes.recipe import read_recipe
 from tests.runner.cli.stimuli.test_wrong_input import exr
 from tests.stimuli.photographs.raw_pair import ROOT, write_recipe
 from tests.stimuli.spectral.pictures import save_exr

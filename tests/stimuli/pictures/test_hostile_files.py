@@ -17,7 +17,7 @@ from PIL import Image
 
 from documents import InputError
 from stimuli.build import build_set
-from stimuli.comparison.pictures import ReadOptions
+from stimuli.comparison import ReadOptions
 from stimuli.comparison.pictures import read_picture as read_compared
 from stimuli.develop.calibration_frames import read_calibration
 from stimuli.develop.read import read_camera_image

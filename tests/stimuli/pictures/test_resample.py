@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from stimuli.errors import StimulusError
-from stimuli.pictures.resampling import Filter, area_weights, axis_weights, resample, resample_picture
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage, resample_picture
+from stimuli.pictures.resampling import Filter, area_weights, axis_weights, resample
 
 
 def area_weights_plain(pixels: int, length_mm: float, pixel_pitch_mm: float) -> NDArray[np.float64]:

@@ -8,7 +8,8 @@ import math
 import pytest
 
 from documents import InputError
-from stimuli.pictures.resolution import Resolution, display_resolution
+from stimuli.pictures import display_resolution
+from stimuli.pictures.resolution import Resolution
 
 # The plate of the thesis: 150 × 100 mm at 700 mm, 146 camera pixels per centimetre, on pixels of 0.2768 mm.
 PLATE = ((2190, 1460), (150.0, 100.0))

@@ -9,8 +9,8 @@ import pytest
 import yaml
 
 from documents import InputError
+from stimuli.recipes import Recipe, read_recipe
 from stimuli.recipes.pictures import PicturesRecipe
-from stimuli.recipes.recipe import Recipe, read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
 
 ROOT = Path(__file__).parents[3]

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from stimuli.sparkle.measures.find import Threshold
-from stimuli.sparkle.measures.measure import SparkleMeasures, measure_sparkles
+from stimuli.sparkle import Threshold, measure_sparkles
+from stimuli.sparkle.measures.measure import SparkleMeasures
 from tests.compiled_loops import not_in_numpy
 from tests.stimuli.sparkle_measures.test_sparkle_measures import planted
 

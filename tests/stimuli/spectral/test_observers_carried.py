@@ -18,7 +18,7 @@ from stimuli.comparison import CompareOptions, ReadOptions, compare_pictures
 from stimuli.errors import StimulusError
 from stimuli.measures import ViewingConditions
 from stimuli.pictures import StereoImage, read_exr, write_exr
-from stimuli.recipes.build_context import DisplaySetup
+from stimuli.recipes import DisplaySetup
 from stimuli.spectral import convert_spectral
 from tests.stimuli.spectral.pictures import save_envi
 
@@ -195,7 +195,7 @@ def test_whites_of_another_observer_are_those_published(name: str, XYZ: tuple[fl
 
 
 def test_the_experiment_of_a_comparison_is_for_the_pictures_observer(tmp_path: Path) -> None:
-    from runner.reports.comparison.report import report_comparison
+    from runner.reports import report_comparison
 
     _display(tmp_path, TEN)
     pictures = _picture(tmp_path / "a.exr", TEN), _picture(tmp_path / "b.exr", TEN)

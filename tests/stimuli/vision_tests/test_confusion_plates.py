@@ -7,24 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.display.display_file import EyeModels
-from devices.display.model import DisplayModel
-from devices.display.tone_curve import ToneCurve
+from devices.display import DisplayModel, EyeModels, ToneCurve
 from stimuli.errors import StimulusError
-from stimuli.vision_tests.confusion_plates import (
-    AXES,
-    COPUNCTAL_XY,
-    GROUND_SHARE,
-    SCALES,
-    Axis,
-    Plate,
-    confused,
-    missing_light,
-    packed,
-    uv_from_XYZ,
-)
-from stimuli.vision_tests.random_dots import SIDES, Side
-from stimuli.vision_tests.shown_range import ShownRange
+from stimuli.vision_tests import AXES, COPUNCTAL_XY, SCALES, SIDES, Axis, Plate, ShownRange, Side
+from stimuli.vision_tests.confusion_plates import GROUND_SHARE, confused, missing_light, packed, uv_from_XYZ
 
 PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from stimuli.vision_tests.optotypes import in_ring, landolt, ring_coverage
-from stimuli.vision_tests.random_dots import SIDES, Side
+from stimuli.vision_tests import SIDES, Side, landolt
+from stimuli.vision_tests.optotypes import in_ring, ring_coverage
 
 # Of a ring with gap 1: from radius 1.5 to 2.5, less what a strip of width 1 cuts out of it on one side.
 _CHORD = [0.5 * (0.5 * np.sqrt(radius**2 - 0.25) + radius**2 * np.arcsin(0.5 / radius)) * 2 for radius in (1.5, 2.5)]

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from stimuli.errors import StimulusError
-from stimuli.vision_tests.random_dots import SIDES, DotField, Side, spots, stereogram, views
+from stimuli.vision_tests import SIDES, DotField, Side, stereogram
+from stimuli.vision_tests.random_dots import spots, views
 
 Floats = NDArray[np.float64]
 FIELD = DotField(240, 64.0, 72.0, (1.0, 1.0), 2400)
