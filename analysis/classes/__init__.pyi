@@ -1,2 +1,3 @@
 from .classes import classify as classify
+from .conclusions import Conclusion as Conclusion
 from .multiplicity import Adjust as Adjust

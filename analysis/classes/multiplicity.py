@@ -15,7 +15,6 @@ from documents import Finding
 
 Floats = NDArray[np.float64]
 Adjust = Literal["none", "holm", "bh", "maxz"]
-Verdict = Literal["distinguished", "not distinguished"]
 ADJUSTMENTS: tuple[Adjust, ...] = get_args(Adjust)
 ADJUSTMENT_NAMES = MappingProxyType(
     {
@@ -31,11 +30,6 @@ MAXZ_SAMPLES = 200_000
 MAXZ_MOST_NUMBERS = 40_000_000
 MAXZ_FEWEST_SAMPLES = 10_000
 BLOCK = 1 << 16
-
-
-def verdict_of(differs: bool) -> Verdict:
-    """Return what people read of a test: that a difference is significant, or that it may be there all the same."""
-    return "distinguished" if differs else "not distinguished"
 
 
 def adjusted_p(

@@ -18,8 +18,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.classes.conclusions import Conclusion, concluded
 from analysis.factors.fit import TermsFit
-from analysis.factors.likelihood_ratio import chance, covariance_at, observer_test, verdict
+from analysis.factors.likelihood_ratio import chance, covariance_at, observer_test
 from analysis.scaling.counts import Counts
 from analysis.scaling.designs import ITEMS
 from analysis.scaling.fitting import fit as fit_wins
@@ -65,14 +66,14 @@ class Explained:
     missing: str | None
 
     @property
-    def lack_of_fit_verdict_p(self) -> float | None:
-        """The p value of lack of fit to judge by: by observers where there is one; None where nothing is tested."""
+    def conclusion(self) -> Conclusion:
+        """Whether a lack of fit is distinguished at the level 0.05: by observers where there is such a test."""
         own = self.lack_of_fit_by_observers
-        return own.p if own else self.lack_of_fit_p
+        return concluded("lack of fit of the factors", own.p if own else None, self.lack_of_fit_p)
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
-        return json_fields(self, omit=["free_theta"]) | {"lack_of_fit_verdict": verdict(self.lack_of_fit_verdict_p)}
+        return json_fields(self, omit=["free_theta"]) | {"lack_of_fit_verdict": self.conclusion.verdict}
 
 
 def explain(counts: Counts, wins: Floats, fit: TermsFit, slopes: Floats | None) -> Explained:

@@ -18,7 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.classes.multiplicity import Verdict, holm, verdict_of
+from analysis.classes.conclusions import Conclusion, concluded
+from analysis.classes.multiplicity import holm
 from analysis.factors.aliasing import rank_gained
 from analysis.factors.fit import TermsFit, fit_terms
 from analysis.factors.separation import is_separated
@@ -36,12 +37,6 @@ from documents.text import json_fields
 Floats = NDArray[np.float64]
 NO_SPREAD = 1e-6
 WORST_CONDITION = 1e12
-LEVEL = 0.05
-
-
-def verdict(p: float | None) -> Verdict | None:
-    """Return what ``p`` says at the level 0.05: ``distinguished`` or ``not distinguished``; None without a test."""
-    return None if p is None else verdict_of(p <= LEVEL)
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,16 +69,16 @@ class FactorTest:
         return self.by_observers.p if self.by_observers else self.robust_p
 
     @property
-    def verdict_p(self) -> float:
-        """The p value to judge by: by observers with five of them or more, else the likelihood ratio's."""
-        return self.by_observers.p if self.by_observers else self.p
+    def conclusion(self) -> Conclusion:
+        """What is concluded at the level 0.05: by observers with five of them or more, else by the likelihood ratio."""
+        return concluded(f"effect of '{self.name}'", self.by_observers.p if self.by_observers else None, self.p)
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
         return {
             "name": self.name,
             "type": "II",
-            "verdict": verdict(self.verdict_p),
+            "verdict": self.conclusion.verdict,
             "statistic": self.statistic,
             "df": self.df,
             "p": self.p,
@@ -112,13 +107,14 @@ class InteractionTest:
     observer_p_holm: float | None = None
 
     @property
-    def verdict_p(self) -> float | None:
-        """The p value to judge by, after Holm's adjustment: by observers where there is one; None without a test."""
-        return self.p_holm if self.by_observers is None else self.observer_p_holm
+    def conclusion(self) -> Conclusion:
+        """What is concluded at the level 0.05 after Holm's adjustment: by observers where there is such a test."""
+        question = f"interaction of '{self.names[0]}' and '{self.names[1]}'"
+        return concluded(question, self.observer_p_holm if self.by_observers else None, self.p_holm)
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
-        return json_fields(self) | {"verdict": verdict(self.verdict_p)}
+        return json_fields(self) | {"verdict": self.conclusion.verdict}
 
 
 def statistic(larger: TermsFit, smaller: TermsFit) -> float:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from analysis.classes.multiplicity import two_sided_p
 from analysis.factors.explained import Explained
-from analysis.factors.likelihood_ratio import FactorTest, InteractionTest, verdict
+from analysis.factors.likelihood_ratio import FactorTest, InteractionTest
 from analysis.factors.terms import Coding
 from analysis.factors.values import Factor, LeftOut
 from analysis.scaling.result import TWO_SIDED_95
@@ -146,7 +146,7 @@ class FactorEffects:
     @property
     def cautions(self) -> tuple[str, ...]:
         """Which main effects are averages over the levels of a factor that they interact with, in sentences."""
-        found = [test for test in self.interactions if verdict(test.verdict_p) == "distinguished"]
+        found = [test for test in self.interactions if test.conclusion.verdict == "distinguished"]
         sentences = []
         for factor in self.factors:
             others = [name for test in found if factor.name in test.names for name in test.names if name != factor.name]

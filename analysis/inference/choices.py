@@ -25,15 +25,14 @@ from analysis.classes.classes import (
     letter_display,
     numbered,
 )
+from analysis.classes.conclusions import MAJORITY, verdict_of
 from analysis.classes.multiplicity import (
     ADJUSTMENTS,
     MAXZ_SEED,
     Adjust,
-    Verdict,
     corrected,
     single_step,
     two_sided_p,
-    verdict_of,
 )
 from analysis.errors import ResultsError
 from analysis.inference.differences import check_fitted
@@ -55,7 +54,6 @@ Indices = NDArray[np.intp]
 MOST_ITEMS = 60
 MOST_LEFT_OUT = 100
 PARTS = 20
-MAJORITY = 0.5
 MAXZ_SAMPLES = 10_000
 NOBODY = "nobody"
 
@@ -96,11 +94,6 @@ class PairConclusion:
     differs: bool
     stands: float
     reversed_share: float
-
-    @property
-    def verdict(self) -> Verdict:
-        """``distinguished`` or ``not distinguished``."""
-        return verdict_of(self.differs)
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
@@ -190,7 +183,7 @@ class Multiverse:
             f"{counted(self.number, 'class', 'classes')} in {self.number_stands:.0%}."
         )
         if always < len(self.pairs):
-            words += f" Least often: {least.first} and {least.second} {least.verdict} ({least.stands:.0%})."
+            words += f" Least often: {least.first} and {least.second} {verdict_of(least.differs)} ({least.stands:.0%})."
         return f"{words} {self.warning}".rstrip()
 
     @property

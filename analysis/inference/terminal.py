@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, TypeAlias
 
+from analysis.classes.conclusions import verdict_of
 from analysis.inference.chances import Chance, PairProbabilities, pair_probabilities
 from analysis.inference.choices import NOBODY, Multiverse, multiverse
 from analysis.inference.fit_of_pairs import PairResiduals, pair_residuals
 from analysis.inference.folds import ModelComparison, compare_models
-from analysis.inference.tost import VERDICTS, Equivalence, equivalence
+from analysis.inference.tost import Equivalence, equivalence
 from analysis.inference.triples import Transitivity, transitivity
 from analysis.scaling.scores import Scores
 from documents.text import clean_console, counted, print_rows
@@ -139,7 +140,7 @@ def _equivalence(result: Equivalence, console: Console) -> None:
             f"{pair.verdict}, yet distinguished from 0" if pair.verdict == "equivalent" and pair.is_different else ""
         )
         numbers = [f"{pair.difference:.3f}", f"{pair.p_equivalent:.2g}", f"{pair.p_different:.2g}"]
-        rows.append([pair.first, pair.second, *numbers, verdict or VERDICTS[pair.verdict]])
+        rows.append([pair.first, pair.second, *numbers, verdict or pair.verdict])
     headings = ["item", "and", "difference", "p (equivalent)", "p (distinguished)", "verdict"]
     print_rows(headings, rows, console, words=(0, 1, 5))
 
@@ -173,7 +174,7 @@ def _models(result: ModelComparison, console: Console) -> None:
 
 def _multiverse(result: Multiverse, console: Console) -> None:
     unsure = sorted((pair for pair in result.pairs if pair.stands < 1), key=lambda pair: pair.stands)
-    rows = [[pair.first, pair.second, pair.verdict, f"{pair.stands:.0%}"] for pair in unsure[:MOST_LINES]]
+    rows = [[pair.first, pair.second, verdict_of(pair.differs), f"{pair.stands:.0%}"] for pair in unsure[:MOST_LINES]]
     if rows:
         print_rows(["item", "and", "what", "stands"], rows, console, words=(0, 1, 2))
     items = [[item.name, item.label, f"{item.stands:.0%}"] for item in result.by_item]

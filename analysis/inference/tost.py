@@ -2,8 +2,9 @@
 
 A difference that is not significant is no evidence of no difference. Two items are *equivalent* where two hypotheses
 are both refused, that θ_i − θ_j is at least the margin and that it is at most its negative; the p value is the larger
-of the two. They are *different* where the hypothesis of no difference is refused, as for the classes. What is neither
-is *undecided*: there are too few answers to say. p values of both kinds are corrected for the number of pairs.
+of the two. They are *distinguished* where the hypothesis of no difference is refused, as for the classes. What is
+neither is *not distinguished*: there are too few answers to say. p values of both kinds are corrected for the number of
+pairs.
 """
 
 from __future__ import annotations
@@ -11,24 +12,19 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, get_args
 
 import numpy as np
 
 from analysis.classes.classes import check_level
-from analysis.classes.multiplicity import Adjust, corrected, verdict_of
+from analysis.classes.conclusions import Verdict, verdict_of
+from analysis.classes.multiplicity import Adjust, corrected
 from analysis.errors import ResultsError
 from analysis.inference.differences import differences
 from analysis.scaling.laws import LAWS, Model
 from analysis.scaling.scores import Scores
 from documents import Finding
 
-Verdict = Literal["equivalent", "different", "undecided"]
-VERDICTS: dict[Verdict, str] = {
-    "equivalent": "equivalent",
-    "different": verdict_of(True),
-    "undecided": verdict_of(False),
-}
 EXPECTED = "give a number of JND such as 0.5jnd, a chance such as 55:45 or 0.55, or nats such as 0.2nats"
 _PATTERN = re.compile(r"\s*([0-9.eE+-]+)\s*(?:(jnd|jod|nats?|sd|%)|:\s*([0-9.eE+-]+))?\s*", re.IGNORECASE)
 
@@ -46,8 +42,8 @@ class PairEquivalence:
     p_equivalent, p_different
         Corrected p values: of the two one-sided tests, and of no difference.
     verdict
-        ``equivalent``, ``different`` or ``undecided``. A pair that is both different from 0 and within the margin is
-        ``equivalent``; ``is_different`` then says that there is a difference, smaller than the margin.
+        ``equivalent``, ``distinguished`` or ``not distinguished``. A pair that is both different from 0 and within the
+        margin is ``equivalent``; ``is_different`` then says that there is a difference, smaller than the margin.
     is_different
         Whether the difference from 0 is significant.
     """
@@ -97,7 +93,7 @@ class Equivalence:
         """How many pairs have which verdict."""
         return (
             f"Within ± {self.margin_text}: {self.count('equivalent')} of {len(self.pairs)} pairs are equivalent, "
-            f"{self.count('different')} distinguished, {self.count('undecided')} not distinguished."
+            f"{self.count('distinguished')} distinguished, {self.count('not distinguished')} not distinguished."
         )
 
     def to_json(self) -> dict[str, Any]:
@@ -108,9 +104,7 @@ class Equivalence:
             "margin_probability": self.margin_probability,
             "alpha": self.alpha,
             "adjust": self.adjust,
-            "equivalent": self.count("equivalent"),
-            "different": self.count("different"),
-            "undecided": self.count("undecided"),
+            **{verdict.replace(" ", "_"): self.count(verdict) for verdict in get_args(Verdict)},
             "pairs": [pair.to_json() for pair in self.pairs],
         }
 
@@ -200,7 +194,7 @@ def equivalence(
     >>> from analysis.scaling import score
     >>> alike = score(from_answers([Answer("a", "b", 500), Answer("b", "a", 490)]))
     >>> equivalence(alike, "0.5jnd").pairs[0].verdict, equivalence(alike, "51:49").pairs[0].verdict
-    ('equivalent', 'undecided')
+    ('equivalent', 'not distinguished')
     """
     model = scores.fit.model
     text = margin if isinstance(margin, str) else f"{margin:g} {'sd' if model == 'thurstone' else 'nats'}"
@@ -223,7 +217,7 @@ def equivalence(
     pairs = []
     for row, (better, worse) in enumerate(zip(apart.first.tolist(), apart.second.tolist(), strict=True)):
         within, differs = bool(p_equivalent[row] <= level), bool(p_different[row] <= level)
-        verdict: Verdict = "equivalent" if within else "different" if differs else "undecided"
+        verdict: Verdict = "equivalent" if within else verdict_of(differs)
         difference = float(apart.estimate[row])
         numbers = float(p_equivalent[row]), float(p_different[row])
         pairs.append(PairEquivalence(names[better], names[worse], difference, *numbers, verdict, differs))

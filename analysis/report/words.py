@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 
+from analysis.classes.conclusions import p_words as p_words
+
 UNITS: Mapping[str, str] = {
     "_cd_m2": "cd/m²",
     "_mm": "mm",
@@ -30,11 +32,6 @@ def chance(p: float | None, digits: int = 3) -> str:
     """Return a p value for a table: "0.012", or "< 0.001"."""
     least = 10.0**-digits
     return f"< {least:g}" if p is not None and p < least else fixed(p, digits)
-
-
-def p_words(p: float) -> str:
-    """Return a p value as "p = 0.012" or "p < 0.001"."""
-    return "p < 0.001" if p < 0.001 else f"p = {p:.3f}"
 
 
 def percent(share: float, digits: int = 0) -> str:

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.classes.conclusions import Conclusion, concluded
 from analysis.scaling.counts import Answers, Counts, count_pairs
 from analysis.scaling.laws import LAWS
 from analysis.scaling.newton import Point, joint_covariance
@@ -55,6 +56,11 @@ class OneScale:
     p: float
     by_observers: bool
     caveat: str | None
+
+    @property
+    def conclusion(self) -> Conclusion:
+        """Whether a departure from one scale is distinguished at the level 0.05."""
+        return concluded("departure from one scale", self.p if self.by_observers else None, self.p)
 
 
 def one_scale(comparisons: Comparisons, fit: Fit) -> OneScale | None:

@@ -31,6 +31,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.classes.conclusions import LEVEL, Conclusion, concluded
 from analysis.comparisons.comparisons import Comparisons
 from analysis.scaling.counts import count_pairs
 from analysis.scaling.laws import LAWS
@@ -74,10 +75,9 @@ class GroupAgreement:
     observers: int
     missing: str | None = None
 
-    @property
-    def verdict_p(self) -> float:
-        """The p value to judge by: by observers where there is one."""
-        return self.p_model if self.p is None else self.p
+    def conclusion(self, level: float = LEVEL) -> Conclusion:
+        """Return whether the groups are distinguished at ``level``: by observers where there is such a test."""
+        return concluded("differences between the groups' scales", self.p, self.p_model, level)
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.classes.conclusions import Conclusion, concluded
 from analysis.scaling.clustered import ByObserver
 from analysis.scaling.counts import Counts
 from analysis.scaling.goodness import Goodness, goodness_of_fit
@@ -109,9 +110,9 @@ class OrderTest:
     by_observers: ObserverTest | None = None
 
     @property
-    def verdict_p(self) -> float:
-        """The p value to judge by: by observers where there is one."""
-        return self.p if self.by_observers is None else self.by_observers.p
+    def conclusion(self) -> Conclusion:
+        """What is concluded at the level 0.05: by observers where there is such a test."""
+        return concluded("order effect", self.by_observers.p if self.by_observers else None, self.p)
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""

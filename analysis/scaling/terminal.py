@@ -126,7 +126,7 @@ def summary_lines(scores: Scores) -> list[str]:
     if fit.order_test:
         test = fit.order_test
         value, basis = (test.by_observers or test).statistic, BASES[test.by_observers is not None]
-        lines.append(f"test of no order effect: χ² = {value:.4g} on 1 df, p = {test.verdict_p:.2g} {basis}")
+        lines.append(f"test of no order effect: χ² = {value:.4g} on 1 df, p = {test.conclusion.p:.2g} {basis}")
     if scores.quasi is not None:
         low, high = scores.quasi.worst_below, scores.quasi.worst_above
         lines.append(f"quasi-variances: standard errors of differences are off by {low:+.1%} to {high:+.1%}")

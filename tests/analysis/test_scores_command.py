@@ -245,7 +245,11 @@ def test_pairs_and_equivalence(call: Call) -> None:
     assert "1 of 3 pairs are equivalent, 2 distinguished, 0 not distinguished" in " ".join(done.stdout.split())
     values = json.loads(call(["scores", "-", "--pairs", "--margin", "1jnd", "--json"], table).stdout)
     assert [pair["second"] for pair in values["pairs"]["pairs"]] == ["a", "c", "c"]
-    assert [pair["verdict"] for pair in values["equivalence"]["pairs"]] == ["equivalent", "different", "different"]
+    assert [pair["verdict"] for pair in values["equivalence"]["pairs"]] == [
+        "equivalent",
+        "distinguished",
+        "distinguished",
+    ]
     wrong = call(["scores", "-", "--margin", "large"], table)
     assert wrong.returncode == 2
     assert "0.5jnd" in wrong.stderr

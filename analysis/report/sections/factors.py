@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from analysis.errors import ResultsError
 from analysis.factors.effects import factor_effects
-from analysis.factors.likelihood_ratio import verdict
 from analysis.factors.result import FactorEffects
 from analysis.report.blocks import Block, Column, Figure, Paragraph, Section, Table
 from analysis.report.summary import Answered, Summary
-from analysis.report.words import fixed, p_words, percent
+from analysis.report.words import fixed, percent
 from documents.pages import NARROW_IN, WIDE_IN
 
 INDEPENDENT = "p if all answers were independent"
@@ -83,7 +82,7 @@ def _tests(effects: FactorEffects) -> list[Block]:
             Column("df", "df", "number"),
         )
         rows = tuple(
-            (test.name, verdict(test.verdict_p), test.observer_p, test.p, test.statistic, test.df)
+            (test.name, test.conclusion.verdict, test.observer_p, test.p, test.statistic, test.df)
             for test in effects.tests
         )
         blocks.append(Table("factor_tests", "Tests of each factor (type II)", columns, rows))
@@ -102,7 +101,7 @@ def _tests(effects: FactorEffects) -> list[Block]:
         lines = tuple(
             (
                 " × ".join(test.names),
-                verdict(test.verdict_p),
+                test.conclusion.verdict,
                 test.observer_p_holm,
                 test.by_observers.p if test.by_observers else None,
                 test.p_holm,
@@ -127,10 +126,8 @@ def explained_words(effects: FactorEffects) -> str:
         f"The factors explain {percent(explained.deviance_share)} of the deviance that free scores explain, and "
         f"{percent(explained.r_squared)} of the variance of the scores (R² = {fixed(explained.r_squared, 3)})"
     )
-    p = explained.lack_of_fit_verdict_p
-    if p is None:
+    lack = explained.conclusion
+    if lack.verdict is None:
         return f"{words}."
-    basis = "by observers" if explained.lack_of_fit_by_observers else "if all answers are independent"
-    if verdict(p) == "distinguished":
-        return f"{words}, but stimuli differ in ways that the factors do not name (lack of fit: {p_words(p)} {basis})."
-    return f"{words}; a lack of fit is not distinguished ({p_words(p)} {basis})."
+    but = ", but stimuli differ in ways that the factors do not name" if lack.verdict == "distinguished" else ""
+    return f"{words}{but}; {lack.sentence}"

@@ -100,15 +100,16 @@ def agreement_words(test: GroupAgreement, factor: str, alpha: float) -> str:
     """Return the test whether one scale serves all groups, and what follows from it, in words."""
     if test.f is None or test.p is None or test.df_between is None or test.df_within is None:
         statistic = f"χ² = {fixed(test.statistic, 1)} on {test.df} degrees of freedom"
-        p, basis = test.p_model, f" if all answers are independent (no test by observers: {test.missing})"
+        basis = f" if all answers are independent (no test by observers: {test.missing})"
     else:
         degrees = f"{fixed(test.df_between, 1)} and {fixed(test.df_within, 1)} degrees of freedom"
-        statistic, p, basis = f"F = {fixed(test.f, 2)} on {degrees}", test.p, " with the observer as the unit"
-    if p < alpha:
+        statistic, basis = f"F = {fixed(test.f, 2)} on {degrees}", " with the observer as the unit"
+    found = test.conclusion(alpha)
+    if found.verdict == "distinguished":
         verdict = f"The {factor}s are distinguished: read the scale of each, and take the pooled one for an average."
     else:
         verdict = f"The {factor}s are not distinguished, which is no evidence that their scales are the same."
-    return f"Does one scale serve every {factor}? {statistic}, {p_words(p)}{basis}. {verdict}"
+    return f"Does one scale serve every {factor}? {statistic}, {p_words(found.p or 0.0)}{basis}. {verdict}"
 
 
 def _prefixed(blocks: Iterable[Block]) -> list[Block]:

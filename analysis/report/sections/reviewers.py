@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+from analysis.classes.conclusions import verdict_of
 from analysis.errors import ResultsError
 from analysis.inference.chances import PairProbabilities, pair_probabilities
 from analysis.inference.choices import Multiverse, multiverse
 from analysis.inference.fit_of_pairs import PairResiduals, pair_residuals
 from analysis.inference.folds import ModelComparison, compare_models
 from analysis.inference.terminal import ReviewAnswer
-from analysis.inference.tost import VERDICTS, Equivalence, equivalence
+from analysis.inference.tost import Equivalence, equivalence
 from analysis.inference.triples import Transitivity, transitivity
 from analysis.report.blocks import Block, Cell, Column, Facts, Paragraph, Section, Table
 from analysis.report.summary import Summary
@@ -133,7 +134,7 @@ def _equivalence(result: Equivalence) -> Table:
         Column("Verdict", "verdict"),
     )
     rows = tuple(
-        (pair.first, pair.second, pair.difference, pair.p_equivalent, pair.p_different, VERDICTS[pair.verdict])
+        (pair.first, pair.second, pair.difference, pair.p_equivalent, pair.p_different, pair.verdict)
         for pair in result.pairs
     )
     return Table("equivalence", f"Equivalence within ± {result.margin_text}", columns, rows, folded=True)
@@ -190,7 +191,7 @@ def _analyses(result: Multiverse) -> list[Block]:
             Column("here", "here"),
             Column("stands", "stands", "number", 2),
         ),
-        tuple((pair.first, pair.second, pair.verdict, pair.stands) for pair in result.pairs),
+        tuple((pair.first, pair.second, verdict_of(pair.differs), pair.stands) for pair in result.pairs),
         folded=True,
     )
     choices = Table(

@@ -18,7 +18,7 @@ from analysis.report.figures import draw_classes, draw_scores
 from analysis.report.ranking import draw_ranking, draws_ranking
 from analysis.report.sections.agreement import agreement_words
 from analysis.report.summary import Answered, Summary
-from analysis.report.words import COVARIANCE_WORDS, fixed, p_words, percent
+from analysis.report.words import COVARIANCE_WORDS, fixed, percent
 from analysis.scaling.fitting import fit_model
 from analysis.scaling.result import Fit, OrderTest
 from analysis.scaling.scores import Scores
@@ -176,14 +176,10 @@ def fit_words(summary: Summary) -> str:
     if fits is None:
         penalised = summary.estimate.method != "ml"
         return "Not tested: a penalised fit or a prior was used." if penalised else "Not available."
-    verdict = (
-        "The answers depart from a single scale: interpret the scores with care."
-        if fits.p < 0.05
-        else "The answers are compatible with a single scale."
-    )
-    basis = "by bootstrap over observers" if fits.by_observers else "by a test that takes all answers for independent"
+    found = fits.conclusion
+    care = " Interpret the scores with care." if found.verdict == "distinguished" else ""
     statistic = f"Pearson's χ² = {fixed(fits.statistic, 1)} on {fits.df} degrees of freedom"
-    return f"{statistic}, {p_words(fits.p)} {basis}. {verdict}"
+    return f"{statistic}; {found.sentence}{care}"
 
 
 MOST_DRAWN = 40  # stimuli up to which all pairs fit a page
@@ -291,8 +287,7 @@ def _sides(whole: Answered, scale: Summary | None) -> list[tuple[str, str]]:
 
 def order_words(test: OrderTest) -> str:
     """Return the test of no order effect in words, without a full stop."""
-    basis = "by bootstrap over observers" if test.by_observers else "taking all answers for independent"
-    return f"test of no effect {p_words(test.verdict_p)} {basis}"
+    return test.conclusion.sentence.rstrip(".")
 
 
 def order_fit(summary: Summary) -> Fit | None:

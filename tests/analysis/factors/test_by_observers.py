@@ -107,7 +107,7 @@ def test_one_verdict_by_observers_and_averages_and_lack_of_fit_are_said(grid: Fa
     assert "factors do not name" not in explained_words(alike)
 
     apart = [factor_effects(study(random, grid, np.zeros(12), 1.0), grid, use=("paint", "view")) for _ in range(12)]
-    disputed = [one.tests[0] for one in apart if one.tests[0].p <= 0.05 < one.tests[0].verdict_p]
+    disputed = [one.tests[0] for one in apart if one.tests[0].p <= 0.05 < (one.tests[0].conclusion.p or 0)]
     assert disputed
     assert {test.to_json()["verdict"] for test in disputed} == {"not distinguished"}
 

@@ -128,7 +128,7 @@ def test_conclusions_of_a_minority_are_named_and_those_of_all_are_not(make: Make
     lone = multiverse(score(comparisons, covariance="model", adjust="none"), adjustments=["holm"])
     few = [pair for pair in lone.pairs if pair.stands < 0.5]
     assert few
-    assert all(pair.differs and pair.verdict == "distinguished" for pair in few)
+    assert all(pair.differs for pair in few)
     assert f"{len(few)} of 6 verdicts on pairs" in lone.warning
     assert lone.warning in lone.sentence
     assert lone.to_json()["warning"] == lone.warning

@@ -51,7 +51,7 @@ def test_uncorrected_it_is_the_interval_of_twice_the_level(make: Maker) -> None:
             within = -margin < interval.low and interval.high < margin
             assert (pair.verdict == "equivalent") == within
             seen.add((pair.verdict, pair.is_different))
-    assert {("equivalent", False), ("equivalent", True), ("different", True), ("undecided", False)} <= seen
+    assert {("equivalent", False), ("equivalent", True), ("distinguished", True), ("not distinguished", False)} <= seen
 
 
 def test_holm_by_hand(make: Maker) -> None:
@@ -71,14 +71,14 @@ def test_holm_by_hand(make: Maker) -> None:
         steps[index] = largest
     for index, pair in enumerate(result.pairs):
         assert pair.p_equivalent == pytest.approx(min(1, steps[index]), rel=1e-9)
-    assert result.count("equivalent") + result.count("different") + result.count("undecided") == 3
+    assert result.count("equivalent") + result.count("distinguished") + result.count("not distinguished") == 3
     assert "of 3 pairs are equivalent" in result.sentence
 
 
 def test_no_spread_is_no_evidence() -> None:
     votes = [Answer("a", "b", 3, f"{o}") for o in range(4)] + [Answer("b", "a", 1, f"{o}") for o in range(4)]
     pair = equivalence(score(from_answers(votes), covariance="sandwich"), "3jnd").pairs[0]
-    assert (pair.verdict, pair.p_equivalent, pair.p_different) == ("undecided", 1.0, 1.0)
+    assert (pair.verdict, pair.p_equivalent, pair.p_different) == ("not distinguished", 1.0, 1.0)
 
 
 def test_refusals(make: Maker) -> None:

@@ -135,13 +135,13 @@ def test_observers_who_differ_show_no_order_effect_and_one_of_all_is_found() -> 
         ).order_test
         assert test is not None
         assert test.by_observers is not None
-        assert test.verdict_p == test.by_observers.p
-        false, plain = false + (test.verdict_p <= 0.05), plain + (test.p <= 0.05)
+        assert test.conclusion.p == test.by_observers.p
+        false, plain = false + (test.conclusion.verdict == "distinguished"), plain + (test.p <= 0.05)
         planted = fit_model(
             simulated(random, 10, 4, side=0.7, order=0.8), order_effect=True, covariance="model"
         ).order_test
         assert planted is not None
-        found += planted.verdict_p <= 0.05
+        found += planted.conclusion.verdict == "distinguished"
     assert plain >= 16
     assert false <= MOST_FALSE
     assert found >= 56
@@ -208,5 +208,5 @@ def test_groups_whose_observers_agree_are_not_apart(sets: tuple[str, ...], peopl
         answers += ranked([items] * (people - 1) + [last], f"g{place}")
     agreement = score_groups(from_answers(answers), method="firth").agreement
     assert agreement is not None
-    assert agreement.verdict_p > 0.2
+    assert (agreement.conclusion().p or 0) > 0.2
     assert (agreement.p is None) == (agreement.missing is not None)
