@@ -12,8 +12,7 @@ from typing import Any
 import pytest
 
 from analysis.errors import ResultsError
-from analysis.records import check_log, read_session
-from analysis.records.session_record import FILE_NAME
+from analysis.records import FILE_NAME, check_log, read_session
 from runner.session.folders import Recorder
 from runner.session.session import Session
 from tests.runner.every_kind import Fickle, blocks_of

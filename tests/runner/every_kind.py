@@ -17,7 +17,7 @@ from runner.blocks.block import Block
 from runner.blocks.tasks import Choose, Compare
 from runner.observers.simulated import key_for, plain_key
 from runner.ports import Ask, KeyPress
-from runner.protocol.experiment import Experiment, read_experiment
+from runner.protocol import Experiment, read_experiment
 
 ROOT = Path(__file__).parents[2]
 _BOTH = "{name: gloss, question: How glossy, of: both, lowest: 1, highest: 9}"

@@ -11,15 +11,13 @@ import numpy as np
 from hypothesis import strategies as st
 
 from runner.blocks.block import Draft
-from runner.check.files import check_file
-from runner.check.report import CheckOptions
+from runner.check import CheckOptions, check_file
 from runner.observers.walk import walk
+from runner.presenter import Picture, Scene, Text
 from runner.presenter.lettering import coverage
-from runner.presenter.scene import Picture, Scene, Text
-from runner.protocol.experiment import Experiment, read_experiment
-from runner.reports.screens import preview
-from stimuli.pictures.exr_write import write_exr
-from stimuli.pictures.stereo_image import StereoImage
+from runner.protocol import Experiment, read_experiment
+from runner.reports import preview
+from stimuli.pictures import StereoImage, write_exr
 
 # Modes that one window without a right back buffer shows.
 MODES = (

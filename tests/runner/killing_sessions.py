@@ -18,12 +18,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from analysis.records import check_log
-from analysis.records.session_record import FILE_NAME, Header, Trial, read_session
+from analysis.records import FILE_NAME, Header, Trial, check_log, read_session
 from documents.files import Mirror, compare_copy
 from runner.blocks.block import Block
 from runner.ports import Ask, Holding, KeyPress
-from runner.presenter.scene import Scene
+from runner.presenter import Scene
 from runner.session.folders import Recorder
 from runner.session.session import Session
 from tests.runner.every_kind import Fickle, blocks_of

@@ -10,8 +10,8 @@ from typing import Any
 
 from analysis.records import FILE_NAME, Header, SessionLog, read_session
 from runner.ports import Ask, Holding, KeyPress, Pool
-from runner.presenter.scene import Scene
-from runner.protocol.experiment import Experiment
+from runner.presenter import Scene
+from runner.protocol import Experiment
 from runner.session.folders import Recorder
 from runner.session.header import planned
 from runner.session.pooling import ResultsPool

@@ -43,7 +43,7 @@ from runner.blocks.block import Block
 from runner.errors import SessionError
 from runner.observers.simulated import key_for, plain_key
 from runner.ports import MOST_IGNORED, Ask, Holding, Ignored, KeyPress, WindowClosed
-from runner.presenter.scene import Scene
+from runner.presenter import Scene
 from runner.session.clocks import SteadyClock
 from runner.session.folders import Recorder
 from runner.session.session import Left, Session

@@ -10,8 +10,7 @@ from typing import Any
 import pytest
 
 import cyclopean
-from analysis.records import check_log, read_session, session_files
-from analysis.records.session_record import FILE_NAME
+from analysis.records import FILE_NAME, check_log, read_session, session_files
 from documents import InputError
 from tests.runner.changed_logs import EDITS, edit, flip, recorded, refused
 from tests.runner.every_kind import VARIANTS
@@ -155,7 +154,7 @@ def test_checksums_that_were_taken_off_are_missed(study: Study) -> None:
 
 
 def test_checksums_that_were_taken_off_a_measurement_are_missed(tmp_path: Path, cyclopean: Any) -> None:
-    from devices.measurements.log import MeasurementLog
+    from devices.measurements import MeasurementLog
 
     file = tmp_path / "display.jsonl"
     with MeasurementLog.create(file, {"steps": []}) as log:
@@ -211,7 +210,7 @@ def test_a_report_of_chained_logs_says_that_they_fit(study: Study) -> None:
 
 
 def test_verify_lists_every_changed_line_and_measurements_and_seals(study: Study, tmp_path: Path) -> None:
-    from devices.measurements.log import MeasurementLog
+    from devices.measurements import MeasurementLog
 
     run = ["run", study.experiment, "--observer", "01", "--results", study.results, "--simulate", study.observers]
     study.cyclopean(*run)

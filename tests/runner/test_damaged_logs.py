@@ -14,8 +14,7 @@ import pytest
 
 import cyclopean as face
 from analysis.errors import ResultsError
-from analysis.records import read_session
-from analysis.records.session_record import SessionLog, session_files
+from analysis.records import SessionLog, read_session, session_files
 from documents import InputError
 from runner.observers.presses import Replay, asked_after_their_block
 from tests.runner.log_mutants import CHANGES, Mutant, mutants, written

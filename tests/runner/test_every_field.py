@@ -14,12 +14,12 @@ from typing import Any
 import pytest
 
 from analysis.errors import ResultsError
-from analysis.records.session_record import SessionLog, Trial, WindowEvent
+from analysis.records import SessionLog, Trial, WindowEvent
 from analysis.records.trial_kinds import KINDS, PRACTICE
 from analysis.records.trial_record import TrialRecord
+from analysis.report import describe
 from analysis.report.not_reported import BY_KIND, COMMON, ENGINE, unreported
 from analysis.report.page import render
-from analysis.report.report import describe
 from tests.runner import every_kind as EVERY
 from tests.runner.test_report_every_kind import log_of
 

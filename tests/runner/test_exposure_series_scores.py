@@ -11,14 +11,14 @@ import pytest
 import yaml
 from scipy.stats import chi2
 
-from analysis.records.session_record import SessionLog, read_session
-from analysis.report.sections.series import rating_figure, score_figure
-from analysis.series.summary import summarise_series
+from analysis.records import SessionLog, read_session
+from analysis.report import rating_figure, score_figure
+from analysis.series import summarise_series
 from runner.observers.observer_file import read_observer
 from runner.presenter.drawing import Drawing
-from runner.protocol.experiment import read_experiment
+from runner.protocol import read_experiment
 from runner.session.station import Station
-from stimuli.build.recipe_to_set import build_set
+from stimuli.build import build_set
 
 ROOT = Path(__file__).parents[2]
 OBSERVERS = 15

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
-from analysis.comparisons.session_comparisons import from_sessions
-from analysis.records.session_record import SessionLog, read_session, session_files
+from analysis.comparisons import from_sessions
+from analysis.records import SessionLog, read_session, session_files
 from runner.cli.main import group
 
 Study = Any  # tests/conftest.py

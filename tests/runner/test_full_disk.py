@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from analysis.records.session_record import FILE_NAME, Header, Note, Trial, read_session
+from analysis.records import FILE_NAME, Header, Note, Trial, read_session
 from runner.errors import SessionError
 from runner.session.folders import Recorder
 

@@ -11,9 +11,9 @@ import pytest
 from pydantic import ValidationError
 
 from documents import InputError
-from runner.check.files import check_file
-from runner.check.report import CheckOptions
-from runner.protocol.experiment import MOST_TRIALS, AnalysisSpec, check_observer, read_experiment
+from runner.check import CheckOptions, check_file
+from runner.protocol import read_experiment
+from runner.protocol.experiment import MOST_TRIALS, AnalysisSpec, check_observer
 
 Study = Any  # tests/conftest.py
 HUGE = ("1000000000", "1" + "0" * 40)

@@ -15,7 +15,7 @@ import pytest
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from analysis.power.plan import Plan, differing_pairs
+from analysis.power import Plan, differing_pairs
 from analysis.power.studies import analyse, draw
 from analysis.scaling import compared_groups
 from runner.blocks.all_pairs import AllPairs, AllPairsSpec

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from analysis.records.session_record import FILE_NAME, read_session
+from analysis.records import FILE_NAME, read_session
 from runner.blocks.orders import pair_order
 
 DRIVER = Path(__file__).with_name("killed_session.py")

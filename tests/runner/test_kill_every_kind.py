@@ -9,10 +9,9 @@ from typing import Any
 
 import pytest
 
-from analysis.records import PooledBatch
-from analysis.records.session_record import FILE_NAME, Note, Trial, read_session
+from analysis.records import FILE_NAME, Note, PooledBatch, Trial, read_session
 from runner.ports import Ask, Holding, KeyPress
-from runner.presenter.scene import Scene
+from runner.presenter import Scene
 from runner.session.session import Session
 from tests.runner import every_kind as EVERY
 from tests.runner.every_kind import VARIANTS

@@ -13,9 +13,8 @@ from analysis.records import FILE_NAME, Trial, check_log, read_session, session_
 from documents.files import DurableLog, LogDisturbedError, durable_log
 from documents.files.chain import sealed
 from runner.errors import SessionError, SessionStoppedError
+from runner.session import SessionOptions, run_session, simulate
 from runner.session.folders import Recorder
-from runner.session.options import SessionOptions
-from runner.session.run import run_session, simulate
 from tests.runner.harms import HARMS, TO_FILE, Harm
 
 Study = Any  # tests/conftest.py

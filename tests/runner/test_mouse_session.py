@@ -12,7 +12,7 @@ import pytest
 
 from runner.blocks.questionnaire import Questionnaire
 from runner.ports import Ask
-from runner.protocol.experiment import read_experiment
+from runner.protocol import read_experiment
 
 Person = Any  # tests/conftest.py
 pytestmark = pytest.mark.window

@@ -9,10 +9,11 @@ from typing import Any
 import pytest
 
 from documents import InputError
-from documents.yaml.load import load_document
+from documents.yaml import load_document
 from runner.blocks.practice import Practice
 from runner.blocks.questionnaire import Questionnaire
-from runner.protocol.experiment import ExperimentSpec, read_experiment
+from runner.protocol import read_experiment
+from runner.protocol.experiment import ExperimentSpec
 
 Study = Any  # tests/conftest.py
 HEAD = """\

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from analysis.errors import ResultsError
-from analysis.records.session_record import FILE_NAME, Header, Mark, Note, Resumption, SessionLog, Trial, read_session
+from analysis.records import FILE_NAME, Header, Mark, Note, Resumption, SessionLog, Trial, read_session
 from runner.session.folders import Recorder
 
 UTC = "2026-01-01T00:00:01.000+00:00"

@@ -10,12 +10,10 @@ from typing import Any
 import pytest
 
 from analysis.bids import About, export_dataset
-from analysis.records import read_results, read_session
-from analysis.records.session_record import SessionLog, session_files
+from analysis.records import SessionLog, read_results, read_session, session_files
 from analysis.records.trial_kinds import KINDS, PRACTICE
-from analysis.report.page import write_report
-from runner.session.options import SessionOptions
-from runner.session.run import run_session
+from analysis.report import write_report
+from runner.session import SessionOptions, run_session
 
 RECORDED = Path(__file__).parent / "recorded"
 EXPERIMENTS = ("groups", "others", "pairs", "sequence")

@@ -13,13 +13,12 @@ from typing import Any
 import pytest
 
 from analysis.errors import ResultsError
-from analysis.records import PooledBatch
-from analysis.records.session_record import Header, Mark, Note, SessionLog, Trial
-from analysis.report.page import write_report
-from analysis.report.report import KIND_WORDS, describe
+from analysis.records import Header, Mark, Note, PooledBatch, SessionLog, Trial
+from analysis.report import describe, write_report
+from analysis.report.report import KIND_WORDS
 from runner.ports import Holding
-from runner.presenter.scene import Scene
-from runner.protocol.experiment import Experiment
+from runner.presenter import Scene
+from runner.protocol import Experiment
 from runner.session.session import Session
 from tests.runner import every_kind as EVERY
 from tests.runner.every_kind import VARIANTS

@@ -13,13 +13,13 @@ import pytest
 import yaml
 from click.testing import CliRunner
 
-from analysis.records.session_record import SessionLog, read_session
+from analysis.records import SessionLog, read_session
 from runner.cli.main import group
 from runner.observers.observer_file import read_observer
 from runner.presenter.drawing import Drawing
-from runner.protocol.experiment import read_experiment
+from runner.protocol import read_experiment
 from runner.session.station import Station
-from stimuli.build.recipe_to_set import build_set
+from stimuli.build import build_set
 
 ROOT = Path(__file__).parents[2]
 SMALL_MM = [12, 8]

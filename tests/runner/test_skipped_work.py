@@ -18,7 +18,7 @@ from click.testing import CliRunner
 
 from runner.cli.main import group
 from stimuli.build import stimulus_set
-from stimuli.pictures.exr_read import read_exr
+from stimuli.pictures import read_exr
 from tests.runner.test_shipped_experiments import SMALL_PIXELS, copied
 
 BYTES = 12 * SMALL_PIXELS

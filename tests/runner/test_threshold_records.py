@@ -12,7 +12,7 @@ import pytest
 
 from analysis.errors import ResultsError
 from analysis.records import SessionLog, read_session
-from analysis.report.page import write_report
+from analysis.report import write_report
 from runner.observers.behaviour import BehaviourSpec, PsychometricSpec
 from runner.observers.simulated import BradleyTerryObserver
 from runner.session.session import Session

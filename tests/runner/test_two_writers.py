@@ -20,9 +20,8 @@ from documents.files import LogInUseError, OwnedLock, in_use, owned_lock
 from documents.files.owned_lock import STALE_S, Owner
 from documents.platform import process_start
 from runner.errors import SessionError, SessionStoppedError
+from runner.session import SessionOptions, run_session
 from runner.session.folders import Recorder
-from runner.session.options import SessionOptions
-from runner.session.run import run_session
 
 Study = Any  # tests/conftest.py
 

@@ -13,11 +13,10 @@ import pytest
 import yaml
 
 from documents import InputError
-from documents.yaml import parse_yaml
-from documents.yaml.load import checked
-from runner.check.files import check_file
-from runner.check.report import CheckOptions
-from runner.protocol.schemas import KINDS, FileKind, file_model
+from documents.yaml import checked, parse_yaml
+from runner.check import CheckOptions, check_file
+from runner.protocol import FileKind, file_model
+from runner.protocol.schemas import KINDS
 
 Study = Any  # tests/conftest.py
 ROOT = Path(__file__).parents[2]

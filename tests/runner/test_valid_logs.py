@@ -10,10 +10,9 @@ from typing import Any
 
 import pytest
 
-from analysis.comparisons.session_comparisons import grouped_comparisons
+from analysis.comparisons import grouped_comparisons
 from analysis.errors import ResultsError
-from analysis.records import Resumption, SessionLog, SessionTimes, Trial, check_log, read_session
-from analysis.records.session_record import FILE_NAME
+from analysis.records import FILE_NAME, Resumption, SessionLog, SessionTimes, Trial, check_log, read_session
 from runner.blocks.tasks import Browse, Rate
 from runner.observers.simulated import plain_key
 from runner.ports import Ask, KeyPress

@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from analysis.records.session_record import read_session, session_files
+from analysis.records import read_session, session_files
 
 Person = Any  # tests/conftest.py
 pytestmark = pytest.mark.window

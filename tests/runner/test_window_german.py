@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from devices.display.display_file import read_display
+from devices.display import read_display
 
 Person = Any  # tests/conftest.py
 pytestmark = pytest.mark.window

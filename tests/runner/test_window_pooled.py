@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from analysis.records import SessionLog, check_log, read_session, session_files
-from runner.protocol.experiment import read_experiment
+from runner.protocol import read_experiment
 from tests.runner.pooled_sessions import asked, sit
 
 Person = Any  # tests/conftest.py

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from analysis.records.session_record import Trial
+from analysis.records import Trial
 
 Person = Any  # tests/conftest.py
 pytestmark = pytest.mark.window

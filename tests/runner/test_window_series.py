@@ -11,7 +11,7 @@ import pytest
 
 from runner.blocks.rating import Rating
 from runner.blocks.scale import scale_targets
-from runner.protocol.experiment import read_experiment
+from runner.protocol import read_experiment
 
 Person = Any  # tests/conftest.py
 pytestmark = pytest.mark.window

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from devices.display.display_file import read_display
-from stimuli.pictures.exr_read import read_exr
+from devices.display import read_display
+from stimuli.pictures import read_exr
 
 Person = Any  # tests/conftest.py
 pytestmark = pytest.mark.window

@@ -15,10 +15,9 @@ from analysis.records import read_results
 from documents.files import sha256_of_file
 from documents.fonts import font_runs, undrawable
 from documents.pages import drawing, drawn
-from runner.check.files import check_file
-from runner.check.report import CheckOptions, CheckReport
+from runner.check import CheckOptions, CheckReport, check_file
+from runner.presenter import Text
 from runner.presenter.lettering import coverage, text_area
-from runner.presenter.scene import Text
 from runner.protocol import read_experiment
 from runner.session import simulate
 from tests.tiny_font import tiny_font

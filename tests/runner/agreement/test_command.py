@@ -14,10 +14,9 @@ import pytest
 from scipy.ndimage import gaussian_filter
 
 from runner.agreement.compare import LIMITS
-from runner.session.run import simulate
+from runner.session import simulate
 from stimuli.comparison.verdict import Limits
-from stimuli.pictures.exr_write import write_exr
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage, write_exr
 
 pytestmark = pytest.mark.usefixtures("unseen")
 Cyclopean = Callable[..., subprocess.CompletedProcess[str]]  # tests/conftest.py
@@ -129,7 +128,7 @@ def test_the_measures_are_those_of_the_pictures_that_were_shown(study: Study, cy
     """Slow twin: the picture is read, clipped as the display clips it, and measured by hand."""
     from devices.colour import delta_e_2000, xyz_to_lab
     from devices.display import read_rig
-    from stimuli.pictures.exr_read import read_exr
+    from stimuli.pictures import read_exr
 
     found = json.loads(cyclopean(*asked(study, "--measures", "delta-e-2000", *PHOTOGRAPHS, "--json")).stdout)
     rig = read_rig(ROOT / "configs/rigs/asus_vg248qe_3dvision.yaml")

@@ -8,12 +8,11 @@ from typing import Any
 
 import pytest
 
-from analysis.records import PooledBatch
-from analysis.records.session_record import Mark, Note, Trial
+from analysis.records import Mark, Note, PooledBatch, Trial
 from runner.blocks.block import Block
 from runner.observers.simulated import plain_key
 from runner.ports import Ask, Holding, KeyPress
-from runner.presenter.scene import Scene
+from runner.presenter import Scene
 from runner.session.session import Session
 
 Press = Callable[[Ask], str]

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from analysis.comparisons.session_comparisons import from_sessions
-from analysis.records.session_record import Header, SessionLog
+from analysis.comparisons import from_sessions
+from analysis.records import Header, SessionLog
 from runner.blocks.active_pairs import ActivePairs, ActivePairsSpec
 from runner.blocks.layout import PairLayout
 from runner.blocks.setting import Stimuli
@@ -95,7 +95,7 @@ def test_known_scores_come_back_through_the_analysis(play: Play) -> None:
     comparisons = from_sessions([log])
     assert comparisons.items == NAMES
     assert comparisons.wins.sum() == 600
-    from analysis.scaling.fitting import fit
+    from analysis.scaling import fit
 
     fitted = fit(comparisons.wins)
     truth = 0.3 * (np.arange(12) - 5.5)

@@ -21,7 +21,7 @@ from runner.blocks.style import FULL_HD_HALF
 from runner.blocks.tasks import Compare, Rate
 from runner.observers.simulated import key_for, plain_key
 from runner.ports import Ask
-from runner.presenter.scene import Picture, Text
+from runner.presenter import Picture, Text
 
 Play = Callable[..., Any]
 NAMES = ("a", "b", "c", "d", "e")

@@ -11,21 +11,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.compensation.eye_view import Rectangle
-from devices.display.display_file import EyeModels
-from devices.display.model import DisplayModel
-from devices.display.tone_curve import ToneCurve
+from devices.compensation import Rectangle
+from devices.display import DisplayModel, EyeModels, ToneCurve
 from runner.blocks.layout import visible_part
+from runner.presenter import Picture, Presenter, Scene, find_mode, open_surface
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.mode import EyeArea
-from runner.presenter.modes.registry import find_mode
-from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Picture, Scene
-from runner.presenter.surfaces.surface import open_surface
-from stimuli.build.stimulus_set import StimulusSet
-from stimuli.pictures.exr_write import write_exr
-from stimuli.pictures.region import Part
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.build import StimulusSet
+from stimuli.pictures import Part, StereoImage, write_exr
 
 SIZES = st.tuples(st.integers(1, 40), st.integers(1, 40))
 

@@ -14,15 +14,15 @@ from documents.yaml import read_yaml
 from runner.blocks.block import Draft
 from runner.blocks.interface import Interface
 from runner.blocks.style import Style
-from runner.check.report import CheckReport
+from runner.check import CheckReport
 from runner.check.screens import check_screens
 from runner.observers.simulated import plain_key
 from runner.observers.walk import walk
 from runner.ports import Ask, KeyPress
+from runner.presenter import Scene, Text
 from runner.presenter.lettering import coverage, text_area
-from runner.presenter.scene import Box, Scene, Text
-from runner.protocol.experiment import Experiment, read_experiment
-from runner.protocol.schemas import json_schema
+from runner.presenter.scene import Box
+from runner.protocol import Experiment, json_schema, read_experiment
 from runner.session.header import make_header
 from runner.session.session import Session
 from tests.runner import every_kind as EVERY

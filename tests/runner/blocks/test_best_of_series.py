@@ -21,8 +21,9 @@ from runner.blocks.style import Style
 from runner.blocks.tasks import Browse, Rate
 from runner.observers.simulated import plain_key
 from runner.ports import Ask, Target
-from runner.presenter.scene import Box, Text
-from runner.protocol.experiment import read_experiment
+from runner.presenter import Text
+from runner.presenter.scene import Box
+from runner.protocol import read_experiment
 
 Study = Any  # tests/conftest.py
 Play = Callable[..., Any]  # conftest.py

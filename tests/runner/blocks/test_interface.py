@@ -18,8 +18,8 @@ from runner.blocks.style import Style
 from runner.blocks.text_entry import Number, typed
 from runner.observers.walk import walk
 from runner.ports import Ask
+from runner.presenter import Scene, Text
 from runner.presenter.lettering import coverage
-from runner.presenter.scene import Scene, Text
 from tests.runner import every_kind as EVERY
 from tests.runner.every_kind import ROOT, VARIANTS
 

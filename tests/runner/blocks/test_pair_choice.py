@@ -14,7 +14,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from analysis.scaling.learnt_prior import Posterior, learnt_posterior, posterior, updated_posterior
+from analysis.scaling import Posterior, learnt_posterior, updated_posterior
+from analysis.scaling.learnt_prior import posterior
 from runner.blocks.pair_choice import Gain, PairChooser, best_matching, entropy_gain, gains, variance_gain
 
 Floats = NDArray[np.float64]

@@ -16,7 +16,7 @@ from runner.blocks.practice import Passing, Practice, feedback_words
 from runner.blocks.tasks import Choose
 from runner.observers.simulated import key_for, plain_key
 from runner.ports import Ask
-from runner.presenter.scene import Scene, Text
+from runner.presenter import Scene, Text
 
 Play = Callable[..., Any]
 LAYOUT = PairLayout("vertical", (0, -60), (0, 60), (100, 80), (0, -140), 400)

@@ -21,7 +21,7 @@ from runner.blocks.setting import Stimuli
 from runner.blocks.tasks import Compare
 from runner.observers.simulated import plain_key
 from runner.ports import Ask
-from runner.presenter.scene import Text
+from runner.presenter import Text
 
 Play = Callable[..., Any]
 SIX = tuple(Versions(f"{number}-stereo", f"{number}-flat") for number in range(6))

@@ -14,7 +14,7 @@ from runner.blocks.questionnaire import Choice, Questionnaire, Typed
 from runner.blocks.tasks import Choose, Write
 from runner.blocks.text_entry import Number, Words
 from runner.ports import Ask
-from runner.presenter.scene import Text
+from runner.presenter import Text
 
 Play = Callable[..., Any]
 

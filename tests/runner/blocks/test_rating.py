@@ -14,8 +14,8 @@ from runner.blocks.rating import Rating
 from runner.blocks.scale import Scale
 from runner.blocks.tasks import Rate
 from runner.ports import Ask
-from runner.presenter.scene import Picture, Scene, Text
-from runner.protocol.experiment import read_experiment
+from runner.presenter import Picture, Scene, Text
+from runner.protocol import read_experiment
 
 LAYOUT = SingleLayout((0, -60), (400, 300), (0, -250), 800, 90)
 SCALES = (Scale("quality", "How good?", 1, 5), Scale("depth", "How deep?", 0, 100))

@@ -12,8 +12,8 @@ from runner.blocks.best_of_series import BestOfSeries
 from runner.blocks.block import Draft, Hold, Response
 from runner.observers.simulated import plain_key
 from runner.ports import Ask, ChooseBatch
-from runner.presenter.scene import Text
-from runner.protocol.experiment import Experiment, read_experiment
+from runner.presenter import Text
+from runner.protocol import Experiment, read_experiment
 
 Study = Any  # tests/conftest.py
 BEST = "{kind: best_of_series, series: {one: [one, two], two: [three, four]}}"

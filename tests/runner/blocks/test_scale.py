@@ -14,7 +14,8 @@ from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.tasks import Rate
 from runner.observers.simulated import plain_key
 from runner.ports import Ask
-from runner.presenter.scene import Box, Text
+from runner.presenter import Text
+from runner.presenter.scene import Box
 
 TEN = Scale("similarity", "How similar?", low_anchor="not at all", high_anchor="the same")
 SLIDER = Scale("quality", "How good?", 0, 100, "bad", "good", "fair")

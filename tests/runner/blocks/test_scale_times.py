@@ -12,7 +12,7 @@ from runner.blocks.rating import Rating
 from runner.blocks.scale import Scale
 from runner.observers.presses import Person
 from runner.ports import Holding, KeyPress
-from runner.presenter.scene import Scene
+from runner.presenter import Scene
 from runner.session.session import Session
 
 LAYOUT = SingleLayout((0, 0), (100, 80), (0, -140), 400, 60)

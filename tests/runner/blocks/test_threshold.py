@@ -15,9 +15,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from analysis.records.session_record import Header, read_session
-from analysis.thresholds import Easier, QuestPlus, Staircase
-from analysis.thresholds.summary import QuestionSummary, summarise_thresholds
+from analysis.records import Header, read_session
+from analysis.thresholds import Easier, QuestionSummary, QuestPlus, Staircase, summarise_thresholds
 from runner.blocks.layout import PairLayout, SingleLayout
 from runner.blocks.setting import Stimuli
 from runner.blocks.tasks import Choose

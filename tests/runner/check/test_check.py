@@ -9,15 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.records.session_record import Header
-from runner.check.files import check_file
+from analysis.records import Header
+from runner.check import CheckOptions, CheckReport, check_file
 from runner.check.machine import NO_DISPLAY
-from runner.check.report import CheckOptions, CheckReport
 from runner.presenter.surfaces.screens import monitors
-from runner.protocol.experiment import read_experiment
+from runner.protocol import read_experiment
 from runner.session.folders import Recorder
-from stimuli.pictures.exr_write import write_exr
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage, write_exr
 
 Study = Any  # tests/conftest.py
 HEADER = Header("small", "07", "s", "2026-01-01T00:00:00.000+00:00", 0, "Which?", True, (), {}, {}, {}, {}, {})

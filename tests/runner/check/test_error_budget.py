@@ -12,24 +12,15 @@ import pytest
 from click.testing import CliRunner
 from numpy.typing import NDArray
 
-from devices.budget.encoding import Encoding
-from devices.budget.error_budget import ErrorBudget
-from devices.budget.path import OwnPixels, Step
+from devices.budget import Encoding, ErrorBudget, OwnPixels, Step
 from devices.characterise import fit_display, table_c1_codes, thesis_display
-from devices.colour.ciede2000 import delta_e_2000
-from devices.colour.spaces import xyz_to_lab
-from devices.compensation.compensate import Correction
-from devices.compensation.crosstalk import Crosstalk
+from devices.colour import delta_e_2000, xyz_to_lab
+from devices.compensation import Correction, Crosstalk, GainMap
 from devices.compensation.crosstalk_cancel import seen_XYZ
-from devices.compensation.gain_map import GainMap
-from devices.display.code_table import ENTRIES
-from devices.display.display_file import EYES, Eye, EyeModels, read_display
-from devices.display.panel import PanelSpec
-from devices.display.rig_file import Rig, read_rig
+from devices.display import ENTRIES, EYES, Eye, EyeModels, PanelSpec, Rig, read_display, read_rig
 from devices.measurements import Measurements
-from runner.check.error_budget import SCENE_PX, _scene, rig_budget
-from runner.check.files import check_file
-from runner.check.report import CheckOptions
+from runner.check import CheckOptions, check_file, rig_budget
+from runner.check.error_budget import SCENE_PX, _scene
 from runner.cli.main import group
 from runner.presenter.compensated_pass import CompensatedPass
 from runner.presenter.surfaces.egl import EglSurface

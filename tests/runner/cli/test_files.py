@@ -12,13 +12,13 @@ import yaml
 from click.testing import CliRunner
 from PIL import Image
 
-from devices.compensation.compensate import Correction
-from devices.display.display_file import read_display
+from devices.compensation import Correction
+from devices.display import read_display
 from documents import InputError
 from runner.cli.main import group
 from runner.presenter.arithmetic import Arithmetic
-from runner.protocol.experiment import read_experiment
-from stimuli.pictures.exr_read import read_exr
+from runner.protocol import read_experiment
+from stimuli.pictures import read_exr
 
 Study = Any  # tests/conftest.py
 ROOT = Path(__file__).parents[3]

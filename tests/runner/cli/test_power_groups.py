@@ -11,8 +11,8 @@ from click.testing import CliRunner, Result
 
 from documents import InputError
 from runner.cli.main import group
-from runner.protocol.experiment import read_experiment
-from runner.reports.power import PowerOptions, study_power
+from runner.protocol import read_experiment
+from runner.reports import PowerOptions, study_power
 from runner.reports.power_design import pair_design
 
 Study = Any  # tests/conftest.py

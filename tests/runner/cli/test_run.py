@@ -16,17 +16,15 @@ from typing import Any
 import pytest
 from filelock import FileLock
 
-from analysis.records import read_results
-from analysis.records.session_record import read_session, session_files
+from analysis.records import read_results, read_session, session_files
 from analysis.report.notes import on_sessions
 from documents.files import whole_file
 from documents.files.chain import EMPTY, sealed
 from runner.blocks.incomplete_pairs import PLACES, place_of
 from runner.blocks.setting import Draw
 from runner.errors import SessionError, UsedCodeError
+from runner.session import SessionOptions, run_session
 from runner.session.one_at_a_time import only_session
-from runner.session.options import SessionOptions
-from runner.session.run import run_session
 from tests.forked import Server
 
 Study = Any  # tests/conftest.py
@@ -350,8 +348,8 @@ def test_a_graphics_error_ends_the_session_with_everything_recorded(
     from click.testing import CliRunner
 
     from runner.cli.main import group
+    from runner.presenter import Presenter
     from runner.presenter.errors import GraphicsError
-    from runner.presenter.presenter import Presenter
 
     show, drawn = Presenter.show, 0
 

@@ -13,10 +13,10 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from devices.measurements.log import read_session
+from devices.measurements import read_session
 from documents import InputError
 from runner.cli.main import group
-from runner.presenter.surfaces.surface import open_surface
+from runner.presenter import open_surface
 
 BLOCKS = [b"OK00," + b",".join([b"1.0e-05"] * count) + b"\n" for count in (100, 100, 100, 101)]
 

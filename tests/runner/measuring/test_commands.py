@@ -11,16 +11,13 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from devices.display import MonitorSettings
-from devices.display.display_file import read_display
-from devices.measurements import read_csv
-from devices.measurements.log import read_session
-from devices.measurements.read import read_measurements
+from devices.display import MonitorSettings, read_display
+from devices.measurements import read_csv, read_measurements, read_session
 from devices.patches import find_patches
 from documents import InputError
 from runner.cli.main import group
+from runner.presenter import open_surface
 from runner.presenter.modes.registry import MODES
-from runner.presenter.surfaces.surface import open_surface
 from tests.runner.measuring.displays import DISPLAY as SMALL
 from tests.runner.measuring.killed_measurement import kill_and_resume
 

@@ -18,9 +18,7 @@ from devices.measurements import read_measurements, read_session
 from devices.patches import find_patches
 from documents import InputError
 from runner.cli.main import group
-from runner.measuring.options import Dialogue, InstrumentOptions, PatchOptions, ShowOptions
-from runner.measuring.station import measure_display
-from runner.measuring.verification import verify_display
+from runner.measuring import Dialogue, InstrumentOptions, PatchOptions, ShowOptions, measure_display, verify_display
 from tests.runner.measuring.displays import DISPLAY
 
 Load = Callable[[float], None]

@@ -19,7 +19,7 @@ from devices.patches import Patch, Step, find_patches, steps
 from documents import InputError
 from runner.cli.main import group
 from runner.measuring.judge import Judge
-from runner.presenter.surfaces.surface import open_surface
+from runner.presenter import open_surface
 
 Floats = NDArray[np.float64]
 Fault = Callable[[Floats, Showing], Floats]

@@ -10,10 +10,9 @@ from typing import Any
 import pytest
 
 from analysis.records import check_log
-from devices.measurements import MeasurementLog
-from devices.measurements.log import read_session
+from devices.measurements import MeasurementLog, read_session
 from documents import InputError
-from runner.presenter.surfaces.surface import open_surface
+from runner.presenter import open_surface
 from tests.runner.harms import HARMS
 from tests.runner.measuring.displays import DISPLAY
 

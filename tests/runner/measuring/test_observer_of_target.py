@@ -15,9 +15,9 @@ from devices.instruments import Reading, SimulatedDisplay
 from devices.measurements import Kept, Measurements, Session, read_measurements, write_csv, xyz_from_spectra
 from devices.measurements.ti3 import write_ti3
 from devices.patches import Step, asked_of
-from runner.measuring.options import Dialogue, InstrumentOptions, ShowOptions
+from runner.measuring import Dialogue, InstrumentOptions, ShowOptions, verify_display
 from runner.measuring.target import read_target, wiring_of
-from runner.measuring.verification import judge, patches_of, verify_display
+from runner.measuring.verification import judge, patches_of
 from runner.reports.display.page import write_page
 
 

@@ -11,13 +11,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from devices.diagnostics.examination import examine
-from devices.diagnostics.measured_sets import MeasuredSet
-from devices.diagnostics.readings import plain
-from devices.display.display_file import read_display
-from devices.instruments.simulated import Simulated
-from devices.measurements import read_csv
-from devices.measurements.log import MeasurementLog, read_session, step_facts
+from devices.diagnostics import MeasuredSet, examine, plain
+from devices.display import read_display
+from devices.instruments import Simulated
+from devices.measurements import MeasurementLog, read_csv, read_session, step_facts
 from devices.patches import Patch, PatchSet, Place, find_sets, steps
 from documents import InputError
 from runner.cli.main import group
@@ -25,10 +22,11 @@ from runner.measuring.code_screen import CodeScreen, EyeCodes
 from runner.measuring.keys import Keys
 from runner.measuring.take_readings import take_readings
 from runner.ports import KeyPress
+from runner.presenter import find_mode, open_surface
 from runner.presenter.errors import PresentationError
-from runner.presenter.modes.registry import MODES, find_mode
+from runner.presenter.modes.registry import MODES
 from runner.presenter.surfaces.gl_calls import Codes
-from runner.presenter.surfaces.surface import Surface, open_surface
+from runner.presenter.surfaces.surface import Surface
 from tests.runner.measuring.displays import DISPLAY as SMALL
 
 SIZE = (96, 72)

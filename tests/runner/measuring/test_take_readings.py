@@ -10,15 +10,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from devices.instruments import Reading, Showing
-from devices.instruments.errors import GarbledError, InstrumentError, LostError, RangeError, TimedOutError
-from devices.measurements.log import MeasurementLog, read_session, step_facts
+from devices.instruments import GarbledError, InstrumentError, LostError, RangeError, Reading, Showing
+from devices.instruments.errors import TimedOutError
+from devices.measurements import MeasurementLog, read_session, step_facts
 from devices.patches import find_patches, steps
 from runner.measuring.code_screen import CodeScreen, EyeCodes
 from runner.measuring.take_readings import Outcome, Progress, take_readings
 from runner.ports import KeyPress, WindowClosed
+from runner.presenter import find_mode
 from runner.presenter.errors import PresentationError
-from runner.presenter.modes.registry import find_mode
 from runner.presenter.surfaces.egl import EglSurface
 
 STEPS = steps(find_patches("grey"), 1)

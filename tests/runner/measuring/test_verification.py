@@ -10,22 +10,17 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from devices.compensation.compensate import Correction
-from devices.display.display_file import EyeModels, read_display
-from devices.display.model import DisplayModel
-from devices.display.tone_curve import ToneCurve
+from devices.compensation import Correction
+from devices.display import DisplayModel, EyeModels, ToneCurve, read_display
 from devices.errors import MeasuringError
-from devices.instruments import Reading
-from devices.instruments.simulated import SimulatedDisplay
-from devices.measurements.log import Kept, Session, read_session
-from devices.patches import Patch, PatchSet, Step
-from devices.patches.colorchecker import asked_of
+from devices.instruments import Reading, SimulatedDisplay
+from devices.measurements import Kept, Session, read_session
+from devices.patches import Patch, PatchSet, Step, asked_of
 from documents import InputError
 from runner.cli.main import group
 from runner.measuring.patch_screen import AskedScreen
 from runner.measuring.verification import asked_XYZ, doubt_on_light, judge, patches_of
-from runner.presenter.modes.registry import find_mode
-from runner.presenter.surfaces.surface import open_surface
+from runner.presenter import find_mode, open_surface
 from tests.runner.measuring.displays import DISPLAY as SMALL
 from tests.runner.presenter.test_plvc_pass import plvc
 

@@ -13,13 +13,12 @@ import pytest
 from click.testing import CliRunner
 from numpy.typing import NDArray
 
-from analysis.records.session_record import read_session, session_files
-from devices.display.display_file import EyeModels, read_display
+from analysis.records import read_session, session_files
+from devices.display import EyeModels, read_display
 from runner.cli.run import command
 from runner.errors import SessionError
 from runner.observers.simulated import mean_delta_e_00
-from stimuli.pictures.exr_write import write_exr
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage, write_exr
 
 Study = Any  # tests/conftest.py
 GREY = np.array([0.95, 1, 1.09], dtype=np.float32)

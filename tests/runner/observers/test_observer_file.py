@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from documents import InputError
-from runner.check.files import check_file
+from runner.check import check_file
 from runner.observers.observer_file import read_observer, read_scored_observer
 
 CONFIGS = Path(__file__).parents[3] / "configs/observers"

@@ -10,7 +10,7 @@ import pytest
 from runner.blocks.tasks import Browse, Choose, Rate, Write
 from runner.observers.presses import Person
 from runner.ports import DOUBLE_S, Ask, KeyPress, Target
-from runner.presenter.scene import Scene
+from runner.presenter import Scene
 
 TWO = Ask(
     Scene(),

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from analysis.records.session_record import Header, SessionLog, Trial, read_session
+from analysis.records import Header, SessionLog, Trial, read_session
 from runner.blocks.all_pairs import AllPairs
 from runner.blocks.layout import PairLayout
 from runner.blocks.message import Message
@@ -22,12 +22,12 @@ from runner.errors import SessionError
 from runner.observers.presses import Replay, asked_after_their_block, check_replayable, read_recording
 from runner.observers.simulated import BradleyTerryObserver
 from runner.ports import Ask, Holding, KeyPress, Observer, WindowClosed
-from runner.presenter.scene import Scene
-from runner.protocol.experiment import read_experiment
+from runner.presenter import Scene
+from runner.protocol import read_experiment
 from runner.session.folders import Recorder
 from runner.session.session import Session
 from runner.session.station import Station
-from stimuli.build.recipe_to_set import build_set
+from stimuli.build import build_set
 
 Study = Any  # tests/conftest.py
 SCORES = {"one": 1.0, "two": 2.0, "three": 3.0, "four": 4.0}

@@ -10,13 +10,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.scaling.fitting import fit
+from analysis.scaling import fit
 from runner.blocks.tasks import Browse, Choose, Compare, Rate, Write
 from runner.errors import SessionError
 from runner.observers.behaviour import BehaviourSpec, FatigueSpec, PsychometricSpec, TiesSpec
 from runner.observers.simulated import BradleyTerryObserver
 from runner.ports import Ask
-from runner.presenter.scene import Scene
+from runner.presenter import Scene
 
 SCORES = {"a": 0.5, "b": 1.0, "c": 2.0, "d": 6.0}
 PAIR = {"up": "first", "down": "second"}

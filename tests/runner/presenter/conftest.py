@@ -14,15 +14,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.display.display_file import EyeModels
-from devices.display.model import DisplayModel
-from devices.display.tone_curve import ToneCurve
+from devices.display import DisplayModel, EyeModels, ToneCurve
+from runner.presenter import Presenter, find_mode, open_surface
 from runner.presenter.errors import PresentationError
-from runner.presenter.modes.registry import find_mode
-from runner.presenter.presenter import Presenter
 from runner.presenter.surfaces.egl import EglSurface
-from runner.presenter.surfaces.surface import Surface, open_surface
-from stimuli.pictures.stereo_image import StereoImage
+from runner.presenter.surfaces.surface import Surface
+from stimuli.pictures import StereoImage
 
 BACKENDS = ("egl", "null", "window")
 PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])

@@ -9,20 +9,18 @@ from unittest.mock import patch
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.compensation import Correction, Mixture
-from devices.compensation.crosstalk_cancel import cancel_crosstalk
+from devices.compensation import Correction, Mixture, cancel_crosstalk
 from devices.display import EYES, Eye, EyeModels
+from runner.presenter import ColourPass, Picture, Presenter, Scene
 from runner.presenter.arithmetic_choice import VARIABLE
 from runner.presenter.code_pass import release_codes
-from runner.presenter.colour_pass import ColourPass, MixedPass
+from runner.presenter.colour_pass import MixedPass
 from runner.presenter.compensated_pass import CompensatedPass
 from runner.presenter.depth import Bits, CodeFormat, highest_code
 from runner.presenter.modes.mode import Mode, Weave
-from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.surfaces.surface import Surface
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage
 from tests.displays import picture_of
 
 SIZE_PX = (48, 36)

@@ -11,16 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.compensation import Correction, Crosstalk, GainMap
-from devices.display.display_file import EyeModels
-from devices.display.model import DisplayModel
-from devices.display.plvc import Plvc
-from devices.display.table_curve import TableCurve
-from devices.display.tone_curve import ToneCurve
-from runner.presenter.modes.registry import MODES, find_mode
-from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Picture, Scene
-from runner.presenter.surfaces.surface import open_surface
-from stimuli.pictures.stereo_image import StereoImage
+from devices.display import DisplayModel, EyeModels, Plvc, TableCurve, ToneCurve
+from runner.presenter import Picture, Presenter, Scene, find_mode, open_surface
+from runner.presenter.modes.registry import MODES
+from stimuli.pictures import StereoImage
 
 SIZE_PX = (128, 96)
 PRIMARIES = np.array([[40.0, 35, 18], [20, 70, 7], [2, 11, 95]])

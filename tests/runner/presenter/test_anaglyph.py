@@ -11,18 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from devices.compensation.mixture import Mixture
-from devices.display.display_file import EyeModels
-from devices.display.model import DisplayModel
-from devices.display.tone_curve import ToneCurve
+from devices.compensation import Mixture
+from devices.display import DisplayModel, EyeModels, ToneCurve
+from runner.presenter import ModeOptions, Picture, Presenter, Scene, Text, find_mode
 from runner.presenter.errors import PresentationError
-from runner.presenter.modes.options import ModeOptions
-from runner.presenter.modes.registry import find_mode
-from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Picture, Scene, Text
 from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.surface import Surface
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage
 from tests.runner.presenter.conftest import on_surfaces
 
 Floats = NDArray[np.float64]

@@ -8,19 +8,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.compensation.compensate import Correction
-from devices.compensation.crosstalk import Crosstalk
-from devices.compensation.gain_map import GainMap
-from devices.compensation.mixture import least_squares
-from devices.display.display_file import EyeModels
-from devices.display.model import DisplayModel
-from devices.display.table_curve import TableCurve
-from devices.display.tone_curve import ToneCurve
-from runner.presenter import arithmetic_choice
+from devices.compensation import Correction, Crosstalk, GainMap, least_squares
+from devices.display import DisplayModel, EyeModels, TableCurve, ToneCurve
+from runner.presenter import ColourPass, arithmetic_choice
 from runner.presenter.arithmetic import Arithmetic, Real, Real3, Real3x3, as_floats
 from runner.presenter.arithmetic_choice import TOLERANCE, VARIABLE, arithmetic_errors, arithmetic_of
 from runner.presenter.code_pass import release_codes
-from runner.presenter.colour_pass import ColourPass, MixedPass
+from runner.presenter.colour_pass import MixedPass
 from runner.presenter.compensated_pass import CompensatedPass
 from runner.presenter.errors import GraphicsError
 from runner.presenter.shaders import compile_program, set_uniform, shader_file

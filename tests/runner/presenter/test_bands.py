@@ -15,20 +15,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from devices.display.display_file import EyeModels
-from devices.display.model import DisplayModel
+from devices.display import DisplayModel, EyeModels
+from runner.presenter import ColourPass, Dithering, Picture, Presenter, Scene, Text, find_mode
 from runner.presenter.bands import BAND_PX, InBands, as_uploaded, bands, upload
 from runner.presenter.code_pass import release_codes
-from runner.presenter.colour_pass import ColourPass, MixedPass
+from runner.presenter.colour_pass import MixedPass
 from runner.presenter.counters import Work
-from runner.presenter.dithering import Dithering
-from runner.presenter.modes.registry import find_mode
-from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Picture, Scene, Text
 from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.surface import Buffer
 from runner.presenter.surfaces.windows import WindowSurface
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage
 
 Model = Callable[..., DisplayModel]
 Random = Callable[..., NDArray[np.float32]]

@@ -8,19 +8,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.compensation.compensate import Correction
-from devices.compensation.crosstalk import Crosstalk
-from devices.compensation.crosstalk_cancel import cancel_crosstalk
-from devices.compensation.gain_map import GainMap
-from devices.display.display_file import EYES, Eye, EyeModels
-from devices.display.model import DisplayModel
-from runner.presenter.dithering import Dithering
+from devices.compensation import Correction, Crosstalk, GainMap, cancel_crosstalk
+from devices.display import EYES, DisplayModel, Eye, EyeModels
+from runner.presenter import Dithering, Picture, Presenter, Scene, find_mode
 from runner.presenter.errors import PresentationError
-from runner.presenter.modes.registry import find_mode
-from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces.egl import EglSurface
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage
 
 pytestmark = pytest.mark.usefixtures("each_arithmetic")
 

@@ -8,19 +8,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.compensation.compensate import Correction
-from devices.compensation.crosstalk import Crosstalk
-from devices.compensation.crosstalk_cancel import cancel_crosstalk
-from devices.compensation.dither import dither_tables, dither_thresholds, tabled_dither_codes
-from devices.compensation.eye_view import PixelGrid
-from devices.compensation.gain_map import GainMap
-from devices.display.display_file import EYES, Eye, EyeModels
-from devices.display.model import DisplayModel
+from devices.compensation import Correction, Crosstalk, GainMap, PixelGrid, cancel_crosstalk, dither_thresholds
+from devices.compensation.dither import dither_tables, tabled_dither_codes
+from devices.display import EYES, DisplayModel, Eye, EyeModels
+from runner.presenter import Dithering
 from runner.presenter.bands import to_the_end
 from runner.presenter.code_pass import release_codes
 from runner.presenter.compensated_pass import CORNER, CompensatedPass
 from runner.presenter.depth import Bits
-from runner.presenter.dithering import Dithering
 from runner.presenter.surfaces.egl import EglSurface
 
 Floats = NDArray[np.float64]

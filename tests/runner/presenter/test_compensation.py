@@ -11,16 +11,15 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image
 
-from analysis.records.session_record import read_session, session_files
+from analysis.records import read_session, session_files
 from analysis.report.blocks import Table
 from analysis.report.sections.shown import clipping_section
-from devices.colour.ciede2000 import delta_e_2000
-from devices.colour.spaces import xyz_to_lab
+from devices.colour import delta_e_2000, xyz_to_lab
 from devices.compensation.crosstalk_cancel import seen_XYZ
-from devices.display.rig_file import read_rig
+from devices.display import read_rig
 from runner.cli.main import group
-from runner.protocol.experiment import read_experiment
-from stimuli.pictures.exr_read import read_exr
+from runner.protocol import read_experiment
+from stimuli.pictures import read_exr
 
 Study = Any  # tests/conftest.py
 CROSSTALK = """    crosstalk:
@@ -58,8 +57,7 @@ def _mean_delta_e(study: Study) -> list[float]:
 @pytest.fixture
 def inside(study: Study) -> Study:
     """The study with pictures well inside the gamut, so that nothing but crosstalk moves a colour."""
-    from stimuli.pictures.exr_write import write_exr
-    from stimuli.pictures.stereo_image import StereoImage
+    from stimuli.pictures import StereoImage, write_exr
 
     white = read_rig(study.folder / "rig.yaml").models.left.white_XYZ_cd_m2
     rng = np.random.default_rng(1)
@@ -79,7 +77,7 @@ def test_each_eye_sees_what_was_asked_of_leaking_glasses(inside: Study) -> None:
 
 
 def test_without_cancelling_the_leak_would_be_seen(inside: Study, monkeypatch: pytest.MonkeyPatch) -> None:
-    from devices.compensation.compensate import Correction
+    from devices.compensation import Correction
 
     _leaky(inside)
     monkeypatch.setattr(Correction, "is_none", True)
@@ -100,8 +98,7 @@ def _report(study: Study) -> dict[str, Any]:
 
 
 def _dark_against_bright(folder: Path) -> None:
-    from stimuli.pictures.exr_write import write_exr
-    from stimuli.pictures.stereo_image import StereoImage
+    from stimuli.pictures import StereoImage, write_exr
 
     white = read_rig(folder / "rig.yaml").models.left.white_XYZ_cd_m2
     dark, bright = (np.full((40, 80, 3), share * white, dtype=np.float32) for share in (0.002, 0.9))
@@ -267,7 +264,7 @@ def test_a_panel_of_ten_bits_gets_codes_of_ten_bits(study: Study) -> None:
 
 
 def test_the_costs_of_an_anaglyph_counts_the_mixed_picture(study: Study) -> None:
-    from runner.presenter.modes.registry import find_mode
+    from runner.presenter import find_mode
 
     study.edit("display.yaml", "  quad-buffered: {same_as", "  anaglyph-red-cyan: {same_as")
     study.edit("rig.yaml", "mode: side-by-side", "mode: anaglyph-red-cyan")
@@ -285,8 +282,7 @@ def test_the_costs_of_an_anaglyph_counts_the_mixed_picture(study: Study) -> None
 
 
 def test_dithering_of_the_rig_reaches_the_screen_and_keeps_the_mean_light(study: Study) -> None:
-    from stimuli.pictures.exr_write import write_exr
-    from stimuli.pictures.stereo_image import StereoImage
+    from stimuli.pictures import StereoImage, write_exr
 
     model = read_rig(study.folder / "rig.yaml").models.left
     between = model.xyz(np.full(3, 20.4 / 255))  # between two codes

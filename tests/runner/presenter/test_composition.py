@@ -10,16 +10,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.display.display_file import EYES, Eye, EyeModels
-from devices.display.model import DisplayModel
-from runner.presenter.modes.options import ModeOptions
-from runner.presenter.modes.registry import MODES, find_mode
-from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Picture, Scene, Text
+from devices.display import EYES, DisplayModel, Eye, EyeModels
+from runner.presenter import ModeOptions, Picture, Presenter, Scene, Text, find_mode
+from runner.presenter.modes.registry import MODES
 from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.surfaces.surface import Surface
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage
 from tests.runner.presenter.conftest import on_surfaces
 
 Floats = NDArray[np.float64]

@@ -10,24 +10,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.compensation.compensate import Compensation, Correction
-from devices.compensation.crosstalk import Crosstalk
-from devices.compensation.crosstalk_cancel import needed_lift
-from devices.compensation.gain_map import GainMap
-from devices.display.display_file import EyeModels
-from devices.display.model import DisplayModel
-from devices.display.rig_file import read_rig
-from devices.display.tone_curve import ToneCurve
+from devices.compensation import Compensation, Correction, Crosstalk, GainMap, needed_lift
+from devices.display import DisplayModel, EyeModels, ToneCurve, read_rig
+from runner.presenter import ModeOptions, Picture, Presenter, Scene, find_mode, open_surface
 from runner.presenter.errors import PresentationError
-from runner.presenter.modes.options import ModeOptions
-from runner.presenter.modes.registry import find_mode
-from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Picture, Scene
-from runner.presenter.surfaces.surface import Surface, open_surface
-from runner.protocol.experiment import read_experiment
+from runner.presenter.surfaces.surface import Surface
+from runner.protocol import read_experiment
 from runner.session.station import Station
-from stimuli.build.recipe_to_set import build_set
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.build import build_set
+from stimuli.pictures import StereoImage
 
 Study = Any  # tests/conftest.py
 PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])

@@ -12,14 +12,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.colour.ciede2000 import delta_e_2000
-from devices.colour.spaces import xyz_to_lab
-from devices.compensation.dither import Masks, dither_tables, dither_thresholds, tabled_dither_codes
-from devices.compensation.mixture import channel_split
-from devices.display.display_file import EYES, Eye, EyeModels, read_display
-from devices.display.model import DisplayModel
-from runner.presenter.colour_pass import ColourPass, MixedPass
-from runner.presenter.dithering import Dithering, light_table
+from devices.colour import delta_e_2000, xyz_to_lab
+from devices.compensation import Masks, channel_split, dither_thresholds
+from devices.compensation.dither import dither_tables, tabled_dither_codes
+from devices.display import EYES, DisplayModel, Eye, EyeModels, read_display
+from runner.presenter import ColourPass, Dithering
+from runner.presenter.colour_pass import MixedPass
+from runner.presenter.dithering import light_table
 from runner.presenter.errors import PresentationError
 from runner.presenter.surfaces.egl import EglSurface
 

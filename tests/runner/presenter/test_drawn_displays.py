@@ -14,13 +14,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from devices.compensation import Correction, Crosstalk, GainMap, least_squares
-from devices.display import EYES, Eye, EyeModels
-from devices.display.plvc import Plvc
-from devices.display.residual import Residual
-from devices.display.table_curve import TableCurve
+from devices.display import EYES, Eye, EyeModels, Plvc, Residual, TableCurve
+from runner.presenter import find_mode
 from runner.presenter.depth import Bits
 from runner.presenter.errors import PresentationError
-from runner.presenter.modes.registry import MODES, find_mode
+from runner.presenter.modes.registry import MODES
 from runner.presenter.surfaces.egl import EglSurface
 from tests.displays import corrections, crosstalks, eye_models
 from tests.runner.presenter.drawn_displays import (

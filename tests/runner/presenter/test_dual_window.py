@@ -10,16 +10,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.display.display_file import EyeModels
-from devices.display.model import DisplayModel
+from devices.display import DisplayModel, EyeModels
+from runner.presenter import ModeOptions, Picture, Presenter, Scene, Text, find_mode, open_surface
 from runner.presenter.errors import PresentationError
-from runner.presenter.modes.options import ModeOptions
-from runner.presenter.modes.registry import find_mode
-from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Picture, Scene, Text
 from runner.presenter.surfaces.egl import EglSurface
-from runner.presenter.surfaces.surface import open_surface
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage
 
 Stereo = Callable[..., StereoImage]
 WIDTH, HEIGHT = 320, 240

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from devices.display.display_file import EYES, Eye
-from runner.presenter.modes.options import ModeOptions
-from runner.presenter.modes.registry import find_mode
+from devices.display import EYES, Eye
+from runner.presenter import ModeOptions, find_mode
 
 PANEL = (640, 480)
 

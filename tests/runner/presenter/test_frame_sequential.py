@@ -14,18 +14,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from devices.display.display_file import EyeModels
-from devices.display.model import DisplayModel
+from devices.display import DisplayModel, EyeModels
+from runner.presenter import ModeOptions, Picture, Presenter, Scene, find_mode
 from runner.presenter.counters import missed_frames
-from runner.presenter.modes.options import ModeOptions
-from runner.presenter.modes.registry import find_mode
-from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.surfaces.surface import Surface
 from runner.presenter.surfaces.windows import WindowSurface
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage
 
 Stereo = Callable[..., StereoImage]
 SCENE = Scene((Picture("a"),))

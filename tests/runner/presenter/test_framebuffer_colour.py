@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.display.display_file import EyeModels
-from runner.presenter.modes.registry import available, find_mode
-from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Picture, Scene
+from devices.display import EyeModels
+from runner.presenter import Picture, Presenter, Scene, find_mode
+from runner.presenter.modes.registry import available
 from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.surfaces.surface import Surface
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage
 from tests.runner.presenter.conftest import AskedRamps, on_surfaces
 
 DISPLAYS: dict[str, dict[str, float]] = {

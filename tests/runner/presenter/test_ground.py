@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 
 from devices.compensation import Compensation, Correction, Crosstalk
-from devices.display.display_file import EYES, EyeModels
-from devices.display.model import DisplayModel
+from devices.display import EYES, DisplayModel, EyeModels
+from runner.presenter import Picture, Presenter, Scene, Text, find_mode
 from runner.presenter.ground import Ground, Inks, Light
 from runner.presenter.lettering import coverage
-from runner.presenter.modes.registry import MODES, find_mode
-from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Box, Picture, Scene, Text
-from stimuli.pictures.stereo_image import StereoImage
+from runner.presenter.modes.registry import MODES
+from runner.presenter.scene import Box
+from stimuli.pictures import StereoImage
 
 Make = Callable[..., Presenter]
 Model = Callable[..., DisplayModel]

@@ -19,10 +19,10 @@ from runner.observers.observer_file import read_observer
 from runner.observers.presses import Person
 from runner.observers.walk import walk
 from runner.ports import Ask, KeyPress
-from runner.presenter.scene import Scene, Text
+from runner.presenter import Scene, Text
 from runner.presenter.surfaces.keyboard import examine_keyboard
 from runner.presenter.surfaces.windows import WindowSurface
-from runner.protocol.experiment import read_experiment
+from runner.protocol import read_experiment
 from runner.session.picture_source import build_stimuli
 from runner.session.station import Station
 

@@ -9,16 +9,13 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.characterise.choose import characterise
-from devices.compensation.dither import dither_codes, dither_thresholds
-from devices.compensation.mixture import Mixture
+from devices.compensation import Mixture, dither_codes, dither_thresholds
+from devices.display import Curve, DisplayModel, TableCurve, ToneCurve
 from devices.display.code_table import code_tables, table_codes
 from devices.display.knot_table import knotted_codes
-from devices.display.model import DisplayModel
-from devices.display.table_curve import TableCurve
-from devices.display.tone_curve import Curve, ToneCurve
 from devices.measurements import read_csv
-from runner.presenter.colour_pass import ColourPass, MixedPass
-from runner.presenter.dithering import Dithering
+from runner.presenter import ColourPass, Dithering
+from runner.presenter.colour_pass import MixedPass
 from runner.presenter.surfaces.egl import EglSurface
 
 pytestmark = pytest.mark.usefixtures("each_arithmetic")

@@ -9,16 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from devices.compensation.eye_view import Rectangle
-from devices.display.display_file import EyeModels
+from devices.compensation import Rectangle
+from devices.display import EyeModels
+from runner.presenter import ModeOptions, Picture, Presenter, Scene, Text, find_mode
 from runner.presenter.errors import PresentationError
-from runner.presenter.modes.options import ModeOptions
-from runner.presenter.modes.registry import MODES, find_mode
-from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Picture, Scene, Text
+from runner.presenter.modes.registry import MODES
 from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.surface import Buffer
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage
 
 CORNERS = {
     "top-left": (slice(0, 30), slice(0, 30)),

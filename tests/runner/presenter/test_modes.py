@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.compensation.eye_view import Rectangle
-from devices.display.display_file import EyeModels
+from devices.compensation import Rectangle
+from devices.display import EyeModels
+from runner.presenter import Presenter, find_mode
 from runner.presenter.errors import GraphicsError, PresentationError
-from runner.presenter.modes.registry import MODES, available, find_mode, require
-from runner.presenter.presenter import Presenter
+from runner.presenter.modes.registry import MODES, available, require
 from runner.presenter.surfaces import gl_calls
 from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.gl_calls import GlCalls
@@ -135,7 +135,7 @@ def test_centring_is_by_floor(area: tuple[int, int], size: tuple[int, int], offs
 
 
 def test_unknown_backends_are_answered_with_the_nearest() -> None:
-    from runner.presenter.surfaces.surface import open_surface
+    from runner.presenter import open_surface
 
     with pytest.raises(PresentationError, match="did you mean 'window'"):
         open_surface("windo", (10, 10))

@@ -11,12 +11,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.display.display_file import EyeModels
-from runner.presenter.modes.registry import find_mode
-from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Picture, Scene
+from devices.display import EyeModels
+from runner.presenter import Picture, Presenter, Scene, find_mode
 from runner.presenter.surfaces.windows import WindowSurface
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage
 
 pytestmark = pytest.mark.window
 

@@ -8,28 +8,19 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.compensation.compensate import Correction
-from devices.compensation.crosstalk import Crosstalk
-from devices.compensation.crosstalk_cancel import cancel_crosstalk
-from devices.compensation.dither import dither_tables, dither_thresholds, tabled_dither_codes
-from devices.compensation.gain_map import GainMap
+from devices.compensation import Correction, Crosstalk, GainMap, cancel_crosstalk, dither_thresholds
+from devices.compensation.dither import dither_tables, tabled_dither_codes
+from devices.display import DisplayModel, EyeModels, Plvc, TableCurve, ToneCurve
 from devices.display.code_table import code_tables, table_codes
-from devices.display.display_file import EyeModels
 from devices.display.knot_table import knotted_codes
-from devices.display.model import DisplayModel
-from devices.display.plvc import Plvc
-from devices.display.table_curve import TableCurve
-from devices.display.tone_curve import ToneCurve
 from devices.errors import DeviceError
-from runner.presenter.colour_pass import ChannelInteraction, ColourPass, channel_interaction
+from runner.presenter import ColourPass, Dithering, Picture, Presenter, Scene, find_mode
+from runner.presenter.colour_pass import ChannelInteraction, channel_interaction
 from runner.presenter.compensated_pass import CompensatedPass
-from runner.presenter.dithering import Dithering
 from runner.presenter.errors import PresentationError
-from runner.presenter.modes.registry import MODES, find_mode
-from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Picture, Scene
+from runner.presenter.modes.registry import MODES
 from runner.presenter.surfaces.egl import EglSurface
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage
 
 pytestmark = pytest.mark.usefixtures("each_arithmetic")
 

@@ -10,12 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.display.display_file import EyeModels
+from devices.display import EyeModels
+from runner.presenter import Presenter, Scene, Text, find_mode
 from runner.presenter.errors import PresentationError
-from runner.presenter.modes.registry import find_mode
 from runner.presenter.pointer import Pointer
-from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Scene, Text
 from runner.presenter.surfaces.egl import EglSurface
 
 MakePresenter = Callable[..., Presenter]

@@ -13,15 +13,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from devices.display.display_file import EyeModels
+from devices.display import EyeModels
 from documents import Finding, InputError
-from runner.presenter.modes.registry import find_mode
+from runner.presenter import Picture, Presenter, Scene, Text, find_mode
 from runner.presenter.pictures import Decoder, PictureKey
-from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Picture, Scene, Text
 from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.windows import WindowSurface
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage
 
 Stereo = Callable[..., StereoImage]
 

@@ -10,14 +10,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.display.display_file import EyeModels
-from devices.display.model import DisplayModel
+from devices.display import DisplayModel, EyeModels
+from runner.presenter import Picture, Presenter, Scene, Text
 from runner.presenter.errors import GraphicsError, PresentationError
 from runner.presenter.modes.mode import EyeArea
-from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Picture, Scene, Text
 from runner.presenter.surfaces.gl_calls import Codes
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage
 
 Make = Callable[..., Presenter]
 Stereo = Callable[..., StereoImage]

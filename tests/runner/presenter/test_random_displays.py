@@ -11,16 +11,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from devices.compensation.compensate import Correction
-from devices.compensation.crosstalk import Crosstalk, check_leakage
-from devices.compensation.crosstalk_cancel import cancel_crosstalk
-from devices.compensation.gain_map import GainMap
-from devices.compensation.mixture import Mixture
-from devices.display.display_file import EYES, Eye, EyeModels
-from devices.display.model import DisplayModel
-from devices.display.table_curve import TableCurve
-from devices.display.tone_curve import Curve, ToneCurve
-from runner.presenter.colour_pass import ColourPass, MixedPass
+from devices.compensation import Correction, Crosstalk, GainMap, Mixture, cancel_crosstalk
+from devices.compensation.crosstalk import check_leakage
+from devices.display import EYES, Curve, DisplayModel, Eye, EyeModels, TableCurve, ToneCurve
+from runner.presenter import ColourPass
+from runner.presenter.colour_pass import MixedPass
 from runner.presenter.compensated_pass import CompensatedPass
 from runner.presenter.depth import Bits
 from runner.presenter.surfaces.egl import EglSurface

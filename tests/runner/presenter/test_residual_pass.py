@@ -7,11 +7,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from devices.compensation.compensate import Correction
-from devices.compensation.crosstalk import Crosstalk
-from devices.compensation.crosstalk_cancel import cancel_crosstalk
-from devices.display.display_file import EyeModels
-from runner.presenter.colour_pass import ColourPass, channel_interaction
+from devices.compensation import Correction, Crosstalk, cancel_crosstalk
+from devices.display import EyeModels
+from runner.presenter import ColourPass
+from runner.presenter.colour_pass import channel_interaction
 from runner.presenter.compensated_pass import CompensatedPass
 from runner.presenter.depth import Bits
 from runner.presenter.surfaces.egl import EglSurface

@@ -8,17 +8,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.colour.ciede2000 import delta_e_2000
-from devices.colour.spaces import xyz_to_lab
-from devices.display.display_file import EYES, read_display
-from runner.presenter.dithering import Dithering
+from devices.colour import delta_e_2000, xyz_to_lab
+from devices.display import EYES, read_display
+from runner.presenter import Dithering, Picture, Presenter, Scene, open_surface
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.mode import EyeArea
 from runner.presenter.modes.registry import MODES
-from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Picture, Scene
-from runner.presenter.surfaces.surface import open_surface
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage
 
 Floats = NDArray[np.float64]
 ASUS = Path(__file__).parents[3] / "configs/displays/asus_vg248qe.yaml"

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from runner.presenter import primary_monitor
 from runner.presenter.errors import PresentationError
 from runner.presenter.surfaces.screens import (
     NOT_READ,
@@ -18,7 +19,6 @@ from runner.presenter.surfaces.screens import (
     monitors,
     place_two_windows,
     place_window,
-    primary_monitor,
 )
 from runner.presenter.surfaces.windows import WindowSurface
 from tests.runner import two_monitors

@@ -16,13 +16,11 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import runner.presenter.show
-from devices.colour.ciede2000 import delta_e_2000
-from devices.colour.spaces import xyz_to_lab
-from devices.display.display_file import read_display
-from runner.presenter.show import ShownPicture, ShowOptions, show_picture
-from stimuli.pictures.exr_read import read_exr
-from stimuli.pictures.exr_write import write_exr
-from stimuli.pictures.stereo_image import StereoImage
+from devices.colour import delta_e_2000, xyz_to_lab
+from devices.display import read_display
+from runner.presenter import show_picture
+from runner.presenter.show import ShownPicture, ShowOptions
+from stimuli.pictures import StereoImage, read_exr, write_exr
 
 ROOT = Path(__file__).parents[3]
 DATA = ROOT.parent / "shared/data/stereo"

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from devices.display.model import DisplayModel
-from devices.display.table_curve import TableCurve
-from runner.presenter.colour_pass import ColourPass, release_codes
+from devices.display import DisplayModel, TableCurve
+from runner.presenter import ColourPass
+from runner.presenter.colour_pass import release_codes
 from runner.presenter.surfaces.egl import EglSurface
 
 pytestmark = pytest.mark.usefixtures("each_arithmetic")

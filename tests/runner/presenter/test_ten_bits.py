@@ -11,21 +11,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.colour.ciede2000 import delta_e_2000
-from devices.colour.spaces import xyz_to_lab
-from devices.compensation.dither import dither_tables, dither_thresholds, tabled_dither_codes
-from devices.display.display_file import EYES, EyeModels, read_display
-from devices.display.model import DisplayModel
-from runner.presenter.dithering import Dithering
+from devices.colour import delta_e_2000, xyz_to_lab
+from devices.compensation import dither_thresholds
+from devices.compensation.dither import dither_tables, tabled_dither_codes
+from devices.display import EYES, DisplayModel, EyeModels, read_display
+from runner.presenter import Dithering, ModeOptions, Picture, Presenter, Scene, Text, find_mode, open_surface
 from runner.presenter.errors import PresentationError
-from runner.presenter.modes.options import ModeOptions
-from runner.presenter.modes.registry import find_mode
-from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Picture, Scene, Text
 from runner.presenter.surfaces.egl import EglSurface
-from runner.presenter.surfaces.surface import Buffer, Surface, open_surface
+from runner.presenter.surfaces.surface import Buffer, Surface
 from runner.presenter.words import ink_codes
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage
 from tests.runner.presenter.conftest import AskedRamps
 
 Floats = NDArray[np.float64]

@@ -11,13 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from devices.display.display_file import EyeModels
-from devices.display.model import DisplayModel
+from devices.display import DisplayModel, EyeModels
+from runner.presenter import Picture, Presenter, Scene, Text
 from runner.presenter.lettering import break_lines, coverage
-from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Box, Picture, Scene, Text
+from runner.presenter.scene import Box
 from runner.presenter.words import ink_codes
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage
 
 Make = Callable[..., Presenter]
 

@@ -13,13 +13,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.display.display_file import EyeModels
+from devices.display import EyeModels
 from runner.ports import WindowClosed
+from runner.presenter import Presenter, Scene, Text, find_mode, open_surface
 from runner.presenter.errors import PresentationError
-from runner.presenter.modes.registry import find_mode
-from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Scene, Text
-from runner.presenter.surfaces.surface import open_surface
 from runner.presenter.surfaces.windows import WindowSurface
 
 pytestmark = pytest.mark.window

@@ -11,8 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from runner.presenter import find_mode
 from runner.presenter.errors import PresentationError
-from runner.presenter.modes.registry import MODES, find_mode
+from runner.presenter.modes.registry import MODES
 from runner.presenter.surfaces.egl import EglSurface
 from tests.runner.presenter.every_mode import draw
 

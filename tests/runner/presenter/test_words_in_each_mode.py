@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.display.display_file import EYES, Eye
-from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Box, Scene, Text
+from devices.display import EYES, Eye
+from runner.presenter import Presenter, Scene, Text
+from runner.presenter.scene import Box
 
 Make = Callable[..., Presenter]
 LETTERS = "abcdefghijklmnopqrstuvwxyz0123456789éßüœ"

@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from runner.protocol.schemas import KINDS, FileKind, json_schema
+from runner.protocol import FileKind, json_schema
+from runner.protocol.schemas import KINDS
 
 
 def _keys(node: Any, where: str) -> Iterator[tuple[str, dict[str, Any]]]:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from documents import InputError
-from runner.reports.comparison.report import report_comparison
+from runner.reports import report_comparison
 from stimuli.comparison import CompareOptions
 from stimuli.measures import ViewingConditions
 from tests.pages import policy_of, works_and_runs_nothing

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from documents import InputError
-from runner.protocol.experiment import read_experiment
+from runner.protocol import read_experiment
 from runner.reports.power_assumed import assume
 from runner.reports.power_design import PairDesign, pair_design
 

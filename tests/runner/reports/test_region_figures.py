@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from runner.reports.comparison.figures import MOST_BARS, chromaticity_figure, delta_e_figure, luminance_figure
+from stimuli.comparison import Region, RegionTable
 from stimuli.comparison.areas import AreaMean
-from stimuli.comparison.regions import Region
-from stimuli.comparison.table import RegionTable, region_table
+from stimuli.comparison.table import region_table
 
 WHITE = np.array([96.42, 100.0, 82.49])
 SQUARE = np.array([[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0]])

@@ -10,10 +10,10 @@ import pytest
 from PIL import Image
 
 from runner.errors import SessionError
-from runner.presenter.presenter import Presenter
+from runner.presenter import Presenter
 from runner.presenter.surfaces.egl import EglSurface
+from runner.reports import preview
 from runner.reports.contact_sheet import ALONE_PX, COLUMNS, PAIR_PX, ROWS, Tile, write_sheets
-from runner.reports.screens import preview
 
 Study = Any  # tests/conftest.py
 

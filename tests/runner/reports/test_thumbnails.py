@@ -10,16 +10,14 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from analysis.records.session_record import Header
-from devices.colour.srgb_encoding import srgb
-from devices.display.model import DisplayModel
-from runner.protocol.experiment import Experiment, read_experiment
+from analysis.records import Header
+from devices.colour import srgb
+from devices.display import DisplayModel
+from runner.protocol import Experiment, read_experiment
 from runner.reports.thumbnails import find_shown, png, small, thumbnails
 from runner.session.header import hashes, make_header
-from stimuli.build.recipe_to_set import build_set
-from stimuli.build.stimulus_set import StimulusSet
-from stimuli.pictures.exr_write import write_exr
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.build import StimulusSet, build_set
+from stimuli.pictures import StereoImage, write_exr
 
 ROOT = Path(__file__).parents[3]
 

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from analysis.records import SessionLog, read_session, session_files
-from runner.reports.results import ReportOptions, report_results
+from runner.reports import ReportOptions, report_results
 
 Study = Any  # tests/conftest.py
 

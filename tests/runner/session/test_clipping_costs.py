@@ -14,19 +14,15 @@ import pytest
 from click.testing import CliRunner
 
 import runner.session.clipping_costs
-from analysis.records.session_record import read_session, session_files
-from devices.compensation import eye_clip_costs
-from devices.compensation.compensate import Compensation, Correction
-from devices.display.display_file import EyeModels
-from runner.check.files import check_file
-from runner.check.report import CheckOptions
+from analysis.records import read_session, session_files
+from devices.compensation import Compensation, Correction, eye_clip_costs
+from devices.display import EyeModels
+from runner.check import CheckOptions, check_file
 from runner.cli.main import group
-from runner.protocol.experiment import Experiment, read_experiment
+from runner.protocol import Experiment, read_experiment
 from runner.session.clipping_costs import COST_VERSION, COSTS, ClippingCosts, clipping_record
-from stimuli.build.recipe_to_set import build_set
-from stimuli.pictures.exr_read import read_exr
-from stimuli.pictures.exr_write import write_exr
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.build import build_set
+from stimuli.pictures import StereoImage, read_exr, write_exr
 
 Study = Any  # tests/conftest.py
 CROSSTALK = """    crosstalk:

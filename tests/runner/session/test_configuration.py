@@ -13,7 +13,7 @@ from analysis.bids import export_dataset
 from analysis.records import kept_experiments, kept_files, read_session, session_files
 from runner.errors import SessionError
 from runner.protocol import copy_experiment, read_experiment, shipped_experiment
-from runner.reports.results import ReportOptions, report_results
+from runner.reports import ReportOptions, report_results
 from runner.session import SessionOptions, run_session, simulate
 from runner.session.configuration import configuration_of
 from runner.session.picture_source import build_stimuli

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.records.session_record import Header, Trial, session_files
+from analysis.records import Header, Trial, session_files
 from runner.errors import SessionError
 from runner.session.folders import Recorder, new_label, observer_folder, to_resume, unfinished
 

@@ -14,15 +14,12 @@ import numpy as np
 import pytest
 import yaml
 
-from analysis.records.session_record import SessionLog, read_session, session_files
+from analysis.records import SessionLog, read_session, session_files
 from devices.display import GammaTable, gamma_table_lines
-from runner.check.files import check_file
-from runner.check.report import CheckOptions
+from runner.check import CheckOptions, check_file
 from runner.errors import SessionError, SessionStoppedError
 from runner.presenter.gamma_check import GammaWatch
-from runner.session import station
-from runner.session.options import SessionOptions
-from runner.session.run import run_session
+from runner.session import SessionOptions, run_session, station
 from runner.session.status import SessionStatus
 
 Study = Any  # tests/conftest.py
@@ -234,7 +231,7 @@ def test_without_a_window_nothing_is_said_or_refused(study: Study, load_table: L
 
 
 def test_another_table_in_the_display_file_is_another_display(study: Study, tmp_path: Path) -> None:
-    from runner.protocol.experiment import read_experiment
+    from runner.protocol import read_experiment
     from runner.session.header import hashes
     from runner.session.picture_source import build_stimuli
 

@@ -16,8 +16,7 @@ import pytest
 from analysis.records import FILE_NAME, check_results, copy_in_mirror, read_session, session_files
 from documents import InputError
 from documents.files import mirror as module
-from runner.session.options import SessionOptions
-from runner.session.run import run_session, simulate
+from runner.session import SessionOptions, run_session, simulate
 
 Study = Any  # tests/conftest.py
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from click.testing import CliRunner
 
-from analysis.records.session_record import read_session, session_files
+from analysis.records import read_session, session_files
 from runner.cli.main import group
 
 Study = Any  # tests/conftest.py

@@ -9,12 +9,11 @@ from typing import Any
 
 import pytest
 
-from analysis.records import SessionLog
-from analysis.records.session_record import read_session, session_files
+from analysis.records import SessionLog, read_session, session_files
 from analysis.report import describe
 from analysis.report.notes import on_sessions
 from runner.presenter.modes.registry import MODES
-from runner.protocol.experiment import read_experiment
+from runner.protocol import read_experiment
 
 Study = Any  # tests/conftest.py
 SAID = "nominal, not measured"
@@ -185,7 +184,7 @@ def test_where_the_panel_is_the_monitors_a_report_elsewhere_shows_the_pictures(
     from devices.display import ReportedMonitor
     from runner.protocol import experiment
     from runner.reports.thumbnails import find_shown
-    from runner.session.run import simulate
+    from runner.session import simulate
 
     nominal.edit("rig.yaml", ", panel: {resolution_px: [640, 480], pixel_pitch_mm: 0.3}", "")
     monitor = ReportedMonitor("DP-1", (640, 480), (192, 146), 60.0)

@@ -10,11 +10,10 @@ from typing import Any
 import pytest
 
 from analysis.errors import ResultsError
-from analysis.records import SessionLog, read_session
-from analysis.records.session_record import FILE_NAME
+from analysis.records import FILE_NAME, SessionLog, read_session
 from runner.observers.observer_file import read_observer
 from runner.ports import Ask, KeyPress, Observer, WindowClosed
-from runner.protocol.experiment import Experiment, read_experiment
+from runner.protocol import Experiment, read_experiment
 from runner.session.clipping_costs import COSTS, ClippingCosts
 from runner.session.folders import to_resume
 from runner.session.station import Station

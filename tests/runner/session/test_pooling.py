@@ -18,7 +18,7 @@ from analysis.records import FILE_NAME, PooledBatch, SessionLog, check_log, read
 from analysis.scaling import updated_posterior
 from documents import counted_work
 from runner.ports import ChooseBatch, WindowClosed
-from runner.protocol.experiment import Experiment, read_experiment
+from runner.protocol import Experiment, read_experiment
 from runner.session.folders import Recorder
 from runner.session.pooling import MOST_S, RecordedPool, ResultsPool
 from tests.runner import every_kind as EVERY

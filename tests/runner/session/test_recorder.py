@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from analysis.errors import ResultsError
-from analysis.records.session_record import FILE_NAME, Header, Trial, read_session
+from analysis.records import FILE_NAME, Header, Trial, read_session
 from runner.errors import SessionError
 from runner.session.folders import Recorder
 

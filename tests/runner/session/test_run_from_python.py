@@ -9,18 +9,18 @@ from typing import Any
 
 import pytest
 
-from analysis.records.session_record import FILE_NAME, Trial, read_session
-from analysis.report.page import write_report
+from analysis.records import FILE_NAME, Trial, read_session
+from analysis.report import write_report
 from documents import InputError
 from runner.blocks.block import Block
 from runner.blocks.setting import Draw
 from runner.errors import SessionError, SessionStoppedError
-from runner.presenter.show import ShowOptions, show_picture
-from runner.protocol.experiment import Experiment
-from runner.reports.screens import preview
+from runner.presenter import show_picture
+from runner.presenter.show import ShowOptions
+from runner.protocol import Experiment
+from runner.reports import preview
+from runner.session import SessionOptions, run_session, simulate
 from runner.session.folders import Recorder
-from runner.session.options import SessionOptions
-from runner.session.run import run_session, simulate
 
 Study = Any  # tests/conftest.py
 

@@ -18,7 +18,7 @@ from analysis.errors import ResultsError
 from analysis.records import check_seal, read_seal
 from documents import InputError
 from runner.cli.main import group
-from runner.reports.results import ReportOptions, report_results
+from runner.reports import ReportOptions, report_results
 from runner.session import seal_results, simulate
 
 

@@ -10,8 +10,7 @@ from typing import Any
 
 import pytest
 
-from analysis.records import PooledBatch
-from analysis.records.session_record import Header, Mark, Note, SessionLog, Trial
+from analysis.records import Header, Mark, Note, PooledBatch, SessionLog, Trial
 from runner.blocks.all_pairs import AllPairs
 from runner.blocks.block import Block
 from runner.blocks.layout import PairLayout
@@ -21,7 +20,7 @@ from runner.errors import SessionError
 from runner.observers.presses import Person
 from runner.observers.simulated import BradleyTerryObserver
 from runner.ports import Ask, Holding, KeyPress
-from runner.presenter.scene import Scene
+from runner.presenter import Scene
 from runner.session.session import Left, Session
 
 HEADER = Header("e", "01", "s", "2026-01-01T00:00:00+00:00", 0, "Which?", True, (), {}, {}, {}, {}, {})

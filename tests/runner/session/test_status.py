@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from analysis.records.session_record import Trial
+from analysis.records import Trial
 from runner.blocks.all_pairs import AllPairs
 from runner.blocks.layout import PairLayout
 from runner.blocks.message import Message

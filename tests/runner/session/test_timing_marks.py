@@ -18,9 +18,8 @@ from analysis.records import SessionLog, check_results, read_session, session_fi
 from devices.timing_marks import Code, LslMarksSpec, Marked, MarkError, PortLostError, SerialMarksSpec, open_mark_port
 from documents import Finding, InputError
 from documents.platform import pseudo_terminal
+from runner.session import SessionOptions, run_session, simulate
 from runner.session import timing_marks as module
-from runner.session.options import SessionOptions
-from runner.session.run import run_session, simulate
 from runner.session.timing_marks import OpenMarks, Shown, TimingMarks
 
 Study = Any  # tests/conftest.py

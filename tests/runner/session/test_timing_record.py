@@ -16,8 +16,8 @@ from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.records.session_record import read_session, session_files
-from devices.display.verification_file import read_verification
+from analysis.records import read_session, session_files
+from devices.display import read_verification
 from runner.cli.main import group
 from runner.presenter.counters import IntervalSummary
 from runner.presenter.surfaces.surface import SurfaceFacts

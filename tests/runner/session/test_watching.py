@@ -14,7 +14,7 @@ from click.testing import CliRunner
 from analysis.errors import ResultsError
 from analysis.records import FILE_NAME, Header, Trial, read_session
 from runner.cli.main import group
-from runner.protocol.experiment import read_experiment
+from runner.protocol import read_experiment
 from runner.session import simulate
 from runner.session.watching import Watch
 

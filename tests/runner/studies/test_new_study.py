@@ -16,8 +16,8 @@ from runner.check import CheckOptions, check_file
 from runner.presenter.modes.registry import MODES
 from runner.protocol import read_experiment
 from runner.session import simulate
-from runner.studies import NewStudy, StudyOptions, copy_shipped, new_study, shipped_studies
-from runner.studies.contents import KINDS, Kind, typed
+from runner.studies import Kind, NewStudy, StudyOptions, copy_shipped, new_study, shipped_studies, typed
+from runner.studies.contents import KINDS
 from tests.runner.studies.drawn_pictures import draw, draw_flat, draw_pairs
 
 ROOT = Path(__file__).parents[3]

@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from analysis.observers.screening import outcomes, screened
-from analysis.records.session_record import SessionLog, read_session, session_files
+from analysis.observers import outcomes, screened
+from analysis.records import SessionLog, read_session, session_files
 from documents import InputError
-from runner.protocol.experiment import read_experiment
+from runner.protocol import read_experiment
 
 Study = Any  # tests/conftest.py
 SCREENING = """\

@@ -10,7 +10,7 @@ import pytest
 
 from analysis.observers.screening import passed
 from runner.blocks.screening.block import Screening
-from runner.protocol.experiment import read_experiment
+from runner.protocol import read_experiment
 
 Person = Any  # tests/conftest.py
 pytestmark = pytest.mark.window

@@ -12,11 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.observers.screening import Outcome, outcomes, passed, screened, threshold_estimate
-from analysis.records.session_record import Header, SessionLog, Trial
-from devices.display.display_file import EyeModels
-from devices.display.model import DisplayModel
-from devices.display.tone_curve import ToneCurve
+from analysis.observers import Outcome, outcomes, screened, threshold_estimate
+from analysis.observers.screening import passed
+from analysis.records import Header, SessionLog, Trial
+from devices.display import DisplayModel, EyeModels, ToneCurve
 from runner.blocks.screening.acuity import NearAcuitySpec, StereoAcuitySpec, finest_arcsec, finest_logmar, gap_px
 from runner.blocks.screening.block import Screening
 from runner.blocks.screening.colour_vision import ColourVisionSpec
@@ -26,7 +25,8 @@ from runner.blocks.tasks import Choose, GoOn
 from runner.errors import SessionError
 from runner.observers.simulated import plain_key
 from runner.ports import Ask, Target
-from runner.presenter.scene import Box, Text
+from runner.presenter import Text
+from runner.presenter.scene import Box
 from runner.session.session import Session
 
 Play = Callable[..., Any]  # conftest.py

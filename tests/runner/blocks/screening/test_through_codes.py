@@ -11,18 +11,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.display.display_file import EYES, Eye, EyeModels
-from devices.display.model import DisplayModel
-from devices.display.tone_curve import ToneCurve
+from devices.display import EYES, DisplayModel, Eye, EyeModels, ToneCurve
 from runner.blocks.screening.acuity import FINEST_PX, NearAcuitySpec, StereoAcuitySpec, finest_arcsec
 from runner.blocks.screening.colour_vision import ColourVisionSpec
 from runner.blocks.screening.vision_test import Screen
+from runner.presenter import Picture, Presenter, Scene, find_mode, open_surface
 from runner.presenter.errors import PresentationError
-from runner.presenter.modes.registry import find_mode
-from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Picture, Scene
-from runner.presenter.surfaces.surface import open_surface
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage
 
 Floats = NDArray[np.float64]
 CURVE = ToneCurve(gamma=2.2)

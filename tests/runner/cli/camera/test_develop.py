@@ -9,15 +9,13 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from devices.camera.camera_file import write_camera
-from devices.camera.camera_model import CameraModel
-from devices.camera.exposure import Exposure
+from devices.camera import CameraModel, Exposure, write_camera
 from documents import InputError
 from runner.cli.camera import command as group
 from runner.cli.camera.develop import command as develop_command
 from stimuli.develop.raw_files import DEFAULT_DEMOSAIC, DEMOSAICS
 from stimuli.develop.read import read_camera_image
-from stimuli.pictures.exr_read import read_exr
+from stimuli.pictures import read_exr
 from tests.stimuli.develop.dng import coded, exposure_tags, save_dng, smooth, write_dng
 
 MATRIX = np.array([[60.0, 25.0, 15.0], [25.0, 80.0, 5.0], [1.0, 10.0, 120.0]])

@@ -10,10 +10,9 @@ import pytest
 import tifffile
 from click.testing import CliRunner, Result
 
-from devices.camera.camera_file import read_camera
-from devices.camera.exposure import Exposure
-from devices.colour.spaces import XYZ_from_xyY
-from devices.patches.colorchecker import colorchecker_xyY
+from devices.camera import Exposure, read_camera
+from devices.colour import XYZ_from_xyY
+from devices.patches import colorchecker_xyY
 from documents import InputError
 from runner.cli.main import group
 from tests.pages import policy_of

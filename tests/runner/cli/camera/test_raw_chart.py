@@ -11,12 +11,12 @@ import pytest
 from click.testing import CliRunner, Result
 from numpy.typing import NDArray
 
-from devices.camera.camera_file import read_camera
-from devices.colour.spaces import XYZ_from_xyY
-from devices.patches.colorchecker import colorchecker_xyY
+from devices.camera import read_camera
+from devices.colour import XYZ_from_xyY
+from devices.patches import colorchecker_xyY
 from documents import InputError
 from runner.cli.camera import command as group
-from stimuli.pictures.exr_read import read_exr
+from stimuli.pictures import read_exr
 from tests.stimuli.develop.dng import coded, exposure_tags, save_dng
 
 MATRIX = np.array([[220.0, 37.0, 3.0], [84.0, 146.0, -46.0], [12.0, -35.0, 220.0]])

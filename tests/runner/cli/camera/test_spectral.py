@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from devices.camera.exposure import Exposure
-from devices.measurements.spectra import xyz_from_spectra
+from devices.camera import Exposure
+from devices.measurements import xyz_from_spectra
 from documents import InputError
 from runner.cli.camera.spectral import command
 from stimuli.develop.read import read_camera_image
-from stimuli.pictures.exr_read import read_exr
+from stimuli.pictures import read_exr
 from tests.stimuli.spectral.pictures import WAVES, bumps, save_envi, save_exr
 
 LIGHT = bumps(WAVES)

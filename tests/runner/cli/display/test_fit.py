@@ -13,16 +13,12 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from devices.characterise import choose, display_fit
-from devices.characterise.example_displays import liquid_crystal_XYZ, noisy, table_c1_codes, thesis_display
-from devices.colour.ciede2000 import delta_e_2000
-from devices.colour.spaces import xyz_to_lab
-from devices.display import EYES, GammaTable
-from devices.display.display_file import read_display
-from devices.display.plvc import Plvc
+from devices.characterise import choose, display_fit, table_c1_codes, thesis_display
+from devices.characterise.example_displays import liquid_crystal_XYZ, noisy
+from devices.colour import delta_e_2000, xyz_to_lab
+from devices.display import EYES, GammaTable, Plvc, read_display
 from devices.errors import DeviceError
-from devices.measurements import Measurements, PatchEye, write_csv
-from devices.measurements.read import read_measurements
+from devices.measurements import Measurements, PatchEye, read_measurements, write_csv
 from devices.measurements.ti3 import write_ti3
 from runner.cli.main import group
 from runner.presenter.gamma_check import compare_tables

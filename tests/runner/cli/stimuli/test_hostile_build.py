@@ -11,9 +11,8 @@ from click.testing import CliRunner
 
 from documents import InputError
 from runner.cli.main import group
-from stimuli.build.cache import cache_folder
-from stimuli.pictures.exr_write import write_exr
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.build import cache_folder
+from stimuli.pictures import StereoImage, write_exr
 
 Build = Callable[..., str]
 

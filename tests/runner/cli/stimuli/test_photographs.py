@@ -12,9 +12,7 @@ import yaml
 from click.testing import CliRunner
 
 from runner.cli.main import group
-from stimuli.pictures.exr_read import read_exr
-from stimuli.pictures.resampling import resample_picture
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage, read_exr, resample_picture
 from tests.stimuli.photographs.raw_pair import (
     LEFT_AT,
     PX_PER_MM,

@@ -13,10 +13,9 @@ from click.testing import CliRunner
 
 from runner.cli.main import group
 from runner.cli.stimuli.build import notes
+from stimuli.build import BuiltStimulus
 from stimuli.build.cache import locked
-from stimuli.build.report import BuiltStimulus
-from stimuli.pictures.exr_write import write_exr
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage, write_exr
 from tests.stimuli.photographs.raw_pair import ROOT, write_recipe
 
 RIG = ROOT / "configs/rigs/asus_vg248qe_3dvision.yaml"

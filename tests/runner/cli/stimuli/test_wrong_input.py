@@ -13,13 +13,10 @@ import OpenImageIO as oiio
 import pytest
 from click.testing import CliRunner
 
-from devices.camera.camera_file import write_camera
-from devices.camera.camera_model import CameraModel
-from devices.camera.exposure import Exposure
+from devices.camera import CameraModel, Exposure, write_camera
 from documents import InputError
 from runner.cli.main import group
-from stimuli.pictures.exr_write import write_exr
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage, write_exr
 from tests.stimuli.develop.dng import exposure_tags, write_dng
 from tests.stimuli.photographs.raw_pair import MATRIX, chart_csv, write_recipe
 

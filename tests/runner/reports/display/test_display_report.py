@@ -15,9 +15,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from devices.diagnostics.diagnosis import Line, Panel, Verdicts
-from devices.diagnostics.examination import examine
-from devices.diagnostics.measured_sets import MeasuredSet
+from devices.diagnostics import Line, MeasuredSet, Panel, Verdicts, examine
 from devices.errors import DeviceError
 from devices.measurements import write_csv
 from runner.cli.main import group
