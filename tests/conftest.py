@@ -23,7 +23,7 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
-from analysis.records.session_record import SessionLog, read_session, session_files
+from analysis.records import SessionLog, read_session, session_files
 from tests.forked import Forked, Server
 
 PATIENCE_S = 120.0  # a busy machine takes ten times as long as a quiet one
@@ -212,8 +212,7 @@ def write_study(folder: Path) -> Study:
     """Write four pictures (two stereo, two flat), a display of 640 × 480, a rig, an experiment."""
     import numpy as np
 
-    from stimuli.pictures.exr_write import write_exr
-    from stimuli.pictures.stereo_image import StereoImage
+    from stimuli.pictures import StereoImage, write_exr
 
     rng = np.random.default_rng(4)
     names = ("one", "two", "three", "four")

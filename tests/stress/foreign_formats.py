@@ -223,7 +223,7 @@ def _ti3() -> tuple[bytes, ...]:
     table = parse_csv(_readings()[0].decode().splitlines(), "readings.csv")
     waves = np.arange(380, 731, 10.0)
     spectra = np.outer(1e-3 * (1 + np.arange(5)), np.exp(-(((waves - 550) / 60) ** 2)))
-    from devices.measurements.spectra import xyz_from_spectra
+    from devices.measurements import xyz_from_spectra
 
     spectral = Measurements(np.eye(5)[:, :3], xyz_from_spectra(spectra, waves), spectra=spectra, wavelengths_nm=waves)
     calibrated = format_ti3(table).replace('Y_100 "NO"', 'Y_100 "YES"') + (
@@ -375,7 +375,7 @@ def _nested(depth: int) -> bytes:
 def _logs() -> tuple[bytes, ...]:
     """Return the log of a measurement, with checksums and as older versions wrote it."""
     from devices.instruments import Reading
-    from devices.measurements.log import MeasurementLog, step_facts
+    from devices.measurements import MeasurementLog, step_facts
     from devices.patches import find_patches, steps
 
     planned = steps(find_patches("grey"), 1)[:6]

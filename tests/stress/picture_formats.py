@@ -20,8 +20,9 @@ from PIL import Image, ImageCms
 
 from documents import Finding, InputError
 from stimuli.build import build_set
-from stimuli.comparison.pictures import ReadOptions, what_it_holds
+from stimuli.comparison import ReadOptions
 from stimuli.comparison.pictures import read_picture as read_compared
+from stimuli.comparison.pictures import what_it_holds
 from stimuli.develop.read import read_camera_image
 from stimuli.pictures import Decoding, StereoImage, find_pictures, read_picture, write_exr
 from stimuli.pictures.coded import CodedPicture, read_coded

@@ -9,9 +9,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from analysis.agreement import KINDS, ObservedGroup, Predicted, agree, correlation, correlation_interval
-from analysis.agreement.chance import chance_of_agreement
-from analysis.agreement.correlations import CorrelationKind
+from analysis.agreement import (
+    KINDS,
+    CorrelationKind,
+    ObservedGroup,
+    Predicted,
+    agree,
+    chance_of_agreement,
+    correlation,
+    correlation_interval,
+)
 from analysis.agreement.observed_means import of_means
 from tests.analysis.agreement.test_interval import contained
 

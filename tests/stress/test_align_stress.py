@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 from scipy.special import ndtr
 
+from stimuli.align import align_pair, register, straighten
 from stimuli.align.disparity import measure_disparity
-from stimuli.align.pair import align_pair
-from stimuli.align.registration import Registration, register
-from stimuli.align.straightening import straighten
+from stimuli.align.registration import Registration
 from stimuli.errors import StimulusError
 
 pytestmark = pytest.mark.stress

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.records.session_record import Header, SessionLog, Trial
+from analysis.records import Header, SessionLog, Trial
+from analysis.series import summarise_series
 from analysis.series.agreement import intraclass, kendall_w, krippendorff_alpha
 from analysis.series.just_noticeable import Matches, fit, interval
 from analysis.series.observer_means import bounded_means, means
 from analysis.series.paired_tests import rating_test
-from analysis.series.summary import summarise_series
 from tests.stress.how_many import how_many
 
 pytestmark = pytest.mark.stress

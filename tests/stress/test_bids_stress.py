@@ -13,8 +13,8 @@ from typing import Any
 
 import pytest
 
-from analysis.bids.export import export_dataset
-from analysis.records.session_record import FILE_NAME, Header, Trial
+from analysis.bids import export_dataset
+from analysis.records import FILE_NAME, Header, Trial
 
 pytestmark = pytest.mark.stress
 STIMULI = tuple(f"s{index}" for index in range(10))

@@ -8,14 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from devices.camera.correspondence_file import ReferenceColours, read_correspondences
-from devices.camera.correspondences import Correspondences
-from devices.camera.fit import fit_camera
-from devices.camera.solve import Loss
-from devices.chart.layout import COLORCHECKER, perspective, project
-from devices.colour.ciede2000 import delta_e_2000
-from devices.colour.spaces import XYZ_from_xyY, xyz_to_lab
-from devices.patches.colorchecker import colorchecker_xyY
+from devices.camera import Correspondences, Loss, ReferenceColours, fit_camera, read_correspondences
+from devices.chart import COLORCHECKER, perspective, project
+from devices.colour import XYZ_from_xyY, delta_e_2000, xyz_to_lab
+from devices.patches import colorchecker_xyY
 from documents import InputError
 from stimuli.chart.camera_fit import read_chart
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from analysis.records.session_record import FILE_NAME
+from analysis.records import FILE_NAME
 from tests.runner.changed_logs import EDITS, edit, flip, recorded, refused
 from tests.runner.every_kind import VARIANTS
 

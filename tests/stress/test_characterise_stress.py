@@ -14,20 +14,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from devices.characterise import table_c1_codes, thesis_display
 from devices.characterise.choose import Characterisation, characterise
-from devices.characterise.example_displays import (
-    THESIS_CURVES,
-    liquid_crystal_XYZ,
-    noisy,
-    table_c1_codes,
-    thesis_display,
-)
-from devices.colour.ciede2000 import delta_e_2000
-from devices.colour.spaces import xyz_to_lab
-from devices.display.model import DisplayModel
-from devices.display.tone_curve import ToneCurve
+from devices.characterise.example_displays import THESIS_CURVES, liquid_crystal_XYZ, noisy
+from devices.colour import delta_e_2000, xyz_to_lab
+from devices.display import DisplayModel, ToneCurve
 from devices.errors import DeviceError
-from devices.instruments.simulated import Faults, simulated_XYZ
+from devices.instruments import Faults
+from devices.instruments.simulated import simulated_XYZ
 from devices.measurements import Measurements
 from tests.devices.display.test_residual import smooth
 from tests.stress.how_many import how_many

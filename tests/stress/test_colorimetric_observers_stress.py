@@ -12,8 +12,8 @@ from devices.colour_matching import (
     cone_fundamentals,
     individual_observer,
     individual_observers,
+    xyz_from_lms,
 )
-from devices.colour_matching.cie_2006_xyz import xyz_from_lms
 from devices.diagnostics import ScreenSpectra, observer_metamerism
 from devices.errors import DeviceError
 from devices.measurements import sampling_error, xyz_from_spectra

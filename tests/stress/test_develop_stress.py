@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stimuli.develop.levels import Levels
-from stimuli.develop.raw_files import DEMOSAICS, Demosaic
+from stimuli.develop import Demosaic, Levels
+from stimuli.develop.raw_files import DEMOSAICS
 from stimuli.develop.read import read_camera_image
 from stimuli.errors import StimulusError
 from stimuli.spectral.convert import spectral_to_xyz

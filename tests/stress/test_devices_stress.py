@@ -9,13 +9,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.compensation.crosstalk import Crosstalk
-from devices.compensation.crosstalk_cancel import cancel_crosstalk, needed_lift
-from devices.compensation.dither import dither_codes, dither_tables, dither_thresholds, tabled_dither_codes
-from devices.compensation.gain_map import GainMap
-from devices.display.display_file import EyeModels
-from devices.display.model import DisplayModel
-from devices.display.tone_curve import ToneCurve
+from devices.compensation import Crosstalk, GainMap, cancel_crosstalk, dither_codes, dither_thresholds, needed_lift
+from devices.compensation.dither import dither_tables, tabled_dither_codes
+from devices.display import DisplayModel, EyeModels, ToneCurve
 from devices.errors import DeviceError
 
 pytestmark = pytest.mark.stress

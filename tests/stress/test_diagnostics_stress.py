@@ -11,15 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import binom
 
+from devices.diagnostics import MeasuredSet, estimate_drift, examine
 from devices.diagnostics.channels import additivity, headroom
 from devices.diagnostics.diagnosis import Diagnosis
-from devices.diagnostics.drift import estimate_drift
-from devices.diagnostics.examination import examine
 from devices.diagnostics.eyewear import crosstalk
-from devices.diagnostics.measured_sets import MeasuredSet
 from devices.diagnostics.stability import drift
 from devices.diagnostics.warm_up import warm_up
-from devices.display.display_file import EyeModels
+from devices.display import EyeModels
 from devices.measurements import Measurements
 from tests.devices.diagnostics import test_drift as planted
 from tests.devices.diagnostics import test_hostile_readings as hostile

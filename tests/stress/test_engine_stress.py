@@ -11,13 +11,12 @@ from typing import Any, get_args
 
 import pytest
 
-from analysis.records import PooledBatch
-from analysis.records.session_record import Mark, Note, Trial
+from analysis.records import Mark, Note, PooledBatch, Trial
 from runner.blocks.registry import AnyBlockSpec
 from runner.observers.simulated import plain_key
 from runner.ports import Ask, Holding, KeyPress
-from runner.presenter.scene import Scene
-from runner.protocol.experiment import read_experiment
+from runner.presenter import Scene
+from runner.protocol import read_experiment
 from runner.session.session import Session
 
 pytestmark = pytest.mark.stress

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from analysis.comparisons.comparisons import Answer, Comparisons, from_answers, from_arrays
-from analysis.factors.effects import factor_effects
-from analysis.scaling.fitting import fit
+from analysis.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons.comparisons import from_arrays
+from analysis.factors import factor_effects
+from analysis.scaling import fit
 
 Floats = NDArray[np.float64]
 

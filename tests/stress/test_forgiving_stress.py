@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from analysis.records.session_record import Header, Trial
+from analysis.records import Header, Trial
 from runner.errors import SessionError
 from runner.presenter.counters import IntervalSummary
 from runner.presenter.surfaces.screens import NOT_READ, Monitor, place_two_windows, place_window

@@ -11,8 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.comparisons.comparisons import Comparisons, from_arrays
-from analysis.scaling.grouped import score_groups
+from analysis.comparisons import Comparisons
+from analysis.comparisons.comparisons import from_arrays
+from analysis.scaling import score_groups
 
 pytestmark = pytest.mark.stress
 

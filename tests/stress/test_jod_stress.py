@@ -9,7 +9,8 @@ from scipy.optimize import minimize
 from scipy.special import log_ndtr, ndtr
 
 from analysis.jod.fits import fit_jod
-from analysis.scaling.separation import compared_groups, strong_groups
+from analysis.scaling import compared_groups
+from analysis.scaling.separation import strong_groups
 
 pytestmark = pytest.mark.stress
 Floats = NDArray[np.float64]

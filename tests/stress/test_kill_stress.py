@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from analysis.records.session_record import FILE_NAME
+from analysis.records import FILE_NAME
 from tests.runner.every_kind import VARIANTS
 from tests.runner.killing import check_rounds, killer
 from tests.stress.how_many import how_many

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from analysis.scaling.learnt_prior import learnt_posterior
+from analysis.scaling import learnt_posterior
 from runner.blocks.pair_choice import PairChooser
 from tests.stress.how_many import how_many
 from tests.stress.test_pooled_pairs_stress import endless, reported

@@ -10,14 +10,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.display.model import DisplayModel
-from devices.display.tone_curve import ToneCurve
+from devices.display import DisplayModel, ToneCurve
+from stimuli.luminance import picture_statistics
 from stimuli.luminance.saturation import largest_factor, measure_saturation, saturation_factors
-from stimuli.luminance.statistics import picture_statistics
-from stimuli.pictures.resampling import Filter, axis_weights, resample_picture
-from stimuli.pictures.stereo_image import StereoImage
-from stimuli.sparkle.measures.find import Threshold
-from stimuli.sparkle.measures.measure import SparkleMeasures, measure_sparkles
+from stimuli.pictures import StereoImage, resample_picture
+from stimuli.pictures.resampling import Filter, axis_weights
+from stimuli.sparkle import Threshold, measure_sparkles
+from stimuli.sparkle.measures.measure import SparkleMeasures
 
 pytestmark = pytest.mark.stress
 CURVES = (ToneCurve(gamma=2.2),) * 3

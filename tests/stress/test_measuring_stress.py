@@ -8,17 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from devices.diagnostics.examination import examine
-from devices.diagnostics.measured_sets import MeasuredSet
-from devices.instruments import Reading
-from devices.instruments.simulated import Faults
-from devices.measurements.log import MeasurementLog, read_session, step_facts
+from devices.diagnostics import MeasuredSet, examine
+from devices.instruments import Faults, Reading
+from devices.measurements import MeasurementLog, read_session, step_facts
 from devices.measurements.read import measurements_of
 from devices.patches import Patch, PatchSet, steps
 from documents import InputError
 from runner.measuring.code_screen import CodeScreen, EyeCodes
-from runner.presenter.modes.registry import MODES, find_mode
-from runner.presenter.surfaces.surface import open_surface
+from runner.presenter import find_mode, open_surface
+from runner.presenter.modes.registry import MODES
 from tests.devices.patches.simulated_sets import read_sets
 from tests.runner.measuring.killed_measurement import kill_and_resume
 from tests.runner.measuring.test_commands import DISPLAY, RIG

@@ -11,12 +11,9 @@ import pytest
 
 from devices.characterise.display_yaml import model_lines
 from devices.characterise.mode_file import ModeLines, set_keys, write_mode
-from devices.display import PanelSpec, read_display
-from devices.display.model import DisplayModel
-from devices.display.table_curve import TableCurve
-from devices.display.tone_curve import ToneCurve
+from devices.display import DisplayModel, PanelSpec, TableCurve, ToneCurve, read_display
 from devices.errors import DeviceError
-from documents.yaml.source import parse_yaml
+from documents.yaml import parse_yaml
 
 pytestmark = pytest.mark.stress
 

@@ -19,8 +19,8 @@ from runner.cli.main import group
 from runner.presenter import find_mode
 from runner.presenter.modes.registry import MODES
 from runner.session import simulate
-from runner.studies import StudyOptions, new_study
-from runner.studies.contents import KINDS, Kind
+from runner.studies import Kind, StudyOptions, new_study
+from runner.studies.contents import KINDS
 from tests.runner.studies.drawn_pictures import draw, draw_flat, draw_pairs
 
 pytestmark = pytest.mark.stress

@@ -11,11 +11,12 @@ import pytest
 from numpy.typing import NDArray
 from scipy.stats import kstest
 
-from analysis.comparisons.comparisons import Comparisons, from_arrays
+from analysis.comparisons import Comparisons
+from analysis.comparisons.comparisons import from_arrays
+from analysis.observers import observers_in_comparisons
 from analysis.observers.concordance import kendall_u
 from analysis.observers.consistency import consistencies
 from analysis.observers.fit_to_rest import fits_to_rest
-from analysis.observers.table import observers_in_comparisons
 from analysis.observers.tails import Tail
 from tests.stress.how_many import how_many
 

@@ -9,10 +9,10 @@ from itertools import product
 import numpy as np
 import pytest
 
-from analysis.comparisons.comparisons import Answer, Comparisons, from_answers, from_arrays
-from analysis.scaling.fitting import fit_model
-from analysis.scaling.laws import MODELS, Davidson, Model, RaoKupper
-from analysis.scaling.scores import score
+from analysis.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons.comparisons import from_arrays
+from analysis.scaling import Model, fit_model, score
+from analysis.scaling.laws import MODELS, Davidson, RaoKupper
 from tests.stress.memory import peak_kb
 
 pytestmark = pytest.mark.stress

@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from devices.display import DisplayModel, Plvc, TableCurve
 from devices.display.knot_table import knotted_codes
-from devices.display.model import DisplayModel
-from devices.display.plvc import Plvc
-from devices.display.table_curve import TableCurve
 from devices.errors import DeviceError
-from runner.presenter.colour_pass import ColourPass
+from runner.presenter import ColourPass
 from runner.presenter.errors import PresentationError
 from runner.presenter.surfaces.egl import EglSurface
 

@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.power.plan import Plan, differing_pairs, spread_theta
+from analysis.power import Plan, differing_pairs, simulate_power, spread_theta
 from analysis.power.results import Power
-from analysis.power.simulation import simulate_power
 from analysis.power.studies import run
 from benchmarks.power import by_report
 from tests.analysis.power.test_studies import report_on

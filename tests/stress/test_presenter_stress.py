@@ -11,15 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from devices.display.display_file import EyeModels
-from devices.display.model import DisplayModel
-from devices.display.tone_curve import ToneCurve
+from devices.display import DisplayModel, EyeModels, ToneCurve
+from runner.presenter import Picture, Presenter, Scene, Text, find_mode
 from runner.presenter.errors import PresentationError
-from runner.presenter.modes.registry import find_mode
-from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Picture, Scene, Text
 from runner.presenter.surfaces.egl import EglSurface
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage
 from tests.stress.memory import forget_peak, peak_kb
 
 pytestmark = pytest.mark.stress

@@ -8,16 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from devices.chart.layout import COLORCHECKER, patch_quadrangles
-from devices.chart.way_round import WAYS
-from devices.colour.spaces import XYZ_from_xyY
-from devices.patches.colorchecker import colorchecker_xyY
+from devices.chart import COLORCHECKER, WAYS, patch_quadrangles
+from devices.colour import XYZ_from_xyY
+from devices.patches import colorchecker_xyY
+from stimuli.comparison import Evidence, Region, compare_regions, judge, place_regions, read_regions
 from stimuli.comparison.areas import AreaMean, area_means, crosses_itself, inside, window
-from stimuli.comparison.by_region import check_charts, compare_regions
-from stimuli.comparison.evidence import Evidence
-from stimuli.comparison.judging import judge
-from stimuli.comparison.regions import Chart, Region, place_regions
-from stimuli.comparison.regions_file import MOST_AREAS, read_regions
+from stimuli.comparison.by_region import check_charts
+from stimuli.comparison.regions import Chart
+from stimuli.comparison.regions_file import MOST_AREAS
 from stimuli.comparison.table import region_table
 from stimuli.errors import StimulusError
 from tests.stress.sheet import WHITE, Sheet

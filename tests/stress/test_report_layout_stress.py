@@ -12,9 +12,8 @@ from typing import Any
 
 import pytest
 
-from analysis.records.session_record import Header, SessionLog, Trial
-from analysis.report.page import write_report
-from analysis.report.report import Report
+from analysis.records import Header, SessionLog, Trial
+from analysis.report import Report, write_report
 from runner.reports.results import print_pdf
 
 pytestmark = pytest.mark.stress

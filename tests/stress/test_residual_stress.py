@@ -9,10 +9,10 @@ from devices.characterise.choose import characterise
 from devices.characterise.example_displays import noisy
 from devices.characterise.figures import differences
 from devices.characterise.patches import patches
-from devices.display.plvc import Plvc
+from devices.display import Plvc
 from devices.errors import DeviceError
 from devices.measurements import Measurements
-from runner.presenter.colour_pass import ColourPass
+from runner.presenter import ColourPass
 from runner.presenter.errors import PresentationError
 from runner.presenter.surfaces.egl import EglSurface
 from tests.devices.characterise.test_residual_fit import CODES, FRESH

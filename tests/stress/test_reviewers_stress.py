@@ -7,7 +7,7 @@ from time import process_time
 import numpy as np
 import pytest
 
-from analysis.comparisons.comparisons import Answer, from_answers
+from analysis.comparisons import Answer, from_answers
 from analysis.inference import compare_models, equivalence, multiverse, pair_probabilities, pair_residuals, transitivity
 from analysis.scaling import score
 from benchmarks.reviewers import OBSERVERS, SPREADS, levels

@@ -7,9 +7,8 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from stimuli.comparison.by_pixel import summarise
-from stimuli.measures import difference_map
-from stimuli.measures.scielab import SeenPicture
+from stimuli.comparison import summarise
+from stimuli.measures import SeenPicture, difference_map
 from tests.stress.sheet import WHITE, Sheet
 
 pytestmark = pytest.mark.stress

@@ -12,16 +12,15 @@ from typing import Any
 
 import pytest
 
-from analysis.records import PooledBatch
-from analysis.records.session_record import FILE_NAME, Header, Mark, Note, Trial, read_session
+from analysis.records import FILE_NAME, Header, Mark, Note, PooledBatch, Trial, read_session
 from documents import InputError
-from documents.yaml.source import parse_yaml
+from documents.yaml import parse_yaml
 from runner.blocks.all_pairs import AllPairs
 from runner.blocks.layout import PairLayout
 from runner.blocks.orders import pair_order
 from runner.observers.simulated import BradleyTerryObserver
 from runner.ports import Holding
-from runner.presenter.scene import Scene
+from runner.presenter import Scene
 from runner.session.folders import Recorder
 from runner.session.session import Session
 

@@ -10,14 +10,14 @@ from time import process_time
 import numpy as np
 import pytest
 
-from stimuli.recipes.recipe import read_recipe
+from stimuli.recipes import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
+from stimuli.sparkle import plate_light, scatter_flakes
 from stimuli.sparkle.cull import that_matter, tiles_of
-from stimuli.sparkle.flakes import scatter_flakes
 from stimuli.sparkle.lamplight import illuminance_lx
 from stimuli.sparkle.optics import shade
 from stimuli.sparkle.scene import Noise
-from stimuli.sparkle.studio import photograph, plate_light, sparkle_map
+from stimuli.sparkle.studio import photograph, sparkle_map
 
 pytestmark = pytest.mark.stress
 CONFIGS = Path(__file__).parents[2] / "configs" / "stimuli"

@@ -15,14 +15,11 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from devices.colour.ciede2000 import delta_e_2000
-from devices.colour.spaces import xyz_to_lab
-from stimuli.build.recipe_to_set import build_set
+from devices.colour import delta_e_2000, xyz_to_lab
+from stimuli.build import build_set
 from stimuli.errors import StimulusError
-from stimuli.pictures.exr_read import read_exr
+from stimuli.pictures import StereoImage, read_exr, write_exr
 from stimuli.pictures.exr_views import read_views
-from stimuli.pictures.exr_write import write_exr
-from stimuli.pictures.stereo_image import StereoImage
 
 pytestmark = pytest.mark.stress
 ROOT = Path(__file__).parents[2]

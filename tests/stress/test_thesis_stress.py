@@ -10,8 +10,7 @@ import pytest
 from devices.camera import CameraModel, Exposure
 from devices.characterise import table_c1_codes
 from devices.characterise.thesis import thesis_fits
-from devices.display import DisplayModel
-from devices.display.tone_curve import ToneCurve
+from devices.display import DisplayModel, ToneCurve
 from stimuli.luminance import contrast_over_exposure
 from stimuli.pictures import StereoImage
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from analysis.bootstrap.confidence_intervals import DEFAULT, KINDS, intervals
+from analysis.bootstrap import class_stability, intervals
+from analysis.bootstrap.confidence_intervals import DEFAULT, KINDS
 from analysis.bootstrap.replicates import NAMES, resample_counts
-from analysis.bootstrap.stability import class_stability
 from benchmarks.simulated_studies import Design, coverage, decisions
 
 Floats = NDArray[np.float64]

@@ -10,12 +10,12 @@ from documents.yaml import read_yaml
 from runner.blocks.interface import LANGUAGES
 from runner.blocks.message import page, pause_menu
 from runner.blocks.text_entry import Number, typed
-from runner.check.report import CheckReport
+from runner.check import CheckReport
 from runner.check.screens import check_screens
+from runner.presenter import Scene, Text
 from runner.presenter.lettering import text_area
 from runner.presenter.modes.registry import MODES
-from runner.presenter.scene import Scene, Text
-from runner.protocol.experiment import read_experiment
+from runner.protocol import read_experiment
 from tests.runner import every_kind as EVERY
 
 pytestmark = pytest.mark.stress

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.compensation import Crosstalk, GainMap, least_squares
-from devices.compensation.dither import adjacent_codes, code_lights
+from devices.compensation import Crosstalk, GainMap, code_lights, least_squares
+from devices.compensation.dither import adjacent_codes
 from devices.display import (
     EyeModels,
     Plvc,

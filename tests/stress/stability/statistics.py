@@ -15,9 +15,9 @@ from analysis.agreement import correlation
 from analysis.bootstrap.tails import acceleration, bias_corrected
 from analysis.classes.multiplicity import two_sided_p
 from analysis.comparisons import Answer, from_answers
-from analysis.scaling import Model, fit, fit_model
+from analysis.scaling import Model, Probit, fit, fit_model
 from analysis.scaling.fitting import fit_sparse
-from analysis.scaling.laws import Davidson, Law, Logistic, Probit, RaoKupper, iso_20462_jnd
+from analysis.scaling.laws import Davidson, Law, Logistic, RaoKupper, iso_20462_jnd
 from stimuli.align import homography_from_points
 from stimuli.errors import StimulusError
 from stimuli.measures.scielab import gaussian_kernel
