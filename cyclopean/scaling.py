@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import csv
+import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, cast
+from typing import TYPE_CHECKING, Any, Literal, cast
 
+import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from cyclopean.result import Result
 from documents import Finding, InputError
 
 if TYPE_CHECKING:
     from analysis.classes import Adjust
-    from analysis.comparisons import Comparisons
+    from analysis.comparisons import Coded, CodedTable, Comparisons
     from analysis.factors import FactorEffects
     from analysis.jod import JodScales
     from analysis.observers import ObserverTable
@@ -315,20 +319,21 @@ def comparisons(
     table = _counted_together(answers) if with_simulated else answers
     # Names of trials, as `read_results` gives them, are those of the sessions' records.
     keep_na = keep_na or {"experiment", "kind", "chosen", "rejected"} <= set(answers)
-    lines = _as_csv(table, "" if keep_na else "NA").splitlines(keepends=True)
-    file = "the DataFrame, as CSV"
-    return read_any(lines, file, layout=layout, choice_codes=choice_codes, keep_na=keep_na).warned()
+    columns = _as_columns(table, "" if keep_na else "NA")
+    return read_any(
+        columns, "the DataFrame, as CSV", layout=layout, choice_codes=choice_codes, keep_na=keep_na
+    ).warned()
 
 
-def _as_csv(table: pd.DataFrame, missing: str) -> str:
-    """Return a frame as CSV, with its index where that names observers or the like, or the rows of a matrix.
+def _as_columns(table: pd.DataFrame, missing: str) -> CodedTable:
+    """Return a frame as texts, with its index where that names observers or the like, or the rows of a matrix.
 
     Raises
     ------
     InputError
         If rows or columns have names of several levels.
     """
-    from analysis.comparisons import KINDS
+    from analysis.comparisons import KINDS, CodedTable
 
     for axis, words in ((table.columns, "columns"), (table.index, "rows")):
         if axis.nlevels > 1:
@@ -340,9 +345,40 @@ def _as_csv(table: pd.DataFrame, missing: str) -> str:
     if grouped and table["group"][table["kind"].isin(KINDS)].isna().any():
         table = table.drop(columns="group")
     # The names of a matrix's rows stand in its index. What was an index before, such as observers, has a name.
-    matrix = set(table.index.astype(str)) == set(table.columns.astype(str))
+    items = set(table.columns.astype(str))
+    matrix = set(table.index[:1].astype(str)) <= items == set(table.index.astype(str))
     named = table.index.name is not None and str(table.index.name) not in table.columns
-    return table.to_csv(index=matrix or named, na_rep=missing, float_format=_number)
+    names = ["" if name is None else str(name) for name in table.columns]
+    columns = [table.iloc[:, place] for place in range(len(names))]
+    if matrix or named:
+        names.insert(0, "" if table.index.name is None else str(table.index.name))
+        columns.insert(0, table.index.to_series())
+    return CodedTable(names, [_coded(column, missing) for column in columns])
+
+
+def _coded(column: pd.Series, missing: str) -> Coded:
+    """Return a column as the texts that it has in CSV."""
+    from analysis.comparisons import Coded
+
+    code: NDArray[np.integer[Any]]
+    distinct: Any
+    if isinstance(column.dtype, pd.CategoricalDtype):
+        code, distinct = column.cat.codes.to_numpy(), column.cat.categories
+    elif column.dtype == object and pd.api.types.infer_dtype(column) not in ("string", "empty"):
+        # 1, 1.0 and True are equal, and their texts differ; a list has no place among distinct values.
+        code, distinct = pd.factorize(np.array(_written(column, missing), dtype=object))
+    else:
+        code, distinct = pd.factorize(column)
+    texts = distinct.tolist()
+    if not all(isinstance(text, str) for text in texts):
+        texts = _written(distinct, missing)
+    return Coded([*texts, missing], np.where(code < 0, len(texts), code))
+
+
+def _written(values: Any, missing: str) -> list[str]:
+    """Return the texts of values in CSV."""
+    text = pd.Series(values).to_csv(index=False, header=False, na_rep=missing, float_format=_number)
+    return [row[0] for row in csv.reader(io.StringIO(text, newline=""))]
 
 
 def _number(value: object) -> str:

@@ -8,6 +8,8 @@ from .session_comparisons import from_sessions as from_sessions
 from .session_comparisons import grouped_comparisons as grouped_comparisons
 from .session_groups import SessionGroups as SessionGroups
 from .session_groups import factors_of as factors_of
+from .sources import Coded as Coded
+from .sources import CodedTable as CodedTable
 from .table import TableRead as TableRead
 from .table import parse_table as parse_table
 from .table import read_any as read_any

@@ -8,7 +8,11 @@ from dataclasses import dataclass, field
 from operator import itemgetter
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from analysis.comparisons.columns import column_of
+from analysis.comparisons.sources import Coded, ColumnBlock, NumberedRow, Row
 from documents import Finding
 
 # As R, pandas, Excel, MATLAB, SPSS and SAS write them. Capitals count: an item may well be called "na" or "none".
@@ -32,8 +36,6 @@ WORDS = frozenset(
 MOST_SAID = 20
 KEEP = "--keep-na (from Python: keep_na=True)"
 
-Row = Sequence[str]
-
 
 @dataclass(slots=True)
 class Missing:
@@ -53,6 +55,8 @@ class Missing:
         How often a value was missing, by what the column holds.
     said
         A finding for each of the first 20 lines.
+    found
+        Of a frame, for each column which of its distinct texts are such words.
     """
 
     file: str
@@ -62,6 +66,7 @@ class Missing:
     lines: int = 0
     by_column: Counter[str] = field(default_factory=Counter)
     said: list[Finding] = field(default_factory=list)
+    found: dict[int, NDArray[np.bool_]] = field(default_factory=dict)
 
     def occurs(self, rows: Sequence[Row]) -> bool:
         """Say whether a value may be missing in ``rows``; takes little time where none is."""
@@ -85,7 +90,7 @@ class Missing:
         places = [place for place in self.unknown if self._is_missing(row, place)]
         return ["" if place in places else cell for place, cell in enumerate(row)] if places else row
 
-    def without(self, rows: Iterable[tuple[Row, int, str]]) -> list[Row]:
+    def without(self, rows: Iterable[NumberedRow]) -> list[Row]:
         """Return the ``rows`` in which nothing needed is missing, and note the others.
 
         Each row comes with the number of its line and its text.
@@ -97,6 +102,26 @@ class Missing:
             else:
                 kept.append(self.cleaned(row))
         return kept
+
+    def without_rows(self, block: ColumnBlock) -> ColumnBlock:
+        """Return the rows of ``block`` in which nothing needed is missing, cleaned, and note the others."""
+        missing = np.zeros(len(block.number), dtype=np.bool_)
+        columns = list(block.columns)
+        for place in (*self.needed, *self.unknown):
+            texts, code = columns[place].texts, columns[place].code
+            if place not in self.found:
+                self.found[place] = np.array([text.strip() in self.words for text in texts], dtype=np.bool_)
+            if not self.found[place].any():
+                continue
+            if place in self.needed:
+                missing |= self.found[place][code]
+            else:
+                cleaned = ["" if word else text for word, text in zip(self.found[place], texts, strict=True)]
+                columns[place] = Coded(cleaned, code)
+        for noted in block.part(missing).numbered() if missing.any() else ():
+            self._note(*noted)
+        kept = ColumnBlock(columns, block.number)
+        return kept.part(~missing) if missing.any() else kept
 
     @property
     def sentence(self) -> str:

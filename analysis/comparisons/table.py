@@ -11,25 +11,33 @@ from __future__ import annotations
 import csv
 import io
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import islice
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple, cast
 
 from analysis.comparisons.columns import column_of
 from analysis.comparisons.comparisons import Comparisons
-from analysis.comparisons.layouts import PLAIN, Reading, Row, find_layout
+from analysis.comparisons.layouts import PLAIN, Reading, find_layout
 from analysis.comparisons.mat_table import read_mat_table
 from analysis.comparisons.missing import KEEP, WORDS, Missing
+from analysis.comparisons.plain_lines import PlainReading
+from analysis.comparisons.sources import (
+    MOST_LETTERS,
+    Block,
+    CodedTable,
+    ColumnBlock,
+    ColumnSource,
+    LineSource,
+    NumberedRow,
+    Source,
+)
 from analysis.comparisons.tally import Tally
 from analysis.errors import ResultsError
 from documents import Finding
 from documents.files import open_regular, unreadable
 
-BLOCK_ROWS = 1 << 15
 MOST_FINDINGS = 20
-MOST_LETTERS = 4_000_000  # of a line
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,28 +93,8 @@ class _Asked(NamedTuple):
     keep_na: bool = False
 
 
-class _Lines:
-    """Passes lines on to the CSV reader and keeps those of the block at hand, so that a finding can name the place."""
-
-    def __init__(self, lines: Iterable[str], file: str) -> None:
-        self._lines, self._file, self._met = iter(lines), file, 0
-        self.kept: list[str] = []
-
-    def __iter__(self) -> Iterator[str]:
-        return self
-
-    def __next__(self) -> str:
-        line = next(self._lines)
-        if len(line) > MOST_LETTERS:
-            what = f"a line has more than {MOST_LETTERS / 1e6:g} million letters"
-            raise ResultsError(Finding(what, self._file, self._met + 1, 1, "check that it is a table with line ends"))
-        self._met += 1
-        self.kept.append(line)
-        return line
-
-
 def read_any(
-    source: str | Path | BinaryIO | Iterable[str],
+    source: str | Path | BinaryIO | Iterable[str] | CodedTable,
     file: str = "",
     *,
     layout: str | None = None,
@@ -121,9 +109,9 @@ def read_any(
     Parameters
     ----------
     source
-        Path of a CSV table or of a MAT-file with a matrix of counts; a binary stream of CSV; or its lines.
+        Path of a CSV table or of a MAT-file with a matrix of counts; a binary stream of CSV; its lines; or its columns.
     file
-        Name of a stream or of lines in findings.
+        Name of a stream, of lines or of columns in findings.
     layout
         ``winner-loser``, ``pwcmp``, ``items``, ``options``, ``matrix`` or ``trials``, as `analysis.comparisons.layouts`
         has them; None to recognise it by its header.
@@ -153,6 +141,8 @@ def read_any(
     asked = _Asked(layout, choice_codes, keep_na)
     if isinstance(source, str | Path):
         return _read_path(Path(source), asked)
+    if isinstance(source, CodedTable):
+        return _read(ColumnSource(source), file, asked)
     if isinstance(source, io.BufferedIOBase):
         return _read_stream(cast(BinaryIO, source), file, asked)
     return _read_lines(cast(Iterable[str], source), file, asked)
@@ -278,28 +268,25 @@ def _read_stream(stream: BinaryIO, file: str, asked: _Asked) -> TableRead:
 
 
 def _read_lines(lines: Iterable[str], file: str, asked: _Asked) -> TableRead:
-    source = _Lines(lines, file)
-    reader = csv.reader(source, strict=True)
+    return _read(LineSource(lines, file), file, asked)
+
+
+def _read(source: Source, file: str, asked: _Asked) -> TableRead:
     findings: list[Finding] = []
     try:
-        header = next(reader, [])
-        layout = find_layout(header, file, asked.layout)
-        reading = layout.reading(header, "".join(source.kept), file, asked.codes)
+        source.start()
+        layout = find_layout(source.header, file, asked.layout)
+        reading = layout.reading(source.header, source.header_text, file, asked.codes)
         codes = {code.lower() for code in asked.codes}
         words = frozenset() if asked.keep_na else frozenset(word for word in WORDS if word.lower() not in codes)
         missing = Missing(file, reading.needed, reading.unknown, words)
         tally = Tally(reading.columns)
-        while len(findings) < MOST_FINDINGS:
-            begin, source.kept = reader.line_num, []
-            rows: list[list[str]] = []
-            try:
-                rows.extend(islice(reader, BLOCK_ROWS))
-            finally:
-                findings += _take_in(rows, source.kept, begin, tally, reading, missing)
-            if not rows:
+        for block in source.blocks():
+            findings += _take_in(block, tally, reading, missing)
+            if len(findings) >= MOST_FINDINGS:
                 break
     except csv.Error as error:
-        place = max(reader.line_num, 1)
+        place = max(source.line, 1)
         findings.append(Finding(f"this is not valid CSV: {error}", file, place, 1, "check the quotes"))
     if findings:
         raise ResultsError(findings[:MOST_FINDINGS])
@@ -307,22 +294,28 @@ def _read_lines(lines: Iterable[str], file: str, asked: _Asked) -> TableRead:
     if comparisons is None and missing.lines:
         raise ResultsError(missing.everything())
     if wrong := reading.end():
-        raise ResultsError(Finding(wrong[0], file, max(reader.line_num, 1), 1, wrong[1]))
+        raise ResultsError(Finding(wrong[0], file, max(source.line, 1), 1, wrong[1]))
     if comparisons is None:
         remedy = "add one line for each comparison, such as 'a,b'"
-        raise ResultsError(Finding("the table has no comparison", file, max(reader.line_num, 1), 1, remedy))
+        raise ResultsError(Finding("the table has no comparison", file, max(source.line, 1), 1, remedy))
     table = TableRead(comparisons, layout.name, reading.notes, missing.sentences, missing.to_json())
     return _with_named_items(table, file, asked)
 
 
-def _take_in(
-    rows: Sequence[Row], lines: Sequence[str], begin: int, tally: Tally, reading: Reading, missing: Missing
-) -> list[Finding]:
-    """Count the ``rows`` in which nothing is missing, or return their faults."""
-    kept = missing.without(_numbered(lines, begin, len(rows))) if missing.occurs(rows) else rows
-    if not kept or _added(tally, reading, kept):
+def _take_in(block: Block, tally: Tally, reading: Reading, missing: Missing) -> list[Finding]:
+    """Count the rows of ``block`` in which nothing is missing, or return their faults."""
+    if isinstance(block, ColumnBlock) and isinstance(reading, PlainReading):
+        kept = missing.without_rows(block)
+        if tally.add_columns({name: kept.columns[place] for name, place in reading.columns.items()}):
+            return []
+        rows = kept.rows
+    else:
+        rows = block.rows
+        if missing.occurs(rows):
+            rows = missing.without(block.numbered())
+    if not rows or _added(tally, reading, rows):
         return []
-    return _find_faults(_numbered(lines, begin, len(rows)), reading, missing)
+    return _find_faults(block.numbered(), reading, missing)
 
 
 def _with_named_items(table: TableRead, file: str, asked: _Asked) -> TableRead:
@@ -350,26 +343,7 @@ def _added(tally: Tally, reading: Reading, rows: Sequence[Sequence[str]]) -> boo
     return told is not None and (not told or tally.add(told))
 
 
-def _numbered(lines: Sequence[str], begin: int, rows: int) -> Iterator[tuple[Row, int, str]]:
-    """Yield the first ``rows`` rows of CSV in ``lines``, each with the number and the text of its last line.
-
-    ``begin`` is how many lines of the file stand before them. Empty rows are passed over.
-    """
-    last = ""
-
-    def remembered() -> Iterator[str]:
-        nonlocal last
-        for line in lines:
-            last = line
-            yield line
-
-    reader = csv.reader(remembered(), strict=True)
-    for row in islice(reader, rows):
-        if any(cell.strip() for cell in row):
-            yield row, begin + reader.line_num, last
-
-
-def _find_faults(rows: Iterable[tuple[Row, int, str]], reading: Reading, missing: Missing) -> list[Finding]:
+def _find_faults(rows: Iterable[NumberedRow], reading: Reading, missing: Missing) -> list[Finding]:
     """Return a finding for each faulty line, up to twenty."""
     findings: list[Finding] = []
     for row, number, line in rows:

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import chain
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.comparisons.columns import Columns
 from analysis.comparisons.comparisons import MOST_ITEMS, Comparisons, from_arrays
+from analysis.comparisons.sources import Coded, Row
 from analysis.errors import ResultsError
 from documents import Finding
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
+Number = TypeVar("Number", bound=np.generic)
+Texts = Sequence[str] | Coded
 
 NO_ITEM = UNKNOWN = -1
+UNMET = -2
 MOST_GROUPS = 5000
 MOST_PENDING = 1 << 20
 SIDES = 3  # unknown, loser first, winner first
@@ -54,32 +59,38 @@ class Tally:
         self._kinds, self._counts = np.empty(0, np.int64), np.empty(0)
         self._pending: list[tuple[Indices, Floats]] = []
         self._waiting = 0
+        self._numbers_of: dict[str, Indices] = {}
 
-    def add(self, rows: Sequence[Sequence[str]]) -> bool:
+    def add(self, rows: Sequence[Row]) -> bool:
         """Count ``rows``, and say True; or say False if one of them has a fault, and count none."""
         width = len(self._columns)
-        if any(len(row) != width for row in rows):
-            return self._add_without_blanks(rows)
-        texts = list(zip(*rows, strict=True))
-        column = {name: texts[field] for name, field in self._columns.items()}
-        number = self._items.__getitem__
-        pairs = np.fromiter(map(number, chain.from_iterable(zip(column["winner"], column["loser"], strict=True))), int)
+        if all(len(row) == width for row in rows):
+            texts = list(zip(*rows, strict=True))
+            if self.add_columns({name: texts[field] for name, field in self._columns.items()}):
+                return True
+        kept = [row for row in rows if any(field.strip() for field in row)]
+        return len(kept) < len(rows) and (not kept or self.add(kept))
+
+    def add_columns(self, column: Mapping[str, Texts]) -> bool:
+        """Count rows by the texts of their columns, as `add` does; an empty row is a fault here."""
+        pairs = self._pairs(column["winner"], column["loser"])
         winner, loser = pairs[::2], pairs[1::2]
         if len(self._items.list) > MOST_ITEMS:
             raise ResultsError(Finding(f"there are more than {MOST_ITEMS} items", remedy="scale fewer at once"))
         if (winner == loser).any() or (pairs == NO_ITEM).any():
-            return self._add_without_blanks(rows)
-        counts, ties = _numbers(column.get("count"), len(rows), 1.0), _numbers(column.get("ties"), len(rows), 0.0)
-        side, tie = self._sides(column.get("first"), winner, loser), _ties(column.get("outcome"), len(rows))
+            return False
+        rows = len(winner)
+        counts, ties = _numbers(column.get("count"), rows, 1.0), _numbers(column.get("ties"), rows, 0.0)
+        side, tie = self._sides(column.get("first"), winner, loser), _ties(column.get("outcome"), rows)
         if counts is None or ties is None or side is None or tie is None:
             return False
-        if not all(map(str.strip, column.get("group", ()))):
+        if "group" in column and not _each(column["group"], lambda text: bool(text.strip()), np.bool_).all():
             return False
         counted = (counts > 0) | (ties > 0)
-        group = _numbered(self._groups, column.get("group"), counted)
+        group = self._numbered("group", self._groups, column, counted)
         if len(self._groups.list) > MOST_GROUPS:
             raise ResultsError(Finding(f"there are more than {MOST_GROUPS} groups", remedy="scale fewer at once"))
-        observer = _numbered(self._people, column.get("observer"), counted) * MOST_GROUPS + group
+        observer = self._numbered("observer", self._people, column, counted) * MOST_GROUPS + group
         kind = ((observer * MOST_ITEMS + winner) * MOST_ITEMS + loser) * SIDES + side + 1
         self._gather(kind * 2 + tie, counts)
         if "ties" in column:
@@ -109,20 +120,47 @@ class Tally:
             groups=tuple(self._groups.list),
         )
 
-    def _add_without_blanks(self, rows: Sequence[Sequence[str]]) -> bool:
-        kept = [row for row in rows if any(field.strip() for field in row)]
-        return len(kept) < len(rows) and (not kept or self.add(kept))
+    def _pairs(self, winner: Texts, loser: Texts) -> Indices:
+        """Return the numbers of the items, winner and loser in turn, numbered in the order of the lines."""
+        if isinstance(winner, Coded) and isinstance(loser, Coded):
+            code = np.stack([winner.code, loser.code + len(winner.texts)], axis=1).ravel()
+            return self._looked_up("pairs", self._items, Coded([*winner.texts, *loser.texts], code))
+        texts = chain.from_iterable(zip(_texts(winner), _texts(loser), strict=True))
+        return np.fromiter(map(self._items.__getitem__, texts), int)
 
-    def _sides(self, texts: Sequence[str] | None, winner: Indices, loser: Indices) -> Indices | None:
+    def _sides(self, texts: Texts | None, winner: Indices, loser: Indices) -> Indices | None:
         """Return 1 where the winner was first, 0 where the loser was, -1 where nobody says; None if another was."""
         if texts is None:
             return np.full(len(winner), UNKNOWN)
-        numbers = list(map(self._items.get, texts))
-        if None in numbers:
-            numbers = [self._items.get(text.strip(), len(self._items)) for text in texts]
-        first = np.array(numbers, dtype=np.int64)
+        known, other = self._items, len(self._items)
+        first = _each(texts, lambda text: known.get(text, other), np.int64)
+        if (first == other).any():
+            first = _each(texts, lambda text: known.get(text.strip(), other), np.int64)
         side = np.where(first == winner, 1, np.where(first == loser, 0, UNKNOWN))
         return None if ((side == UNKNOWN) & (first != UNKNOWN)).any() else side
+
+    def _numbered(self, name: str, names: _Names, column: Mapping[str, Texts], counted: NDArray[np.bool_]) -> Indices:
+        """Return the number of each line's name; one that is in no line that counts is not numbered."""
+        texts = column.get(name)
+        if texts is None:
+            return np.zeros(len(counted), dtype=np.int64)
+        if isinstance(texts, Coded):
+            numbers = np.zeros(len(counted), dtype=np.int64)
+            numbers[counted] = self._looked_up(name, names, texts.part(counted))
+            return numbers
+        if counted.all():
+            return np.fromiter(map(names.__getitem__, texts), int)
+        return np.array([names[text] if yes else 0 for text, yes in zip(texts, counted, strict=True)])
+
+    def _looked_up(self, name: str, names: _Names, column: Coded) -> Indices:
+        """Return the number of each line's name; the column ``name`` has the same distinct texts in all blocks."""
+        numbers = self._numbers_of.setdefault(name, np.full(len(column.texts), UNMET))
+        found = numbers[column.code]
+        if unmet := dict.fromkeys(column.code[found == UNMET].tolist()):
+            for code in unmet:
+                numbers[code] = names[column.texts[code]]
+            found = numbers[column.code]
+        return found
 
     def _gather(self, kinds: Indices, counts: Floats) -> None:
         kept = counts > 0
@@ -140,15 +178,6 @@ class Tally:
             self._kinds, self._counts = _summed(kinds, counts)
 
 
-def _numbered(names: _Names, texts: Sequence[str] | None, counted: NDArray[np.bool_]) -> Indices:
-    """Return the number of each line's name; one that is in no line that counts is not numbered."""
-    if texts is None:
-        return np.zeros(len(counted), dtype=np.int64)
-    if counted.all():
-        return np.fromiter(map(names.__getitem__, texts), int)
-    return np.array([names[text] if yes else 0 for text, yes in zip(texts, counted, strict=True)])
-
-
 def _summed(kinds: Indices, counts: Floats) -> tuple[Indices, Floats]:
     """Return each kind once, sorted, with the sum of its counts."""
     order = np.argsort(kinds, kind="stable")
@@ -157,22 +186,35 @@ def _summed(kinds: Indices, counts: Floats) -> tuple[Indices, Floats]:
     return kinds[starts], np.add.reduceat(counts, starts) if len(starts) else counts
 
 
-def _numbers(texts: Sequence[str] | None, rows: int, otherwise: float) -> Floats | None:
+def _numbers(texts: Texts | None, rows: int, otherwise: float) -> Floats | None:
     """Return the column as numbers; None if one of them is no finite number, zero or above."""
     if texts is None:
         return np.full(rows, otherwise)
     try:
-        numbers = np.fromiter(map(float, texts), np.float64, rows)
+        numbers = _each(texts, float, np.float64)
     except ValueError:
         return None
-    sound = bool((np.isfinite(numbers) & (numbers >= 0)).all()) and not any("_" in text for text in texts)
+    sound = bool((np.isfinite(numbers) & (numbers >= 0)).all()) and not any("_" in text for text in _texts(texts))
     return numbers if sound else None
 
 
-def _ties(texts: Sequence[str] | None, rows: int) -> Indices | None:
+def _ties(texts: Texts | None, rows: int) -> Indices | None:
     """Return 1 for a tie and 0 for a win; None if there is another outcome."""
     if texts is None:
         return np.zeros(rows, dtype=np.int64)
     meaning = {"": 0, "win": 0, "tie": 1}
-    outcomes = np.array([meaning.get(text.strip(), -1) for text in texts])
+    outcomes = _each(texts, lambda text: meaning.get(text.strip(), -1), np.int64)
     return None if (outcomes < 0).any() else outcomes
+
+
+def _each(texts: Texts, what: Callable[[str], Any], kind: type[Number]) -> NDArray[Number]:
+    """Return what each text means."""
+    if not isinstance(texts, Coded):
+        return np.fromiter(map(what, texts), kind, len(texts))
+    distinct, code = np.unique(texts.code, return_inverse=True)
+    return np.fromiter((what(texts.texts[number]) for number in distinct.tolist()), kind, len(distinct))[code]
+
+
+def _texts(texts: Texts) -> Sequence[str]:
+    """Return the texts of a column; of a frame those that occur, once each."""
+    return [texts.texts[number] for number in np.unique(texts.code).tolist()] if isinstance(texts, Coded) else texts

@@ -16,7 +16,7 @@ from scipy.io import savemat
 from analysis.comparisons import TableRead, read_any
 from analysis.comparisons.layouts import LAYOUTS
 from analysis.comparisons.mat_table import MOST_BYTES
-from analysis.comparisons.table import MOST_LETTERS
+from analysis.comparisons.sources import MOST_LETTERS
 from analysis.errors import ResultsError
 from cyclopean import scores
 

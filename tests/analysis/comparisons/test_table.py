@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.comparisons import Answer, Comparisons, from_answers, parse_table, read_table
-from analysis.comparisons import table as comparison_table
+from analysis.comparisons import Answer, Comparisons, from_answers, parse_table, read_table, sources
 from analysis.comparisons.table import MOST_FINDINGS
 from analysis.errors import ResultsError
 
@@ -96,7 +95,7 @@ def test_a_table_read_in_blocks_is_what_its_lines_say(rows: list[tuple[str, ...]
     answers = [*answers, Answer("a", "f", 1.0, "99")]
     slow = from_answers(answers)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(comparison_table, "BLOCK_ROWS", block)
+        patch.setattr(sources, "BLOCK_ROWS", block)
         fast = parse(text + "a,f,1,99,,\n")
     assert (fast.items, fast.observers) == (slow.items, slow.observers)
     assert fast.wins == pytest.approx(slow.wins)
@@ -174,7 +173,7 @@ def test_all_faults_are_named_at_once_up_to_a_limit() -> None:
 
 
 def test_faults_of_later_blocks_carry_their_places(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(comparison_table, "BLOCK_ROWS", 3)
+    monkeypatch.setattr(sources, "BLOCK_ROWS", 3)
     lines = ["winner,loser,count", *["a,b,1"] * 7, "a,b,x", "", "b,b,1", *["a,b,1"] * 5, "a,,1"]
     told = findings("\n".join(lines) + "\n")
     assert [finding.split(": ")[0] for finding in told] == ["t.csv:9:5", "t.csv:11:3", "t.csv:17:3"]

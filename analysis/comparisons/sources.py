@@ -1,0 +1,222 @@
+"""Where the rows of a table of comparisons come from: lines of CSV, or the columns of a data frame.
+
+Both come block by block. A block has its rows as texts, and says of each at which line of CSV it stands, so that a
+finding names the same place whichever way a table comes. The columns of a frame come as their distinct texts, so that
+most of what is asked of a text is asked once.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import islice
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.errors import ResultsError
+from documents import Finding
+
+BLOCK_ROWS = 1 << 15
+MOST_LETTERS = 4_000_000  # of a line
+_BREAK = re.compile(r"\r\n|[\r\n]")
+
+Row = Sequence[str]
+NumberedRow = tuple[Row, int, str]
+
+
+@dataclass(frozen=True, slots=True)
+class Coded:
+    """A column of texts: the distinct ones ``texts``, and for each row which of them, ``code`` of shape (rows,)."""
+
+    texts: Sequence[str]
+    code: NDArray[np.intp]
+
+    def part(self, rows: slice | NDArray[np.bool_]) -> Coded:
+        """Return some of the rows."""
+        return Coded(self.texts, self.code[rows])
+
+
+@dataclass(frozen=True, slots=True)
+class CodedTable:
+    """A table as columns of texts, all of one length, with their ``names``."""
+
+    names: Sequence[str]
+    columns: Sequence[Coded]
+
+
+class Block(Protocol):
+    """Some rows of a table."""
+
+    @property
+    def rows(self) -> Sequence[Row]:
+        """Each row's texts."""
+        ...
+
+    def numbered(self) -> Iterator[NumberedRow]:
+        """Yield the rows, each with the number and the text of its last line; empty rows are passed over."""
+        ...
+
+
+class Source(Protocol):
+    """A table: ``header`` is its first row once it was started, ``header_text`` the lines that this stands in."""
+
+    header: Row
+    header_text: str
+
+    def start(self) -> None:
+        """Read the header; csv.Error if it is no CSV."""
+        ...
+
+    @property
+    def line(self) -> int:
+        """The number of the line that was read last."""
+        ...
+
+    def blocks(self) -> Iterator[Block]:
+        """Yield the rows below the header; csv.Error comes after the rows before it."""
+        ...
+
+
+class _Lines:
+    """Passes lines on to the CSV reader and keeps those of the block at hand, so that a finding can name the place."""
+
+    def __init__(self, lines: Iterable[str], file: str) -> None:
+        self._lines, self._file, self._met = iter(lines), file, 0
+        self.kept: list[str] = []
+
+    def __iter__(self) -> Iterator[str]:
+        return self
+
+    def __next__(self) -> str:
+        line = next(self._lines)
+        if len(line) > MOST_LETTERS:
+            what = f"a line has more than {MOST_LETTERS / 1e6:g} million letters"
+            raise ResultsError(Finding(what, self._file, self._met + 1, 1, "check that it is a table with line ends"))
+        self._met += 1
+        self.kept.append(line)
+        return line
+
+
+@dataclass(frozen=True, slots=True)
+class LineBlock:
+    """The ``rows`` that ``lines`` of CSV hold; ``begin`` lines of the file stand before them."""
+
+    rows: Sequence[Row]
+    lines: Sequence[str]
+    begin: int
+
+    def numbered(self) -> Iterator[NumberedRow]:
+        """As `Block`."""
+        last = ""
+
+        def remembered() -> Iterator[str]:
+            nonlocal last
+            for line in self.lines:
+                last = line
+                yield line
+
+        reader = csv.reader(remembered(), strict=True)
+        for row in islice(reader, len(self.rows)):
+            if any(cell.strip() for cell in row):
+                yield row, self.begin + reader.line_num, last
+
+
+class LineSource:
+    """Lines of CSV; ResultsError if one is too long."""
+
+    def __init__(self, lines: Iterable[str], file: str) -> None:
+        self._lines = _Lines(lines, file)
+        self._reader = csv.reader(self._lines, strict=True)
+        self.header: Row = ()
+        self.header_text = ""
+
+    @property
+    def line(self) -> int:
+        """As `Source`."""
+        return self._reader.line_num
+
+    def start(self) -> None:
+        """As `Source`."""
+        self.header = next(self._reader, [])
+        self.header_text = "".join(self._lines.kept)
+
+    def blocks(self) -> Iterator[LineBlock]:
+        """As `Source`."""
+        while True:
+            begin, self._lines.kept = self._reader.line_num, []
+            rows: list[Row] = []
+            wrong = None
+            try:
+                rows.extend(islice(self._reader, BLOCK_ROWS))
+            except csv.Error as error:
+                wrong = error
+            if rows:
+                yield LineBlock(rows, self._lines.kept, begin)
+            if wrong:
+                raise wrong
+            if not rows:
+                return
+
+
+@dataclass(frozen=True)
+class ColumnBlock:
+    """Rows of a frame: its ``columns``, and at which line of CSV each row would end, ``number`` of shape (rows,)."""
+
+    columns: Sequence[Coded]
+    number: NDArray[np.intp]
+
+    @cached_property
+    def rows(self) -> Sequence[Row]:
+        """Each row's texts."""
+        texts = (map(column.texts.__getitem__, column.code.tolist()) for column in self.columns)
+        return list(zip(*texts, strict=True))
+
+    def numbered(self) -> Iterator[NumberedRow]:
+        """As `Block`."""
+        for row, number in zip(self.rows, self.number.tolist(), strict=True):
+            if any(cell.strip() for cell in row):
+                yield row, number, _BREAK.split(_as_line(row))[-1]
+
+    def part(self, rows: slice | NDArray[np.bool_]) -> ColumnBlock:
+        """Return some of the rows."""
+        return ColumnBlock([column.part(rows) for column in self.columns], self.number[rows])
+
+
+class ColumnSource:
+    """Columns of texts, read as the CSV that they would be written as is read."""
+
+    def __init__(self, table: CodedTable) -> None:
+        self.header: Row = table.names
+        self.header_text = _as_line(table.names)
+        rows = len(table.columns[0].code) if table.columns else 0
+        ends = np.ones(rows, dtype=np.intp)
+        for column in table.columns:
+            breaks = np.array([len(_BREAK.findall(text)) for text in column.texts], dtype=np.intp)
+            if breaks.any():
+                ends += breaks[column.code]
+        start = 1 + len(_BREAK.findall(self.header_text))
+        self._whole = ColumnBlock(table.columns, start + np.cumsum(ends))
+        self.line = start
+
+    def start(self) -> None:
+        """As `Source`: the header is there."""
+
+    def blocks(self) -> Iterator[ColumnBlock]:
+        """As `Source`."""
+        for start in range(0, len(self._whole.number), BLOCK_ROWS):
+            block = self._whole.part(slice(start, start + BLOCK_ROWS))
+            self.line = int(block.number[-1])
+            yield block
+
+
+def _as_line(row: Row) -> str:
+    """Return a row of texts as CSV, without its line end; fields that hold one are quoted."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\r\n").writerow(row)
+    return text.getvalue()[:-2]
