@@ -4,6 +4,7 @@ from .comparisons import Answer as Answer
 from .comparisons import Comparisons as Comparisons
 from .comparisons import from_answers as from_answers
 from .comparisons import split_groups as split_groups
+from .comparisons import without_groups as without_groups
 from .session_comparisons import from_sessions as from_sessions
 from .session_comparisons import grouped_comparisons as grouped_comparisons
 from .session_groups import SessionGroups as SessionGroups

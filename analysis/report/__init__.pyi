@@ -1,4 +1,6 @@
+from .blocks import Figure as Figure
 from .checklist import METHODS_ITEMS as METHODS_ITEMS
+from .estimate import estimate_scores as estimate_scores
 from .grouped import common_names as common_names
 from .page import write_report as write_report
 from .report import Report as Report

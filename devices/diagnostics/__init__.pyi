@@ -1,5 +1,6 @@
 from .chromaticity_diagrams import locus_line as locus_line
 from .diagnosis import Colour as Colour
+from .diagnosis import Diagnosis as Diagnosis
 from .diagnosis import Line as Line
 from .diagnosis import Panel as Panel
 from .diagnosis import Verdicts as Verdicts

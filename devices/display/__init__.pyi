@@ -1,6 +1,8 @@
 from .code_table import ENTRIES as ENTRIES
+from .code_table import code_tables as code_tables
 from .code_table import curve_table as curve_table
 from .code_table import entries_for as entries_for
+from .code_table import table_codes as table_codes
 from .colour_table import Kind as Kind
 from .colour_table import convert_colours as convert_colours
 from .contrast_sensitivity import CHROMATIC_CYCLES_PER_DEGREE as CHROMATIC_CYCLES_PER_DEGREE
@@ -15,6 +17,7 @@ from .display_spec import DisplaySpec as DisplaySpec
 from .gamma_table import GammaTable as GammaTable
 from .gamma_table_spec import gamma_table_lines as gamma_table_lines
 from .knot_table import knot_tables as knot_tables
+from .knot_table import knotted_codes as knotted_codes
 from .model import EYES as EYES
 from .model import DisplayModel as DisplayModel
 from .model import Eye as Eye

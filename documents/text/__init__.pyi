@@ -10,5 +10,6 @@ from .terminal import print_table as print_table
 from .terminal import say as say
 from .words import counted as counted
 from .words import did_you_mean as did_you_mean
+from .words import hidden_character as hidden_character
 from .words import nearest as nearest
 from .words import visible as visible

@@ -1,4 +1,9 @@
+from .header import hashes as hashes
 from .options import SessionOptions as SessionOptions
+from .picture_source import build_stimuli as build_stimuli
 from .run import run_session as run_session
 from .run import simulate as simulate
 from .sealing import seal_results as seal_results
+from .session import Session as Session
+from .status import SessionStatus as SessionStatus
+from .watching import Watch as Watch

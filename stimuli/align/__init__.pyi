@@ -1,4 +1,5 @@
 from .disparity import Viewing as Viewing
+from .disparity import measure_disparity as measure_disparity
 from .homography import homography_from_points as homography_from_points
 from .pair import align_pair as align_pair
 from .registration import register as register

@@ -1,9 +1,14 @@
+from .coded import CodedPicture as CodedPicture
+from .coded import read_coded as read_coded
+from .exr_header import REC709 as REC709
 from .exr_read import ColourSpace as ColourSpace
 from .exr_read import read_exr as read_exr
+from .exr_read import read_exr_counted as read_exr_counted
 from .exr_write import write_exr as write_exr
 from .find import FoundPicture as FoundPicture
 from .find import find_pictures as find_pictures
 from .ordinary import Decoding as Decoding
+from .ordinary import read_ordinary as read_ordinary
 from .packing import PACKINGS as PACKINGS
 from .packing import Packing as Packing
 from .picture_header import is_ordinary as is_ordinary
@@ -13,6 +18,7 @@ from .region import Region as Region
 from .resampling import resample_picture as resample_picture
 from .resolution import display_resolution as display_resolution
 from .rows import Floats as Floats
+from .rows import RowFile as RowFile
 from .rows import Rows as Rows
 from .rows import block_means as block_means
 from .stereo_image import Eye as Eye

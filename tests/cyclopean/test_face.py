@@ -18,9 +18,8 @@ import cyclopean
 from analysis.comparisons import from_sessions
 from analysis.observers import observers_in_sessions
 from analysis.records import Header, Trial, read_results
-from analysis.scaling import GroupedScores, Scores
+from analysis.scaling import GroupedScores, ObserverTest, Scores
 from analysis.scaling.departure import departure
-from analysis.scaling.robust_tests import ObserverTest
 from documents import InputError
 from tests.conftest import write_study
 

@@ -6,8 +6,8 @@ import re
 from pathlib import Path
 from typing import get_args
 
-from runner.blocks.registry import AnyBlockSpec
-from runner.presenter.modes.registry import MODES
+from runner.blocks import AnyBlockSpec
+from runner.presenter import MODES
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"

@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 from pydantic import BaseModel, ConfigDict, Field
 
 from documents import InputError, load_document
-from documents.text import visible
-from documents.text.words import hidden_character
+from documents.text import hidden_character, visible
 from documents.yaml import parse_yaml, read_yaml
 from documents.yaml.load import MOST_FINDINGS
 

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from runner.cli.main import COMMANDS, main
-from runner.protocol.schemas import KINDS
+from runner.protocol import KINDS
 
 Study = Any  # tests/conftest.py
 ROOT = Path(__file__).parents[2]

@@ -6,8 +6,8 @@ import glfw
 import numpy as np
 import pytest
 
+from runner.presenter import Buffer
 from runner.presenter.surfaces import egl, glfw_session
-from runner.presenter.surfaces.surface import Buffer
 
 
 @pytest.mark.parametrize("bits", [8, 10])

@@ -13,8 +13,8 @@ import pytest
 
 from analysis.errors import ResultsError
 from analysis.records import FILE_NAME, check_log, read_session
+from runner.session import Session
 from runner.session.folders import Recorder
-from runner.session.session import Session
 from tests.runner.every_kind import Fickle, blocks_of
 from tests.runner.killing_sessions import HEADER
 from tests.runner.test_report_every_kind import Stage

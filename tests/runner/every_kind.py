@@ -13,8 +13,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import MappingProxyType
 
-from runner.blocks.block import Block
-from runner.blocks.tasks import Choose, Compare
+from runner.blocks import Block, Choose, Compare
 from runner.observers.simulated import key_for, plain_key
 from runner.ports import Ask, KeyPress
 from runner.protocol import Experiment, read_experiment

@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
-from runner.blocks.block import Draft
+from runner.blocks import Draft
 from runner.check import CheckOptions, check_file
 from runner.observers.walk import walk
-from runner.presenter import Picture, Scene, Text
-from runner.presenter.lettering import coverage
+from runner.presenter import Picture, Scene, Text, coverage
 from runner.protocol import Experiment, read_experiment
 from runner.reports import preview
 from stimuli.pictures import StereoImage, write_exr

@@ -23,11 +23,11 @@ from analysis.records import FILE_NAME, Header, read_session
 from runner.blocks.all_pairs import AllPairs
 from runner.blocks.layout import PairLayout
 from runner.blocks.message import Message
-from runner.observers.simulated import BradleyTerryObserver
+from runner.observers import BradleyTerryObserver
 from runner.ports import Ask, Holding, KeyPress
 from runner.presenter import Scene
+from runner.session import Session
 from runner.session.folders import Recorder
-from runner.session.session import Session
 
 NAMES = tuple("abcdefgh")
 LAYOUT = PairLayout("vertical", (0, -60), (0, 60), (100, 80), (0, -140), 400)

@@ -20,11 +20,11 @@ from typing import Any
 
 from analysis.records import FILE_NAME, Header, Trial, check_log, read_session
 from documents.files import Mirror, compare_copy
-from runner.blocks.block import Block
+from runner.blocks import Block
 from runner.ports import Ask, Holding, KeyPress
 from runner.presenter import Scene
+from runner.session import Session
 from runner.session.folders import Recorder
-from runner.session.session import Session
 from tests.runner.every_kind import Fickle, blocks_of
 
 STIMULI = tuple(

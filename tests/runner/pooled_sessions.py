@@ -12,10 +12,11 @@ from analysis.records import FILE_NAME, Header, SessionLog, read_session
 from runner.ports import Ask, Holding, KeyPress, Pool
 from runner.presenter import Scene
 from runner.protocol import Experiment
+from runner.session import Session
 from runner.session.folders import Recorder
 from runner.session.header import planned
 from runner.session.pooling import ResultsPool
-from runner.session.session import Left, Session
+from runner.session.session import Left
 from tests.runner.every_kind import Fickle
 
 Stop = Callable[[int], None]

@@ -39,14 +39,15 @@ from analysis.records import (
     read_session,
 )
 from documents.files import durable_log
-from runner.blocks.block import Block
+from runner.blocks import Block
 from runner.errors import SessionError
 from runner.observers.simulated import key_for, plain_key
 from runner.ports import MOST_IGNORED, Ask, Holding, Ignored, KeyPress, WindowClosed
 from runner.presenter import Scene
+from runner.session import Session
 from runner.session.clocks import SteadyClock
 from runner.session.folders import Recorder
-from runner.session.session import Left, Session
+from runner.session.session import Left
 from tests.runner.every_kind import VARIANTS, Fickle, experiment, written
 
 MOST_ASKS = 3000

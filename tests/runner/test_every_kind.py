@@ -13,12 +13,11 @@ import pytest
 from analysis.records import Header, Mark, Note, PooledBatch, Trial, read_session
 from analysis.records.trial_kinds import KINDS, PRACTICE
 from documents import InputError
-from runner.blocks.block import Block
-from runner.blocks.registry import AnyBlockSpec
+from runner.blocks import AnyBlockSpec, Block
 from runner.observers.simulated import plain_key
 from runner.ports import Ask, Holding, KeyPress
 from runner.presenter import Scene
-from runner.session.session import Session
+from runner.session import Session
 from tests.runner import every_kind as EVERY
 from tests.runner.every_kind import VARIANTS
 

@@ -14,7 +14,7 @@ from scipy.stats import chi2
 from analysis.records import SessionLog, read_session
 from analysis.report import rating_figure, score_figure
 from analysis.series import summarise_series
-from runner.observers.observer_file import read_observer
+from runner.observers import read_observer
 from runner.presenter.drawing import Drawing
 from runner.protocol import read_experiment
 from runner.session.station import Station

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from devices.display import GammaTable
+from runner.presenter import monitors
 from runner.presenter.surfaces.identity_tables import tables_folder
-from runner.presenter.surfaces.screens import monitors
 from tests.conftest import Person
 from tests.forked import Server
 

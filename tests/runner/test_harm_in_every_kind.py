@@ -9,8 +9,8 @@ import pytest
 
 from analysis.records import FILE_NAME, Trial, check_log, read_session
 from documents.files import LogDisturbedError
+from runner.session import Session
 from runner.session.folders import Recorder
-from runner.session.session import Session
 from tests.runner.every_kind import VARIANTS, Fickle, blocks_of
 from tests.runner.harms import TO_FILE, Harm
 from tests.runner.killing_sessions import HEADER, Screen

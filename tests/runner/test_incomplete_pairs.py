@@ -18,9 +18,9 @@ from pydantic import ValidationError
 from analysis.power import Plan, differing_pairs
 from analysis.power.studies import analyse, draw
 from analysis.scaling import compared_groups
+from runner.blocks import Stimuli
 from runner.blocks.all_pairs import AllPairs, AllPairsSpec
 from runner.blocks.incomplete_pairs import PLACES, designs, fewest_pairs, observers_pairs, place_of
-from runner.blocks.setting import Stimuli
 from runner.reports.power_design import pair_design
 from tests.runner.every_kind import experiment
 

@@ -12,7 +12,7 @@ import pytest
 from analysis.records import FILE_NAME, Note, PooledBatch, Trial, read_session
 from runner.ports import Ask, Holding, KeyPress
 from runner.presenter import Scene
-from runner.session.session import Session
+from runner.session import Session
 from tests.runner import every_kind as EVERY
 from tests.runner.every_kind import VARIANTS
 from tests.runner.killing import Kill, check_rounds, killer

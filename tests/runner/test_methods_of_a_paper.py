@@ -18,8 +18,8 @@ from analysis.records import read_results
 from analysis.report import METHODS_ITEMS, describe
 from analysis.scaling.robust_tests import DRAWS
 from runner.protocol import read_experiment
+from runner.session import Session
 from runner.session.folders import Recorder
-from runner.session.session import Session
 from tests.conftest import Study
 from tests.runner import every_kind
 from tests.runner.killing_sessions import HEADER

@@ -23,8 +23,7 @@ import stimuli
 from documents import InputError
 from documents.yaml import Positive, Strict, checked, parse_yaml
 from runner.cli.main import group
-from runner.protocol import FileKind, file_model
-from runner.protocol.schemas import KINDS
+from runner.protocol import KINDS, FileKind, file_model
 from tests.runner import every_kind as EVERY
 from tests.runner.test_typical_mistakes import SHIPPED, changed, places
 

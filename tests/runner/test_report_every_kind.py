@@ -19,7 +19,7 @@ from analysis.report.report import KIND_WORDS
 from runner.ports import Holding
 from runner.presenter import Scene
 from runner.protocol import Experiment
-from runner.session.session import Session
+from runner.session import Session
 from tests.runner import every_kind as EVERY
 from tests.runner.every_kind import VARIANTS
 

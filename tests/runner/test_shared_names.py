@@ -14,7 +14,7 @@ from analysis.bids import export_dataset
 from analysis.errors import ResultsError
 from analysis.records import FILE_NAME, SessionLog, read_session
 from analysis.report import describe, write_report
-from analysis.series.choices import gather
+from analysis.series import gather
 from documents import InputError
 from runner.check import CheckOptions, check_file
 from runner.protocol import read_experiment

@@ -15,7 +15,7 @@ from click.testing import CliRunner
 
 from analysis.records import SessionLog, read_session
 from runner.cli.main import group
-from runner.observers.observer_file import read_observer
+from runner.observers import read_observer
 from runner.presenter.drawing import Drawing
 from runner.protocol import read_experiment
 from runner.session.station import Station

@@ -13,9 +13,9 @@ import pytest
 from analysis.errors import ResultsError
 from analysis.records import SessionLog, read_session
 from analysis.report import write_report
+from runner.observers import BradleyTerryObserver
 from runner.observers.behaviour import BehaviourSpec, PsychometricSpec
-from runner.observers.simulated import BradleyTerryObserver
-from runner.session.session import Session
+from runner.session import Session
 from tests.runner.changed_logs import recorded
 from tests.runner.every_kind import blocks_of
 from tests.runner.killing_sessions import HEADER

@@ -15,8 +15,7 @@ import yaml
 from documents import InputError
 from documents.yaml import checked, parse_yaml
 from runner.check import CheckOptions, check_file
-from runner.protocol import FileKind, file_model
-from runner.protocol.schemas import KINDS
+from runner.protocol import KINDS, FileKind, file_model
 
 Study = Any  # tests/conftest.py
 ROOT = Path(__file__).parents[2]

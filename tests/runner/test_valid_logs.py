@@ -13,11 +13,11 @@ import pytest
 from analysis.comparisons import grouped_comparisons
 from analysis.errors import ResultsError
 from analysis.records import FILE_NAME, Resumption, SessionLog, SessionTimes, Trial, check_log, read_session
-from runner.blocks.tasks import Browse, Rate
+from runner.blocks import Browse, Rate
 from runner.observers.simulated import plain_key
 from runner.ports import Ask, KeyPress
+from runner.session import Session
 from runner.session.folders import Recorder
-from runner.session.session import Session
 from tests.runner.every_kind import experiment, written
 from tests.runner.killing_sessions import HEADER
 from tests.runner.test_report_every_kind import Stage

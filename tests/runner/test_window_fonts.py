@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from runner.presenter.lettering import coverage
+from runner.presenter import coverage
 from runner.protocol import read_experiment
 from tests.tiny_font import tiny_font
 

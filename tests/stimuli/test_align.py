@@ -14,15 +14,14 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from devices.display import disparity_arcmin
-from stimuli.align import Viewing, align_pair, register
-from stimuli.align.disparity import measure_disparity
+from stimuli.align import Viewing, align_pair, measure_disparity, register
 from stimuli.align.interpolate import Interpolation, cut, sampled, transfer, weights
 from stimuli.align.phase import correlation, find_peak, hann
 from stimuli.errors import StimulusError
 from stimuli.pictures import StereoImage
 from stimuli.recipes import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
-from stimuli.sparkle.studio import Studio
+from stimuli.sparkle import Studio
 
 Floats = NDArray[np.float64]
 Floats32 = NDArray[np.float32]

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from stimuli.align import align_pair, straighten
-from stimuli.align.disparity import measure_disparity
+from stimuli.align import align_pair, measure_disparity, straighten
 from stimuli.align.roll_scale import fit_roll_scale
 from stimuli.errors import StimulusError
 

@@ -15,9 +15,7 @@ from hypothesis.extra import numpy as hnp
 
 from devices.colour import rgb_to_xyz_matrix
 from stimuli.errors import StimulusError
-from stimuli.pictures import StereoImage, XYZImage, read_exr, write_exr
-from stimuli.pictures.exr_header import REC709
-from stimuli.pictures.exr_read import read_exr_counted
+from stimuli.pictures import REC709, StereoImage, XYZImage, read_exr, read_exr_counted, write_exr
 from stimuli.pictures.exr_views import read_views
 
 SHARED = Path(__file__).parents[2] / ".." / "shared" / "data" / "stereo"

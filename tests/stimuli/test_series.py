@@ -25,7 +25,7 @@ from stimuli.recipes import Recipe, read_recipe
 from stimuli.recipes.build_context import BuildContext, MadePicture
 from stimuli.recipes.sparkle_series import SparkleSeriesRecipe, plate_seed
 from stimuli.recipes.values import SeriesSpec
-from stimuli.sparkle.studio import Studio
+from stimuli.sparkle import Studio
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 FIVE = CONFIGS / "stimuli" / "exposure_series.yaml"

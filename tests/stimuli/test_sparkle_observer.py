@@ -20,8 +20,7 @@ from stimuli.recipes import read_recipe
 from stimuli.recipes.build_context import BuildContext
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
 from stimuli.recipes.sparkle_series import SparkleSeriesRecipe
-from stimuli.sparkle import plate_light, scatter_flakes, wavelengths_nm
-from stimuli.sparkle.studio import Studio
+from stimuli.sparkle import Studio, plate_light, scatter_flakes, wavelengths_nm
 
 ROOT = Path(__file__).parents[2]
 PLAIN, TEN, AGED = "CIE 1931 2", "CIE 2015 10", "CIE 2006 4 age 65"

@@ -18,14 +18,14 @@ from documents import InputError
 from stimuli.errors import StimulusError
 from stimuli.recipes import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
-from stimuli.sparkle import plate_light, scatter_flakes, wavelengths_nm
+from stimuli.sparkle import Studio, plate_light, scatter_flakes, wavelengths_nm
 from stimuli.sparkle.camera import eye_mtf, through_the_eye
 from stimuli.sparkle.flakes import Flakes
 from stimuli.sparkle.lamplight import angular_radius, illuminance_lx, lamp_directions
 from stimuli.sparkle.light import flop_luminance, gathered, matt_luminance, planck
 from stimuli.sparkle.optics import DIFFRACTION_SD, half_way, lobe_sd, mirror, refract, shade, view_directions
 from stimuli.sparkle.scene import Clusters, Lamp, Noise, Plate
-from stimuli.sparkle.studio import Studio, photograph
+from stimuli.sparkle.studio import photograph
 
 ROOT = Path(__file__).parents[2]
 CABIN = ROOT / "configs" / "stimuli" / "solux_cabin.yaml"

@@ -32,7 +32,7 @@ from pathlib import Path
 from typing import Any
 
 from documents import InputError
-from documents.text.words import hidden_character
+from documents.text import hidden_character
 
 ROOT = Path(__file__).parents[2]
 MOST_S, MOST_BYTES = 10.0, 1 << 30

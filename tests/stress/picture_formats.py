@@ -23,11 +23,18 @@ from stimuli.build import build_set
 from stimuli.comparison import ReadOptions
 from stimuli.comparison.pictures import read_picture as read_compared
 from stimuli.comparison.pictures import what_it_holds
-from stimuli.develop.read import read_camera_image
-from stimuli.pictures import Decoding, StereoImage, find_pictures, read_picture, write_exr
-from stimuli.pictures.coded import CodedPicture, read_coded
-from stimuli.pictures.ordinary import read_ordinary
-from stimuli.spectral.picture import read_spectral
+from stimuli.develop import read_camera_image
+from stimuli.pictures import (
+    CodedPicture,
+    Decoding,
+    StereoImage,
+    find_pictures,
+    read_coded,
+    read_ordinary,
+    read_picture,
+    write_exr,
+)
+from stimuli.spectral import read_spectral
 from tests.stimuli.develop.dng import exposure_tags, save_dng, save_linear_dng
 from tests.stimuli.pictures.exr_bytes import Part, decimated, floats, write_bytes
 from tests.stress.mutants import Format

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 from scipy.special import ndtr
 
-from stimuli.align import align_pair, register, straighten
-from stimuli.align.disparity import measure_disparity
+from stimuli.align import align_pair, measure_disparity, register, straighten
 from stimuli.align.registration import Registration
 from stimuli.errors import StimulusError
 

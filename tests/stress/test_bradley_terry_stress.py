@@ -9,9 +9,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from analysis.scaling import fit
+from analysis.scaling import fit, probabilities
 from analysis.scaling.fitting import fit_batch, fit_sparse
-from analysis.scaling.laws import probabilities
 
 Floats = NDArray[np.float64]
 

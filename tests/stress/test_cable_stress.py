@@ -10,8 +10,8 @@ from collections import Counter
 
 import pytest
 
+from devices.diagnostics import Diagnosis
 from devices.diagnostics.channels import channel_constancy
-from devices.diagnostics.diagnosis import Diagnosis
 from devices.diagnostics.mixing import added_channels, standard_primaries
 from tests.devices.diagnostics.simulated_cable import CHECKS, WIDE, clean, converted, faulty, narrow
 from tests.stress.how_many import how_many

@@ -13,7 +13,7 @@ import pytest
 
 from documents import InputError
 from stimuli.comparison.registering import align
-from stimuli.pictures.rows import RowFile
+from stimuli.pictures import RowFile
 from tests.stimuli.comparison.scenes import PLATE, RIG, ROOT, spots, written
 
 pytestmark = pytest.mark.stress

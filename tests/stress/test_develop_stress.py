@@ -9,12 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stimuli.develop import Demosaic, Levels
+from stimuli.develop import Demosaic, Levels, read_camera_image
 from stimuli.develop.raw_files import DEMOSAICS
-from stimuli.develop.read import read_camera_image
 from stimuli.errors import StimulusError
+from stimuli.spectral import read_spectral
 from stimuli.spectral.convert import spectral_to_xyz
-from stimuli.spectral.picture import read_spectral
 from tests.stimuli.develop.dng import exposure_tags, save_dng, smooth, write_dng
 from tests.stimuli.spectral.pictures import WAVES, bumps, save_envi, save_exr
 

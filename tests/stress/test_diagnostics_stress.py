@@ -11,9 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import binom
 
-from devices.diagnostics import MeasuredSet, estimate_drift, examine
+from devices.diagnostics import Diagnosis, MeasuredSet, estimate_drift, examine
 from devices.diagnostics.channels import additivity, headroom
-from devices.diagnostics.diagnosis import Diagnosis
 from devices.diagnostics.eyewear import crosstalk
 from devices.diagnostics.stability import drift
 from devices.diagnostics.warm_up import warm_up

@@ -12,12 +12,12 @@ from typing import Any, get_args
 import pytest
 
 from analysis.records import Mark, Note, PooledBatch, Trial
-from runner.blocks.registry import AnyBlockSpec
+from runner.blocks import AnyBlockSpec
 from runner.observers.simulated import plain_key
 from runner.ports import Ask, Holding, KeyPress
 from runner.presenter import Scene
 from runner.protocol import read_experiment
-from runner.session.session import Session
+from runner.session import Session
 
 pytestmark = pytest.mark.stress
 ROOT = Path(__file__).parents[2]

@@ -12,11 +12,8 @@ from PIL import Image
 
 from devices.colour import rgb_to_xyz_matrix
 from documents import Finding, InputError
-from stimuli.pictures import Decoding, Region, read_exr
-from stimuli.pictures.coded import CodedPicture, read_coded
-from stimuli.pictures.exr_header import REC709
+from stimuli.pictures import REC709, CodedPicture, Decoding, Region, read_coded, read_exr, read_ordinary
 from stimuli.pictures.exr_views import MAX_PIXELS
-from stimuli.pictures.ordinary import read_ordinary
 from tests.stimuli.pictures.exr_bytes import Part, decimated, floats, strings, write_bytes
 from tests.stress.memory import forget_peak, peak_kb
 

@@ -11,7 +11,7 @@ import pytest
 
 from analysis.records import Header, Trial
 from runner.errors import SessionError
-from runner.presenter.counters import IntervalSummary
+from runner.presenter import IntervalSummary
 from runner.presenter.surfaces.screens import NOT_READ, Monitor, place_two_windows, place_window
 from runner.session.folders import Recorder, observer_folder, to_resume
 

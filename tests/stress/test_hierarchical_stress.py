@@ -12,8 +12,7 @@ from analysis.comparisons import Answer, from_answers
 from analysis.hierarchical import fit_observers
 from analysis.hierarchical.fitting import _answers
 from analysis.hierarchical.spread import Profile, _explore, _interpolated, _weights, flattening
-from analysis.scaling import fit_model
-from analysis.scaling.laws import LOGISTIC
+from analysis.scaling import LOGISTIC, fit_model
 from benchmarks.hierarchical import comparisons_of, simulated, spreads
 
 pytestmark = pytest.mark.stress

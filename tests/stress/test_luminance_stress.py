@@ -15,8 +15,7 @@ from stimuli.luminance import picture_statistics
 from stimuli.luminance.saturation import largest_factor, measure_saturation, saturation_factors
 from stimuli.pictures import StereoImage, resample_picture
 from stimuli.pictures.resampling import Filter, axis_weights
-from stimuli.sparkle import Threshold, measure_sparkles
-from stimuli.sparkle.measures.measure import SparkleMeasures
+from stimuli.sparkle import SparkleMeasures, Threshold, measure_sparkles
 
 pytestmark = pytest.mark.stress
 CURVES = (ToneCurve(gamma=2.2),) * 3

@@ -15,8 +15,7 @@ from devices.measurements.read import measurements_of
 from devices.patches import Patch, PatchSet, steps
 from documents import InputError
 from runner.measuring.code_screen import CodeScreen, EyeCodes
-from runner.presenter import find_mode, open_surface
-from runner.presenter.modes.registry import MODES
+from runner.presenter import MODES, find_mode, open_surface
 from tests.devices.patches.simulated_sets import read_sets
 from tests.runner.measuring.killed_measurement import kill_and_resume
 from tests.runner.measuring.test_commands import DISPLAY, RIG

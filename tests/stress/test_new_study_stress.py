@@ -16,8 +16,7 @@ from devices.display import PanelSpec
 from documents import InputError
 from runner.check import CheckOptions, check_file
 from runner.cli.main import group
-from runner.presenter import find_mode
-from runner.presenter.modes.registry import MODES
+from runner.presenter import MODES, find_mode
 from runner.session import simulate
 from runner.studies import Kind, StudyOptions, new_study
 from runner.studies.contents import KINDS

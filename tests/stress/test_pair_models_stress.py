@@ -11,8 +11,8 @@ import pytest
 
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.comparisons.comparisons import from_arrays
-from analysis.scaling import Model, fit_model, score
-from analysis.scaling.laws import MODELS, Davidson, RaoKupper
+from analysis.scaling import MODELS, Model, fit_model, score
+from analysis.scaling.laws import Davidson, RaoKupper
 from tests.stress.memory import peak_kb
 
 pytestmark = pytest.mark.stress

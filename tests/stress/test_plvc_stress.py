@@ -5,11 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from devices.display import DisplayModel, Plvc, TableCurve
-from devices.display.knot_table import knotted_codes
+from devices.display import DisplayModel, Plvc, TableCurve, knotted_codes
 from devices.errors import DeviceError
-from runner.presenter import ColourPass
-from runner.presenter.errors import PresentationError
+from runner.presenter import ColourPass, PresentationError
 from runner.presenter.surfaces.egl import EglSurface
 
 pytestmark = pytest.mark.stress

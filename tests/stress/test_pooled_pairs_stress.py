@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from analysis.comparisons import Answer, from_answers
-from analysis.report.estimate import estimate_scores
+from analysis.report import estimate_scores
 from analysis.scaling import learnt_posterior
 from analysis.scaling.laplacian import contrast_variances
 from runner.blocks.incomplete_pairs import designs

@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 
 from devices.display import DisplayModel, EyeModels, ToneCurve
-from runner.presenter import Picture, Presenter, Scene, Text, find_mode
-from runner.presenter.errors import PresentationError
+from runner.presenter import Picture, PresentationError, Presenter, Scene, Text, find_mode
 from runner.presenter.surfaces.egl import EglSurface
 from stimuli.pictures import StereoImage
 from tests.stress.memory import forget_peak, peak_kb

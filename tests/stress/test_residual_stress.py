@@ -12,8 +12,7 @@ from devices.characterise.patches import patches
 from devices.display import Plvc
 from devices.errors import DeviceError
 from devices.measurements import Measurements
-from runner.presenter import ColourPass
-from runner.presenter.errors import PresentationError
+from runner.presenter import ColourPass, PresentationError
 from runner.presenter.surfaces.egl import EglSurface
 from tests.devices.characterise.test_residual_fit import CODES, FRESH
 from tests.devices.display.test_residual import smooth

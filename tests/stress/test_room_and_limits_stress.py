@@ -9,9 +9,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from devices.colour import delta_e_2000, xyz_to_lab
-from devices.compensation import Crosstalk, cancel_crosstalk
+from devices.compensation import Crosstalk, cancel_crosstalk, check_leakage
 from devices.compensation.clipping import clip_cost
-from devices.compensation.crosstalk import check_leakage
 from devices.compensation.crosstalk_cancel import seen_XYZ
 from devices.diagnostics.light_of_readings import in_light_of
 from devices.display import EYES, DisplayModel, EyeModels, ToneCurve

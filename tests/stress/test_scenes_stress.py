@@ -21,10 +21,10 @@ from scipy.stats import chi2
 import cyclopean
 from analysis.records import read_results
 from analysis.report import describe, write_report
+from runner.blocks import Stimuli
 from runner.blocks.all_pairs import AllPairsSpec
 from runner.blocks.orders import grouped_order
 from runner.blocks.pair_groups import pair_groups
-from runner.blocks.setting import Stimuli
 
 pytestmark = pytest.mark.stress
 ROOT = Path(__file__).parents[2]

@@ -18,11 +18,11 @@ from documents.yaml import parse_yaml
 from runner.blocks.all_pairs import AllPairs
 from runner.blocks.layout import PairLayout
 from runner.blocks.orders import pair_order
-from runner.observers.simulated import BradleyTerryObserver
+from runner.observers import BradleyTerryObserver
 from runner.ports import Holding
 from runner.presenter import Scene
+from runner.session import Session
 from runner.session.folders import Recorder
-from runner.session.session import Session
 
 pytestmark = pytest.mark.stress
 LAYOUT = PairLayout("vertical", (0, -60), (0, 60), (100, 80), (0, -140), 400)

@@ -11,9 +11,8 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.thresholds import FUNCTIONS, QuestPlus, Staircase, fit_threshold, simulate
-from runner.blocks.block import Draft, Response
+from runner.blocks import Choose, Draft, Response
 from runner.blocks.layout import PairLayout, SingleLayout
-from runner.blocks.tasks import Choose
 from runner.blocks.threshold import Threshold, ThresholdTask
 from runner.blocks.threshold_ladders import Ladder
 from runner.blocks.threshold_tracks import QuestPlusSpec

@@ -8,8 +8,7 @@ from typing import Any
 import pytest
 
 from analysis.records import FILE_NAME
-from runner.session import simulate
-from runner.session.watching import Watch
+from runner.session import Watch, simulate
 
 pytestmark = pytest.mark.stress
 Study = Any  # tests/conftest.py

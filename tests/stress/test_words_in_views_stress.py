@@ -12,9 +12,7 @@ from runner.blocks.message import page, pause_menu
 from runner.blocks.text_entry import Number, typed
 from runner.check import CheckReport
 from runner.check.screens import check_screens
-from runner.presenter import Scene, Text
-from runner.presenter.lettering import text_area
-from runner.presenter.modes.registry import MODES
+from runner.presenter import MODES, Scene, Text, text_area
 from runner.protocol import read_experiment
 from tests.runner import every_kind as EVERY
 

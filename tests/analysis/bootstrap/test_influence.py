@@ -11,8 +11,7 @@ from analysis.bootstrap import resample
 from analysis.bootstrap.influence import influences, standard_errors
 from analysis.bootstrap.replicates import counts_by_observer
 from analysis.comparisons import Comparisons
-from analysis.scaling import fit
-from analysis.scaling.laws import probabilities
+from analysis.scaling import fit, probabilities
 
 Study = Callable[..., Comparisons]
 STRENGTHS = (-0.8, -0.2, 0.1, 0.9)

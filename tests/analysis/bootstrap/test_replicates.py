@@ -16,11 +16,8 @@ from analysis.bootstrap.fits import fit_each
 from analysis.bootstrap.replicates import Replicates, draw_observers
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.scaling import fit
-from analysis.scaling.counts import Counts
-from analysis.scaling.newton import maximise
+from analysis.scaling import Counts, are_connected, fit, maximise
 from analysis.scaling.penalty import FIRTH
-from analysis.scaling.separation import are_connected
 
 Floats = NDArray[np.float64]
 Study = Callable[..., Comparisons]

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from analysis.classes import Adjust, classify
 from analysis.classes.classes import letter_display, numbered
 from analysis.errors import ResultsError
-from analysis.scaling import fit
-from analysis.scaling.laws import probabilities
+from analysis.scaling import fit, probabilities
 
 # Medina 2016, Table 4.4: samples 8 2 7 1 5 9 3 10 4 6.
 PRINTED = np.array([0.0296, 0.0432, 0.0543, 0.0718, 0.0740, 0.0751, 0.0762, 0.1149, 0.2036, 0.2574])

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.comparisons import Answer, Comparisons, from_answers, parse_table, split_groups
-from analysis.comparisons.comparisons import without_groups
+from analysis.comparisons import Answer, Comparisons, from_answers, parse_table, split_groups, without_groups
 from analysis.errors import ResultsError
 
 

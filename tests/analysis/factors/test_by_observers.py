@@ -11,7 +11,7 @@ from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.factors import FactorEffects, factor_effects
 from analysis.report.blocks import Paragraph
 from analysis.report.sections.factors import explained_words, factors_section
-from analysis.scaling.robust_tests import ObserverTest
+from analysis.scaling import ObserverTest
 
 Factors = Mapping[str, Mapping[str, str | float]]
 # Of 60 studies at the level 0.05, more are false once in 4000 runs.

@@ -14,7 +14,7 @@ from analysis.errors import ResultsError
 from analysis.factors import effects_svg, factor_effects
 from analysis.factors.separation import is_separated, separated_effects
 from analysis.factors.terms import Term
-from analysis.scaling.counts import count_pairs
+from analysis.scaling import count_pairs
 from analysis.scaling.separation import recession, strong_groups
 
 Factors = Mapping[str, Mapping[str, str | float]]

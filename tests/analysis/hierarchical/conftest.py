@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from analysis.comparisons import Comparisons
 from analysis.comparisons.comparisons import from_arrays
-from analysis.scaling import Model
-from analysis.scaling.laws import LAWS
+from analysis.scaling import LAWS, Model
 
 Maker = Callable[..., Comparisons]
 

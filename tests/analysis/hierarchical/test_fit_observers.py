@@ -15,8 +15,7 @@ from analysis.errors import ResultsError
 from analysis.hierarchical import fit_observers, observer_spread, spread
 from analysis.hierarchical.fitting import _answers
 from analysis.hierarchical.propagation import alike, propagate
-from analysis.scaling import Model, fit_model
-from analysis.scaling.laws import LAWS
+from analysis.scaling import LAWS, Model, fit_model
 from documents import threads
 
 Maker = Callable[..., Comparisons]

@@ -18,9 +18,7 @@ from analysis.hierarchical.propagation import (
     alike,
     propagate,
 )
-from analysis.scaling import laplacian
-from analysis.scaling.counts import Counts
-from analysis.scaling.laws import LOGISTIC
+from analysis.scaling import LOGISTIC, Counts, laplacian
 
 Maker = Callable[..., Comparisons]
 

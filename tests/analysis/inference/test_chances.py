@@ -13,8 +13,7 @@ from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
 from analysis.inference import pair_probabilities
 from analysis.inference.chances import Chance
-from analysis.scaling import Model, score
-from analysis.scaling.laws import LAWS
+from analysis.scaling import LAWS, Model, score
 
 Maker = Callable[..., Comparisons]
 

@@ -10,8 +10,7 @@ import pytest
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
 from analysis.inference import compare_models
-from analysis.scaling import Model, fit_model
-from analysis.scaling.laws import LAWS
+from analysis.scaling import LAWS, Model, fit_model
 
 Maker = Callable[..., Comparisons]
 THETA = np.array([0.9, 0.3, -0.2, -1.0])

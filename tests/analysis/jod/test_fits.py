@@ -9,9 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.jod.fits import fit_jod
-from analysis.scaling import DistancePrior
+from analysis.scaling import LAWS, DistancePrior
 from analysis.scaling.distance_prior import DISTANCE_PRIORS, PRIORS, all_pairs
-from analysis.scaling.laws import LAWS
 
 Floats = NDArray[np.float64]
 Scenes = dict[str, tuple[Floats, Floats]]

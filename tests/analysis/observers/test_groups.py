@@ -8,8 +8,7 @@ from itertools import combinations, product
 import numpy as np
 import pytest
 
-from analysis.comparisons import Answer, from_answers, split_groups
-from analysis.comparisons.comparisons import without_groups
+from analysis.comparisons import Answer, from_answers, split_groups, without_groups
 from analysis.observers import observers_in_comparisons
 from analysis.observers.concordance import kendall_u
 from analysis.observers.consistency import circular_triads, consistencies, verdicts

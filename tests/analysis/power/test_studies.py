@@ -20,9 +20,9 @@ from analysis.errors import ResultsError
 from analysis.power import Plan, differing_pairs
 from analysis.power import studies as width_module
 from analysis.power.studies import Studies, draw, run, widths
-from analysis.report.estimate import Estimate, estimate_scores
-from analysis.scaling import fit
-from analysis.scaling.laws import probabilities
+from analysis.report import estimate_scores
+from analysis.report.estimate import Estimate
+from analysis.scaling import fit, probabilities
 from analysis.scaling.result import COVARIANCE_CHOICES, Method
 from benchmarks.simulated_studies import Design
 

@@ -14,8 +14,7 @@ import pytest
 
 from analysis.classes.classes import Classes
 from analysis.records import SessionLog
-from analysis.report import ranking
-from analysis.report.blocks import Figure
+from analysis.report import Figure, ranking
 from analysis.report.ranking import MOST_LINES, draw_ranking, draws_ranking
 from analysis.report.sections.scores import scores_section
 from analysis.report.summary import Summary, summarise

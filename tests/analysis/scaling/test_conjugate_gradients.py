@@ -11,13 +11,10 @@ from scipy.sparse import csr_array
 
 from analysis.comparisons.comparisons import from_arrays
 from analysis.errors import ResultsError
-from analysis.scaling import Model, ModelMethod, fit, fit_model
+from analysis.scaling import LAWS, Counts, Model, ModelMethod, count_pairs, fit, fit_model, maximise, probabilities
 from analysis.scaling.conjugate_gradients import SparseItems
-from analysis.scaling.counts import Counts, count_pairs
 from analysis.scaling.designs import ITEMS, items_design
 from analysis.scaling.fitting import fit_sparse
-from analysis.scaling.laws import LAWS, probabilities
-from analysis.scaling.newton import maximise
 from analysis.scaling.penalty import NO_PENALTY, Gaussian
 
 

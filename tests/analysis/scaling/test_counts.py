@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_array
 
-from analysis.scaling.counts import MOST_ITEMS_KEPT, Counts
+from analysis.scaling import Counts
+from analysis.scaling.counts import MOST_ITEMS_KEPT
 
 
 @pytest.mark.parametrize("n", [7, MOST_ITEMS_KEPT, MOST_ITEMS_KEPT + 1])

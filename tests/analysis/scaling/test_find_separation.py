@@ -10,10 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from analysis.comparisons import Answer, Comparisons, from_answers
-from analysis.scaling import Model, ModelMethod, fit_model
-from analysis.scaling.counts import count_pairs
+from analysis.scaling import Model, ModelMethod, count_pairs, fit_model, maximise
 from analysis.scaling.laws import Davidson
-from analysis.scaling.newton import maximise
 from analysis.scaling.separation import find_separation, strong_groups
 
 NAMES = "abcd"

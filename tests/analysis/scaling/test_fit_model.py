@@ -15,8 +15,8 @@ from scipy.stats import chi2, norm
 
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.scaling import Model, Probit, fit, fit_model
-from analysis.scaling.laws import MODELS, Davidson, Law, Logistic, RaoKupper
+from analysis.scaling import MODELS, Model, Probit, fit, fit_model
+from analysis.scaling.laws import Davidson, Law, Logistic, RaoKupper
 
 Floats = NDArray[np.float64]
 Drawer = Callable[..., Comparisons]

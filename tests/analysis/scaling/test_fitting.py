@@ -13,10 +13,8 @@ from scipy.optimize import minimize
 from scipy.special import log_expit
 
 from analysis.errors import ResultsError
-from analysis.scaling import fit
-from analysis.scaling.counts import Counts
+from analysis.scaling import LOGISTIC, Counts, fit, probabilities
 from analysis.scaling.fitting import fit_batch
-from analysis.scaling.laws import LOGISTIC, probabilities
 from analysis.scaling.penalty import FIRTH
 
 Floats = NDArray[np.float64]

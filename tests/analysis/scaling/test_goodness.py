@@ -7,8 +7,7 @@ import pytest
 from scipy.stats import chi2, chisquare
 
 from analysis.comparisons import Comparisons
-from analysis.scaling import fit_model
-from analysis.scaling.counts import count_pairs
+from analysis.scaling import count_pairs, fit_model
 from analysis.scaling.goodness import goodness_of_fit
 from analysis.scaling.laws import Davidson
 

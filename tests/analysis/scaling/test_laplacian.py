@@ -10,8 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from analysis.scaling import laplacian
-from analysis.scaling.counts import Counts
+from analysis.scaling import Counts, laplacian
 from documents.blas_threads import set_blas_threads
 
 Floats = NDArray[np.float64]

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.stats import norm
 
-from analysis.scaling import Probit
-from analysis.scaling.counts import Counts
+from analysis.scaling import Counts, Probit
 from analysis.scaling.laws import Davidson, Law, Logistic, RaoKupper
 
 LAWS: list[Law] = [Logistic(), Probit(), Davidson(), RaoKupper()]

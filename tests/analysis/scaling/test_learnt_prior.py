@@ -10,8 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from analysis.scaling import fit, learnt_posterior, updated_posterior
-from analysis.scaling.counts import Counts
+from analysis.scaling import Counts, fit, learnt_posterior, updated_posterior
 from analysis.scaling.expectation_propagation import approximate
 from analysis.scaling.learnt_prior import WIDTH_OF_SPREADS, posterior
 from runner.blocks.pair_choice import PairChooser

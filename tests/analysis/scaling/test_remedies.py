@@ -12,8 +12,7 @@ from rich.console import Console
 
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.scaling import ModelMethod, print_scores, problem_lines, score
-from analysis.scaling.laws import MODELS
+from analysis.scaling import MODELS, ModelMethod, print_scores, problem_lines, score
 from analysis.scaling.terminal import remedies
 
 

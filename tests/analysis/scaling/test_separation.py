@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from analysis.scaling import compared_groups
-from analysis.scaling.separation import are_connected, explain, separated_items, strong_groups
+from analysis.scaling import are_connected, compared_groups
+from analysis.scaling.separation import explain, separated_items, strong_groups
 
 
 def graphs(n: int = 6) -> st.SearchStrategy[NDArray[np.float64]]:

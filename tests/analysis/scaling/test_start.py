@@ -8,10 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from analysis.scaling import fit, start
-from analysis.scaling.counts import Counts
-from analysis.scaling.newton import maximise
-from analysis.scaling.separation import are_connected
+from analysis.scaling import Counts, are_connected, fit, maximise, start
 from documents.blas_threads import set_blas_threads
 
 Floats = NDArray[np.float64]

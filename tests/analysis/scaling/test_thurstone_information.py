@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import ndtr
 
-from analysis.scaling import Probit
-from analysis.scaling.counts import Counts
+from analysis.scaling import Counts, Probit, maximise
 from analysis.scaling.laplacian import pair_variances
-from analysis.scaling.newton import joint_covariance, maximise
+from analysis.scaling.newton import joint_covariance
 from analysis.scaling.separation import items_are_linked
 
 

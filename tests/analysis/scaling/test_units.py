@@ -8,9 +8,8 @@ from scipy.special import expit
 from scipy.stats import norm
 
 from analysis.comparisons import Answer, from_answers
-from analysis.scaling import Model, score
+from analysis.scaling import MODELS, Model, score
 from analysis.scaling import laws as units
-from analysis.scaling.laws import MODELS
 
 
 def test_constants_are_what_they_say() -> None:

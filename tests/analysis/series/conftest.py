@@ -10,8 +10,7 @@ from typing import Any
 import pytest
 
 from analysis.records import Header, SessionLog, Trial
-from analysis.series import summarise_series
-from analysis.series.summary import SeriesSummary
+from analysis.series import SeriesSummary, summarise_series
 
 PAINTS = ("GM1", "GM2", "HI", "BC", "BR")
 KINDS = ("base", "brighter", "grey")

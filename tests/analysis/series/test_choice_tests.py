@@ -10,8 +10,8 @@ import pytest
 from scipy.stats import friedmanchisquare
 
 from analysis.records import SessionLog
+from analysis.series import gather
 from analysis.series.choice_tests import choice_counts, kinds_tests, level_tests, neighbours_tests
-from analysis.series.choices import gather
 from analysis.series.paired_tests import (
     MOST_EXACT,
     cochran,

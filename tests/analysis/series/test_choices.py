@@ -10,7 +10,8 @@ import pytest
 
 from analysis.errors import ResultsError
 from analysis.records import SessionLog, Trial
-from analysis.series.choices import Factors, design, gather
+from analysis.series import gather
+from analysis.series.choices import Factors, design
 
 Maker = Callable[..., SessionLog]
 

@@ -11,7 +11,7 @@ from scipy.integrate import quad
 from scipy.stats import norm
 
 from analysis.records import SessionLog
-from analysis.series.choices import gather
+from analysis.series import gather
 from analysis.series.just_noticeable import PROBABLE_ERROR, Matches, fit, log_normal_between, observer_test, step_size
 
 Maker = Callable[..., SessionLog]

@@ -13,13 +13,10 @@ import pytest
 
 from analysis.errors import ResultsError
 from analysis.records import SessionLog
-from analysis.report import rating_figure, score_figure
-from analysis.report.blocks import Figure
+from analysis.report import Figure, rating_figure, score_figure
 from analysis.report.sections.series import series_sections
-from analysis.series import summarise_series
-from analysis.series.choices import gather
+from analysis.series import SeriesSummary, gather, summarise_series
 from analysis.series.picture_scores import picture_scores, weight_of
-from analysis.series.summary import SeriesSummary
 
 Maker = Callable[..., SessionLog]
 

@@ -18,12 +18,12 @@ from devices.compensation import (
     GainMap,
     cancel_crosstalk,
     channel_crosstalk,
+    check_leakage,
     dither_codes,
     dither_thresholds,
     fit_crosstalk,
     needed_lift,
 )
-from devices.compensation.crosstalk import check_leakage
 from devices.compensation.crosstalk_cancel import seen_XYZ
 from devices.compensation.gain_map import Normalise
 from devices.display import EYES, DisplayModel, Eye, EyeModels, ToneCurve, read_display

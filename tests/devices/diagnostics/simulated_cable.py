@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.colour import rgb_to_xyz_matrix
+from devices.diagnostics import Diagnosis
 from devices.diagnostics.channels import channel_constancy
 from devices.diagnostics.content import black_with_picture, dynamic_contrast, picture_level
-from devices.diagnostics.diagnosis import Diagnosis
 from devices.diagnostics.mixing import added_channels, standard_primaries, white_segment
 from devices.diagnostics.signal_path import code_steps, frame_rate_control, last_codes, signal_range
 from devices.display import MIXTURES, NODES, DisplayModel, EyeModels, Plvc, TableCurve, ToneCurve

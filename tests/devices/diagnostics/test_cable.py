@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from devices.colour import rgb_to_xyz_matrix
-from devices.diagnostics import MeasuredSet, examine, plain
+from devices.diagnostics import Diagnosis, MeasuredSet, examine, plain
 from devices.diagnostics.channels import channel_constancy
 from devices.diagnostics.content import black_with_picture, dynamic_contrast, picture_level
-from devices.diagnostics.diagnosis import Diagnosis
 from devices.diagnostics.mixing import added_channels, standard_primaries, white_segment
 from devices.diagnostics.signal_path import code_steps, frame_rate_control, last_codes, signal_range
 from devices.display import DisplayModel, ToneCurve

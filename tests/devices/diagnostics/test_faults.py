@@ -9,9 +9,9 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from devices.diagnostics import Diagnosis
 from devices.diagnostics.channels import additivity, channel_constancy, headroom, simple_gamma, tone_response
 from devices.diagnostics.colours import chromaticities, primary_colours, spectral_overlap
-from devices.diagnostics.diagnosis import Diagnosis
 from devices.diagnostics.eyewear import glasses_transmittance, luminance_loss, transmittance
 from devices.diagnostics.gamut_and_model import estimated_codes, gamut, gamut_change, model_difference
 from devices.diagnostics.observers_differ import observers_differ

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from devices.characterise.display_yaml import ambient_lines, model_lines
-from devices.diagnostics import MeasuredSet, examine, judge_display
-from devices.diagnostics.diagnosis import Diagnosis
+from devices.diagnostics import Diagnosis, MeasuredSet, examine, judge_display
 from devices.diagnostics.gamut_and_model import model_difference
 from devices.diagnostics.light_of_readings import in_light_of, light_through
 from devices.diagnostics.room_light import room_lights

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from devices.display import DisplayModel, TableCurve, read_display
-from devices.display.code_table import code_tables, table_codes
+from devices.display import DisplayModel, TableCurve, code_tables, read_display, table_codes
 from devices.errors import DeviceError
 
 Floats = NDArray[np.float64]

@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.display import DisplayModel, ToneCurve, curve_table
-from devices.display.code_table import code_tables, table_codes
+from devices.display import DisplayModel, ToneCurve, code_tables, curve_table, table_codes
 from devices.errors import DeviceError
 
 CURVES = st.builds(

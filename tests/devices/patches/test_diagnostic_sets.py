@@ -8,8 +8,7 @@ import re
 import numpy as np
 import pytest
 
-from devices.diagnostics import MeasuredSet, examine
-from devices.diagnostics.diagnosis import Diagnosis
+from devices.diagnostics import Diagnosis, MeasuredSet, examine
 from devices.diagnostics.room_light import room_lights
 from devices.errors import DeviceError
 from devices.instruments import Faults

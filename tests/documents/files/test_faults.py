@@ -19,8 +19,7 @@ from devices.measurements import read_measurements
 from devices.profiles import read_profile
 from documents import InputError, read_yaml
 from documents.files import DurableLog, system_fault, unwritable
-from stimuli.pictures import StereoImage, picture_input, read_exr, read_picture, write_exr
-from stimuli.pictures.coded import read_coded
+from stimuli.pictures import StereoImage, picture_input, read_coded, read_exr, read_picture, write_exr
 
 CODES = ("EMFILE", "ENFILE", "ENOMEM", "EIO", "EROFS", "ENOSPC", "EDQUOT", "EFBIG", "EOVERFLOW")
 

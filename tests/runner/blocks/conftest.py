@@ -9,11 +9,11 @@ from typing import Any
 import pytest
 
 from analysis.records import Mark, Note, PooledBatch, Trial
-from runner.blocks.block import Block
+from runner.blocks import Block
 from runner.observers.simulated import plain_key
 from runner.ports import Ask, Holding, KeyPress
 from runner.presenter import Scene
-from runner.session.session import Session
+from runner.session import Session
 
 Press = Callable[[Ask], str]
 Play = Callable[..., "Played"]

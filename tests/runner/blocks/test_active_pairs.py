@@ -15,11 +15,10 @@ from pydantic import ValidationError
 
 from analysis.comparisons import from_sessions
 from analysis.records import Header, SessionLog
-from runner.blocks.active_pairs import ActivePairs, ActivePairsSpec
+from runner.blocks import ActivePairs, ActivePairsSpec, Compare, Stimuli
 from runner.blocks.layout import PairLayout
-from runner.blocks.setting import Stimuli
-from runner.blocks.tasks import Compare
-from runner.observers.simulated import BradleyTerryObserver, plain_key
+from runner.observers import BradleyTerryObserver
+from runner.observers.simulated import plain_key
 from runner.ports import Ask
 
 Play = Callable[..., Any]

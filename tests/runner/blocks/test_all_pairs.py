@@ -11,14 +11,12 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
+from runner.blocks import FULL_HD_HALF, Compare, Rate, Stimuli
 from runner.blocks.all_pairs import AllPairs, AllPairsSpec, PairRating, PairRatings
 from runner.blocks.catch_trials import CatchTrials
 from runner.blocks.layout import PairLayout, SingleLayout
 from runner.blocks.pair_views import Ties
 from runner.blocks.scale import Scale
-from runner.blocks.setting import Stimuli
-from runner.blocks.style import FULL_HD_HALF
-from runner.blocks.tasks import Compare, Rate
 from runner.observers.simulated import key_for, plain_key
 from runner.ports import Ask
 from runner.presenter import Picture, Text

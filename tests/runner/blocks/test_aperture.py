@@ -14,9 +14,7 @@ from hypothesis import strategies as st
 from devices.compensation import Rectangle
 from devices.display import DisplayModel, EyeModels, ToneCurve
 from runner.blocks.layout import visible_part
-from runner.presenter import Picture, Presenter, Scene, find_mode, open_surface
-from runner.presenter.errors import PresentationError
-from runner.presenter.modes.mode import EyeArea
+from runner.presenter import EyeArea, Picture, PresentationError, Presenter, Scene, find_mode, open_surface
 from stimuli.build import StimulusSet
 from stimuli.pictures import Part, StereoImage, write_exr
 

@@ -11,20 +11,17 @@ import pytest
 
 from documents import InputError
 from documents.yaml import read_yaml
-from runner.blocks.block import Draft
+from runner.blocks import Draft, Style
 from runner.blocks.interface import Interface
-from runner.blocks.style import Style
 from runner.check import CheckReport
 from runner.check.screens import check_screens
 from runner.observers.simulated import plain_key
 from runner.observers.walk import walk
 from runner.ports import Ask, KeyPress
-from runner.presenter import Scene, Text
-from runner.presenter.lettering import coverage, text_area
-from runner.presenter.scene import Box
+from runner.presenter import Box, Scene, Text, coverage, text_area
 from runner.protocol import Experiment, json_schema, read_experiment
+from runner.session import Session
 from runner.session.header import make_header
-from runner.session.session import Session
 from tests.runner import every_kind as EVERY
 from tests.runner.test_every_kind import Play
 

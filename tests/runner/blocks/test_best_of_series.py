@@ -12,17 +12,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from documents import InputError
+from runner.blocks import Browse, Rate, Stimuli, Style
 from runner.blocks.best_of_series import DIFFICULTY, SIMILARITY, BestOfSeries, BestOfSeriesSpec, Choice
 from runner.blocks.layout import SingleLayout
 from runner.blocks.scale import Scale
 from runner.blocks.series import Series, find_series, series_scene, series_targets
-from runner.blocks.setting import Stimuli
-from runner.blocks.style import Style
-from runner.blocks.tasks import Browse, Rate
 from runner.observers.simulated import plain_key
 from runner.ports import Ask, Target
-from runner.presenter import Text
-from runner.presenter.scene import Box
+from runner.presenter import Box, Text
 from runner.protocol import read_experiment
 
 Study = Any  # tests/conftest.py

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from runner.blocks import Stimuli
 from runner.blocks.catch_trials import CatchSpec, CatchTrials, Comparison, mix_in
 from runner.blocks.orders import pair_order
-from runner.blocks.setting import Stimuli
 
 SEEDS = st.text(max_size=6)
 PLAIN = [f"s{index}" for index in range(12)]

@@ -11,15 +11,13 @@ from pathlib import Path
 import pytest
 
 from documents import InputError
-from runner.blocks.block import Draft
+from runner.blocks import Draft, Style
 from runner.blocks.interface import ENGLISH, LANGUAGES, Interface, Language, words_of
 from runner.blocks.message import page, pause_menu
-from runner.blocks.style import Style
 from runner.blocks.text_entry import Number, typed
 from runner.observers.walk import walk
 from runner.ports import Ask
-from runner.presenter import Scene, Text
-from runner.presenter.lettering import coverage
+from runner.presenter import Scene, Text, coverage
 from tests.runner import every_kind as EVERY
 from tests.runner.every_kind import ROOT, VARIANTS
 
@@ -83,7 +81,7 @@ def test_no_word_of_menus_and_typed_pages_is_from_elsewhere() -> None:
     ask = next(writing)
     for key in ("backspace", "text x", "text 0", "enter"):
         scenes.append(ask.scene)
-        from runner.blocks.block import Response
+        from runner.blocks import Response
 
         ask = writing.send(Response(key, ask.meaning(key) or "", 1.0))
     scenes.append(ask.scene)

@@ -14,15 +14,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from runner.blocks.active_pairs import ActivePairs, ActivePairsSpec
+from runner.blocks import ActivePairs, ActivePairsSpec, Compare, Stimuli
 from runner.blocks.all_pairs import AllPairs, AllPairsSpec
 from runner.blocks.catch_trials import CatchTrials
 from runner.blocks.layout import PairLayout
 from runner.blocks.orders import Pair, balanced, grouped_order
 from runner.blocks.pair_choice import GroupedChooser, shared_out
 from runner.blocks.pair_groups import pair_groups
-from runner.blocks.setting import Stimuli
-from runner.blocks.tasks import Compare
 from runner.ports import Ask
 
 Play = Callable[..., Any]

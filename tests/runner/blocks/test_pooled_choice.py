@@ -16,11 +16,10 @@ from pydantic import ValidationError
 
 from analysis.scaling import learnt_posterior, updated_posterior
 from documents import InputError
-from runner.blocks.active_pairs import ActivePairs, ActivePairsSpec
+from runner.blocks import ActivePairs, ActivePairsSpec, Stimuli
 from runner.blocks.incomplete_pairs import designs
 from runner.blocks.pair_choice import gains
 from runner.blocks.pooled_choice import GRAIN, PooledChooser, pooled_batch
-from runner.blocks.setting import Stimuli
 from runner.ports import PooledAnswers
 from runner.reports.pooled_studies import pooled_study
 from tests.runner.every_kind import experiment

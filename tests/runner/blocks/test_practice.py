@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 
+from runner.blocks import Block, Choose, Draft
 from runner.blocks.all_pairs import AllPairs
-from runner.blocks.block import Block, Draft, Steps, answer
+from runner.blocks.block import Steps, answer
 from runner.blocks.layout import PairLayout
 from runner.blocks.practice import Passing, Practice, feedback_words
-from runner.blocks.tasks import Choose
 from runner.observers.simulated import key_for, plain_key
 from runner.ports import Ask
 from runner.presenter import Scene, Text

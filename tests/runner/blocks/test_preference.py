@@ -15,10 +15,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
+from runner.blocks import Compare, Stimuli
 from runner.blocks.layout import PairLayout, SingleLayout
 from runner.blocks.preference import Preference, PreferenceSpec, Versions
-from runner.blocks.setting import Stimuli
-from runner.blocks.tasks import Compare
 from runner.observers.simulated import plain_key
 from runner.ports import Ask
 from runner.presenter import Text

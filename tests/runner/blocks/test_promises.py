@@ -9,12 +9,13 @@ from typing import Any
 
 import pytest
 
+from runner.blocks import Browse, Rate
 from runner.blocks.best_of_series import BestOfSeries
 from runner.blocks.layout import SingleLayout
 from runner.blocks.rating import Rating
 from runner.blocks.scale import Scale
 from runner.blocks.series import Series
-from runner.blocks.tasks import Browse, GoOn, Rate
+from runner.blocks.tasks import GoOn
 from runner.ports import Ask
 
 Play = Callable[..., Any]  # conftest.py

@@ -9,9 +9,8 @@ from typing import Any
 
 import pytest
 
-from runner.blocks.block import Draft, Response
+from runner.blocks import Choose, Draft, Response, Write
 from runner.blocks.questionnaire import Choice, Questionnaire, Typed
-from runner.blocks.tasks import Choose, Write
 from runner.blocks.text_entry import Number, Words
 from runner.ports import Ask
 from runner.presenter import Text

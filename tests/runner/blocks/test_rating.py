@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
+from runner.blocks import Rate
 from runner.blocks.layout import SingleLayout
 from runner.blocks.rating import Rating
 from runner.blocks.scale import Scale
-from runner.blocks.tasks import Rate
 from runner.ports import Ask
 from runner.presenter import Picture, Scene, Text
 from runner.protocol import read_experiment

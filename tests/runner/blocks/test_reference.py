@@ -8,8 +8,9 @@ from typing import Any
 import pytest
 
 from documents import InputError
+from runner.blocks import Draft, Response
 from runner.blocks.best_of_series import BestOfSeries
-from runner.blocks.block import Draft, Hold, Response
+from runner.blocks.block import Hold
 from runner.observers.simulated import plain_key
 from runner.ports import Ask, ChooseBatch
 from runner.presenter import Text

@@ -7,15 +7,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from runner.blocks.block import Response
+from runner.blocks import FULL_HD_HALF, Rate, Response, Style
 from runner.blocks.layout import SingleLayout
 from runner.blocks.scale import Scale, ScaleSpec, rate, scale_faults, scale_items, scale_targets
-from runner.blocks.style import FULL_HD_HALF, Style
-from runner.blocks.tasks import Rate
 from runner.observers.simulated import plain_key
 from runner.ports import Ask
-from runner.presenter import Text
-from runner.presenter.scene import Box
+from runner.presenter import Box, Text
 
 TEN = Scale("similarity", "How similar?", low_anchor="not at all", high_anchor="the same")
 SLIDER = Scale("quality", "How good?", 0, 100, "bad", "good", "fair")

@@ -10,10 +10,10 @@ from analysis.records import Mark, Note, PooledBatch, Trial
 from runner.blocks.layout import SingleLayout
 from runner.blocks.rating import Rating
 from runner.blocks.scale import Scale
-from runner.observers.presses import Person
+from runner.observers import Person
 from runner.ports import Holding, KeyPress
 from runner.presenter import Scene
-from runner.session.session import Session
+from runner.session import Session
 
 LAYOUT = SingleLayout((0, 0), (100, 80), (0, -140), 400, 60)
 

@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from runner.blocks.active_pairs import ActivePairs
+from runner.blocks import ActivePairs, Block
 from runner.blocks.all_pairs import AllPairs
 from runner.blocks.best_of_series import BestOfSeries
-from runner.blocks.block import Block
 from runner.blocks.layout import PairLayout, SingleLayout
 from runner.blocks.practice import Practice
 from runner.blocks.preference import Preference, Versions
@@ -23,8 +22,8 @@ from runner.blocks.questionnaire import Choice, Questionnaire
 from runner.blocks.rating import Rating
 from runner.blocks.scale import Scale
 from runner.blocks.series import Series
+from runner.observers import BradleyTerryObserver
 from runner.observers.behaviour import BehaviourSpec, TiesSpec
-from runner.observers.simulated import BradleyTerryObserver
 from runner.ports import Ask
 
 Play = Callable[..., Any]  # conftest.py

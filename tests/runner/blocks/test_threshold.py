@@ -17,14 +17,14 @@ from pydantic import ValidationError
 
 from analysis.records import Header, read_session
 from analysis.thresholds import Easier, QuestionSummary, QuestPlus, Staircase, summarise_thresholds
+from runner.blocks import Choose, Stimuli
 from runner.blocks.layout import PairLayout, SingleLayout
-from runner.blocks.setting import Stimuli
-from runner.blocks.tasks import Choose
 from runner.blocks.threshold import Threshold, ThresholdSpec
 from runner.blocks.threshold_ladders import Ladder, ladders
 from runner.blocks.threshold_tracks import QuestPlusSpec, StaircaseSpec
+from runner.observers import BradleyTerryObserver
 from runner.observers.behaviour import BehaviourSpec, PsychometricSpec
-from runner.observers.simulated import BradleyTerryObserver, key_for, plain_key
+from runner.observers.simulated import key_for, plain_key
 from runner.ports import Ask
 
 Play = Callable[..., Any]

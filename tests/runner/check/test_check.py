@@ -12,7 +12,7 @@ import pytest
 from analysis.records import Header
 from runner.check import CheckOptions, CheckReport, check_file
 from runner.check.machine import NO_DISPLAY
-from runner.presenter.surfaces.screens import monitors
+from runner.presenter import monitors
 from runner.protocol import read_experiment
 from runner.session.folders import Recorder
 from stimuli.pictures import StereoImage, write_exr

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from documents.text.words import hidden_character
+from documents.text import hidden_character
 from runner.cli.main import COMMANDS
 from runner.session import simulate
 

@@ -20,8 +20,8 @@ from analysis.records import read_results, read_session, session_files
 from analysis.report.notes import on_sessions
 from documents.files import whole_file
 from documents.files.chain import EMPTY, sealed
+from runner.blocks import Draw
 from runner.blocks.incomplete_pairs import PLACES, place_of
-from runner.blocks.setting import Draw
 from runner.errors import SessionError, UsedCodeError
 from runner.session import SessionOptions, run_session
 from runner.session.one_at_a_time import only_session
@@ -348,8 +348,7 @@ def test_a_graphics_error_ends_the_session_with_everything_recorded(
     from click.testing import CliRunner
 
     from runner.cli.main import group
-    from runner.presenter import Presenter
-    from runner.presenter.errors import GraphicsError
+    from runner.presenter import GraphicsError, Presenter
 
     show, drawn = Presenter.show, 0
 

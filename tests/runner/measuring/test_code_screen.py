@@ -12,11 +12,8 @@ from hypothesis import strategies as st
 
 from devices.errors import MeasuringError
 from runner.measuring.code_screen import CodeScreen, EyeCodes
-from runner.presenter import ModeOptions, find_mode, open_surface
+from runner.presenter import MODES, ModeOptions, PresentationError, Surface, find_mode, open_surface
 from runner.presenter.depth import Bits
-from runner.presenter.errors import PresentationError
-from runner.presenter.modes.registry import MODES
-from runner.presenter.surfaces.surface import Surface
 
 SIZE = (63, 48)  # an odd width: what halves of it do must hold
 OFFSCREEN = [name for name in MODES if name != "quad-buffered"]  # needs a stereo driver: see tests/quad

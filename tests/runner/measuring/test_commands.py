@@ -16,8 +16,7 @@ from devices.measurements import read_csv, read_measurements, read_session
 from devices.patches import find_patches
 from documents import InputError
 from runner.cli.main import group
-from runner.presenter import open_surface
-from runner.presenter.modes.registry import MODES
+from runner.presenter import MODES, open_surface
 from tests.runner.measuring.displays import DISPLAY as SMALL
 from tests.runner.measuring.killed_measurement import kill_and_resume
 

@@ -22,11 +22,7 @@ from runner.measuring.code_screen import CodeScreen, EyeCodes
 from runner.measuring.keys import Keys
 from runner.measuring.take_readings import take_readings
 from runner.ports import KeyPress
-from runner.presenter import find_mode, open_surface
-from runner.presenter.errors import PresentationError
-from runner.presenter.modes.registry import MODES
-from runner.presenter.surfaces.gl_calls import Codes
-from runner.presenter.surfaces.surface import Surface
+from runner.presenter import MODES, Codes, PresentationError, Surface, find_mode, open_surface
 from tests.runner.measuring.displays import DISPLAY as SMALL
 
 SIZE = (96, 72)

@@ -17,8 +17,7 @@ from devices.patches import find_patches, steps
 from runner.measuring.code_screen import CodeScreen, EyeCodes
 from runner.measuring.take_readings import Outcome, Progress, take_readings
 from runner.ports import KeyPress, WindowClosed
-from runner.presenter import find_mode
-from runner.presenter.errors import PresentationError
+from runner.presenter import PresentationError, find_mode
 from runner.presenter.surfaces.egl import EglSurface
 
 STEPS = steps(find_patches("grey"), 1)

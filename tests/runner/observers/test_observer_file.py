@@ -8,7 +8,8 @@ import pytest
 
 from documents import InputError
 from runner.check import check_file
-from runner.observers.observer_file import read_observer, read_scored_observer
+from runner.observers import read_observer
+from runner.observers.observer_file import read_scored_observer
 
 CONFIGS = Path(__file__).parents[3] / "configs/observers"
 SCORED = """\

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import pytest
 
-from runner.blocks.tasks import Browse, Choose, Rate, Write
-from runner.observers.presses import Person
+from runner.blocks import Browse, Choose, Rate, Write
+from runner.observers import Person
 from runner.ports import DOUBLE_S, Ask, KeyPress, Target
 from runner.presenter import Scene
 

@@ -14,18 +14,18 @@ from typing import Any
 import pytest
 
 from analysis.records import Header, SessionLog, Trial, read_session
+from runner.blocks import Compare
 from runner.blocks.all_pairs import AllPairs
 from runner.blocks.layout import PairLayout
 from runner.blocks.message import Message
-from runner.blocks.tasks import Compare
 from runner.errors import SessionError
+from runner.observers import BradleyTerryObserver
 from runner.observers.presses import Replay, asked_after_their_block, check_replayable, read_recording
-from runner.observers.simulated import BradleyTerryObserver
 from runner.ports import Ask, Holding, KeyPress, Observer, WindowClosed
 from runner.presenter import Scene
 from runner.protocol import read_experiment
+from runner.session import Session
 from runner.session.folders import Recorder
-from runner.session.session import Session
 from runner.session.station import Station
 from stimuli.build import build_set
 

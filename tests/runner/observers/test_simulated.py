@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from analysis.scaling import fit
-from runner.blocks.tasks import Browse, Choose, Compare, Rate, Write
+from runner.blocks import Browse, Choose, Compare, Rate, Write
 from runner.errors import SessionError
+from runner.observers import BradleyTerryObserver
 from runner.observers.behaviour import BehaviourSpec, FatigueSpec, PsychometricSpec, TiesSpec
-from runner.observers.simulated import BradleyTerryObserver
 from runner.ports import Ask
 from runner.presenter import Scene
 

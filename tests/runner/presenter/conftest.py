@@ -15,10 +15,8 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.display import DisplayModel, EyeModels, ToneCurve
-from runner.presenter import Presenter, find_mode, open_surface
-from runner.presenter.errors import PresentationError
+from runner.presenter import PresentationError, Presenter, Surface, find_mode, open_surface
 from runner.presenter.surfaces.egl import EglSurface
-from runner.presenter.surfaces.surface import Surface
 from stimuli.pictures import StereoImage
 
 BACKENDS = ("egl", "null", "window")

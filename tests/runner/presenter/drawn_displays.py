@@ -11,15 +11,13 @@ from numpy.typing import NDArray
 
 from devices.compensation import Correction, Mixture, cancel_crosstalk
 from devices.display import EYES, Eye, EyeModels
-from runner.presenter import ColourPass, Picture, Presenter, Scene
+from runner.presenter import Codes, ColourPass, Picture, Presenter, Scene, Surface
 from runner.presenter.arithmetic_choice import VARIABLE
 from runner.presenter.code_pass import release_codes
 from runner.presenter.colour_pass import MixedPass
 from runner.presenter.compensated_pass import CompensatedPass
 from runner.presenter.depth import Bits, CodeFormat, highest_code
 from runner.presenter.modes.mode import Mode, Weave
-from runner.presenter.surfaces.gl_calls import Codes
-from runner.presenter.surfaces.surface import Surface
 from stimuli.pictures import StereoImage
 from tests.displays import picture_of
 

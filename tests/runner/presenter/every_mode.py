@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from devices.compensation import Correction, Crosstalk, GainMap
 from devices.display import DisplayModel, EyeModels, Plvc, TableCurve, ToneCurve
-from runner.presenter import Picture, Presenter, Scene, find_mode, open_surface
-from runner.presenter.modes.registry import MODES
+from runner.presenter import MODES, Picture, Presenter, Scene, find_mode, open_surface
 from stimuli.pictures import StereoImage
 
 SIZE_PX = (128, 96)

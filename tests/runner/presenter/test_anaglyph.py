@@ -13,10 +13,8 @@ from numpy.typing import NDArray
 
 from devices.compensation import Mixture
 from devices.display import DisplayModel, EyeModels, ToneCurve
-from runner.presenter import ModeOptions, Picture, Presenter, Scene, Text, find_mode
-from runner.presenter.errors import PresentationError
+from runner.presenter import ModeOptions, Picture, PresentationError, Presenter, Scene, Surface, Text, find_mode
 from runner.presenter.surfaces.egl import EglSurface
-from runner.presenter.surfaces.surface import Surface
 from stimuli.pictures import StereoImage
 from tests.runner.presenter.conftest import on_surfaces
 

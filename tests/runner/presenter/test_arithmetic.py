@@ -10,13 +10,12 @@ from numpy.typing import NDArray
 
 from devices.compensation import Correction, Crosstalk, GainMap, least_squares
 from devices.display import DisplayModel, EyeModels, TableCurve, ToneCurve
-from runner.presenter import ColourPass, arithmetic_choice
+from runner.presenter import ColourPass, GraphicsError, arithmetic_choice
 from runner.presenter.arithmetic import Arithmetic, Real, Real3, Real3x3, as_floats
 from runner.presenter.arithmetic_choice import TOLERANCE, VARIABLE, arithmetic_errors, arithmetic_of
 from runner.presenter.code_pass import release_codes
 from runner.presenter.colour_pass import MixedPass
 from runner.presenter.compensated_pass import CompensatedPass
-from runner.presenter.errors import GraphicsError
 from runner.presenter.shaders import compile_program, set_uniform, shader_file
 from runner.presenter.surfaces.egl import EglSurface
 

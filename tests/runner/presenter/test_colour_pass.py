@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.display import DisplayModel
-from devices.display.code_table import code_tables, table_codes
+from devices.display import DisplayModel, code_tables, table_codes
 from runner.presenter import ColourPass, Dithering
 from runner.presenter.colour_pass import release_codes
 from runner.presenter.surfaces.egl import EglSurface

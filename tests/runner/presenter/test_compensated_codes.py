@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from devices.compensation import Correction, Crosstalk, GainMap, cancel_crosstalk
 from devices.display import EYES, DisplayModel, Eye, EyeModels
-from runner.presenter import Dithering, Picture, Presenter, Scene, find_mode
-from runner.presenter.errors import PresentationError
+from runner.presenter import Dithering, Picture, PresentationError, Presenter, Scene, find_mode
 from runner.presenter.surfaces.egl import EglSurface
 from stimuli.pictures import StereoImage
 

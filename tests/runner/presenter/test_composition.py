@@ -11,11 +11,8 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.display import EYES, DisplayModel, Eye, EyeModels
-from runner.presenter import ModeOptions, Picture, Presenter, Scene, Text, find_mode
-from runner.presenter.modes.registry import MODES
+from runner.presenter import MODES, Codes, ModeOptions, Picture, Presenter, Scene, Surface, Text, find_mode
 from runner.presenter.surfaces.egl import EglSurface
-from runner.presenter.surfaces.gl_calls import Codes
-from runner.presenter.surfaces.surface import Surface
 from stimuli.pictures import StereoImage
 from tests.runner.presenter.conftest import on_surfaces
 

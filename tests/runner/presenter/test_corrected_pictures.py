@@ -12,9 +12,7 @@ from numpy.typing import NDArray
 
 from devices.compensation import Compensation, Correction, Crosstalk, GainMap, needed_lift
 from devices.display import DisplayModel, EyeModels, ToneCurve, read_rig
-from runner.presenter import ModeOptions, Picture, Presenter, Scene, find_mode, open_surface
-from runner.presenter.errors import PresentationError
-from runner.presenter.surfaces.surface import Surface
+from runner.presenter import ModeOptions, Picture, PresentationError, Presenter, Scene, Surface, find_mode, open_surface
 from runner.protocol import read_experiment
 from runner.session.station import Station
 from stimuli.build import build_set

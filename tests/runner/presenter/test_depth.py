@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
+from runner.presenter import PresentationError
 from runner.presenter.depth import Bits, given_bits, highest_code
-from runner.presenter.errors import PresentationError
 from runner.presenter.surfaces import gl_calls
 from runner.presenter.surfaces.gl_calls import GlCalls
 from runner.presenter.surfaces.glfw_session import context_hints

@@ -16,10 +16,9 @@ from devices.colour import delta_e_2000, xyz_to_lab
 from devices.compensation import Masks, channel_split, dither_thresholds
 from devices.compensation.dither import dither_tables, tabled_dither_codes
 from devices.display import EYES, DisplayModel, Eye, EyeModels, read_display
-from runner.presenter import ColourPass, Dithering
+from runner.presenter import ColourPass, Dithering, PresentationError
 from runner.presenter.colour_pass import MixedPass
 from runner.presenter.dithering import light_table
-from runner.presenter.errors import PresentationError
 from runner.presenter.surfaces.egl import EglSurface
 
 pytestmark = pytest.mark.usefixtures("each_arithmetic")

@@ -15,10 +15,8 @@ from hypothesis import strategies as st
 
 from devices.compensation import Correction, Crosstalk, GainMap, least_squares
 from devices.display import EYES, Eye, EyeModels, Plvc, Residual, TableCurve
-from runner.presenter import find_mode
+from runner.presenter import MODES, PresentationError, find_mode
 from runner.presenter.depth import Bits
-from runner.presenter.errors import PresentationError
-from runner.presenter.modes.registry import MODES
 from runner.presenter.surfaces.egl import EglSurface
 from tests.displays import corrections, crosstalks, eye_models
 from tests.runner.presenter.drawn_displays import (

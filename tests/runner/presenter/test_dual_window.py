@@ -11,8 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.display import DisplayModel, EyeModels
-from runner.presenter import ModeOptions, Picture, Presenter, Scene, Text, find_mode, open_surface
-from runner.presenter.errors import PresentationError
+from runner.presenter import ModeOptions, Picture, PresentationError, Presenter, Scene, Text, find_mode, open_surface
 from runner.presenter.surfaces.egl import EglSurface
 from stimuli.pictures import StereoImage
 

@@ -15,11 +15,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from devices.display import DisplayModel, EyeModels
-from runner.presenter import ModeOptions, Picture, Presenter, Scene, find_mode
+from runner.presenter import Codes, ModeOptions, Picture, Presenter, Scene, Surface, find_mode
 from runner.presenter.counters import missed_frames
 from runner.presenter.surfaces.egl import EglSurface
-from runner.presenter.surfaces.gl_calls import Codes
-from runner.presenter.surfaces.surface import Surface
 from runner.presenter.surfaces.windows import WindowSurface
 from stimuli.pictures import StereoImage
 

@@ -9,10 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.display import EyeModels
-from runner.presenter import Picture, Presenter, Scene, find_mode
+from runner.presenter import Codes, Picture, Presenter, Scene, Surface, find_mode
 from runner.presenter.modes.registry import available
-from runner.presenter.surfaces.gl_calls import Codes
-from runner.presenter.surfaces.surface import Surface
 from stimuli.pictures import StereoImage
 from tests.runner.presenter.conftest import AskedRamps, on_surfaces
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from devices.display import EYES, NO_TABLE, Eye, GammaTable
+from runner.presenter import LoadedTable
 from runner.presenter.gamma_check import GammaWatch, compare_tables, table_of_record, tables_json
-from runner.presenter.surfaces.gamma_tables import LoadedTable
 
 UNKNOWN = GammaTable.unreadable("nobody looked")
 

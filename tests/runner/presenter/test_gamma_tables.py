@@ -17,13 +17,11 @@ import pytest
 from devices.display import GammaTable
 from documents import InputError
 from documents.platform import boot_id
-from runner.presenter import open_surface
-from runner.presenter.errors import PresentationError
+from runner.presenter import LoadedTable, PresentationError, monitors, open_surface
 from runner.presenter.surfaces import gamma_tables, identity_tables
-from runner.presenter.surfaces.gamma_tables import Entries, LoadedTable, set_tables
+from runner.presenter.surfaces.gamma_tables import Entries, set_tables
 from runner.presenter.surfaces.glfw_session import GlfwSession
 from runner.presenter.surfaces.identity_tables import IdentityTables, restore_left, tables_folder
-from runner.presenter.surfaces.screens import monitors
 from runner.presenter.surfaces.windows import WindowSurface
 from tests.forked import Server
 

@@ -9,11 +9,8 @@ import pytest
 
 from devices.compensation import Compensation, Correction, Crosstalk
 from devices.display import EYES, DisplayModel, EyeModels
-from runner.presenter import Picture, Presenter, Scene, Text, find_mode
+from runner.presenter import MODES, Box, Picture, Presenter, Scene, Text, coverage, find_mode
 from runner.presenter.ground import Ground, Inks, Light
-from runner.presenter.lettering import coverage
-from runner.presenter.modes.registry import MODES
-from runner.presenter.scene import Box
 from stimuli.pictures import StereoImage
 
 Make = Callable[..., Presenter]

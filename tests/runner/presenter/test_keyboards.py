@@ -15,15 +15,14 @@ import pytest
 from analysis.records import read_session, session_files
 from runner.blocks.message import pause_menu
 from runner.check.doctor import ANY_KEYS
-from runner.observers.observer_file import read_observer
-from runner.observers.presses import Person
+from runner.observers import Person, read_observer
 from runner.observers.walk import walk
 from runner.ports import Ask, KeyPress
 from runner.presenter import Scene, Text
 from runner.presenter.surfaces.keyboard import examine_keyboard
 from runner.presenter.surfaces.windows import WindowSurface
 from runner.protocol import read_experiment
-from runner.session.picture_source import build_stimuli
+from runner.session import build_stimuli
 from runner.session.station import Station
 
 Study = Any  # tests/conftest.py

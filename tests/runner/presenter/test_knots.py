@@ -10,9 +10,7 @@ from numpy.typing import NDArray
 
 from devices.characterise.choose import characterise
 from devices.compensation import Mixture, dither_codes, dither_thresholds
-from devices.display import Curve, DisplayModel, TableCurve, ToneCurve
-from devices.display.code_table import code_tables, table_codes
-from devices.display.knot_table import knotted_codes
+from devices.display import Curve, DisplayModel, TableCurve, ToneCurve, code_tables, knotted_codes, table_codes
 from devices.measurements import read_csv
 from runner.presenter import ColourPass, Dithering
 from runner.presenter.colour_pass import MixedPass

@@ -11,11 +11,8 @@ import pytest
 
 from devices.compensation import Rectangle
 from devices.display import EyeModels
-from runner.presenter import ModeOptions, Picture, Presenter, Scene, Text, find_mode
-from runner.presenter.errors import PresentationError
-from runner.presenter.modes.registry import MODES
+from runner.presenter import MODES, Buffer, ModeOptions, Picture, PresentationError, Presenter, Scene, Text, find_mode
 from runner.presenter.surfaces.egl import EglSurface
-from runner.presenter.surfaces.surface import Buffer
 from stimuli.pictures import StereoImage
 
 CORNERS = {

@@ -10,10 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from devices.compensation import Rectangle
-from runner.presenter import ModeOptions, find_mode
-from runner.presenter.errors import PresentationError
+from runner.presenter import MODES, ModeOptions, PresentationError, find_mode
 from runner.presenter.modes.mode import Weave
-from runner.presenter.modes.registry import MODES
 
 STEPS = st.sampled_from([(0, 1), (1, 0), (1, 1)])
 PLACES = st.tuples(st.integers(-9, 9), st.integers(-9, 9))

@@ -12,13 +12,11 @@ from hypothesis import strategies as st
 
 from devices.compensation import Rectangle
 from devices.display import EyeModels
-from runner.presenter import Presenter, find_mode
-from runner.presenter.errors import GraphicsError, PresentationError
-from runner.presenter.modes.registry import MODES, available, require
+from runner.presenter import MODES, Buffer, GraphicsError, PresentationError, Presenter, find_mode
+from runner.presenter.modes.registry import available, require
 from runner.presenter.surfaces import gl_calls
 from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.gl_calls import GlCalls
-from runner.presenter.surfaces.surface import Buffer
 
 SIZES = st.tuples(st.integers(2, 4000), st.integers(1, 3000))
 

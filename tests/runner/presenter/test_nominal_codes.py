@@ -13,10 +13,8 @@ from PIL import Image
 
 from devices.colour import D65_XY, SRGB_PRIMARIES_XY, rgb_to_xyz_matrix, srgb_decoded
 from devices.display import EYES, Eye, EyeModels, Nominal, NominalKind
-from runner.presenter import ModeOptions, Picture, Presenter, Scene, find_mode, open_surface
+from runner.presenter import MODES, ModeOptions, Picture, Presenter, Scene, Surface, find_mode, open_surface
 from runner.presenter.modes.options import Filters
-from runner.presenter.modes.registry import MODES
-from runner.presenter.surfaces.surface import Surface
 from stimuli.build import StimulusSet, build_set
 from stimuli.pictures import StereoImage
 

@@ -10,15 +10,20 @@ from numpy.typing import NDArray
 
 from devices.compensation import Correction, Crosstalk, GainMap, cancel_crosstalk, dither_thresholds
 from devices.compensation.dither import dither_tables, tabled_dither_codes
-from devices.display import DisplayModel, EyeModels, Plvc, TableCurve, ToneCurve
-from devices.display.code_table import code_tables, table_codes
-from devices.display.knot_table import knotted_codes
+from devices.display import (
+    DisplayModel,
+    EyeModels,
+    Plvc,
+    TableCurve,
+    ToneCurve,
+    code_tables,
+    knotted_codes,
+    table_codes,
+)
 from devices.errors import DeviceError
-from runner.presenter import ColourPass, Dithering, Picture, Presenter, Scene, find_mode
+from runner.presenter import MODES, ColourPass, Dithering, Picture, PresentationError, Presenter, Scene, find_mode
 from runner.presenter.colour_pass import ChannelInteraction, channel_interaction
 from runner.presenter.compensated_pass import CompensatedPass
-from runner.presenter.errors import PresentationError
-from runner.presenter.modes.registry import MODES
 from runner.presenter.surfaces.egl import EglSurface
 from stimuli.pictures import StereoImage
 

@@ -11,8 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from devices.display import EyeModels
-from runner.presenter import Presenter, Scene, Text, find_mode
-from runner.presenter.errors import PresentationError
+from runner.presenter import PresentationError, Presenter, Scene, Text, find_mode
 from runner.presenter.pointer import Pointer
 from runner.presenter.surfaces.egl import EglSurface
 

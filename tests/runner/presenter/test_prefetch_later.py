@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from devices.display import read_display
-from runner.presenter import Picture, Presenter, Scene, find_mode, open_surface
+from runner.presenter import Picture, Presenter, Scene, Surface, find_mode, open_surface
 from runner.presenter.presenter import PICTURE_BUDGET_BYTES
-from runner.presenter.surfaces.surface import Surface
 from stimuli.pictures import StereoImage
 
 ASUS = Path(__file__).parents[3] / "configs/displays/asus_vg248qe.yaml"

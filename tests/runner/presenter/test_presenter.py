@@ -11,10 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.display import DisplayModel, EyeModels
-from runner.presenter import Picture, Presenter, Scene, Text
-from runner.presenter.errors import GraphicsError, PresentationError
-from runner.presenter.modes.mode import EyeArea
-from runner.presenter.surfaces.gl_calls import Codes
+from runner.presenter import Codes, EyeArea, GraphicsError, Picture, PresentationError, Presenter, Scene, Text
 from stimuli.pictures import StereoImage
 
 Make = Callable[..., Presenter]

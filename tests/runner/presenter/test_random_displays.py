@@ -11,8 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from devices.compensation import Correction, Crosstalk, GainMap, Mixture, cancel_crosstalk
-from devices.compensation.crosstalk import check_leakage
+from devices.compensation import Correction, Crosstalk, GainMap, Mixture, cancel_crosstalk, check_leakage
 from devices.display import EYES, Curve, DisplayModel, Eye, EyeModels, TableCurve, ToneCurve
 from runner.presenter import ColourPass
 from runner.presenter.colour_pass import MixedPass

@@ -10,10 +10,7 @@ from numpy.typing import NDArray
 
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.display import EYES, read_display
-from runner.presenter import Dithering, Picture, Presenter, Scene, open_surface
-from runner.presenter.errors import PresentationError
-from runner.presenter.modes.mode import EyeArea
-from runner.presenter.modes.registry import MODES
+from runner.presenter import MODES, Dithering, EyeArea, Picture, PresentationError, Presenter, Scene, open_surface
 from stimuli.pictures import StereoImage
 
 Floats = NDArray[np.float64]

@@ -10,16 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from runner.presenter import primary_monitor
-from runner.presenter.errors import PresentationError
-from runner.presenter.surfaces.screens import (
-    NOT_READ,
-    Monitor,
-    choose_monitors,
-    monitors,
-    place_two_windows,
-    place_window,
-)
+from runner.presenter import PresentationError, monitors, primary_monitor
+from runner.presenter.surfaces.screens import NOT_READ, Monitor, choose_monitors, place_two_windows, place_window
 from runner.presenter.surfaces.windows import WindowSurface
 from tests.runner import two_monitors
 

@@ -10,9 +10,8 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from runner.presenter.errors import PresentationError
+from runner.presenter import Codes, PresentationError
 from runner.presenter.screenshot import sixteen_bits, write_screenshot
-from runner.presenter.surfaces.gl_calls import Codes
 
 
 def read_16_bits(file: Path) -> NDArray[np.uint16]:

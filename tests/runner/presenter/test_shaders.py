@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from runner.presenter.errors import GraphicsError
+from runner.presenter import GraphicsError
 from runner.presenter.shaders import _named, compile_program, shader_file
 from runner.presenter.surfaces.egl import EglSurface
 

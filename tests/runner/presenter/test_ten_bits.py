@@ -15,10 +15,20 @@ from devices.colour import delta_e_2000, xyz_to_lab
 from devices.compensation import dither_thresholds
 from devices.compensation.dither import dither_tables, tabled_dither_codes
 from devices.display import EYES, DisplayModel, EyeModels, read_display
-from runner.presenter import Dithering, ModeOptions, Picture, Presenter, Scene, Text, find_mode, open_surface
-from runner.presenter.errors import PresentationError
+from runner.presenter import (
+    Buffer,
+    Dithering,
+    ModeOptions,
+    Picture,
+    PresentationError,
+    Presenter,
+    Scene,
+    Surface,
+    Text,
+    find_mode,
+    open_surface,
+)
 from runner.presenter.surfaces.egl import EglSurface
-from runner.presenter.surfaces.surface import Buffer, Surface
 from runner.presenter.words import ink_codes
 from stimuli.pictures import StereoImage
 from tests.runner.presenter.conftest import AskedRamps

@@ -12,9 +12,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from devices.display import DisplayModel, EyeModels
-from runner.presenter import Picture, Presenter, Scene, Text
-from runner.presenter.lettering import break_lines, coverage
-from runner.presenter.scene import Box
+from runner.presenter import Box, Picture, Presenter, Scene, Text, coverage
+from runner.presenter.lettering import break_lines
 from runner.presenter.words import ink_codes
 from stimuli.pictures import StereoImage
 

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from devices.display import EyeModels
 from runner.ports import WindowClosed
-from runner.presenter import Presenter, Scene, Text, find_mode, open_surface
-from runner.presenter.errors import PresentationError
+from runner.presenter import PresentationError, Presenter, Scene, Text, find_mode, open_surface
 from runner.presenter.surfaces.windows import WindowSurface
 
 pytestmark = pytest.mark.window

@@ -11,9 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from runner.presenter import find_mode
-from runner.presenter.errors import PresentationError
-from runner.presenter.modes.registry import MODES
+from runner.presenter import MODES, PresentationError, find_mode
 from runner.presenter.surfaces.egl import EglSurface
 from tests.runner.presenter.every_mode import draw
 

@@ -9,8 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.display import EYES, Eye
-from runner.presenter import Presenter, Scene, Text
-from runner.presenter.scene import Box
+from runner.presenter import Box, Presenter, Scene, Text
 
 Make = Callable[..., Presenter]
 LETTERS = "abcdefghijklmnopqrstuvwxyz0123456789éßüœ"

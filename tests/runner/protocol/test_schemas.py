@@ -7,8 +7,7 @@ from typing import Any
 
 import pytest
 
-from runner.protocol import FileKind, json_schema
-from runner.protocol.schemas import KINDS
+from runner.protocol import KINDS, FileKind, json_schema
 
 
 def _keys(node: Any, where: str) -> Iterator[tuple[str, dict[str, Any]]]:

@@ -15,7 +15,8 @@ from devices.colour import srgb
 from devices.display import DisplayModel
 from runner.protocol import Experiment, read_experiment
 from runner.reports.thumbnails import find_shown, png, small, thumbnails
-from runner.session.header import hashes, make_header
+from runner.session import hashes
+from runner.session.header import make_header
 from stimuli.build import StimulusSet, build_set
 from stimuli.pictures import StereoImage, write_exr
 

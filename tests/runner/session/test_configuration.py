@@ -14,9 +14,8 @@ from analysis.records import kept_experiments, kept_files, read_session, session
 from runner.errors import SessionError
 from runner.protocol import copy_experiment, read_experiment, shipped_experiment
 from runner.reports import ReportOptions, report_results
-from runner.session import SessionOptions, run_session, simulate
+from runner.session import SessionOptions, build_stimuli, run_session, simulate
 from runner.session.configuration import configuration_of
-from runner.session.picture_source import build_stimuli
 
 pytestmark = pytest.mark.usefixtures("unseen")
 OBSERVERS = "configs/observers/table_4_4.yaml"

@@ -19,8 +19,7 @@ from devices.display import GammaTable, gamma_table_lines
 from runner.check import CheckOptions, check_file
 from runner.errors import SessionError, SessionStoppedError
 from runner.presenter.gamma_check import GammaWatch
-from runner.session import SessionOptions, run_session, station
-from runner.session.status import SessionStatus
+from runner.session import SessionOptions, SessionStatus, run_session, station
 
 Study = Any  # tests/conftest.py
 Load = Callable[[float], None]
@@ -232,8 +231,7 @@ def test_without_a_window_nothing_is_said_or_refused(study: Study, load_table: L
 
 def test_another_table_in_the_display_file_is_another_display(study: Study, tmp_path: Path) -> None:
     from runner.protocol import read_experiment
-    from runner.session.header import hashes
-    from runner.session.picture_source import build_stimuli
+    from runner.session import build_stimuli, hashes
 
     def digests() -> dict[str, str]:
         design = read_experiment(study.experiment)

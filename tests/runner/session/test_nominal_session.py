@@ -12,7 +12,7 @@ import pytest
 from analysis.records import SessionLog, read_session, session_files
 from analysis.report import describe
 from analysis.report.notes import on_sessions
-from runner.presenter.modes.registry import MODES
+from runner.presenter import MODES
 from runner.protocol import read_experiment
 
 Study = Any  # tests/conftest.py
@@ -111,7 +111,7 @@ def test_a_display_measured_since_is_noticed_when_the_session_is_resumed(nominal
 
 def test_only_the_same_nominal_display_is_the_same(nominal: Study) -> None:
     """Of the same curve and white, a display that was measured, or has another black, has another digest."""
-    from runner.session.header import hashes
+    from runner.session import hashes
     from stimuli.build import build_set
 
     def digest() -> str:

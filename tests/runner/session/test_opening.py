@@ -11,7 +11,7 @@ import pytest
 
 from analysis.errors import ResultsError
 from analysis.records import FILE_NAME, SessionLog, read_session
-from runner.observers.observer_file import read_observer
+from runner.observers import read_observer
 from runner.ports import Ask, KeyPress, Observer, WindowClosed
 from runner.protocol import Experiment, read_experiment
 from runner.session.clipping_costs import COSTS, ClippingCosts

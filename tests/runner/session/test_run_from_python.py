@@ -12,8 +12,7 @@ import pytest
 from analysis.records import FILE_NAME, Trial, read_session
 from analysis.report import write_report
 from documents import InputError
-from runner.blocks.block import Block
-from runner.blocks.setting import Draw
+from runner.blocks import Block, Draw
 from runner.errors import SessionError, SessionStoppedError
 from runner.presenter import show_picture
 from runner.presenter.show import ShowOptions

@@ -11,17 +11,16 @@ from typing import Any
 import pytest
 
 from analysis.records import Header, Mark, Note, PooledBatch, SessionLog, Trial
+from runner.blocks import FULL_HD_HALF, Block
 from runner.blocks.all_pairs import AllPairs
-from runner.blocks.block import Block
 from runner.blocks.layout import PairLayout
 from runner.blocks.message import Message, pause_menu
-from runner.blocks.style import FULL_HD_HALF
 from runner.errors import SessionError
-from runner.observers.presses import Person
-from runner.observers.simulated import BradleyTerryObserver
+from runner.observers import BradleyTerryObserver, Person
 from runner.ports import Ask, Holding, KeyPress
 from runner.presenter import Scene
-from runner.session.session import Left, Session
+from runner.session import Session
+from runner.session.session import Left
 
 HEADER = Header("e", "01", "s", "2026-01-01T00:00:00+00:00", 0, "Which?", True, (), {}, {}, {}, {}, {})
 NAMES = ("a", "b", "c", "d", "e")

@@ -6,7 +6,7 @@ from analysis.records import Trial
 from runner.blocks.all_pairs import AllPairs
 from runner.blocks.layout import PairLayout
 from runner.blocks.message import Message
-from runner.session.status import SessionStatus
+from runner.session import SessionStatus
 
 LAYOUT = PairLayout("vertical", (0, -60), (0, 60), (100, 80), (0, -140), 400)
 PAIRS = AllPairs(("a", "b", "c", "d", "e"), "Which?", LAYOUT, "s", "o")  # 10 trials of 5 s

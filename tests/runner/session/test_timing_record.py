@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from analysis.records import read_session, session_files
 from devices.display import read_verification
 from runner.cli.main import group
-from runner.presenter.counters import IntervalSummary
+from runner.presenter import IntervalSummary
 from runner.presenter.surfaces.surface import SurfaceFacts
 from runner.session.timing_record import NOT_VERIFIED, explain, judge
 

@@ -15,8 +15,7 @@ from analysis.errors import ResultsError
 from analysis.records import FILE_NAME, Header, Trial, read_session
 from runner.cli.main import group
 from runner.protocol import read_experiment
-from runner.session import simulate
-from runner.session.watching import Watch
+from runner.session import Watch, simulate
 
 Study = Any  # tests/conftest.py
 

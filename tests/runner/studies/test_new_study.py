@@ -13,7 +13,7 @@ from devices.display import PanelSpec, ReportedMonitor
 from documents import InputError
 from documents.yaml import read_yaml
 from runner.check import CheckOptions, check_file
-from runner.presenter.modes.registry import MODES
+from runner.presenter import MODES
 from runner.protocol import read_experiment
 from runner.session import simulate
 from runner.studies import Kind, NewStudy, StudyOptions, copy_shipped, new_study, shipped_studies, typed

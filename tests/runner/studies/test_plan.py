@@ -7,10 +7,9 @@ from collections.abc import Sequence
 import pytest
 
 from devices.display import PanelSpec
+from runner.blocks import Style
 from runner.blocks.layout import LayoutError, LayoutSpec, pair_layout, single_layout
-from runner.blocks.style import Style
-from runner.presenter import find_mode
-from runner.presenter.modes.registry import MODES
+from runner.presenter import MODES, find_mode
 from runner.studies.plan import GAP_MM, plan_sizes
 from stimuli.pictures.resampling import display_pixels
 

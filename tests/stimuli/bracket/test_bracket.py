@@ -16,10 +16,8 @@ from scipy.ndimage import gaussian_filter, shift
 from devices.camera import CameraModel, Exposure
 from documents import InputError
 from stimuli.bracket import BracketOptions, BracketReport, NoiseModel, bracket_photographs
-from stimuli.develop import DevelopOptions
-from stimuli.develop.read import read_camera_image
-from stimuli.pictures import read_exr
-from stimuli.pictures.rows import RowFile
+from stimuli.develop import DevelopOptions, read_camera_image
+from stimuli.pictures import RowFile, read_exr
 from tests.stimuli.bracket.sensor import BLACK, FULL_E, READ_E, SPAN, TIMES, WHITE, bracket, codes, record, scene
 from tests.stimuli.develop.dng import camera_tags, exposure_tags, save_dng, save_linear_dng
 

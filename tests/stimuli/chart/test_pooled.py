@@ -12,8 +12,7 @@ from devices.camera import Correspondences, Exposure, ReferenceColours, fit_came
 from devices.errors import DeviceError
 from stimuli.chart import fit_camera_to_chart
 from stimuli.chart.pooled import ChartShot, pool_shots
-from stimuli.develop.camera_image import CameraImage
-from stimuli.develop.linear_files import write_camera_exr
+from stimuli.develop import CameraImage, write_camera_exr
 from stimuli.errors import StimulusError
 
 MATRIX = np.array([[220.0, 37.0, 3.0], [84.0, 146.0, -46.0], [12.0, -35.0, 220.0]])

@@ -13,7 +13,7 @@ from stimuli.comparison.registering import align
 from stimuli.comparison.sharpness import blur_between
 from stimuli.comparison.sparkles import SparkleArea
 from stimuli.measures import ViewingConditions
-from stimuli.pictures.rows import RowFile
+from stimuli.pictures import RowFile
 from tests.stimuli.comparison.scenes import PLATE, SIZE, Floats32, coloured, spots, written
 
 

@@ -20,8 +20,7 @@ from runner.reports.comparison.figures import draw_pictures
 from stimuli.align import warp
 from stimuli.comparison.alignment import Alignment, resample, resample_flags
 from stimuli.comparison.registering import align
-from stimuli.pictures.exr_header import REC709
-from stimuli.pictures.rows import RowFile
+from stimuli.pictures import REC709, RowFile
 from tests.stimuli.comparison.scenes import (
     CHART,
     PLATE,

@@ -9,8 +9,7 @@ import pytest
 
 from devices.camera import CameraModel, Exposure, write_camera
 from devices.colour import XYZ_from_xyY, xyY_from_XYZ
-from stimuli.develop.camera_image import CameraImage
-from stimuli.develop.linear_files import write_camera_exr
+from stimuli.develop import CameraImage, write_camera_exr
 from tests.stimuli.comparison.scenes import (
     CHART,
     PATCHES,

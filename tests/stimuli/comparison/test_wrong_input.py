@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from devices.camera import CameraModel, Exposure, write_camera
-from stimuli.develop.camera_image import CameraImage
-from stimuli.develop.linear_files import write_camera_exr
+from stimuli.develop import CameraImage, write_camera_exr
 from tests.stimuli.comparison.scenes import CHART, PLATE, RIG, SIZE, Cyclopean, chart, patch_XYZ, spots, written
 
 Refused = Callable[..., str]

@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 
 from devices.camera import CameraModel, Exposure
 from documents import at_most_threads
-from stimuli.develop import DevelopOptions, demosaic, develop_photographs
-from stimuli.develop.camera_image import CameraImage
-from stimuli.develop.camera_to_xyz import to_xyz
+from stimuli.develop import CameraImage, DevelopOptions, demosaic, develop_photographs, to_xyz
 from stimuli.develop.demosaic import Linear, Mosaic, interpolate, superpixel
 from stimuli.develop.metadata import turned
 from stimuli.develop.raw_files import read_raw, read_sensor

@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.camera import Exposure
+from stimuli.develop import read_camera_image
 from stimuli.develop.calibration_frames import clipped_variance, read_calibration
-from stimuli.develop.read import read_camera_image
 from stimuli.errors import StimulusError
 from tests.stimuli.develop.dng import Tag, camera_tags, exposure_tags, save_dng, save_linear_dng
 

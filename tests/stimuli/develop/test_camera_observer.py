@@ -16,9 +16,7 @@ from runner.cli.main import group
 from stimuli.build import build_set
 from stimuli.chart import fit_camera_to_chart
 from stimuli.comparison import CompareOptions, ReadOptions, compare_pictures
-from stimuli.develop import DevelopOptions
-from stimuli.develop.camera_image import CameraImage
-from stimuli.develop.linear_files import write_camera_exr
+from stimuli.develop import CameraImage, DevelopOptions, write_camera_exr
 from stimuli.develop.photograph import develop_photograph
 from stimuli.pictures import read_exr
 

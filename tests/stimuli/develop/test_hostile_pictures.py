@@ -12,9 +12,9 @@ import pytest
 
 from devices.camera import Exposure, parse_exposure
 from devices.errors import DeviceError
+from stimuli.develop import CameraImage, write_camera_exr
 from stimuli.develop import linear_files as reader
-from stimuli.develop.camera_image import CameraImage
-from stimuli.develop.linear_files import STEPS_ATTRIBUTE, read_linear, write_camera_exr
+from stimuli.develop.linear_files import STEPS_ATTRIBUTE, read_linear
 from stimuli.develop.metadata import EXPOSURE_ATTRIBUTE, MOST_CHARACTERS, MOST_STEPS, earlier_steps, kept_exposure
 from stimuli.develop.raw_files import read_raw
 from stimuli.errors import StimulusError

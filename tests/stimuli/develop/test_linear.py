@@ -13,10 +13,7 @@ from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
 from devices.camera import Exposure
-from stimuli.develop import Levels
-from stimuli.develop.camera_image import CameraImage
-from stimuli.develop.linear_files import write_camera_exr
-from stimuli.develop.read import read_camera_image
+from stimuli.develop import CameraImage, Levels, read_camera_image, write_camera_exr
 from stimuli.errors import StimulusError
 
 CODES = np.random.default_rng(0).integers(0, 65536, (8, 9, 3)).astype(np.uint16)

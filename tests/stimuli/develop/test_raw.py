@@ -11,10 +11,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from devices.camera import Exposure
-from stimuli.develop import Demosaic, Levels
+from stimuli.develop import Demosaic, Levels, read_camera_image
 from stimuli.develop.demosaic import REACH_PX
 from stimuli.develop.raw_files import DEMOSAICS
-from stimuli.develop.read import read_camera_image
 from stimuli.errors import StimulusError
 from tests.stimuli.develop.dng import coded, exposure_tags, save_dng, smooth, write_dng
 

@@ -6,8 +6,7 @@ from numpy.typing import NDArray
 
 from devices.camera import CameraModel, Exposure
 from devices.errors import DeviceError
-from stimuli.develop.camera_image import CameraImage
-from stimuli.develop.camera_to_xyz import to_xyz
+from stimuli.develop import CameraImage, to_xyz
 from stimuli.errors import StimulusError
 
 MATRIX = np.array([[60.0, 25.0, 15.0], [25.0, 80.0, -5.0], [1.0, -10.0, 120.0]])

@@ -19,7 +19,7 @@ from devices.patches import colorchecker_xyY
 from stimuli.pictures import StereoImage
 from stimuli.recipes import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
-from stimuli.sparkle.studio import Studio
+from stimuli.sparkle import Studio
 from tests.stimuli.develop.dng import exposure_tags, write_dng
 
 ROOT = Path(__file__).parents[3]

@@ -14,10 +14,9 @@ from scipy.ndimage import gaussian_filter
 import stimuli.recipes.view_sources
 from documents import InputError
 from stimuli.build import StimulusSet, build_set
-from stimuli.develop.read import read_camera_image
+from stimuli.develop import read_camera_image
 from stimuli.errors import StimulusError
-from stimuli.pictures import StereoImage, read_exr, resample_picture, write_exr
-from stimuli.pictures.exr_read import read_exr_counted
+from stimuli.pictures import StereoImage, read_exr, read_exr_counted, resample_picture, write_exr
 from stimuli.recipes import read_recipe
 from stimuli.recipes.photographs import DevelopSpec, PhotographsRecipe
 from stimuli.recipes.picture_steps import _within

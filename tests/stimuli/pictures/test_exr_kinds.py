@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from devices.colour import rgb_to_xyz_matrix
 from stimuli.comparison.pictures import what_it_holds
 from stimuli.errors import StimulusError
-from stimuli.pictures import Region, read_exr, read_picture
-from stimuli.pictures.exr_header import REC709, XYZ
+from stimuli.pictures import REC709, Region, read_exr, read_picture
+from stimuli.pictures.exr_header import XYZ
 from tests.stimuli.pictures.exr_bytes import Part, decimated, floats, strings, write_bytes
 
 Floats = NDArray[np.float64]

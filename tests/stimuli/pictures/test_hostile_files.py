@@ -19,14 +19,13 @@ from documents import InputError
 from stimuli.build import build_set
 from stimuli.comparison import ReadOptions
 from stimuli.comparison.pictures import read_picture as read_compared
+from stimuli.develop import read_camera_image
 from stimuli.develop.calibration_frames import read_calibration
-from stimuli.develop.read import read_camera_image
 from stimuli.errors import StimulusError
-from stimuli.pictures import Decoding, StereoImage, read_exr, read_picture, write_exr
-from stimuli.pictures.coded import read_coded
+from stimuli.pictures import Decoding, StereoImage, read_coded, read_exr, read_picture, write_exr
 from stimuli.pictures.exr_views import channel_runs, read_views
 from stimuli.pictures.picture_input import opened, text_of
-from stimuli.spectral.picture import read_spectral
+from stimuli.spectral import read_spectral
 from tests.stimuli.pictures.exr_bytes import Part, floats, write_bytes
 from tests.stress.mutants import formats, read_all
 from tests.stress.picture_formats import exr_header

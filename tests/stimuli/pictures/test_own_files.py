@@ -16,8 +16,8 @@ from PIL import Image
 from documents import InputError
 from documents.files import sha256_of_file
 from stimuli.build import StimulusSet, build_set, export_exr
-from stimuli.pictures import Region
-from stimuli.pictures.coded import CodedPicture, decoded, read_coded
+from stimuli.pictures import CodedPicture, Region, read_coded
+from stimuli.pictures.coded import decoded
 from stimuli.pictures.colour_spaces import named_encoding
 from stimuli.pictures.own_files import decoders
 from stimuli.pictures.picture_pixels import decode

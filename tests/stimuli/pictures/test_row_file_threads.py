@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from stimuli.pictures.rows import RowFile
+from stimuli.pictures import RowFile
 
 
 def test_threads_read_and_write_their_own_rows() -> None:

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from stimuli.sparkle import Threshold, measure_sparkles
-from stimuli.sparkle.measures.measure import SparkleMeasures
+from stimuli.sparkle import SparkleMeasures, Threshold, measure_sparkles
 from tests.compiled_loops import not_in_numpy
 from tests.stimuli.sparkle_measures.test_sparkle_measures import planted
 

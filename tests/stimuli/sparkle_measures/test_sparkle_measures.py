@@ -15,11 +15,10 @@ from scipy.spatial import cKDTree
 from scipy.special import ndtr
 
 from stimuli.errors import StimulusError
-from stimuli.sparkle import PixelScale, Threshold, measure_sparkles, shared_sparkles
+from stimuli.sparkle import PixelScale, SparkleMeasures, Threshold, measure_sparkles, shared_sparkles
 from stimuli.sparkle.measures import moments
 from stimuli.sparkle.measures.background import local_background
 from stimuli.sparkle.measures.find import find_peaks
-from stimuli.sparkle.measures.measure import SparkleMeasures
 from stimuli.sparkle.measures.moments import FWHM_PER_SD, sparkle_moments
 
 Floats = NDArray[np.float64]

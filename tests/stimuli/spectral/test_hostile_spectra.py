@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 from stimuli.errors import StimulusError
-from stimuli.spectral import Illumination
+from stimuli.spectral import Illumination, read_spectral
 from stimuli.spectral import picture as pictures
 from stimuli.spectral.convert import spectral_to_camera, spectral_to_xyz
 from stimuli.spectral.curves import read_illuminant, read_sensitivities
-from stimuli.spectral.picture import read_spectral
 
 WAVES = np.arange(400.0, 710.0, 10.0)
 LISTED = "wavelength = {" + ", ".join(f"{wave:g}" for wave in WAVES) + "}\nwavelength units = Nanometers\n"

@@ -12,10 +12,9 @@ from hypothesis import strategies as st
 from devices.camera import Exposure
 from devices.measurements import xyz_from_spectra
 from stimuli.errors import StimulusError
-from stimuli.spectral import Illumination, Quantity
+from stimuli.spectral import Illumination, Quantity, read_spectral
 from stimuli.spectral import picture as picture_module
 from stimuli.spectral.convert import spectral_to_camera, spectral_to_xyz
-from stimuli.spectral.picture import read_spectral
 from tests.stimuli.spectral.pictures import WAVES, bumps, save_envi, save_exr
 
 LIGHT = bumps(WAVES)

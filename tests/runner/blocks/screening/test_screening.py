@@ -16,18 +16,17 @@ from analysis.observers import Outcome, outcomes, screened, threshold_estimate
 from analysis.observers.screening import passed
 from analysis.records import Header, SessionLog, Trial
 from devices.display import DisplayModel, EyeModels, ToneCurve
+from runner.blocks import Choose, Style
 from runner.blocks.screening.acuity import NearAcuitySpec, StereoAcuitySpec, finest_arcsec, finest_logmar, gap_px
 from runner.blocks.screening.block import Screening
 from runner.blocks.screening.colour_vision import ColourVisionSpec
 from runner.blocks.screening.vision_test import Screen
-from runner.blocks.style import Style
-from runner.blocks.tasks import Choose, GoOn
+from runner.blocks.tasks import GoOn
 from runner.errors import SessionError
 from runner.observers.simulated import plain_key
 from runner.ports import Ask, Target
-from runner.presenter import Text
-from runner.presenter.scene import Box
-from runner.session.session import Session
+from runner.presenter import Box, Text
+from runner.session import Session
 
 Play = Callable[..., Any]  # conftest.py
 CURVE = ToneCurve(gamma=2.2)

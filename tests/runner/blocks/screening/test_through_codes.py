@@ -15,8 +15,7 @@ from devices.display import EYES, DisplayModel, Eye, EyeModels, ToneCurve
 from runner.blocks.screening.acuity import FINEST_PX, NearAcuitySpec, StereoAcuitySpec, finest_arcsec
 from runner.blocks.screening.colour_vision import ColourVisionSpec
 from runner.blocks.screening.vision_test import Screen
-from runner.presenter import Picture, Presenter, Scene, find_mode, open_surface
-from runner.presenter.errors import PresentationError
+from runner.presenter import Picture, PresentationError, Presenter, Scene, find_mode, open_surface
 from stimuli.pictures import StereoImage
 
 Floats = NDArray[np.float64]

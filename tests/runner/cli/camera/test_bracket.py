@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 from documents import InputError
 from runner.cli.camera import command as group
-from stimuli.develop.read import read_camera_image
+from stimuli.develop import read_camera_image
 from tests.stimuli.bracket.sensor import TIMES, bracket, scene
 
 

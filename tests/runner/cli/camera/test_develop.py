@@ -13,8 +13,8 @@ from devices.camera import CameraModel, Exposure, write_camera
 from documents import InputError
 from runner.cli.camera import command as group
 from runner.cli.camera.develop import command as develop_command
+from stimuli.develop import read_camera_image
 from stimuli.develop.raw_files import DEFAULT_DEMOSAIC, DEMOSAICS
-from stimuli.develop.read import read_camera_image
 from stimuli.pictures import read_exr
 from tests.stimuli.develop.dng import coded, exposure_tags, save_dng, smooth, write_dng
 

@@ -12,7 +12,7 @@ from devices.camera import Exposure
 from devices.measurements import xyz_from_spectra
 from documents import InputError
 from runner.cli.camera.spectral import command
-from stimuli.develop.read import read_camera_image
+from stimuli.develop import read_camera_image
 from stimuli.pictures import read_exr
 from tests.stimuli.spectral.pictures import WAVES, bumps, save_envi, save_exr
 

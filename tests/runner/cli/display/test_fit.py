@@ -21,8 +21,8 @@ from devices.errors import DeviceError
 from devices.measurements import Measurements, PatchEye, read_measurements, write_csv
 from devices.measurements.ti3 import write_ti3
 from runner.cli.main import group
+from runner.presenter import LoadedTable
 from runner.presenter.gamma_check import compare_tables
-from runner.presenter.surfaces.gamma_tables import LoadedTable
 from tests.kept import kept
 
 CODES = table_c1_codes()

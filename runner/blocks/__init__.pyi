@@ -1,0 +1,15 @@
+from .active_pairs import ActivePairs as ActivePairs
+from .active_pairs import ActivePairsSpec as ActivePairsSpec
+from .block import Block as Block
+from .block import Draft as Draft
+from .block import Response as Response
+from .registry import AnyBlockSpec as AnyBlockSpec
+from .setting import Draw as Draw
+from .setting import Stimuli as Stimuli
+from .style import FULL_HD_HALF as FULL_HD_HALF
+from .style import Style as Style
+from .tasks import Browse as Browse
+from .tasks import Choose as Choose
+from .tasks import Compare as Compare
+from .tasks import Rate as Rate
+from .tasks import Write as Write
