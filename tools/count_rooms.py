@@ -1,19 +1,21 @@
 #!/usr/bin/env python3
-"""Count the house: modules, lines, loose files, modules with one importer, names that faces offer.
+"""Count the house: modules, lines, loose files, modules with one importer, names that faces offer, tests' imports.
 
     python tools/count_rooms.py [FOLDER OF A CHECKOUT] [--list]
 
 A module counts as imported by another where one of its names is imported there, directly or through a face. With
-``--list``, the modules that exactly one other module imports are named.
+``--list``, the modules that exactly one other module imports are named, and those within rooms that tests import.
 """
 
 from __future__ import annotations
 
 import ast
 import sys
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
+COMMAND = "runner.cli.main"
 PACKAGES = ("documents", "devices", "stimuli", "analysis", "runner", "cyclopean")
 
 
@@ -54,6 +56,32 @@ def imports_of(file: Path, modules: dict[str, Path], faces: dict[str, dict[str, 
             yield from (alias.name for alias in node.names)
 
 
+def named_modules(node: ast.AST, modules: dict[str, Path]) -> set[str]:
+    """Return the modules that an import names, a face by its own name, whatever its names come from."""
+    if isinstance(node, ast.Import):
+        return {alias.name for alias in node.names} & set(modules)
+    if isinstance(node, ast.ImportFrom) and node.module and not node.level:
+        inner = {alias.name: f"{node.module}.{alias.name}" for alias in node.names}
+        return {place if place in modules else node.module for place in inner.values()} & set(modules)
+    return set()
+
+
+def imports_in_tests(root: Path, modules: dict[str, Path], faces: dict[str, dict[str, str]]) -> dict[str, Counter[str]]:
+    """Return how often tests import each module: ``faces``, with the command; ``inner`` modules, which lie in a room.
+
+    An import counts once for each module that it names. What lies beside the rooms, such as `devices.errors`, is open.
+    """
+    counts = {"faces": Counter[str](), "inner": Counter[str]()}
+    for file in sorted((root / "tests").rglob("*.py")):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            for name in named_modules(node, modules):
+                if name in faces or name == COMMAND:
+                    counts["faces"][name] += 1
+                elif name.count(".") > 1:
+                    counts["inner"][name] += 1
+    return counts
+
+
 def main() -> None:
     """Print the counts."""
     words = [word for word in sys.argv[1:] if word != "--list"]
@@ -74,8 +102,12 @@ def main() -> None:
     print(f"with exactly one importer  {len(once)} ({len(once) / len(leaves):.0%})")
     print(f"reached through a face     {len(reached & set(leaves))} ({len(reached & set(leaves)) / len(leaves):.0%})")
     print(f"names at package faces     {sum(len(names) for face, names in faces.items() if '.' not in face)}")
+    tests = imports_in_tests(root, modules, faces)
+    print(f"tests' imports of faces    {tests['faces'].total()}")
+    print(f"tests' imports within      {tests['inner'].total()}")
     if "--list" in sys.argv:
         print(*(f"{name} <- {next(iter(importers[name]))}" for name in once), sep="\n")
+        print(*(f"{name} {times} in tests" for name, times in tests["inner"].most_common()), sep="\n")
 
 
 if __name__ == "__main__":

@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from tools.count_rooms import imports_in_tests, modules_of, names_through_faces
+
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("documents", "devices", "stimuli", "analysis", "runner", "cyclopean")
 FACES = sorted(
@@ -66,3 +68,45 @@ def test_the_page_of_the_faces_is_up_to_date() -> None:
     command = [sys.executable, str(ROOT / "tools" / "api_page.py"), "--check"]
     done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
     assert done.returncode == 0, done.stderr
+
+
+def test_tests_take_from_a_face_what_it_offers() -> None:
+    """Then a room can be rebuilt behind its face without a change of tests."""
+    offered = {
+        (place, name): face for face, names in names_through_faces(ROOT).items() for name, place in names.items()
+    }
+    past = [
+        f"{file.relative_to(ROOT)}:{node.lineno}: take {alias.name} from {offered[node.module, alias.name]}"
+        for file in sorted((ROOT / "tests").rglob("*.py"))
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        if isinstance(node, ast.ImportFrom) and node.module
+        for alias in node.names
+        if (node.module, alias.name) in offered
+    ]
+    assert not past
+
+
+def test_tests_import_few_modules_within_rooms() -> None:
+    counts = imports_in_tests(ROOT, modules_of(ROOT), names_through_faces(ROOT))
+    assert counts["inner"].total() <= 1200, counts["inner"].most_common(20)
+    assert counts["faces"].total() > counts["inner"].total()
+
+
+def test_an_import_counts_once_for_each_module_that_it_names(tmp_path: Path) -> None:
+    room = tmp_path / "devices" / "colour"
+    for folder in (room, room.parent, tmp_path / "runner" / "cli", tmp_path / "tests"):
+        folder.mkdir(parents=True, exist_ok=True)
+    for file in ("devices/errors.py", "devices/colour/__init__.py", "devices/colour/spaces.py", "runner/cli/main.py"):
+        (tmp_path / file).touch()
+    (room / "__init__.pyi").write_text("from .spaces import lab as lab\n")
+    lines = [
+        "import numpy",
+        "from devices.colour import lab, spaces",  # the face, and a module within
+        "from devices.colour.spaces import lab, xyz",
+        "import devices.colour.spaces",
+        "from devices.errors import DeviceError",  # beside the rooms: open to all
+        "from runner.cli.main import main",
+    ]
+    (tmp_path / "tests" / "test_lab.py").write_text("\n".join(lines))
+    counts = imports_in_tests(tmp_path, modules_of(tmp_path), names_through_faces(tmp_path))
+    assert counts == {"faces": {"devices.colour": 1, "runner.cli.main": 1}, "inner": {"devices.colour.spaces": 3}}
