@@ -80,9 +80,10 @@ def check(path: str | Path, *, pictures: bool = True) -> Result[CheckReport]:
     """
     from dataclasses import asdict
 
-    from runner.check import CheckOptions, check_file
+    from runner.check import TRIED_OBSERVERS, CheckOptions, check_file
 
-    report = check_file(Path(path), CheckOptions(screen="skip", pictures=pictures))
+    options = CheckOptions(screen="skip", pictures=pictures, observers=TRIED_OBSERVERS)
+    report = check_file(Path(path), options)
     rows: list[dict[str, Any]] = [{"severity": "error", **asdict(finding)} for finding in report.errors]
     rows += [{"severity": "warning", **asdict(finding)} for finding in report.warnings]
     errors, warnings = len(report.errors), len(report.warnings)

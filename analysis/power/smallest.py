@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
@@ -15,6 +15,7 @@ from analysis.comparisons.comparisons import Comparisons
 from analysis.power.plan import Plan
 from analysis.power.results import TARGET
 from analysis.power.simulation import SEED, simulate_power
+from analysis.power.studies import matrices
 from analysis.scaling.laws import NATS_PER_JND
 from analysis.scaling.result import CovarianceChoice
 from analysis.scaling.separation import compared_groups
@@ -23,7 +24,7 @@ TYPICAL_SD = 0.7  # between observers in nats, where none is measured
 MOST_NATS = float(np.log(99))  # 99 % of choices
 # Each 30 % above the last, down to 0.09 nats; between two of them the probit of power is nearly straight.
 TRIED_NATS = MOST_NATS / 1.3 ** np.arange(14, -1, -1.0)
-MOST_STUDIES, FEWEST_STUDIES, MOST_NUMBERS = 400, 60, 4_000_000
+MOST_STUDIES, FEWEST_STUDIES, MOST_NUMBERS = 200, 60, 1_200_000
 MOST_PAIRS = 8
 MOST_ITEMS = 60  # above, fitting so many studies takes longer than a check may
 
@@ -257,14 +258,39 @@ def _smallest(
     studies = int(np.clip(MOST_NUMBERS // (n * n * max(observers, 20)), FEWEST_STUDIES, MOST_STUDIES))
     tried: dict[float, float] = {}
 
-    def enough(nats: float) -> bool:
+    def enough(place: int) -> bool:
+        nats = float(TRIED_NATS[place])
         tried[nats] = _chance(plan, observers, nats, studies, seed)
         return tried[nats] >= target
 
-    bisect_left(TRIED_NATS.tolist(), True, key=enough)
+    _search(enough, int(np.searchsorted(TRIED_NATS[:-1], _guess(plan, observers, target))))
     nats, error = _between(tried, target, studies)
     most = tried[MOST_NATS] if nats is None else None
     return SmallestDifference(observers, n, nats, error, most, target, observer_sd, alpha, adjust, covariance, studies)
+
+
+def _search(enough: Callable[[int], bool], place: int) -> None:
+    """Try places of `TRIED_NATS` from ``place`` on: downwards to one that is not enough, or upwards to one that is."""
+    if enough(place):
+        while place and enough(place := place - 1):
+            pass
+    else:
+        while place < len(TRIED_NATS) - 1 and not enough(place := place + 1):
+            pass
+
+
+def _guess(plan: Plan, observers: int, target: float) -> float:
+    """Return about which difference will do, in nats: by the standard error of alike items, of the mean pair."""
+    from scipy.special import ndtri
+
+    n, pairs = len(plan.items), plan.times.shape[-1]
+    totals = plan.totals(observers)
+    information = matrices(np.asarray(totals / -4.0)[None])[0]
+    np.fill_diagonal(information, -information.sum(axis=1))
+    by_answers = 2 * float(np.trace(np.linalg.pinv(information))) / (n - 1)
+    tests = 1 if plan.adjust == "none" else pairs
+    reach = ndtri(1 - plan.alpha / 2 / tests) + ndtri(target)
+    return float(reach * np.sqrt(by_answers + 2 * plan.observer_sd**2 / observers))
 
 
 def _between(tried: dict[float, float], target: float, studies: int) -> tuple[float | None, float | None]:

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
+from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
+import numpy as np
+from numpy.typing import NDArray
+
+import analysis
 from devices.display import (
     CYCLES_PER_DEGREE,
     pixels_per_degree,
@@ -16,7 +21,7 @@ from devices.display import (
     visual_angle_deg,
 )
 from documents import Finding, InputError, load_document
-from documents.files import beside
+from documents.files import beside, sha256_of_json
 from documents.yaml import YamlSource, read_yaml
 from runner.blocks.block import Block
 from runner.blocks.message import CONTINUE_KEYS, pause_menu
@@ -33,7 +38,9 @@ from runner.errors import SessionError
 from runner.ports import Ask
 from runner.presenter.scene import Scene
 from runner.presenter.surfaces.screens import primary_monitor
-from runner.protocol.experiment import Experiment, ExperimentSpec, read_experiment
+from runner.protocol.experiment import AnalysisSpec, Experiment, ExperimentSpec, read_experiment
+from runner.session.clipping_costs import CostCache
+from stimuli.build import cache_folder
 from stimuli.recipes import faults_of_inputs, read_recipe
 
 # ITU-R BT.500: a session should last up to half an hour.
@@ -69,7 +76,8 @@ def check_experiment(report: CheckReport, options: CheckOptions) -> None:
     )
     report.errors.extend(design.name_clashes)
     check_blocks(report, design, source)
-    check_power(report, design, source, options.observers)
+    if options.observers:
+        check_power(report, design, source, options.observers)
     check_screens(report, design, source)
     check_display_facts(report, design.rig)
     check_geometry(report, design, source)
@@ -154,17 +162,12 @@ def _at_zero(block: Threshold) -> str:
     return ""
 
 
-TRIED_OBSERVERS = (5, 10, 15, 30)
-
-
-def check_power(report: CheckReport, design: Experiment, source: YamlSource, planned: int | None) -> None:
-    """Report the smallest difference that the pairs find with the observers ``planned``, or with some numbers of them.
+def check_power(report: CheckReport, design: Experiment, source: YamlSource, observers: Sequence[int]) -> None:
+    """Report the smallest difference that the pairs find with each number of ``observers``; warn where none finds one.
 
     Of pairs within groups it is that of the group with most stimuli. Nothing is said where no block compares all pairs,
     or pairs are chosen by the answers.
     """
-    # SciPy and the simulation take 0.2 s to import, which no other check needs.
-    from analysis.power import smallest_difference
     from runner.reports.power_design import pair_design
 
     try:
@@ -172,17 +175,36 @@ def check_power(report: CheckReport, design: Experiment, source: YamlSource, pla
     except SessionError:
         return
     name, members = max(pairs.groups, key=lambda group: len(group[1]), default=("", range(len(pairs.items))))
-    times, tests = pairs.times[..., pairs.pairs_within(members)], design.spec.analysis
-    tried = [
-        smallest_difference(times, number, alpha=tests.alpha, adjust=tests.adjust, covariance=tests.covariance)
-        for number in ((planned,) if planned else TRIED_OBSERVERS)
-    ]
-    found = [replace(one, group=name) for one in tried if one is not None]
-    report.facts["smallest_difference"] = [one.to_json() for one in found]
-    if planned or all(one.nats is None for one in found):
+    times = pairs.times[..., pairs.pairs_within(members)]
+    found = [one for number in observers if (one := _smallest(times, number, name, design.spec.analysis))]
+    report.facts["smallest_difference"] = found
+    if len(observers) == 1 or all(one["nats"] is None for one in found):
         place = "blocks", next(index for index, block in enumerate(design.spec.blocks) if block.kind == "all_pairs")
         remedy = f"plan for more observers: 'cyclopean power {report.file}' says how many"
-        report.warnings.extend(source.finding(place, words, remedy) for one in found[-1:] for words in one.warnings)
+        report.warnings.extend(source.finding(place, words, remedy) for one in found[-1:] for words in one["warnings"])
+
+
+def _smallest(times: NDArray[np.int64], observers: int, group: str, tests: AnalysisSpec) -> Mapping[str, Any] | None:
+    """Return the smallest difference that a design finds, as JSON has it; from the cache, where it was found before."""
+    asked = {"alpha": tests.alpha, "adjust": tests.adjust, "covariance": tests.covariance}
+    design = {"times": sha256_of_json(times.tolist()), "observers": observers, "group": group}
+    kept, depends_on = CostCache(cache_folder() / "power"), {**design, **asked, "code": _code_of_analysis()}
+    if (before := kept.find(depends_on)) is not None:
+        return cast("Mapping[str, Any] | None", before["found"])
+    # SciPy and the simulation take 0.2 s to import, which no other check needs.
+    from analysis.power import smallest_difference
+
+    one = smallest_difference(times, observers, alpha=tests.alpha, adjust=tests.adjust, covariance=tests.covariance)
+    found = None if one is None else replace(one, group=group).to_json()
+    kept.keep(depends_on, {"found": found})
+    return found
+
+
+@cache
+def _code_of_analysis() -> str:
+    """Return a digest of the code of the analysis: simulated studies depend on all of it."""
+    files = sorted(Path(analysis.__file__).parent.rglob("*.py"))
+    return sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
 
 
 def _pressed(design: Experiment, keys: Mapping[str, str]) -> Mapping[str, str]:

@@ -14,6 +14,8 @@ Facts = dict[str, Any]
 ScreenCheck = Literal["if present", "required", "skip"]
 # Beyond this share of pixels the thesis calls an image excessively oversaturated (its footnote 6).
 CLIP_LIMIT_PERCENT = 0.3
+# Of which is stated what differences a design finds, where nobody says how many are planned.
+TRIED_OBSERVERS = 5, 10, 15, 30
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +27,7 @@ class CheckOptions:
     ``mode`` is shown instead of the rig's, and ``allow_uncharacterised`` lets it use another mode's measurements.
     ``monitors`` are those for the window, by name or number, in place of the rig's.
     ``budget`` asks for what each step from a picture's file to the eye costs, of an experiment or a rig.
-    ``observers`` is how many are planned; None states of several numbers what the design finds with them.
+    ``observers`` are numbers of them, of each of which is stated what differences the design finds.
     A stimulus of which more than ``clip_limit_percent`` of an eye's pixels are clipped gets a warning.
     """
 
@@ -40,7 +42,7 @@ class CheckOptions:
     monitors: tuple[str, ...] = ()
     budget: bool = False
     accept_changes: bool = False
-    observers: int | None = None
+    observers: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -124,7 +124,7 @@ def command(
     status is 2. A warning is something to think about.
     """
     from runner.check.files import check_file
-    from runner.check.report import CLIP_LIMIT_PERCENT, CheckOptions, ScreenCheck
+    from runner.check.report import CLIP_LIMIT_PERCENT, TRIED_OBSERVERS, CheckOptions, ScreenCheck
     from runner.cli.progress import progress_bar
 
     limit = CLIP_LIMIT_PERCENT if clip_limit is None else clip_limit
@@ -144,7 +144,7 @@ def command(
                 monitors,
                 budget,
                 accept_changes,
-                observers,
+                (observers,) if observers else TRIED_OBSERVERS,
             )
             all_checked.append(check_file(file, options))
         if not as_json:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from scipy.stats import binom
 
 from analysis.comparisons import Answer, from_answers
 from analysis.power import Plan, SmallestDifference, simulate_power, smallest_difference, smallest_in
+from analysis.scaling import score
 
 Designs = Any
 ALL_PAIRS = {n: np.ones(n * (n - 1) // 2, dtype=np.int64) for n in (2, 3, 6, 8, 10)}
@@ -79,11 +81,15 @@ def test_two_items_are_as_the_binomial_distribution_has_it() -> None:
 
 @pytest.mark.parametrize("share", [0.34, 0.5])
 def test_a_design_that_finds_nothing_says_so(share: float) -> None:
-    found = smallest_difference(some_pairs(6, share, 5), 5)
+    found = smallest_difference(some_pairs(6, share, 3), 3)
     assert found is not None
     assert (found.nats, found.error_nats) == (None, None)
     assert found.found_of_most is not None
     assert found.found_of_most < 0.2
+    few = smallest_difference(some_pairs(6, share, 5), 5)
+    assert few is not None
+    assert few.nats is None or few.nats > 3.5  # 97 % of choices
+    assert (few.found_of_most is None) == (few.nats is not None)
     assert len(found.warnings) == 2
     assert "no difference" in found.warnings[0]
     assert "99 %" in found.warnings[0]
@@ -145,3 +151,23 @@ def test_the_design_of_answers_is_who_compared_what() -> None:
         from_answers(answers, [f"item {item}" for item in range(6)]), alpha=0.05, adjust="holm", covariance="auto"
     )
     assert found == smallest_difference(rows, 12)
+
+
+def test_false_differences_of_five_observers_in_two_camps_are_of_those_who_agree() -> None:
+    """So the warning cannot be for observers who visibly disagree: then hardly any difference is reported."""
+    random, own = np.random.default_rng(8), np.repeat([1.0, -1.0], 3)
+    pairs = list(combinations(range(6), 2))
+
+    def reports_a_difference(camps: Designs) -> bool:
+        answers = []
+        for observer, camp in enumerate(camps):
+            for first, second in pairs * 2:
+                ahead = random.random() < 1 / (1 + np.exp(camp * (own[second] - own[first])))
+                winner, loser = (first, second) if ahead else (second, first)
+                answers.append(Answer(f"item {winner}", f"item {loser}", 1, f"{observer}"))
+        classes = score(from_answers(answers, [f"item {item}" for item in range(6)])).classes
+        return classes is not None and bool((classes.pair_p <= classes.alpha).any())
+
+    found = {alike: [reports_a_difference([1] * alike + [-1] * (5 - alike)) for _ in range(40)] for alike in (5, 4, 3)}
+    assert np.mean(found[5]) > 0.8
+    assert np.mean(found[4] + found[3]) < 0.05

@@ -63,24 +63,39 @@ def test_notes_name_simulation_missing_answers_and_changes(make_session: Maker) 
     assert "1 of 20 sessions is simulated" in summarise(mixed).notes[0]
 
 
-@pytest.mark.parametrize(("observers", "camps"), [(5, True), (6, False)])
+@pytest.mark.parametrize(("observers", "pairs", "camps"), [(3, 8, 4), (6, 3, None)])
 def test_a_design_that_finds_nothing_is_in_notes_methods_page_and_json(
-    make_session: Maker, observers: int, camps: bool
+    make_session: Maker, observers: int, pairs: int, camps: int | None
 ) -> None:
-    """Six items, half of the pairs by each of five or six observers."""
-    pairs = list(combinations("abcdef", 2))
-    some = [[pairs[(2 * place + number) % 15] for place in range(8)] for number in range(observers)]
+    """Six items, half of the pairs by each of three observers, or a fifth by each of six."""
+    every = list(combinations("abcdef", 2))
+    some = [[every[(pairs * number + place) % 15] for place in range(pairs)] for number in range(observers)]
     sessions = [make_session(f"{n:02d}", names="abcdef", answers=own, analysis={}) for n, own in enumerate(some)]
     report = describe(sessions)
     found = report.to_json()["smallest_difference"]
     assert (found["observers"], found["nats"], found["percent_of_choices"]) == (observers, None, None)
     assert found["found_of_most"] < 0.3
-    assert found["one_camp_in"] == (16 if camps else None)
-    assert len(found["warnings"]) == 1 + camps
+    assert found["one_camp_in"] == camps
+    assert len(found["warnings"]) == 1 + bool(camps)
     assert set(found["warnings"]) <= set(report.notes)
     page = render(report)
     assert "no difference between two stimuli is found in 80 % of studies" in page
-    assert ("two camps" in page) == camps
+    assert ("two camps" in page) == bool(camps)
+
+
+@pytest.mark.parametrize("turned", [0, 2], ids=["one camp", "two camps"])
+@pytest.mark.parametrize("observers", [5, 6])
+def test_five_observers_are_warned_of_camps_and_six_are_not(make_session: Maker, observers: int, turned: int) -> None:
+    """Also where all agree: in camps, those are the very studies that report a camp's differences as everybody's."""
+    best_first = [pair for pair in combinations("abcd", 2) for _ in range(4)]
+    sessions = [
+        make_session(f"{n:02d}", names="abcd", answers=[pair[::-1] if n < turned else pair for pair in best_first])
+        for n in range(observers)
+    ]
+    summary = summarise(sessions)
+    assert summary.smallest is not None
+    assert any("all 5 observers are of the same camp" in note for note in summary.notes) == (observers == 5)
+    assert [note for note in summary.notes if "camp" in note] == [summary.smallest.camps] * (observers == 5)
 
 
 def test_a_design_that_finds_differences_says_which_and_has_no_note(make_session: Maker) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from analysis.records import Header
-from runner.check import CheckOptions, CheckReport, check_file
+from runner.check import TRIED_OBSERVERS, CheckOptions, CheckReport, check_file
 from runner.check.machine import NO_DISPLAY
 from runner.presenter import monitors
 from runner.protocol import read_experiment
@@ -386,32 +386,56 @@ def _line_of(study: Study, text: str) -> int:
     return int(study.experiment.read_text().split(text)[0].count("\n")) + 1
 
 
-@pytest.mark.parametrize(("observers", "nothing", "camps"), [(5, True, True), (6, True, False), (30, False, False)])
+@pytest.mark.parametrize(("observers", "camps"), [(3, 4), (5, 16), (6, None), (30, None)])
 def test_a_design_that_finds_nothing_with_the_observers_planned_is_warned_of(
-    study: Study, observers: int, nothing: bool, camps: bool
+    study: Study, observers: int, camps: int | None
 ) -> None:
-    checked = _check(study, observers=observers)
+    checked = _check(study, observers=(observers,))
     (found,) = checked.facts["smallest_difference"]
-    assert (found["observers"], found["nats"] is None, found["one_camp_in"] == 16) == (observers, nothing, camps)
+    nothing = found["nats"] is None
+    assert (found["observers"], found["one_camp_in"]) == (observers, camps)
+    assert nothing == {3: True, 30: False}.get(observers, nothing)
     said = [warning for warning in checked.warnings if warning.message in found["warnings"]]
-    assert len(said) == len(found["warnings"]) == nothing + camps
+    assert len(said) == len(found["warnings"]) == nothing + bool(camps)
     assert all((warning.file, warning.line) == (str(study.experiment), 9) for warning in said)
     assert all("cyclopean power" in str(warning.remedy) for warning in said)
     assert ("no difference" in _messages(checked)) == nothing
-    assert ("two camps" in _messages(checked)) == camps
+    assert ("two camps" in _messages(checked)) == bool(camps)
 
 
 def test_without_a_planned_number_several_are_told_and_nothing_is_warned_of_if_some_find_a_difference(
     study: Study,
 ) -> None:
-    checked = _check(study)
+    checked = _check(study, observers=(3, *TRIED_OBSERVERS))
     found = checked.facts["smallest_difference"]
-    assert [one["observers"] for one in found] == [5, 10, 15, 30]
-    assert [one["nats"] is None for one in found][0::3] == [True, False]
+    assert [one["observers"] for one in found] == [3, 5, 10, 15, 30]
+    assert [one["nats"] is None for one in found][0::4] == [True, False]
     assert not {words for one in found for words in one["warnings"]} & {w.message for w in checked.warnings}
     study.edit("small.yaml", "break_every: 4", "break_every: 4, repeats: 3")
-    more = _check(study).facts["smallest_difference"]
+    more = _check(study, observers=(30,)).facts["smallest_difference"]
     assert more[-1]["nats"] < found[-1]["nats"]
+
+
+def test_where_no_number_finds_a_difference_that_is_warned_of(study: Study) -> None:
+    checked = _check(study, observers=(2, 3))
+    assert [one["nats"] for one in checked.facts["smallest_difference"]] == [None, None]
+    assert "With 3 observers, this design finds no difference" in _messages(checked)
+
+
+def test_what_is_not_asked_is_not_computed_and_what_was_computed_is_kept(
+    study: Study, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = _check(study, observers=(12,)).facts["smallest_difference"]
+
+    def again(*_: Any, **__: Any) -> None:
+        raise AssertionError("simulated again")
+
+    monkeypatch.setattr("analysis.power.smallest._smallest", again)
+    assert _check(study, observers=(12,)).facts["smallest_difference"] == found
+    assert "smallest_difference" not in _check(study).facts
+    study.edit("small.yaml", "break_every: 4", "break_every: 4, repeats: 2")
+    with pytest.raises(AssertionError, match="simulated again"):
+        _check(study, observers=(12,))
 
 
 def test_the_smallest_difference_is_printed_and_in_json(study: Study) -> None:
@@ -429,4 +453,4 @@ def test_the_smallest_difference_is_printed_and_in_json(study: Study) -> None:
 def test_where_no_block_compares_all_pairs_nothing_is_said_of_differences(study: Study) -> None:
     study.edit("small.yaml", "kind: all_pairs", "kind: active_pairs")
     study.edit("small.yaml", "break_every: 4", "break_every: 4, comparisons: 12")
-    assert "smallest_difference" not in _check(study).facts
+    assert "smallest_difference" not in _check(study, observers=(12,)).facts
