@@ -29,7 +29,7 @@ from analysis.scaling.counts import Answers, Counts
 from analysis.scaling.designs import Columns, Design
 from analysis.scaling.laws import LOGISTIC
 from analysis.scaling.newton import Point
-from analysis.scaling.robust_tests import ObserverTest, from_products
+from analysis.scaling.robust_tests import ObserverTest, from_factors
 from analysis.scaling.sandwich import observer_slopes
 from analysis.scaling.separation import Groups
 from documents.text import json_fields
@@ -137,7 +137,7 @@ def slopes_at(counts: Counts, answers: Answers, fit: TermsFit) -> Floats:
 
 def observer_test(slopes: Floats, larger: Floats, smaller: TermsFit, df: int) -> ObserverTest | None:
     """Test what a larger model adds: ``larger`` (n, n) is its covariance of θ at ``smaller``, as are ``slopes``."""
-    return from_products(slopes @ (larger - smaller.covariance) @ slopes.T, df)
+    return from_factors(df, (slopes, larger - smaller.covariance))
 
 
 def covariance_at(counts: Counts, design: Design, fit: TermsFit) -> Floats:

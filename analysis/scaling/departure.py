@@ -22,15 +22,16 @@ from analysis.classes.conclusions import Conclusion, concluded
 from analysis.scaling.counts import Answers, Counts, count_pairs
 from analysis.scaling.laws import LAWS
 from analysis.scaling.newton import Point, joint_covariance
-from analysis.scaling.robust_tests import FEWEST_OBSERVERS, ObserverTest, from_products
+from analysis.scaling.robust_tests import FEWEST_OBSERVERS, ObserverTest, from_factors
 from analysis.scaling.sandwich import observer_slopes
 
 if TYPE_CHECKING:
+    from scipy.sparse import csc_array
+
     from analysis.comparisons.comparisons import Comparisons
     from analysis.scaling.result import Fit
 
 Floats = NDArray[np.float64]
-BLOCK_COLUMNS = 4096
 HELD = (
     "Only the penalty keeps these scores finite, and part of the residuals is the penalty's: they are no evidence "
     "against one scale, and the test over observers is left out."
@@ -98,14 +99,14 @@ def departure(comparisons: Comparisons, fit: Fit) -> ObserverTest | None:
     won, lost, tied = (counts.total * chance for chance in chances)
     expected = Counts(counts.n, counts.first, counts.second, won, lost, tied, counts.ordered)
     slopes = observer_slopes(counts, answers, law, point)
-    taken_up = slopes @ joint_covariance(expected, law, point)[0] @ slopes.T
-    tested = from_products(_products(answers, counts.total[0], chances) - taken_up, goodness.df)
+    taken_up = slopes, -joint_covariance(expected, law, point)[0]
+    tested = from_factors(goodness.df, (_residuals(answers, counts.total[0], chances), None), taken_up)
     below = tested is not None and goodness.p_pearson is not None and tested.p < goodness.p_pearson
     return None if below and fit.held_by_penalty else tested
 
 
-def _products(answers: Answers, total: Floats, chances: Floats) -> Floats:
-    """Return the inner products (G, G) of the observers' (O − N p) / √(N₊ p), each over the outcomes of m pairs.
+def _residuals(answers: Answers, total: Floats, chances: Floats) -> csc_array:
+    """Return the observers' (O − N p) / √(N₊ p), over the outcomes of m pairs, shape (G, m) or (G, 3 m).
 
     Of two outcomes the residuals are equal and opposite: one column (O − N p) / √(N₊ p (1 − p)) stands for both.
     """
@@ -122,9 +123,4 @@ def _products(answers: Answers, total: Floats, chances: Floats) -> Floats:
         values.append(missed * scale[outcome, answers.pair])
         columns.append(outcome * pairs + answers.pair)
     rows = np.tile(observer, outcomes)
-    residuals = csc_array((np.concatenate(values), (rows, np.concatenate(columns))), shape=(len(who), outcomes * pairs))
-    products = np.zeros((len(who), len(who)))
-    for start in range(0, residuals.shape[1], BLOCK_COLUMNS):
-        block = residuals[:, start : start + BLOCK_COLUMNS].toarray()
-        products += block @ block.T
-    return products
+    return csc_array((np.concatenate(values), (rows, np.concatenate(columns))), shape=(len(who), outcomes * pairs))

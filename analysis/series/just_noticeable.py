@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.scaling.robust_tests import ObserverTest, from_products
+from analysis.scaling.robust_tests import ObserverTest, from_factors
 from analysis.series.choices import Choices
 
 Floats = NDArray[np.float64]
@@ -259,7 +259,7 @@ def observer_test(
     each = np.zeros((int(observer.max()) + 1, len(expected)))
     np.add.at(each, observer, residuals / size)
     each -= each @ taken @ taken.T
-    return from_products(each @ each.T, df)
+    return from_factors(df, (each, None))
 
 
 def _fit_p(observed: Floats, expected: Floats) -> float | None:

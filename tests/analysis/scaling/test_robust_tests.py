@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import tracemalloc
+from dataclasses import replace
 from itertools import combinations, product
 from pathlib import Path
 
@@ -12,9 +14,11 @@ from click.testing import CliRunner
 from numpy.typing import NDArray
 
 from analysis.comparisons import Answer, Comparisons, from_answers
-from analysis.scaling import Model, fit_model, score_groups
+from analysis.factors import factor_effects
+from analysis.scaling import Model, fit_model, robust_tests, score_groups
 from analysis.scaling.departure import departure
-from analysis.scaling.robust_tests import WEBB, from_products, score_test
+from analysis.scaling.robust_tests import WEBB, ObserverTest, from_products, score_test
+from analysis.series.just_noticeable import observer_test as step_test
 from runner.cli.main import group as command
 
 Floats = NDArray[np.float64]
@@ -210,3 +214,58 @@ def test_groups_whose_observers_agree_are_not_apart(sets: tuple[str, ...], peopl
     assert agreement is not None
     assert (agreement.conclusion().p or 0) > 0.2
     assert (agreement.p is None) == (agreement.missing is not None)
+
+
+def observer_tests(comparisons: Comparisons) -> list[ObserverTest | None]:
+    """Every test by observers of the room: of one scale, of the order, of factors, and of matches along a series."""
+    fits = [fit_model(comparisons, model, order_effect=True) for model in ("bradley-terry", "davidson")]
+    grid = {f"i{item}": {"view": "ab"[item // 2], "paint": "cd"[item % 2]} for item in range(4)}
+    effects = factor_effects(comparisons, grid)
+    random = np.random.default_rng(11)
+    chances, observer = np.array([0.1, 0.2, 0.3, 0.25, 0.15]), np.repeat(np.arange(30), 4)
+    took = random.multinomial(1, chances, len(observer)) * random.uniform(0.5, 1.5, (len(observer), 1))
+    slopes = np.column_stack([np.arange(5) - 2.0, [1.0, -1, -2, -1, 1]])
+    matches = step_test(took - chances, observer, len(observer) * chances, slopes)
+    orders = [fit.order_test.by_observers for fit in fits if fit.order_test]
+    added = [*(test.by_observers for test in effects.tests), *(test.by_observers for test in effects.interactions)]
+    return [*(departure(comparisons, fit) for fit in fits), *orders, *added, matches]
+
+
+def test_of_many_observers_no_matrix_of_all_two_is_made_and_the_tests_are_the_same(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The slow, obvious twin has the inner products of all two of them. Each answer has a weight, so that no two
+    observers tell the same but for rounding, which would swap the weights drawn for them."""
+    random = np.random.default_rng(9)
+    comparisons = simulated(random, 30, 4, taste=0.7, side=0.3, ties=0.2)
+    comparisons = replace(comparisons, count=random.uniform(0.5, 1.5, len(comparisons.count)))
+    twins = observer_tests(comparisons)
+    assert len(twins) == 8
+    monkeypatch.setattr(robust_tests, "MOST_IN_PRODUCTS", 0)
+    monkeypatch.setattr(robust_tests, "BLOCK_NUMBERS", 10_000)
+    monkeypatch.setattr(robust_tests, "from_products", None)
+    for found, twin in zip(observer_tests(comparisons), twins, strict=True):
+        assert found is not None
+        assert twin is not None
+        assert found.statistic == pytest.approx(twin.statistic, rel=1e-12, abs=1e-12)
+        assert (found.df, found.p, found.observers) == (twin.df, twin.p, 30)
+
+
+@pytest.mark.parametrize("observers", [2500, pytest.param(20_000, marks=pytest.mark.stress)])
+def test_the_memory_of_a_test_of_one_scale_grows_with_the_observers_alone(observers: int) -> None:
+    random = np.random.default_rng(12)
+    answers = [
+        Answer(f"i{pair[0]}", f"i{pair[1]}", 1.0, f"o{observer}")
+        for observer in range(observers)
+        for pair in (random.permutation(6)[:2] for _ in range(4))
+    ]
+    comparisons = from_answers(answers)
+    fitted = fit_model(comparisons)
+    tracemalloc.start()
+    tested = departure(comparisons, fitted)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert tested is not None
+    assert fitted.goodness is not None
+    assert tested.statistic == pytest.approx(fitted.goodness.pearson, rel=1e-8)
+    assert peak < 40e6 + 2000 * observers
