@@ -20,7 +20,7 @@ from devices.display.display_file import EYES, read_display
 from devices.display.panel import PanelSpec
 from devices.errors import DeviceError
 from documents import Finding, InputError
-from documents.files import read_regular, whole_file
+from documents.files import read_regular, whole_file, writing
 from documents.yaml import YamlSource, parse_yaml, read_yaml
 
 CHARACTERISATION = (
@@ -172,18 +172,15 @@ def _follows(path: Path, mode: str) -> list[str]:
 def _put(path: Path, text: str) -> None:
     """Put ``text`` in place of the file, whole or not at all, if it reads as a display file."""
     target = path.resolve()  # a link stays one
-    try:
-        with whole_file(target, make_folder=False) as draft:
-            draft.write_bytes(text.encode("utf-8"))
-            if target.exists():
-                shutil.copymode(target, draft)
-            try:
-                read_display(draft)
-            except InputError as error:
-                wrong = [Finding(f"the file would not be right: {f.message}", str(path)) for f in error.findings]
-                raise DeviceError(wrong) from error
-    except OSError as error:
-        raise DeviceError(Finding(f"the file cannot be written: {error.strerror}", str(path))) from error
+    with writing(path, "display file", DeviceError), whole_file(target, make_folder=False) as draft:
+        draft.write_bytes(text.encode("utf-8"))
+        if target.exists():
+            shutil.copymode(target, draft)
+        try:
+            read_display(draft)
+        except InputError as error:
+            wrong = [Finding(f"the file would not be right: {f.message}", str(path)) for f in error.findings]
+            raise DeviceError(wrong) from error
 
 
 def _refusal(message: str, source: YamlSource, *key: str, remedy: str) -> DeviceError:

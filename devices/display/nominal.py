@@ -8,6 +8,7 @@ its reference display has an offset of 0, and veiling glare is a fact of the vie
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +27,7 @@ from devices.display.srgb_curve import SrgbCurve
 from devices.display.tone_curve import Curve, ToneCurve, bt1886_curve
 from devices.errors import DeviceError
 from documents import Finding
+from documents.files import write_whole, writing
 from documents.yaml import NotNegative, Positive, Strict
 
 Floats = NDArray[np.float64]
@@ -233,13 +235,10 @@ def write_nominal_display(path: Path, spec: NominalSpec, ask_monitor: AskMonitor
         panel_note=f"# {panel_from}, as it reports itself\n" if panel_from else "",
         panel=panel.line,
     )
-    try:
-        with path.open("x", encoding="utf-8") as file:
-            file.write(text)
-    except FileExistsError:
+    if os.path.lexists(path):
         raise DeviceError(
             Finding("the file is there already, and is not overwritten", str(path), remedy="give -o another name")
-        ) from None
-    except OSError as error:
-        raise DeviceError(Finding(f"the file cannot be written: {error.strerror}", str(path))) from error
+        )
+    with writing(path, "display file", DeviceError):
+        write_whole(path, text, make_folder=False)
     return nominal

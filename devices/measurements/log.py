@@ -29,12 +29,14 @@ from documents.files import (
     open_regular,
     read_lines,
     unreadable,
+    unwritable,
 )
 
 FORMAT = "cyclopean-measurement"
 VERSION = 1
 _TEXTS = ("begun_utc", "instrument", "mode", "eye", "set", "set_source")
 _NUMBERS = ("seed", "highest_code")
+_ELSEWHERE = "copy it where it may be written, and go on there with --resume"
 CodeTriple = tuple[float, float, float]
 
 
@@ -122,8 +124,7 @@ class MeasurementLog:
         except LogInUseError as error:
             raise _in_use(file, error) from None
         except OSError as error:
-            what = f"the measurement cannot be written: {error.strerror}"
-            raise MeasuringError(Finding(what, str(file), remedy="make room, or choose another place")) from error
+            raise MeasuringError(unwritable(error, file, "measurement")) from error
 
     @classmethod
     def reopen(cls, file: Path) -> tuple[MeasurementLog, Session]:
@@ -144,8 +145,7 @@ class MeasurementLog:
         except LogInUseError as error:
             raise _in_use(file, error) from None
         except OSError as error:
-            what = f"the measurement cannot be resumed: {error.strerror}"
-            raise MeasuringError(Finding(what, str(file), remedy="let it be written")) from error
+            raise MeasuringError(unwritable(error, file, "measurement", elsewhere=_ELSEWHERE)) from error
         return cls(log), session
 
     @property
@@ -200,8 +200,7 @@ class MeasurementLog:
         except LogDisturbedError as error:
             raise _disturbed(error, self.file) from error
         except OSError as error:
-            what = f"the reading cannot be written: {error.strerror}"
-            raise MeasuringError(Finding(what, str(self._log.file), remedy="make room, then --resume")) from error
+            raise MeasuringError(unwritable(error, self.file, "reading", elsewhere=_ELSEWHERE)) from error
 
 
 def read_session(file: Path) -> Session:

@@ -12,7 +12,7 @@ from devices.errors import DeviceError, MeasuringError
 from devices.measurements.csv_table import read_csv, write_csv
 from devices.measurements.table import Measurements, PatchEye
 from documents import Finding
-from documents.files import whole_file
+from documents.files import whole_file, writing
 
 if TYPE_CHECKING:
     from devices.measurements.log import Session
@@ -100,17 +100,13 @@ def write_measurements(session: Session, file: Path) -> None:
         If there are no readings, or the file cannot be written.
     """
     table = measurements_of(session)
-    try:
-        with whole_file(file, make_folder=False) as draft:
-            if file.suffix.lower() == ".ti3":
-                from devices.measurements.ti3 import write_ti3
+    with writing(file, "table", MeasuringError), whole_file(file, make_folder=False) as draft:
+        if file.suffix.lower() == ".ti3":
+            from devices.measurements.ti3 import write_ti3
 
-                write_ti3(table, draft)
-            else:
-                write_csv(table, draft, float(session.header["highest_code"]))
-    except OSError as error:
-        what = f"the table cannot be written: {error.strerror}"
-        raise MeasuringError(Finding(what, str(file), remedy="choose another place")) from error
+            write_ti3(table, draft)
+        else:
+            write_csv(table, draft, float(session.header["highest_code"]))
 
 
 def measurements_of(session: Session) -> Measurements:

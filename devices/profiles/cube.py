@@ -21,7 +21,7 @@ from devices.display import DisplayModel
 from devices.errors import DeviceError
 from devices.profiles.colour_table import between
 from documents import Finding
-from documents.files import write_whole
+from documents.files import write_whole, writing
 
 Floats = NDArray[np.float64]
 CubeInput = Literal["srgb", "light"]
@@ -124,10 +124,8 @@ def write_cube(
         As `cube_of_model`, or if the file cannot be written.
     """
     made = cube_of_model(model, title, given, points=points)
-    try:
+    with writing(Path(path), "table", DeviceError):
         write_whole(Path(path), made.text, make_folder=False)
-    except OSError as error:
-        raise DeviceError(Finding(f"the table cannot be written: {error.strerror}", str(path))) from error
     return made
 
 

@@ -20,7 +20,7 @@ from devices.profiles.profile import D50, profile_of
 from devices.profiles.table_tags import ENTRIES, table_tags
 from devices.profiles.tag_table import parse_profile_file
 from documents import Finding
-from documents.files import whole_file
+from documents.files import whole_file, writing
 
 Floats = NDArray[np.float64]
 ProfileKind = Literal["matrix", "table"]
@@ -177,11 +177,8 @@ def write_profile(
     """
     made = profile_of_model(model, description, kind=kind, points=points, gamma_table=gamma_table)
     path = Path(path)
-    try:
-        with whole_file(path, make_folder=False) as draft:
-            draft.write_bytes(made.data)
-    except OSError as error:
-        raise DeviceError(Finding(f"the profile cannot be written: {error.strerror}", str(path))) from error
+    with writing(path, "profile", DeviceError), whole_file(path, make_folder=False) as draft:
+        draft.write_bytes(made.data)
     return made
 
 

@@ -19,6 +19,7 @@ from pathlib import Path
 
 from documents.files.access import make_private, opener, restrict
 from documents.files.regular import refuse_to_replace
+from documents.findings import InputError
 from documents.platform import is_alive, rename
 
 _LONGEST = 80  # letters of a name that a draft's name has
@@ -77,12 +78,33 @@ def whole_file(
     remove_left(path.parent)
     draft = draft_of(path, f"part{suffix}")
     try:
-        if private:
-            open(draft, "xb", opener=opener).close()
-        yield draft
-        rename(draft, path)
+        with _named(path, draft):
+            if private:
+                open(draft, "xb", opener=opener).close()
+            yield draft
+            rename(draft, path)
     finally:
-        draft.unlink(missing_ok=True)
+        with suppress(OSError):  # the next who writes here removes it
+            draft.unlink(missing_ok=True)
+
+
+@contextmanager
+def _named(path: Path, draft: Path) -> Iterator[None]:
+    """Let errors of the system name ``path``, where they name its draft or nothing; also what others made of them."""
+    try:
+        yield
+    except (OSError, InputError) as caught:
+        error = caught if isinstance(caught, OSError) else caught.__cause__
+        if not isinstance(error, OSError):
+            raise
+        names = [Path(name) for name in (error.filename, error.filename2) if isinstance(name, str)]
+        in_draft = any(draft in (name, *name.parents) for name in names)
+        if in_draft or not (names or error is not caught):
+            error.filename = str(path)
+            del error.filename2
+        if in_draft and error is not caught:
+            raise error from None
+        raise
 
 
 def _make_folder(folder: Path, private: bool) -> None:
@@ -163,29 +185,34 @@ def whole_folder(path: Path, *, replace: bool = False, private: bool = False) ->
     _make_folder(path.parent, private)
     remove_left(path.parent)
     draft = draft_of(path, "part")
-    draft.mkdir(mode=0o700)
     try:
-        yield draft
-        mask = os.umask(0)
-        os.umask(mask)
-        draft.chmod(0o777 & ~mask)
-        if private:
-            restrict(draft)
-        if replace and path.exists():
-            before = draft_of(path, "before")
-            rename(path, before)
-            try:
-                rename(draft, path)
-            except BaseException:
-                rename(before, path)
-                raise
-            shutil.rmtree(before, ignore_errors=True)
-        else:
-            if path.exists():
-                path.rmdir()
-            rename(draft, path)
+        with _named(path, draft):
+            draft.mkdir(mode=0o700)
+            yield draft
+            mask = os.umask(0)
+            os.umask(mask)
+            draft.chmod(0o777 & ~mask)
+            if private:
+                restrict(draft)
+            _put(draft, path, replace)
     finally:
         shutil.rmtree(draft, ignore_errors=True)
+
+
+def _put(draft: Path, path: Path, replace: bool) -> None:
+    if not (replace and path.exists()):
+        if path.exists():
+            path.rmdir()
+        rename(draft, path)
+        return
+    before = draft_of(path, "before")
+    rename(path, before)
+    try:
+        rename(draft, path)
+    except BaseException:
+        rename(before, path)
+        raise
+    shutil.rmtree(before, ignore_errors=True)
 
 
 def draft_of(path: Path, what: str) -> Path:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import errno
 import os
 from dataclasses import dataclass
 from pathlib import Path
 
 from documents.files.atomic import whole_file
+from documents.files.faults import system_fault
 from documents.platform import rename, state_folder, sync_folder
 
 _STEP = 1 << 20
@@ -41,11 +41,7 @@ class LogDisturbedError(OSError):
             words += "only a copy (results_mirror) has them"
         if rescue.aside:
             words += f"; what was found there is kept in {rescue.aside}"
-        super().__init__(errno.EIO, words + ". Find the program that did it, such as one that synchronises folders")
-
-    def __str__(self) -> str:
-        """In words."""
-        return str(self.strerror)
+        super().__init__(words + ". Find the program that did it, such as one that synchronises folders")
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +74,7 @@ def difference(
     except FileNotFoundError:
         return "another program removed the log"
     except OSError as error:
-        return f"the log could not be read again ({error.strerror})"
+        return f"the log could not be read again ({system_fault(error) or error.strerror})"
 
 
 def _begins_with(file: Path, content: bytes | bytearray) -> bool:
@@ -98,7 +94,7 @@ def rescue(file: Path, content: bytes | bytearray, *, elsewhere: bool = False) -
         try:
             aside = _write_again(place, content)
         except OSError as error:
-            faults.append(error.strerror or str(error))
+            faults.append(str(system_fault(error) or error.strerror or error))
         else:
             return Rescue(place, aside, "; ".join(faults))
     return Rescue(None, None, "; ".join(faults))

@@ -18,6 +18,7 @@ from typing import BinaryIO
 from documents.files.access import make_private, opener
 from documents.files.atomic import whole_file
 from documents.files.durable_log import DurableLog
+from documents.files.faults import system_fault
 
 _CHUNK = 1 << 20
 _AGAIN_S = 2.0
@@ -179,7 +180,7 @@ class Mirror:
 
     def _words(self, error: OSError) -> str:
         """Say what went wrong, and with which file where that is none of the copies."""
-        words, name = error.strerror or str(error), error.filename
+        words, name = str(system_fault(error) or error.strerror or error), error.filename
         return words if name is None or self._folder in Path(name).parents else f"{words}: {name}"
 
     def _catch_up(self, wanted: int, closely: bool) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from documents.files import writing
 from runner.cli.number_types import NUMBER
 
 
@@ -121,11 +122,8 @@ def command(
         page=output,
         csv_folder=csv_folder,
     )
-    try:
-        with progress_bar(quiet=as_json) as step:
-            found = compare_with_observers(results, measures.split(","), options, step)
-    except OSError as error:
-        raise WorkError(f"{error.filename or output or results[0]} cannot be used: {error.strerror}") from error
+    with writing(output or results[0], "comparison", WorkError), progress_bar(quiet=as_json) as step:
+        found = compare_with_observers(results, measures.split(","), options, step)
     if as_json:
         click.echo(json.dumps(found.to_json() | work_done(), indent=2, allow_nan=False))
         return

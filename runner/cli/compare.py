@@ -123,8 +123,10 @@ def command(context: click.Context, /, photo: str, rendering: str, as_json: bool
     """
     import json
     import sys
+    import tempfile
     from pathlib import Path
 
+    from documents.files import writing
     from runner.cli.main import WorkError
     from runner.cli.progress import progress_bar
     from runner.cli.work_done import work_done
@@ -133,24 +135,19 @@ def command(context: click.Context, /, photo: str, rendering: str, as_json: bool
     if options["experiment_name"] is not None and not options["rig"]:
         raise click.UsageError("--experiment needs --rig RIG.yaml: an experiment is run on one")
     compare_options = _compare_options(options)
-    try:
-        with progress_bar(as_json) as step:
-            report = report_comparison(
-                Path(photo),
-                Path(rendering),
-                Path(options["regions"]),
-                compare_options,
-                page=Path(options["output"]) if options["output"] else None,
-                experiment=options["experiment_name"],
-                rig=Path(options["rig"]) if options["rig"] else None,
-                progress=step,
-                settings={key: value for key, value in options.items() if value not in (None, False, ())},
-            )
-    except OSError as error:
-        reason = error.strerror or error
-        if error.filename is None:
-            raise WorkError(f"no room for temporary files, or a file cannot be read: {reason}") from error
-        raise WorkError(f"{error.filename} cannot be read or written: {reason}") from error
+    temporary, elsewhere = Path(tempfile.gettempdir()), "name another folder in the environment variable TMPDIR"
+    with writing(temporary, "temporary files", WorkError, elsewhere=elsewhere), progress_bar(as_json) as step:
+        report = report_comparison(
+            Path(photo),
+            Path(rendering),
+            Path(options["regions"]),
+            compare_options,
+            page=Path(options["output"]) if options["output"] else None,
+            experiment=options["experiment_name"],
+            rig=Path(options["rig"]) if options["rig"] else None,
+            progress=step,
+            settings={key: value for key, value in options.items() if value not in (None, False, ())},
+        )
     if as_json:
         click.echo(json.dumps(report.to_json() | work_done(), indent=2, allow_nan=False))
     else:

@@ -13,6 +13,7 @@ import threading
 from collections.abc import Callable
 from typing import Protocol, TextIO
 
+from documents.files import system_fault
 from documents.platform import obeys_sequences, reads_terminal, wait_for_input
 from documents.text import visible
 
@@ -100,7 +101,7 @@ class Console:
                 return HELP
             self._session.note(note, "experimenter")
         except OSError as error:
-            return f"this could not be kept: {error.strerror or error}"
+            return f"this could not be kept: {system_fault(error) or error.strerror or error}"
         except ValueError:
             return "the session is over"
         return f"noted: {note}"

@@ -42,15 +42,13 @@ def command(
     import json
 
     from analysis.bids import About, export_dataset
+    from documents.files import writing
     from runner.cli.main import WorkError
     from runner.cli.progress import progress_bar
 
-    try:
-        with progress_bar(quiet=as_json) as step:
-            about = About(name, authors, license_)
-            done = export_dataset(results, output, about, step, with_simulated=with_simulated)
-    except OSError as error:
-        raise WorkError(f"the dataset cannot be written to {output}: {error.strerror}") from error
+    with writing(output, "dataset", WorkError), progress_bar(quiet=as_json) as step:
+        about = About(name, authors, license_)
+        done = export_dataset(results, output, about, step, with_simulated=with_simulated)
     if as_json:
         click.echo(json.dumps(done.to_json(), indent=2))
         return

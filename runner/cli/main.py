@@ -123,6 +123,9 @@ class WorkError(click.ClickException):
 
     exit_code = 1
 
+    def __init__(self, why: object) -> None:
+        super().__init__(str(why))
+
     def show(self, file: object = None) -> None:
         """Print the reason on the error stream."""
         from documents.text import visible

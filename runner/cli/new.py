@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import shutil
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -104,18 +102,6 @@ def command(
         _write(study, pictures, options, as_json)
 
 
-@contextmanager
-def _writing(folder: Path) -> Iterator[None]:
-    """Turn what the disk refuses into a line of the command."""
-    from runner.cli.main import WorkError
-
-    try:
-        yield
-    except OSError as error:
-        reason = f"{error.filename or folder}: {error.strerror}"
-        raise WorkError(f"the study cannot be written: {reason}; nothing is left of it") from error
-
-
 def _refuse_others(pictures: tuple[Path, ...]) -> None:
     """Raise UsageError if more than a folder is given together with --from."""
     context = click.get_current_context()
@@ -131,10 +117,12 @@ def _refuse_others(pictures: tuple[Path, ...]) -> None:
 
 
 def _write(folder: Path, pictures: tuple[Path, ...], options: StudyOptions, as_json: bool) -> None:
+    from documents.files import writing
+    from runner.cli.main import WorkError
     from runner.cli.progress import progress_bar
     from runner.studies import new_study
 
-    with _writing(folder), progress_bar(quiet=as_json) as step:
+    with writing(folder, "study", WorkError), progress_bar(quiet=as_json) as step:
         made = new_study(folder, pictures, options, progress=step)
     if as_json:
         click.echo(json.dumps(made.to_json()))
@@ -159,9 +147,11 @@ def _list(as_json: bool) -> None:
 
 
 def _copy(name: str, folder: Path, as_json: bool) -> None:
+    from documents.files import writing
+    from runner.cli.main import WorkError
     from runner.studies import copy_shipped
 
-    with _writing(folder):
+    with writing(folder, "study", WorkError):
         copied = copy_shipped(name, folder)
     if as_json:
         click.echo(json.dumps(copied.to_json()))

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from documents.files import writing
 from runner.cli.number_types import NATURAL, NUMBER, SEED, Whole
 
 
@@ -212,13 +213,12 @@ def command(
             )
     except ComputeError as error:
         raise WorkError(str(error)) from error
-    try:
-        if output is not None:
+    if output is not None:
+        with writing(output, "page", WorkError):
             write_page(study.needed, output, study.experiment, study.notes)
-        if table is not None and not to_terminal:
+    if table is not None and not to_terminal:
+        with writing(table, "table", WorkError):
             write_csv(study.needed, table)
-    except OSError as error:
-        raise WorkError(f"{error.filename} cannot be written: {error.strerror}") from error
     if as_json:
         click.echo(json.dumps(study.to_json(), indent=2, allow_nan=False))
         return

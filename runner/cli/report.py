@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from documents.files import writing
 from runner.cli.number_types import COUNT, NUMBER
 
 
@@ -121,13 +122,8 @@ def command(
         figure_folder=figure_folder,
         replace=replace,
     )
-    try:
-        with progress_bar(quiet=as_json) as step:
-            written = report_results(results, output, options, step)
-    except OSError as error:
-        raise WorkError(
-            f"the report cannot be written to {error.filename or output or results[0]}: {error.strerror}"
-        ) from error
+    with writing(output or results[0], "report", WorkError), progress_bar(quiet=as_json) as step:
+        written = report_results(results, output, options, step)
     if as_json:
         click.echo(json.dumps(written.to_json() | work_done(), indent=2, allow_nan=False))
         return

@@ -285,11 +285,13 @@ def _random_observers(
     from pathlib import Path
 
     from analysis.hierarchical import fit_observers, observer_table, print_fit
-    from documents import write_whole
+    from documents.files import write_whole, writing
+    from runner.cli.main import WorkError
 
     fit = fit_observers(read.comparisons, model, alpha=alpha, adjust=adjust)
     if file is not None:
-        write_whole(Path(file), observer_table(fit), private=True)
+        with writing(Path(file), "table", WorkError):
+            write_whole(Path(file), observer_table(fit), private=True)
     if as_json:
         click.echo(json.dumps(fit.to_json() | read.to_json() | work_done(), indent=2, allow_nan=False))
     else:

@@ -30,14 +30,13 @@ def command(results: Path | None, replace: bool, key: Path | None, new_key: Path
         raise click.UsageError("Missing argument 'RESULTS'.")
     import json
 
+    from documents.files import writing
     from documents.text import counted
     from runner.cli.main import WorkError
     from runner.session import seal_results
 
-    try:
+    with writing(results, "seal", WorkError):
         seal = seal_results(results, replace=replace, key=key)
-    except OSError as error:
-        raise WorkError(f"the seal cannot be written to {results}: {error.strerror}") from error
     if as_json:
         click.echo(json.dumps(seal.to_json(), indent=2))
         return
@@ -55,12 +54,11 @@ def _make_key(file: Path, as_json: bool) -> None:
     import json
 
     from analysis.records import new_key
+    from documents.files import writing
     from runner.cli.main import WorkError
 
-    try:
+    with writing(file, "key", WorkError):
         key = new_key(file)
-    except OSError as error:
-        raise WorkError(f"the key cannot be written to {error.filename or file}: {error.strerror}") from error
     public = f"{file}.pub"
     if as_json:
         click.echo(json.dumps({"private_key": str(file), "public_key": public, "name": key.name}, indent=2))

@@ -8,8 +8,8 @@ code, and full drive is 65535 as in any other picture.
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Mapping
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from documents import Finding
+from documents.files import whole_file
 from runner.presenter.errors import PresentationError
 from runner.presenter.surfaces.gl_calls import Codes
 
@@ -46,11 +47,9 @@ def write_screenshot(captured: Mapping[str, Codes], path: Path) -> list[Path]:
     """
     check_screenshot_path(path)
     files = screenshot_files(captured, path)
-    with tempfile.TemporaryDirectory(dir=path.parent, prefix=".screenshot-") as folder:
+    with ExitStack() as written:
         for name, codes in captured.items():
-            _write(codes, Path(folder) / f"{name}.png")
-        for name, file in files.items():
-            (Path(folder) / f"{name}.png").replace(file)
+            _write(codes, written.enter_context(whole_file(files[name], keep_suffix=True, make_folder=False)))
     return list(files.values())
 
 

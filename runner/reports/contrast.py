@@ -8,7 +8,7 @@ from typing import Any
 
 from devices.display import Rig
 from documents import Finding, InputError
-from documents.files import write_whole
+from documents.files import whole_file, write_whole
 from documents.pages import DEEP, FAINT, INK, SERIES_COLOURS, WIDE_IN, Drawing, drawing, drawn
 from documents.text import did_you_mean, with_error
 from stimuli.build import StimulusSet
@@ -97,8 +97,8 @@ def write_figure(found: ContrastOverExposure, figure: Path) -> None:
     if figure.suffix.lower() == ".svg":
         write_whole(figure, made.svg_file())
     else:
-        figure.parent.mkdir(parents=True, exist_ok=True)
-        figure.write_bytes(made.pdf())
+        with whole_file(figure) as draft:
+            draft.write_bytes(made.pdf())
 
 
 def contrast_figure(found: ContrastOverExposure) -> Drawing:

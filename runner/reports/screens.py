@@ -13,8 +13,7 @@ import numpy as np
 
 from devices.compensation import Compensation, Correction, Mixture, XYZImage, clip_marks, mixed_tolerance
 from devices.display import EYES, EyeModels
-from documents import Finding
-from documents.files import whole_file
+from documents.files import whole_file, writing
 from runner.blocks.block import Block, Draft
 from runner.blocks.message import page
 from runner.errors import SessionError
@@ -207,12 +206,10 @@ def preview(
         notify(f"warning: {design.rig.nominal.remark}")
     stimuli = build_stimuli(design, progress)
     folder = Path(folder)
-    try:
+    with writing(folder, "screens", SessionError):
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise SessionError(Finding(f"the folder cannot be made: {error.strerror}", str(folder))) from error
-    album = _Sheets(folder) if sheet else _Album(folder)
-    return _write_screens(design, stimuli, design.blocks(observer), album, backend, clipping, first, progress)
+        album = _Sheets(folder) if sheet else _Album(folder)
+        return _write_screens(design, stimuli, design.blocks(observer), album, backend, clipping, first, progress)
 
 
 def _write_screens(

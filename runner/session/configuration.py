@@ -16,8 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from analysis.records import CONFIGURATION_LIST, configuration_folder
-from documents import Finding
-from documents.files import read_regular, sha256_of_json, whole_folder, write_whole
+from documents.files import read_regular, sha256_of_json, unwritable, whole_folder, write_whole
 from runner.errors import SessionError
 from runner.protocol import Experiment, named_files
 from stimuli.build import StimulusSet
@@ -59,9 +58,7 @@ class Configuration:
         except OSError as error:
             if (place / CONFIGURATION_LIST).exists():  # another station wrote the same
                 return place
-            what = f"the results folder cannot be written: {error.strerror or error}"
-            remedy = "make room, or choose another results folder"
-            raise SessionError(Finding(what, str(place), remedy=remedy)) from error
+            raise SessionError(unwritable(error, place, "session's configuration")) from error
         return place
 
 

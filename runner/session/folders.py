@@ -30,7 +30,7 @@ from analysis.records import (
     read_session,
 )
 from documents import Finding
-from documents.files import DurableLog, LogInUseError, Mirror, in_use, make_private
+from documents.files import DurableLog, LogInUseError, Mirror, in_use, make_private, unwritable
 from documents.platform import sync_folder
 from documents.text import counted
 from runner.errors import SessionError
@@ -186,9 +186,7 @@ class Recorder:
         except FileExistsError as error:
             raise SessionError(Finding("this session exists already", str(folder))) from error
         except OSError as error:
-            raise SessionError(
-                Finding(f"the results folder cannot be written: {error.strerror}", str(folder), remedy="choose another")
-            ) from error
+            raise SessionError(unwritable(error, folder, "session")) from error
         try:
             log = DurableLog.create(folder / FILE_NAME, folder / LOCK, header.to_json())
             try:
@@ -199,10 +197,7 @@ class Recorder:
         except LogInUseError as error:
             raise running_now(folder, error) from error
         except OSError as error:
-            remedy = "make room, or choose another results folder"
-            raise SessionError(
-                Finding(f"the session cannot be written: {error.strerror}", str(folder), remedy=remedy)
-            ) from error
+            raise SessionError(unwritable(error, folder, "session")) from error
         return cls(folder, log)
 
     @classmethod
@@ -243,8 +238,8 @@ class Recorder:
         except LogInUseError as error:
             raise running_now(folder, error) from error
         except OSError as error:
-            what = f"the session cannot be resumed: {error.strerror}"
-            raise SessionError(Finding(what, str(file), remedy="let it be written, and leave some room")) from error
+            elsewhere = "copy the results where they may be written, and resume there"
+            raise SessionError(unwritable(error, file, "session", elsewhere=elsewhere)) from error
         return cls(folder, log, session.answers), session
 
     @classmethod

@@ -7,7 +7,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from documents import Finding
-from documents.files import LogInUseError, OwnedLock, in_use, make_private, remove_left
+from documents.files import LogInUseError, OwnedLock, in_use, make_private, remove_left, unwritable
 from runner.errors import SessionError
 from runner.session.folders import LOCK, observer_folder
 
@@ -36,8 +36,7 @@ def only_session(results: Path, experiment: str, observer: str) -> Iterator[None
     except LogInUseError as error:
         raise _running(folder, experiment, observer, error) from error
     except OSError as error:
-        what = f"the results folder cannot be written: {error.strerror}"
-        raise SessionError(Finding(what, str(folder), remedy="choose another")) from error
+        raise SessionError(unwritable(error, folder, "results")) from error
     try:
         for other in folder.glob("ses-*"):  # of a process that was killed while it wrote there
             remove_left(other)

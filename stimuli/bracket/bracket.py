@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from devices.camera import Exposure
 from documents import Finding, InputError
+from documents.files import unwritable
 from documents.text import counted
 from stimuli.bracket.checks import check_alike, check_scene, exposure_notes, relative_exposures, where_moved
 from stimuli.bracket.consistency import compare_neighbours, moved_blocks
@@ -120,9 +121,9 @@ def bracket_photographs(
     try:
         image, step, notes = merge_photographs(photos, options, calibration, progress=progress)
     except OSError as error:
-        remedy = "make room there, or name another folder in the environment variable TMPDIR"
-        what = f"the photographs cannot be kept in temporary files: {error.strerror}"
-        raise StimulusError(Finding(what, tempfile.gettempdir(), remedy=remedy)) from error
+        elsewhere = "name another folder in the environment variable TMPDIR"
+        place = Path(tempfile.gettempdir())
+        raise StimulusError(unwritable(error, place, "temporary files", elsewhere=elsewhere)) from error
     developed = write_developed(image, f"{len(photos)} photographs", output, options.develop)
     return BracketReport(developed, step, notes)
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from documents import Finding, InputError
-from documents.files import read_kept_json
+from documents.files import read_kept_json, system_fault
 from documents.platform import user_folder
 from stimuli.build.stimulus_set import MANIFEST, SUFFIXES, StimulusSet, read_stimulus_set
 
@@ -264,6 +264,6 @@ def remove_leftovers(untouched_s: float) -> tuple[Leftover, ...]:
         except Timeout:
             continue
         except OSError as error:
-            message = f"it cannot be removed: {error.strerror or error}"
+            message = f"it cannot be removed: {system_fault(error) or error.strerror or error}"
             raise InputError(Finding(message, str(leftover.folder))) from error
     return tuple(removed)

@@ -8,8 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from devices.colour_matching import DEFAULT_OBSERVER
-from documents import InputError
-from documents.files import unwritable, whole_folder
+from documents.files import whole_folder, writing
 from stimuli.build.stimulus_set import StimulusSet
 from stimuli.pictures.coded import SUFFIXES as CODED
 from stimuli.pictures.exr_write import write_exr
@@ -54,21 +53,15 @@ def export_exr(built: StimulusSet, folder: Path, report: Callable[[int, int], No
     ['grey.exr', 'recipe.yaml']
     """
     observer = str(built.manifest["recipe"].get("observer", DEFAULT_OBSERVER))
-    try:
-        with whole_folder(folder) as draft:
-            for done, name in enumerate(built.names):
-                report(done, len(built.names))
-                if built.path(name).suffix in CODED:
-                    write_exr(draft / f"{name}.exr", built.load(name), observer, exact=True)
-                else:
-                    shutil.copyfile(built.path(name), draft / f"{name}.exr")
-            (draft / RECIPE).write_text(_recipe(built, observer), encoding="utf-8")
-            report(len(built.names), len(built.names))
-    except (OSError, InputError) as error:
-        reason = error if isinstance(error, OSError) else error.__cause__
-        if not isinstance(reason, OSError):
-            raise
-        raise InputError(unwritable(reason, folder, "exported pictures")) from error
+    with writing(folder, "exported pictures"), whole_folder(folder) as draft:
+        for done, name in enumerate(built.names):
+            report(done, len(built.names))
+            if built.path(name).suffix in CODED:
+                write_exr(draft / f"{name}.exr", built.load(name), observer, exact=True)
+            else:
+                shutil.copyfile(built.path(name), draft / f"{name}.exr")
+        (draft / RECIPE).write_text(_recipe(built, observer), encoding="utf-8")
+        report(len(built.names), len(built.names))
 
 
 def _recipe(built: StimulusSet, observer: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import json
 import shutil
 from collections.abc import Callable, Mapping
@@ -19,7 +20,7 @@ from devices.colour import srgb, white_point
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.display import Rig
 from documents import Finding, InputError, in_threads
-from documents.files import read_kept_json, sha256_of_json, whole_folder, write_whole
+from documents.files import read_kept_json, sha256_of_json, unwritable, whole_folder, write_whole, writing
 from stimuli.build.cache import cache_folder
 from stimuli.build.export import export_exr
 from stimuli.build.recipe_to_set import build_set
@@ -198,9 +199,10 @@ def _check_output(folder: Path) -> None:
     try:
         taken = folder.exists() and (not folder.is_dir() or any(folder.iterdir()))
         in_cache = folder.resolve().is_relative_to(cache_folder().resolve())
-    except (OSError, RuntimeError) as error:  # links that lead to one another are a RuntimeError
-        reason = getattr(error, "strerror", None) or error
-        raise InputError(Finding(f"the folder cannot be made: {reason}", str(folder))) from error
+    except RuntimeError as error:
+        raise InputError(unwritable(OSError(errno.ELOOP, str(error)), folder, "set")) from error
+    except OSError as error:
+        raise InputError(unwritable(error, folder, "set")) from error
     if in_cache:
         raise InputError(Finding("it lies in the cache of stimuli", str(folder), remedy="name a folder of your own"))
     if taken:
@@ -257,16 +259,13 @@ def copy_set(
     InputError
         If it cannot be written.
     """
-    try:
-        with whole_folder(folder) as draft:
-            for done, name in enumerate(made.names):
-                report(done, len(made.names))
-                shutil.copyfile(made.path(name), draft / made.path(name).name)
-            (draft / MANIFEST).write_text(_manifest(made, saturated), encoding="utf-8")
-            contact_sheet(made).save(draft / SHEET)
-            report(len(made.names), len(made.names))
-    except OSError as error:
-        raise InputError(Finding(f"the set cannot be copied: {error.strerror or error}", str(folder))) from error
+    with writing(folder, "set"), whole_folder(folder) as draft:
+        for done, name in enumerate(made.names):
+            report(done, len(made.names))
+            shutil.copyfile(made.path(name), draft / made.path(name).name)
+        (draft / MANIFEST).write_text(_manifest(made, saturated), encoding="utf-8")
+        contact_sheet(made).save(draft / SHEET)
+        report(len(made.names), len(made.names))
 
 
 def _manifest(made: StimulusSet, saturated: Mapping[str, Saturated] | None) -> str:

@@ -10,7 +10,7 @@ from typing import Any
 
 from devices.camera import CameraModel, Exposure
 from documents import Finding, InputError
-from documents.files import unwritable, write_whole
+from documents.files import unwritable, write_whole, writing
 from stimuli.develop.calibration_frames import Calibration, read_calibration
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.camera_to_xyz import Negative, XYZRows
@@ -289,10 +289,8 @@ def _places(photos: Sequence[Path], output: Path, into_folder: bool) -> dict[Pat
             raise InputError(
                 Finding(f"{len(photos)} photographs do not go into one file", str(output), remedy="name a folder")
             )
-        try:
+        with writing(output, "photographs"):
             output.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise InputError(Finding(f"the folder cannot be made: {error.strerror}", str(output))) from error
         places = {photo: output / f"{photo.stem}.exr" for photo in photos}
     written: dict[str, Path] = {}
     for photo, place in places.items():

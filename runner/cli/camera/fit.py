@@ -101,6 +101,7 @@ def command(
     from typing import cast
 
     from devices.camera import Form, Loss, parse_exposure, refuse_existing, write_camera
+    from documents.files import writing
     from runner.cli.main import WorkError
     from runner.reports.camera.page import write_page
     from stimuli.chart import fit_camera_to_chart, is_table
@@ -132,14 +133,13 @@ def command(
     )
     if output and not replace:  # what is wrong with the table comes first: it has to be mended anyway
         refuse_existing(output)
-    try:
-        if report:
-            charts_said = tuple(f"Chart {pooled}" for pooled in result.charts)
+    if report:
+        charts_said = tuple(f"Chart {pooled}" for pooled in result.charts)
+        with writing(Path(report), "page", WorkError):
             write_page(result.fit, name or Path(chart).name, Path(report), (*result.notes, *charts_said))
-        if output:
+    if output:
+        with writing(Path(output), "camera", WorkError):
             write_camera(result.fit.model, output)
-    except OSError as error:
-        raise WorkError(f"{error.filename or output or report} cannot be written: {error.strerror}") from error
     if as_json:
         facts = {**result.to_json(), "written": output, "report": report}
         click.echo(json.dumps(facts, indent=2, allow_nan=False))

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from documents.files import writing
 from runner.cli.display.measuring_options import patch_options, show_options
 from runner.cli.number_types import POSITIVE
 from runner.measuring.options import PatchOptions, ShowOptions
@@ -68,10 +69,8 @@ def command(
 
     result = show_plan(plan, each_s, dialogue(show, unattended=True, quiet=False), on_shown)
     if output is not None:
-        try:
+        with writing(output, "table", WorkError):
             write_whole(output, result.table, make_folder=False)
-        except OSError as error:
-            raise WorkError(f"{output} cannot be written: {error.strerror}") from error
     if as_json:
         click.echo(json.dumps({"shown": result.shown, "of": result.of, "table": str(output) if output else None}))
     if result.shown < result.of:

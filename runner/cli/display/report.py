@@ -56,6 +56,7 @@ def command(
     import json
 
     from devices.diagnostics import judge_display
+    from documents.files import writing
     from runner.cli.main import WorkError
     from runner.reports.display.page import write_page
 
@@ -70,10 +71,8 @@ def command(
         white_cd_m2=white_cd_m2,
     )
     page = output or measurements[0].with_suffix(".html")
-    try:
+    with writing(page, "report", WorkError):
         write_page(verdicts, page)
-    except OSError as error:
-        raise WorkError(f"the report cannot be written to {page}: {error.strerror}") from error
     if as_json:
         result = {**verdicts.to_json(), "report": str(page)}
         click.echo(json.dumps(result, indent=2, allow_nan=False))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import click
 
+from documents.files import writing
 from runner.cli.number_types import NUMBER, Within
 
 
@@ -67,10 +68,8 @@ def command(
     chosen = [name.strip() for name in names.split(",")] if names else []
     found = contrast_of_set(built, rig, names=chosen, threshold=Threshold(times), mean_cd_m2=mean_cd_m2)
     if figure is not None:
-        try:
+        with writing(figure, "figure", WorkError):
             write_figure(found, figure)
-        except OSError as error:
-            raise WorkError(f"{error.filename or figure} cannot be written: {error.strerror}") from error
     if as_json:
         click.echo(json.dumps(found.to_json() | {"figure": output}, indent=2, allow_nan=False))
         return

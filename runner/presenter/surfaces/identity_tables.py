@@ -25,7 +25,7 @@ from filelock import FileLock, Timeout
 
 from devices.display import GammaTable
 from devices.errors import DeviceError
-from documents.files import read_kept_json, whole_file
+from documents.files import read_kept_json, unwritable, whole_file
 from documents.platform import boot_id, state_folder, sync_folder
 from runner.presenter.errors import PresentationError
 from runner.presenter.surfaces.gamma_tables import Entries, LoadedTable
@@ -67,8 +67,9 @@ class IdentityTables:
                     place.write(loaded.entries)
                 lock = place.use()
         except OSError as error:
-            what = f"the gamma table to restore cannot be written to {place.file.parent}: {error.strerror}"
-            raise PresentationError(f"{what} (make room, or set CYCLOPEAN_STATE to another folder)") from error
+            elsewhere = "set CYCLOPEAN_STATE to another folder"
+            found = unwritable(error, place.file.parent, "gamma table to restore", elsewhere=elsewhere)
+            raise PresentationError(found) from error
         self._held[loaded.monitor] = lock
         identity = GammaTable.identity(len(loaded.entries)).entries
         assert identity is not None

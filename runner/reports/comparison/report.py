@@ -16,7 +16,7 @@ from typing import Any
 from markupsafe import Markup
 
 from documents import Finding, InputError
-from documents.files import write_whole
+from documents.files import unwritable, write_whole, writing
 from documents.pages import page_environment
 from documents.text import with_error
 from runner.reports.comparison.experiment import checked_name, write_experiment
@@ -146,10 +146,10 @@ def report_comparison(
     Raises
     ------
     InputError
-        If the pictures cannot be compared, or the page or the experiment would take the place of something else.
-        Nothing is then written.
+        If the pictures cannot be compared, or the page or the experiment would take the place of something else:
+        nothing is then written; or if one of them cannot be written.
     OSError
-        If there is no room for temporary files, or a file cannot be read or written.
+        If there is no room for temporary files, or a file cannot be read.
     ValueError
         If there is an ``experiment`` and no ``rig``.
     """
@@ -162,9 +162,11 @@ def report_comparison(
     comparison = compare_pictures(photo, rendering, regions, options, progress=progress, settings=settings)
     files: tuple[Path, ...] = ()
     if experiment is not None and rig is not None:
-        files = write_experiment(comparison, experiment, rig, root)
+        with writing(root, "experiment"):
+            files = write_experiment(comparison, experiment, rig, root)
     if page is not None:
-        write_whole(page, render(comparison))
+        with writing(page, "page"):
+            write_whole(page, render(comparison))
     return ComparisonReport(comparison, page, files)
 
 
@@ -176,7 +178,7 @@ def check_page(page: Path, inputs: Sequence[Path]) -> None:
         is_folder = page.is_dir()
         above = next(folder for folder in page.absolute().parents if folder.exists())
     except OSError as error:
-        raise InputError(Finding(f"the page cannot be written: {error.strerror}", str(page))) from error
+        raise InputError(unwritable(error, page, "page")) from error
     if is_folder:
         raise InputError(Finding("the page would take a folder's place", str(page), remedy="name a file"))
     if not above.is_dir():

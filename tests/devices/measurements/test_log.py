@@ -183,7 +183,7 @@ def test_a_full_disk_is_said_and_leaves_no_half_line(tmp_path: Path, monkeypatch
 
     with log:
         monkeypatch.setattr(os, "fsync", full)
-        with pytest.raises(MeasuringError, match="No space left"):
+        with pytest.raises(MeasuringError, match=r"the reading cannot be written: the disk of the folder .* is full"):
             log.keep(STEPS[2], 0.0, Reading((1.0, 1.0, 1.0)))
     session = read_session(file)
     assert len(session.readings) == 2

@@ -141,7 +141,7 @@ def test_a_full_disk_is_caught_up_when_there_is_room(lab: Lab, monkeypatch: pyte
         lab.until(lambda: lab.said)
     lab.until(lambda: lab.is_whole)
     assert len(lab.said) == 1
-    assert "No space left on device" in lab.said[0]
+    assert "the disk is full (ENOSPC)" in lab.said[0]
     assert lab.mirror.close() is None
 
 

@@ -138,7 +138,7 @@ def test_what_is_typed_can_neither_hide_nor_steer_the_terminal(terminal: Termina
 @pytest.mark.parametrize(
     ("trouble", "words"),
     [
-        (OSError(28, "No space left on device"), "this could not be kept: No space left on device"),
+        (OSError(28, "No space left on device"), "this could not be kept: the disk is full (ENOSPC)"),
         (ValueError("write to closed file"), "the session is over"),
     ],
 )

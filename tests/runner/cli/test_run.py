@@ -296,7 +296,7 @@ def test_quad_buffered_without_a_stereo_driver_is_refused(study: Study) -> None:
 def test_a_results_folder_that_cannot_be_made_is_refused(study: Study) -> None:
     study.results.write_text("a file stands where the folder should be")
     told = _simulate(study, expect=2)
-    assert "the results folder cannot be written" in told.stderr
+    assert "results is no folder" in told.stderr
 
 
 def test_killed_while_drawing_for_real(study: Study, forked: Server) -> None:

@@ -101,8 +101,8 @@ def test_a_read_only_disk_is_noted(study: Study, backup: Path, monkeypatch: pyte
     monkeypatch.setattr(Path, "mkdir", refused)
     file, said = run(study)
     assert read_session(file).complete
-    assert "Read-only file system" in said[0]
-    assert "Read-only file system" in read_session(file).notes[0].text
+    assert "the disk may only be read (EROFS)" in said[0]
+    assert "the disk may only be read (EROFS)" in read_session(file).notes[0].text
 
 
 def test_a_slow_folder_does_not_slow_the_session(study: Study, backup: Path, monkeypatch: pytest.MonkeyPatch) -> None:
