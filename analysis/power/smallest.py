@@ -52,8 +52,8 @@ class SmallestDifference:
         Standard deviation between observers in nats, of each item's log score.
     alpha, adjust, covariance
         How pairs are tested.
-    studies
-        How many were simulated of each difference that was tried.
+    studies, seed
+        How many were simulated of each difference that was tried, and their random seed.
     group
         Name of the group of items that it is of, where pairs were compared within groups.
     """
@@ -69,6 +69,7 @@ class SmallestDifference:
     adjust: Adjust
     covariance: CovarianceChoice
     studies: int
+    seed: int
     group: str = ""
 
     @property
@@ -99,7 +100,8 @@ class SmallestDifference:
         what = f"the smallest difference between two stimuli{self._where} that is {often} is {self.size}"
         if self.found_of_most is not None:
             what = f"no difference between two stimuli{self._where} is {often}, not even one of {_size(MOST_NATS)}"
-        said = f"By simulation of this design, if {self._world}, {what}."
+        how = f"{self.studies} studies of each difference tried, seed {self.seed}"
+        said = f"By simulation of this design ({how}), if {self._world}, {what}."
         return f"{said} {self.camps}" if self.camps else said
 
     @property
@@ -150,6 +152,7 @@ class SmallestDifference:
             "target": self.target,
             "observer_sd": self.observer_sd,
             "studies": self.studies,
+            "seed": self.seed,
             "size": self.size,
             "sentence": self.sentence,
             "assumed": self.assumed,
@@ -266,7 +269,9 @@ def _smallest(
     _search(enough, int(np.searchsorted(TRIED_NATS[:-1], _guess(plan, observers, target))))
     nats, error = _between(tried, target, studies)
     most = tried[MOST_NATS] if nats is None else None
-    return SmallestDifference(observers, n, nats, error, most, target, observer_sd, alpha, adjust, covariance, studies)
+    return SmallestDifference(
+        observers, n, nats, error, most, target, observer_sd, alpha, adjust, covariance, studies, seed
+    )
 
 
 def _search(enough: Callable[[int], bool], place: int) -> None:

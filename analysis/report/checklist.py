@@ -60,6 +60,13 @@ METHODS_ITEMS: tuple[Item, ...] = (
         (_JARS, _COBIDAS, _BT500),
     ),
     Item("sample_size", "How was the number of observers chosen?", "observers", "given", (_JARS, _COBIDAS, _OPEN)),
+    Item(
+        "sensitivity",
+        "Which difference could so many observers show?",
+        "observers",
+        "computed",
+        (_JARS, _COBIDAS),
+    ),
     Item("recruitment", "Who was asked to take part, where and how?", "observers", "given", (_JARS,), True),
     Item("eligibility", "Who could take part, and who could not?", "observers", "given", (_JARS, _COBIDAS), True),
     Item("age", "How old were the observers?", "observers", "given", (_JARS, _COBIDAS, _BIDS), True),

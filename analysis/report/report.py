@@ -12,6 +12,7 @@ from analysis.errors import ResultsError
 from analysis.factors.result import FactorEffects
 from analysis.observers.filters import Filter, Kept, keep
 from analysis.observers.table import ObserverTable, observers_in_sessions
+from analysis.power.smallest import SmallestDifference
 from analysis.ratings.preferences import Preferences, preferences
 from analysis.ratings.ratings import OF, RatingSummary, ratings_in
 from analysis.records.answered_by import pool, who_answered
@@ -106,12 +107,17 @@ class Report:
         return tuple(dict.fromkeys(words for kind, words in KIND_WORDS.items() if kind in kinds))
 
     @property
+    def smallest(self) -> SmallestDifference | None:
+        """The smallest difference that the design finds, as `analysis.report.summary.Answered` has it."""
+        compared = self.pairs or self.groups
+        return compared.smallest if compared else None
+
+    @property
     def sentences(self) -> tuple[str, ...]:
         """The numbers of observers and answers, a sentence for each part."""
         sentences = [part.sentence for part in (self.pairs, self.groups, self.series) if part is not None]
-        compared = self.pairs or self.groups
-        if compared is not None and compared.smallest is not None and compared.smallest.nats is not None:
-            sentences.append(compared.smallest.sentence)  # one that finds nothing is among the notes
+        if self.smallest is not None and self.smallest.nats is not None:
+            sentences.append(self.smallest.sentence)  # one that finds nothing is among the notes
         if self.preferences is not None:
             sentences.append(self.preferences.sentence)
         if self.thresholds is not None:

@@ -136,6 +136,16 @@ def test_what_was_recorded_is_no_blank_and_what_was_not_is_one(tmp_path: Path, r
     assert "near acuity" in told.answer("vision")
 
 
+def test_what_so_many_observers_could_show_is_computed_of_pairs(tmp_path: Path, report: Callable[..., Told]) -> None:
+    pairs, ratings = report(record(tmp_path / "results", "all_pairs", 2)), report(record(tmp_path / "more", "rating"))
+    assert "of studies" in pairs.answer("sensitivity")
+    assert "seed 2016" in pairs.answer("sensitivity")
+    assert "all 3 observers are of the same camp in 1 study of 4" in pairs.answer("sensitivity")
+    assert "simulation of this design" not in pairs.answer("analysis")
+    assert not re.search(r"\d", ratings.answer("sensitivity"))
+    assert {told.status("sample_size") for told in (pairs, ratings)} == {"missing"}  # people know why
+
+
 def test_each_distance_is_told(tmp_path: Path, report: Callable[..., Told]) -> None:
     record(tmp_path / "results", "rating", display={**DISPLAY, "distance_mm": 500.0})
     first = tmp_path / "results" / "every_kind" / "sub-01" / "ses-01" / "session.jsonl"

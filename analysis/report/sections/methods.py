@@ -149,6 +149,15 @@ def _observers(report: Report, cited: Citations) -> str:
     return f"{words}."
 
 
+def _sensitivity(report: Report, cited: Citations) -> str:
+    if report.smallest is not None:
+        return report.smallest.methods
+    return (
+        "Which difference so many observers could show was not computed: that is done for pairs that several observers "
+        "compare, where the answers do not choose them."
+    )
+
+
 def _exclusions(report: Report, cited: Citations) -> str:
     """Say who was left out and why, and which answers of the others do not count."""
     kept, sessions = report.kept, report.sessions
@@ -459,6 +468,7 @@ def _records(report: Report, cited: Citations) -> str:
 _SAID: Mapping[str, Callable[[Report, Citations], str]] = {
     "observers": _observers,
     "vision": _vision,
+    "sensitivity": _sensitivity,
     "exclusions": _exclusions,
     "display": _display,
     "viewing": _viewing,

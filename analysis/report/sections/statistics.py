@@ -330,8 +330,6 @@ def _pairs(summary: Summary, whole: Answered, adjustment: str, cited: Citations)
                 f"{cited.cite('Kline2012', 'Webb2023')}"
             )
         parts.append(f"{fitted}.")
-    if whole.smallest is not None:
-        parts.append(whole.smallest.methods)
     if whole.first_share is not None:
         wilson, kish = cited.cite("Wilson1927"), cited.cite("Kish1965")
         parts.append(f"Shares have Wilson's intervals {wilson}, for the effective number of answers {kish}.")
