@@ -27,6 +27,7 @@ class _Head:
     sentences: tuple[str, ...]
     notes: tuple[str, ...]
     failed: tuple[str, ...] = ()
+    headline: str = ""
 
 
 def write_agreement_page(agreement: Agreement, header: Header, output: Path, facts: Facts = ()) -> None:

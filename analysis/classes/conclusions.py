@@ -6,6 +6,7 @@ may be there all the same. Only a test against a margin says *equivalent*.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -48,6 +49,8 @@ class Conclusion:
         Of items that are equivalent: within what, such as "0.5jnd".
     stands, others
         Share (0 to 1) of other analyses, such as "744 analyses", that conclude the same; None where there are none.
+    p_independent
+        Beside a ``p`` by observers, the one that treats all answers as independent; None where there is none.
     """
 
     question: str
@@ -61,6 +64,7 @@ class Conclusion:
     margin: str = ""
     stands: float | None = None
     others: str = ""
+    p_independent: float | None = None
 
     @property
     def basis(self) -> str:
@@ -101,15 +105,31 @@ class Conclusion:
 def concluded(question: str, by_observers: float | None, independent: float | None, level: float = LEVEL) -> Conclusion:
     """Return the conclusion of a test from its two p values: by observers where there is one."""
     p = independent if by_observers is None else by_observers
-    return Conclusion(question, None if p is None else verdict_of(p <= level), p, by_observers is not None)
+    verdict = None if p is None else verdict_of(p <= level)
+    beside = None if by_observers is None else independent
+    return Conclusion(question, verdict, p, by_observers is not None, p_independent=beside)
 
 
-def with_share(conclusion: Conclusion, others: list[Conclusion], words: str) -> Conclusion:
-    """Return ``conclusion`` with the share of ``others`` to the same question that have its verdict."""
-    verdicts = [other.verdict for other in others if other.question == conclusion.question and other.verdict]
-    if not verdicts or conclusion.verdict is None:
-        return conclusion
-    return replace(conclusion, stands=verdicts.count(conclusion.verdict) / len(verdicts), others=words)
+def with_shares(
+    conclusions: Iterable[Conclusion], others: Iterable[Conclusion], level: float = LEVEL
+) -> tuple[Conclusion, ...]:
+    """Return ``conclusions``, each with the share of analyses that conclude the same: its own and those of ``others``.
+
+    Each p value of a conclusion at ``level`` is an analysis, also the one that treats all answers as independent.
+    """
+    mine = tuple(conclusions)
+    analyses: dict[str, list[Verdict]] = {}
+    for one in (*mine, *others):
+        found = [verdict_of(p <= level) for p in (one.p, one.p_independent) if p is not None]
+        analyses.setdefault(one.question, []).extend(found)
+    return tuple(_with_share(one, analyses[one.question]) for one in mine)
+
+
+def _with_share(one: Conclusion, verdicts: list[Verdict]) -> Conclusion:
+    if one.verdict is None:
+        return one
+    share = verdicts.count(one.verdict) / len(verdicts)
+    return replace(one, stands=share, others=f"{len(verdicts):,} analyses")
 
 
 def _fixed(value: float) -> str:

@@ -310,6 +310,14 @@ def split_groups(comparisons: Comparisons, *, all_observers: bool = False) -> tu
     )
 
 
+def without_observers(whole: Comparisons, left_out: NDArray[np.bool_]) -> Comparisons:
+    """Return the answers, in their groups, of all observers but those for whom ``left_out`` (observers,) is true."""
+    rows, tied_rows = (np.flatnonzero(~left_out[observer]) for observer in (whole.observer, whole.tied.observer))
+    part = select_answers(whole, rows, tied_rows)
+    tied = replace(part.tied, group=whole.tied.group[tied_rows])
+    return replace(part, group=whole.group[rows], tied=tied, groups=whole.groups)
+
+
 def split_scales(comparisons: Comparisons) -> tuple[tuple[str, Comparisons], ...]:
     """Return the answers scale by scale, each with its name and all observers: those of each group.
 

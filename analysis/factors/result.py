@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.classes.conclusions import Conclusion
 from analysis.classes.multiplicity import two_sided_p
 from analysis.factors.explained import Explained
 from analysis.factors.likelihood_ratio import FactorTest, InteractionTest
@@ -158,6 +159,37 @@ class FactorEffects:
                 )
         return tuple(sentences)
 
+    @property
+    def by_observers(self) -> bool:
+        """Whether the intervals to read are those by observers, as the verdicts are: with five observers or more."""
+        return bool(self.tests) and all(test.by_observers for test in self.tests) and self._have_spread
+
+    @property
+    def _have_spread(self) -> bool:
+        return all(effect.robust_se is not None for effect in self.effects)
+
+    def interval(self, effect: Effect) -> tuple[float, float]:
+        """Return the 95 % interval of ``effect``, in nats: by observers where the verdict is."""
+        if self.by_observers and effect.robust_low is not None and effect.robust_high is not None:
+            return effect.robust_low, effect.robust_high
+        return effect.low, effect.high
+
+    @property
+    def conclusions(self) -> tuple[Conclusion, ...]:
+        """What is concluded of each factor and each interaction; an estimate where a factor is one number."""
+        mains = [self._of_factor(test) for test in self.tests]
+        return (*mains, *(test.conclusion for test in self.interactions if test.p is not None))
+
+    def _of_factor(self, test: FactorTest) -> Conclusion:
+        own = [effect for effect in self.effects if effect.factor == test.name]
+        if len(own) > 1:
+            return test.conclusion
+        low, high = self.interval(own[0])
+        unit = "nats" if own[0].reference else f"nats {own[0].level}"
+        compared = f": {own[0].level} over {own[0].reference}" if own[0].reference else ""
+        question = f"{test.conclusion.question}{compared}"
+        return replace(test.conclusion, question=question, estimate=own[0].estimate, low=low, high=high, unit=unit)
+
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON, without NaN."""
         sound = not self.separation
@@ -173,6 +205,7 @@ class FactorEffects:
             "effects": [effect.to_json() for effect in self.effects],
             "tests": [test.to_json() for test in self.tests],
             "interactions": [test.to_json() for test in self.interactions],
+            "conclusions": [conclusion.to_json() for conclusion in self.conclusions],
             "cautions": list(self.cautions),
             "explained": self.explained.to_json() if self.explained else None,
             "items": [

@@ -274,7 +274,7 @@ def multiverse(
         if unknown:
             raise ResultsError(Finding(f"there is no '{unknown[0]}'", remedy="expected one of: " + ", ".join(known)))
     people = len(comparisons.observers)
-    part, names = _parts(comparisons.observers)
+    part, names = observer_parts(comparisons.observers)
     kinds: list[CovarianceKind] = list(get_args(CovarianceKind)) if people > 1 else ["model"]
     critical: dict[tuple[Model, CovarianceKind], float] = {}
     analyses: list[Analysis] = []
@@ -336,10 +336,13 @@ def multiverse(
     return _concluded(scores, analyses, np.array(verdicts), chosen, tuple(skipped), fits, spared - fits)
 
 
-def _parts(observers: tuple[str, ...]) -> tuple[Indices, tuple[str, ...]]:
-    """Return each observer's part, and what each row of the batch leaves out; row 0 leaves out nobody."""
+def observer_parts(observers: tuple[str, ...], most: int = MOST_LEFT_OUT) -> tuple[Indices, tuple[str, ...]]:
+    """Return each observer's part, and what each row of the batch leaves out; row 0 leaves out nobody.
+
+    Each observer is a part, or above ``most`` observers each of 20 parts has some.
+    """
     people = len(observers)
-    if people <= MOST_LEFT_OUT:
+    if people <= most:
         return np.arange(people), (NOBODY, *(f"observer {name}" if name else "observer" for name in observers))
     order = sorted(range(people), key=lambda index: observers[index])
     part = np.empty(people, dtype=np.intp)

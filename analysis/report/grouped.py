@@ -24,6 +24,8 @@ from analysis.report.summary import (
 from analysis.scaling.grouped import GroupedScores, common_items, score_groups
 from analysis.scaling.result import CovarianceChoice
 
+POOLED = "all groups together"
+
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class GroupedSummary(Answered):
@@ -61,6 +63,12 @@ class GroupedSummary(Answered):
     def factor(self) -> str:
         """What tells the groups apart, in a word: the name of a factor, or "group"."""
         return self.session_groups.factor or "group"
+
+    @property
+    def scales(self) -> tuple[tuple[str, Summary], ...]:
+        """The scales with their names: the pooled one if there is one, then that of each group."""
+        pooled = ((POOLED, self.pooled),) if self.pooled else ()
+        return (*pooled, *self.groups)
 
     @property
     def sentence(self) -> str:
@@ -118,7 +126,7 @@ def summarise_groups(
         groups=tuple((name, part.scores) for name, part in parts),
         pooled=None if pooled is None else pooled.scores,
     )
-    scales = [*parts, *([("all groups together", pooled)] if pooled else [])]
+    scales = [*parts, *([(POOLED, pooled)] if pooled else [])]
     estimates = [(name, scale.estimate) for name, scale in scales]
     caveats = [(name, scale.one_scale.caveat) for name, scale in scales if scale.one_scale and scale.one_scale.caveat]
     name, largest = max(parts, key=lambda part: len(part[1].comparisons.items))

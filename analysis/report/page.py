@@ -9,6 +9,7 @@ from analysis.classes.multiplicity import ADJUSTMENT_NAMES, Adjust
 from analysis.observers.filters import Filter
 from analysis.records.session_record import SessionLog
 from analysis.report.blocks import Section, Table, write_csv_files, write_figure_files
+from analysis.report.conclusions import conclusions_section
 from analysis.report.figures import class_colours
 from analysis.report.report import Report, describe
 from analysis.report.sections.factors import factors_section
@@ -150,17 +151,19 @@ def sections_of(report: Report, published: Published, thumbnails: Thumbnails) ->
     names += rest
     adjustment = ADJUSTMENT_NAMES[compared.adjust] if compared else ""
     agreement = report.observers.concordance if report.observers else None
-    sections: list[Section | None] = []
+    sections: list[Section | None] = [conclusions_section(report.conclusions)]
     if pairs is not None:
         sections += [
             scores_section(pairs, published, pictures),
             classes_section(pairs, adjustment, warning_of(report.review)),
             counts_section(pairs),
             belief_section(pairs, agreement),
-            reviewers_section(report.review),
+            reviewers_section([("", pairs, report.review)]),
         ]
     if grouped is not None:
         sections += group_sections(grouped, published, adjustment, agreement, pictures)
+        scales = [(name, part, report.group_reviews.get(name, {})) for name, part in grouped.scales]
+        sections.append(reviewers_section(scales))
     sections.append(factors_section(report.factors) if report.factors else None)
     if report.series is not None:
         sections += series_sections(report.series)

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
+from analysis.classes.conclusions import Conclusion
 from analysis.classes.multiplicity import Adjust
 from analysis.comparisons.session_comparisons import grouped_comparisons, is_comparison, is_tie
 from analysis.errors import ResultsError
@@ -20,12 +21,13 @@ from analysis.records.results import refuse_mixtures
 from analysis.records.seen import what_eyes_saw
 from analysis.records.session_record import Header, SessionLog
 from analysis.report.checks import FailedCheck, failed_checks
+from analysis.report.conclusions import conclusions_of, print_conclusions
 from analysis.report.grouped import GroupedSummary, summarise_groups
 from analysis.report.not_reported import unreported
 from analysis.report.notes import on_sessions
 from analysis.report.sections.factors import effects_of
 from analysis.report.sections.methods import Methods, methods_of
-from analysis.report.sections.reviewers import Review, review_of
+from analysis.report.sections.reviewers import Review, group_reviews_of, review_of
 from analysis.report.summary import Summary, summarise
 from analysis.report.words import counted
 from analysis.scaling.grouped_terminal import print_groups
@@ -72,6 +74,8 @@ class Report:
         Effects of the stimuli's factors on them, and the observer table.
     review
         What reviewers ask of the scores, by its key in JSON; empty without scores on one scale.
+    group_reviews
+        Of scores within groups, the probability of every pair, equivalence and other analyses, by the group's name.
     series, preferences, thresholds
         Results of blocks of the kinds ``best_of_series``, ``preference`` and ``threshold``.
     ratings
@@ -82,6 +86,8 @@ class Report:
         The checks that failed, with reason and remedy.
     methods
         What a Methods section says, item by item, with blanks for what nobody recorded.
+    conclusions
+        What is concluded of each question, the headline first.
     """
 
     header: Header
@@ -92,6 +98,7 @@ class Report:
     factors: FactorEffects | None
     observers: ObserverTable | None
     review: Review
+    group_reviews: Mapping[str, Review]
     series: SeriesSummary | None
     ratings: RatingSummary | None
     preferences: Preferences | None
@@ -99,6 +106,7 @@ class Report:
     notes: tuple[str, ...]
     failed: tuple[FailedCheck, ...]
     methods: Methods = field(default_factory=Methods)
+    conclusions: tuple[Conclusion, ...] = ()
 
     @property
     def kinds(self) -> tuple[str, ...]:
@@ -111,6 +119,11 @@ class Report:
         """The smallest difference that the design finds, as `analysis.report.summary.Answered` has it."""
         compared = self.pairs or self.groups
         return compared.smallest if compared else None
+
+    @property
+    def headline(self) -> str:
+        """The main conclusion in a sentence; empty where nothing is tested."""
+        return f"Main conclusion. {self.conclusions[0].sentence}" if self.conclusions else ""
 
     @property
     def sentences(self) -> tuple[str, ...]:
@@ -143,11 +156,15 @@ class Report:
             parts |= self.pairs.to_json()
         if self.groups is not None:
             parts |= self.groups.to_json()
+        parts["conclusions"] = [conclusion.to_json() for conclusion in self.conclusions]
         parts["notes"] = list(self.notes)
         parts["failed_checks"] = [check.to_json() for check in self.failed]
         parts["factors"] = self.factors.to_json() if self.factors else None
         parts["observer_table"] = self.observers.to_json() if self.observers else None
         parts["review"] = {name: answer.to_json() for name, answer in self.review.items()}
+        parts["group_reviews"] = {
+            name: {key: answer.to_json() for key, answer in own.items()} for name, own in self.group_reviews.items()
+        }
         parts["series"] = self.series.to_json() if self.series else None
         parts["ratings"] = self.ratings.to_json() if self.ratings else None
         if self.preferences is not None:
@@ -236,6 +253,7 @@ def describe(
         factors=effects_of(compared) if compared else None,
         observers=observers,
         review=review_of(pairs) if pairs else {},
+        group_reviews=group_reviews_of(grouped) if grouped else {},
         series=series,
         ratings=ratings,
         preferences=preferred,
@@ -243,6 +261,7 @@ def describe(
         notes=tuple(dict.fromkeys(notes)),
         failed=failed_checks(remaining, compared, observers, ratings),
     )
+    report = replace(report, conclusions=conclusions_of(report))
     return replace(report, methods=methods_of(report, given or {}))
 
 
@@ -290,8 +309,10 @@ def print_report(report: Report, published: Published | None = None, console: Co
         print_scores(report.pairs.scores, published, console)
     if report.groups is not None:
         print_groups(report.groups.scored, console=console)
-    for sentence in report.sentences:
+    for sentence in filter(None, (report.headline, *report.sentences)):
         console.print(Text(sentence))
+    if report.conclusions:
+        print_conclusions(report.conclusions, console)
     if report.kept.left_out:
         console.print(Text(f"{report.kept.rule.sentence} {report.kept.sentence}"))
     for note in report.notes:

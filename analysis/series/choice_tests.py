@@ -5,16 +5,17 @@ All tests permute whole observers: an observer who chose from five paints is one
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.classes.conclusions import Conclusion, concluded
 from analysis.classes.multiplicity import holm
 from analysis.series.choices import Choices
-from analysis.series.paired_tests import cochran, p_by_flips, quadratic_form, stuart_maxwell
+from analysis.series.paired_tests import DRAWS, cochran, p_by_flips, quadratic_form, stuart_maxwell
 from documents.text import json_fields
 
 Floats = NDArray[np.float64]
@@ -37,6 +38,12 @@ class KindsTest:
     p: float
     p_holm: float
     shift: float
+
+    @property
+    def conclusion(self) -> Conclusion:
+        """Whether choices from the two kinds are distinguished; the estimate is the shift, in places of the series."""
+        found = concluded(f"choices: {self.one} − {self.other}", self.p_holm, None)
+        return replace(found, estimate=self.shift, unit="places")
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
@@ -103,7 +110,7 @@ def choice_counts(choices: Choices) -> Floats:
     return np.asarray((counts * whole).sum(axis=1))
 
 
-def kinds_tests(choices: Choices) -> tuple[KindsTest, ...]:
+def kinds_tests(choices: Choices, draws: int = DRAWS) -> tuple[KindsTest, ...]:
     """Compare each two kinds of series by the levels chosen; no tests where their levels differ."""
     plan = choices.design
     counts = choice_counts(choices)
@@ -115,7 +122,7 @@ def kinds_tests(choices: Choices) -> tuple[KindsTest, ...]:
     for a, b in combinations(range(len(plan.kinds)), 2):
         differences = counts[:, a] - counts[:, b]
         statistic, df = stuart_maxwell(differences)
-        p = p_by_flips(differences, quadratic_form(differences))
+        p = p_by_flips(differences, quadratic_form(differences), draws)
         shift = float((differences.sum(axis=0) * places).sum() / counts[:, a].sum())
         tests.append((plan.kinds[a], plan.kinds[b], len(counts), statistic, df, p, shift))
     adjusted = holm(np.array([test[5] for test in tests])) if tests else np.zeros(0)

@@ -7,14 +7,16 @@ would change earlier results.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import combinations
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.classes.conclusions import Conclusion, concluded
 from analysis.classes.multiplicity import holm
 from analysis.series.agreement import kendall_w, kendall_w_p, ranks
 from analysis.series.observer_means import Estimate, means
@@ -29,11 +31,11 @@ _BLOCK_NUMBERS = 4_000_000
 _ROUNDING = 1e-11
 
 
-def p_by_flips(differences: Floats, statistic: Callable[[Floats], Floats]) -> float:
+def p_by_flips(differences: Floats, statistic: Callable[[Floats], Floats], draws: int = DRAWS) -> float:
     """Return the p value of a statistic under random signs of the observers' differences.
 
     Up to 16 observers with any difference, all combinations of signs are enumerated and p is exact. Beyond, it is
-    (1 + b) / (1 + 100,000), where b of 100,000 random combinations are at least as large, from a fixed seed and rows in
+    (1 + b) / (1 + draws), where b of the random combinations are at least as large, from a fixed seed and rows in
     sorted order, so that neither the order of the observers nor their names matter.
 
     Parameters
@@ -54,29 +56,39 @@ def p_by_flips(differences: Floats, statistic: Callable[[Floats], Floats]) -> fl
     # Sums that are equal up to rounding count as equal, also where they cancel to almost 0.
     reach = seen - _ROUNDING * max(abs(seen), float(statistic(np.abs(rows).sum(axis=0)[None])[0]))
     as_large = total = 0
-    for signs in _signs(len(rows)):
+    for signs in _signs(len(rows), draws):
         as_large += int((statistic(signs @ canonical) >= reach).sum())
         total += len(signs)
     return as_large / total if len(rows) <= MOST_EXACT else (as_large + 1) / (total + 1)
 
 
-def _signs(observers: int) -> Iterator[Floats]:
-    """Yield blocks of rows of −1 and 1: all combinations, or random ones."""
+def _signs(observers: int, draws: int) -> Iterable[Floats]:
+    """Return blocks of rows of −1 and 1: all combinations, or random ones; few enough are kept for the next test."""
+    rows = 2**observers if observers <= MOST_EXACT else draws
+    return _kept_signs(observers, draws) if rows * observers <= _BLOCK_NUMBERS else _make_signs(observers, draws)
+
+
+@lru_cache(maxsize=2)
+def _kept_signs(observers: int, draws: int) -> tuple[Floats, ...]:
+    return tuple(_make_signs(observers, draws))
+
+
+def _make_signs(observers: int, draws: int) -> Iterator[Floats]:
     if observers <= MOST_EXACT:
         numbers = np.arange(2**observers)
         yield np.where((numbers[:, None] >> np.arange(observers)) & 1, 1.0, -1.0)
         return
     random = np.random.default_rng(SEED)
     block = max(1, _BLOCK_NUMBERS // observers)
-    for start in range(0, DRAWS, block):
-        shape = min(block, DRAWS - start), observers
+    for start in range(0, draws, block):
+        shape = min(block, draws - start), observers
         bits = np.unpackbits(np.frombuffer(random.bytes(-(-shape[0] * shape[1] // 8)), np.uint8))
         yield bits[: shape[0] * shape[1]].reshape(shape).astype(np.float64) * 2 - 1
 
 
-def mean_difference_p(differences: Floats) -> float:
+def mean_difference_p(differences: Floats, draws: int = DRAWS) -> float:
     """Return the two-sided p value of the mean of ``differences``, shape (observers,), being 0."""
-    return p_by_flips(np.asarray(differences, np.float64)[:, None], lambda sums: np.abs(sums[:, 0]))
+    return p_by_flips(np.asarray(differences, np.float64)[:, None], lambda sums: np.abs(sums[:, 0]), draws)
 
 
 def quadratic_form(differences: Floats) -> Callable[[Floats], Floats]:
@@ -205,12 +217,26 @@ class RatingTest:
     w: float | None
     pairs: tuple[PairTest, ...]
 
+    @property
+    def conclusions(self) -> tuple[Conclusion, ...]:
+        """What is concluded of each pair of conditions, in points of the scale."""
+        return tuple(
+            replace(
+                concluded(f"{self.scale}: {pair.one} − {pair.other}", pair.p_holm, None),
+                estimate=pair.difference.value,
+                low=pair.difference.low,
+                high=pair.difference.high,
+                unit="points",
+            )
+            for pair in self.pairs
+        )
+
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
         return json_fields(self)
 
 
-def rating_test(scale: str, conditions: Sequence[str], ratings: Floats) -> RatingTest | None:
+def rating_test(scale: str, conditions: Sequence[str], ratings: Floats, draws: int = DRAWS) -> RatingTest | None:
     """Test ``ratings``, shape (observers, conditions), each an observer's mean; None with fewer than two of either.
 
     Friedman's test [Friedman1937] uses ranks within each observer. The pairs are tested twice: by Nemenyi's distances
@@ -224,7 +250,7 @@ def rating_test(scale: str, conditions: Sequence[str], ratings: Floats) -> Ratin
     pairs = list(combinations(range(k), 2))
     differences = np.stack([ratings[:, a] - ratings[:, b] for a, b in pairs], axis=1)
     estimates = means(differences, np.ones(differences.shape))
-    p = np.array([mean_difference_p(difference) for difference in differences.T])
+    p = np.array([mean_difference_p(difference, draws) for difference in differences.T])
     adjusted = holm(p)
     tests = []
     for number, ((a, b), difference) in enumerate(zip(pairs, differences.T, strict=True)):

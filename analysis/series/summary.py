@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.classes.conclusions import Conclusion
 from analysis.records.answered_by import WhoAnswered, who_answered
 from analysis.records.session_record import SessionLog
 from analysis.series.agreement import SeriesAgreement, series_agreement
@@ -22,7 +23,7 @@ from analysis.series.choice_tests import (
 )
 from analysis.series.choices import Choices, gather
 from analysis.series.just_noticeable import StepSize, step_size
-from analysis.series.paired_tests import RatingTest, rating_test
+from analysis.series.paired_tests import DRAWS, RatingTest, rating_test
 from analysis.series.picture_scores import (
     WEIGHTS,
     CellMean,
@@ -89,6 +90,11 @@ class SeriesSummary:
     choice_tests: tuple[KindsTest, ...]
     level_tests: tuple[LevelTest, ...]
     notes: tuple[str, ...]
+
+    @property
+    def conclusions(self) -> tuple[Conclusion, ...]:
+        """What is concluded of every two kinds of series and every two paints."""
+        return conclusions_of_tests(self.kind_tests, self.paint_tests, self.choice_tests)
 
     @property
     def sentence(self) -> str:
@@ -173,7 +179,7 @@ def summarise_series(
     plan = choices.design
     weight = weight_of(choices, weights)
     levels = picture_scores(choices, pooled=True, weight=weight)
-    matrices = {scale: choices.rating_matrix(scale) for scale in choices.scales}
+    kind_tests, paint_tests, choice_tests = all_tests(choices)
     return SeriesSummary(
         choices=choices,
         experiment=sessions[0].header.experiment,
@@ -187,21 +193,49 @@ def summarise_series(
         steps=tuple(step_size(choices, kind) for kind in plan.kinds),
         neighbours=neighbours_tests(choices),
         agreement=series_agreement(choices),
-        kind_tests=_tests(matrices, [series.kind for series in plan.series], plan.kinds),
-        paint_tests=_tests(matrices, [series.paint for series in plan.series], plan.paints),
-        choice_tests=kinds_tests(choices),
+        kind_tests=kind_tests,
+        paint_tests=paint_tests,
+        choice_tests=choice_tests,
         level_tests=level_tests(choices),
         notes=_notes(sessions, choices, weight, weights),
     )
 
 
-def _tests(matrices: dict[str, Floats], groups: list[str], conditions: tuple[str, ...]) -> dict[str, RatingTest]:
+Tests: TypeAlias = tuple[dict[str, RatingTest], dict[str, RatingTest], tuple[KindsTest, ...]]
+
+
+def all_tests(choices: Choices, draws: int = DRAWS) -> Tests:
+    """Return the tests between ratings of kinds and of paints, by scale, and between choices from kinds.
+
+    Each is by so many random ``draws``, above 16 observers.
+    """
+    plan = choices.design
+    matrices = {scale: choices.rating_matrix(scale) for scale in choices.scales}
+    kinds, paints = [series.kind for series in plan.series], [series.paint for series in plan.series]
+    of_kinds = _tests(matrices, kinds, plan.kinds, draws)
+    return of_kinds, _tests(matrices, paints, plan.paints, draws), kinds_tests(choices, draws)
+
+
+def conclusions_of_tests(
+    kind_tests: Mapping[str, RatingTest], paint_tests: Mapping[str, RatingTest], choice_tests: Sequence[KindsTest]
+) -> tuple[Conclusion, ...]:
+    """Return what is concluded of choices from two kinds of series, and of ratings of two kinds and two paints."""
+    rated = [test for tests in (kind_tests, paint_tests) for test in tests.values()]
+    return (
+        *(test.conclusion for test in choice_tests),
+        *(one for test in rated for one in test.conclusions),
+    )
+
+
+def _tests(
+    matrices: dict[str, Floats], groups: list[str], conditions: tuple[str, ...], draws: int
+) -> dict[str, RatingTest]:
     """Return the tests between ``conditions`` by scale, over the observers who rated every series."""
     tests: dict[str, RatingTest] = {}
     for scale, matrix in matrices.items():
         whole = matrix[np.isfinite(matrix).all(axis=1)]
         parts = [whole[:, [group == condition for group in groups]].mean(axis=1) for condition in conditions]
-        test = rating_test(scale, conditions, np.stack(parts, axis=1))
+        test = rating_test(scale, conditions, np.stack(parts, axis=1), draws)
         if test is not None:
             tests[scale] = test
     return tests

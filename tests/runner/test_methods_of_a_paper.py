@@ -246,7 +246,7 @@ def test_numbers_of_draws_tests_and_p_values_are_those_that_were_made(tmp_path: 
         assert ("by bootstrap over observers" in said["p_values"]) == told.pairs.one_scale.by_observers
         assert tests in said["correction"]
         assert ("after the correction" in said["p_values"]) == (adjust == "holm")
-        assert re.search(r"nats \(95 %: .* to .*\), or \d+ % of choices", said["effect_sizes"])
+        assert re.search(r"JND \(95 %: .* to .*\), .*\. It is \d+ % of choices", said["effect_sizes"])
 
 
 def test_the_p_of_factors_that_counts_is_by_observers_where_there_are_some(tmp_path: Path) -> None:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from analysis.comparisons.comparisons import Comparisons
 from analysis.errors import ResultsError
 from analysis.factors.effects import factor_effects
 from analysis.factors.result import FactorEffects
+from analysis.records.session_record import Header
 from analysis.report.blocks import Block, Column, Figure, Paragraph, Section, Table
 from analysis.report.summary import Answered, Summary
 from analysis.report.words import fixed, percent
@@ -15,10 +17,15 @@ INDEPENDENT = "p if all answers were independent"
 
 def effects_of(compared: Answered) -> FactorEffects | None:
     """Return the effects of the factors in the sessions' header; None where none can be estimated."""
-    comparisons = compared.comparisons
-    factors = {str(stimulus["name"]): stimulus.get("factors") or {} for stimulus in compared.header.stimuli}
-    unscaled = isinstance(compared, Summary) and compared.scores.classes is None
-    if unscaled or not any(factors.get(item) for item in comparisons.items):
+    if isinstance(compared, Summary) and compared.scores.classes is None:
+        return None
+    return effects_in(compared.comparisons, compared.header)
+
+
+def effects_in(comparisons: Comparisons, header: Header) -> FactorEffects | None:
+    """Return the effects of the factors in ``header`` on ``comparisons``; None where none can be estimated."""
+    factors = {str(stimulus["name"]): stimulus.get("factors") or {} for stimulus in header.stimuli}
+    if not any(factors.get(item) for item in comparisons.items):
         return None
     try:
         return factor_effects(comparisons, factors)

@@ -168,6 +168,13 @@ def preferences_section(sessions: Sequence[SessionLog], chosen: Preferences) -> 
     return Section("preferences", "Stereo or flat", (Paragraph(_words(chosen)), figure, by_observer))
 
 
+def share_for_stereo(chosen: Preferences) -> Estimate:
+    """Return the share of the choices of all pictures for stereo, as the section has it."""
+    counts = np.array(list(chosen.by_observer.values()), dtype=np.float64)
+    (estimate,) = means(counts[:, :1], counts.sum(axis=1, keepdims=True))
+    return _unanimous(estimate, counts.sum(axis=1)) if estimate.value in (0.0, 1.0) else estimate
+
+
 def _unanimous(estimate: Estimate, count: Floats) -> Estimate:
     """Return the estimate with Wilson's interval over observers: bootstrap samples of unanimous answers do not vary."""
     people = int((count > 0).sum())

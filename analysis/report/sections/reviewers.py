@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
-from analysis.classes.conclusions import verdict_of
+from analysis.classes.conclusions import Conclusion
 from analysis.errors import ResultsError
-from analysis.inference.chances import PairProbabilities, pair_probabilities
+from analysis.inference.chances import PairProbabilities, PairProbability, pair_probabilities
 from analysis.inference.choices import Multiverse, multiverse
+from analysis.inference.conclusions import pair_conclusions
 from analysis.inference.fit_of_pairs import PairResiduals, pair_residuals
 from analysis.inference.folds import ModelComparison, compare_models
 from analysis.inference.terminal import ReviewAnswer
 from analysis.inference.tost import Equivalence, equivalence
 from analysis.inference.triples import Transitivity, transitivity
-from analysis.report.blocks import Block, Cell, Column, Facts, Paragraph, Section, Table
+from analysis.report.blocks import Block, Cell, Column, Facts, Paragraph, Section, Shown, Table
+from analysis.report.grouped import GroupedSummary
 from analysis.report.summary import Summary
 
 MOST_ITEMS = 30  # all pairs of more fill no page
@@ -22,11 +25,11 @@ MOST_ROWS = 100
 Review = Mapping[str, ReviewAnswer]
 
 
-def review_of(summary: Summary) -> Review:
+def review_of(summary: Summary, *, checks: bool = True) -> Review:
     """Return what reviewers ask of the scores, by its key in JSON; what cannot be computed is left out.
 
-    Other analyses only where the scores are maximum likelihood, and equivalence only where the experiment names a
-    margin (``analysis: {margin: 0.5jnd}``).
+    Whether the model fits only with ``checks``, other analyses only where `no_other_analyses` has no reason, and
+    equivalence only where the experiment names a margin (``analysis: {margin: 0.5jnd}``).
 
     Raises
     ------
@@ -36,13 +39,14 @@ def review_of(summary: Summary) -> Review:
     scores, level = summary.scores, summary.alpha
     if scores.classes is None or len(scores.items) > MOST_ITEMS:
         return {}
-    makers: dict[str, Callable[[], ReviewAnswer | None]] = {
-        "pairs": lambda: pair_probabilities(scores),
-        "transitivity": lambda: transitivity(scores, alpha=level, replicates=REPLICATES),
-        "residuals": lambda: pair_residuals(scores, alpha=level),
-        "model_comparison": lambda: compare_models(scores.comparisons),
-    }
-    if summary.estimate.method == "ml":
+    makers: dict[str, Callable[[], ReviewAnswer | None]] = {"pairs": lambda: pair_probabilities(scores)}
+    if checks:
+        makers |= {
+            "transitivity": lambda: transitivity(scores, alpha=level, replicates=REPLICATES),
+            "residuals": lambda: pair_residuals(scores, alpha=level),
+            "model_comparison": lambda: compare_models(scores.comparisons),
+        }
+    if not no_other_analyses(summary):
         makers["multiverse"] = lambda: multiverse(scores, adjustments=("none", "holm", "bh"))
     answers = {}
     for key, make in makers.items():
@@ -58,35 +62,44 @@ def review_of(summary: Summary) -> Review:
     return answers
 
 
+def group_reviews_of(grouped: GroupedSummary) -> dict[str, Review]:
+    """Return the probabilities of pairs, equivalence and other analyses of each scale, by its name."""
+    return {name: review_of(part, checks=False) for name, part in grouped.scales}
+
+
+def no_other_analyses(summary: Summary) -> str:
+    """Return why the answers are not analysed in other ways, in words; empty where they are."""
+    if summary.scores.classes is None:
+        return "there are no classes"
+    if len(summary.scores.items) > MOST_ITEMS:
+        return f"there are more than {MOST_ITEMS} stimuli"
+    if summary.estimate.method == "ml":
+        return ""
+    return "only a penalty or a prior keeps the scores finite, which the other laws do not have"
+
+
 def warning_of(review: Review) -> str:
     """Return which conclusions a minority of the other analyses shares; empty if there are none, or no analyses."""
     answer = review.get("multiverse")
     return answer.warning if isinstance(answer, Multiverse) else ""
 
 
-def reviewers_section(review: Review) -> Section | None:
-    """Return the answers: a sentence for each, and their tables folded; None without any."""
+def reviewers_section(scales: Sequence[tuple[str, Summary, Review]]) -> Section | None:
+    """Return the answers on each scale: a sentence for each, and their tables folded; None without any.
+
+    ``scales`` are their names, scores and answers; one scale has no name.
+    """
     facts: list[tuple[str, str]] = []
     tables: list[Block] = []
-    for key, term in TERMS.items():
-        answer = review.get(key)
-        if answer is None:
-            continue
-        if isinstance(answer, PairProbabilities):
-            tables.append(_pairs(answer))
-            continue
-        facts.append((term, answer.sentence))
-        if isinstance(answer, Equivalence):
-            tables.append(_equivalence(answer))
-        elif isinstance(answer, Transitivity):
-            tables += [_triples(answer)] if answer.broken else []
-        elif isinstance(answer, PairResiduals):
-            tables.append(_residuals(answer))
-        elif isinstance(answer, ModelComparison):
-            tables.append(_models(answer))
-        else:
-            tables += _analyses(answer)
-    if not tables:
+    for name, summary, review in scales:
+        for key, term in TERMS.items():
+            answer = review.get(key)
+            assert not isinstance(answer, PairProbabilities)  # they have a table of their own
+            words = _missing(summary, key) if answer is None else answer.sentence
+            facts += [(f"{name}: {term}" if name else term, words)] if words else []
+            tables += [_named(table, name) for table in _tables(answer)]
+    pairs = _pairs(scales)
+    if pairs is None:
         return None
     words = (
         "Each interval stands for itself. A pair is flagged where its answers depart from the scores by more than "
@@ -94,11 +107,29 @@ def reviewers_section(review: Review) -> Section | None:
         "that have the fitted scores. Models are compared by how well they predict observers who were left out. Other "
         "analyses: every law, kind of standard errors and correction, with each observer left out in turn."
     )
-    return Section("reviewers", "For reviewers", (Facts(tuple(facts)), *tables, Paragraph(words, small=True)))
+    return Section("reviewers", "For reviewers", (Facts(tuple(facts)), pairs, *tables, Paragraph(words, small=True)))
+
+
+def _missing(summary: Summary, key: str) -> str:
+    why = no_other_analyses(summary) if key == "multiverse" else ""
+    return f"Not made: {why}." if why else ""
+
+
+def _tables(answer: ReviewAnswer | None) -> list[Table]:
+    if isinstance(answer, Transitivity):
+        return [_triples(answer)] if answer.broken else []
+    if isinstance(answer, PairResiduals):
+        return [_residuals(answer)]
+    if isinstance(answer, ModelComparison):
+        return [_models(answer)]
+    return [_choices(answer)] if isinstance(answer, Multiverse) else []
+
+
+def _named(table: Table, scale: str) -> Table:
+    return replace(table, name=f"{table.name}_{scale}", title=f"{scale}: {table.title}") if scale else table
 
 
 TERMS = {
-    "pairs": "Pairs",
     "equivalence": "Equivalence",
     "transitivity": "Transitivity",
     "residuals": "Badly fitted pairs",
@@ -108,36 +139,45 @@ TERMS = {
 _BOTH = (Column("Stimulus", "first"), Column("over", "second"))
 
 
-def _pairs(result: PairProbabilities) -> Table:
-    ties = any(pair.tie for pair in result.pairs)
+def _pairs(scales: Sequence[tuple[str, Summary, Review]]) -> Table | None:
+    """Return all pairs of all scales: how often each is preferred, and what is concluded; None without any."""
+    found = [(name, *one) for name, summary, review in scales for one in _lines(summary, review)]
+    if not found:
+        return None
+    ties, margin = any(pair.tie for _, pair, _, _ in found), any(p is not None for *_, p in found)
     columns = [*_BOTH, Column("P", "probability", "number", 3), Column("95 %", "probability", "interval", 3)]
     if ties:
         columns += [Column("P (tie)", "tie", "number", 3), Column("95 %", "tie", "interval", 3)]
     columns += [Column("JND", "difference_jnd", "number", 2), Column("p", "p", "p")]
+    columns += [Column("p (equivalent)", "p_equivalent", "p")] if margin else []
+    columns += [Column("Verdict", "verdict"), Column("Stands in", "stands")]
+    named = len(scales) > 1
     rows = []
-    for pair in result.pairs:
+    for name, pair, one, p_equivalent in found:
         won, tie = pair.first_preferred, pair.tie
         cells: list[Cell] = [pair.first, pair.second, won.value, (won.low, won.high)]
-        cells += [tie.value, (tie.low, tie.high)] if tie else []
-        rows.append((*cells, pair.difference / result.jnd, pair.p))
-    title = "Probability that each stimulus is preferred over each other one"
-    return Table("pairs", title, tuple(columns), tuple(rows), folded=True)
+        if ties:
+            cells += [tie.value, (tie.low, tie.high)] if tie else [None, None]
+        cells += [one.estimate, pair.p, *([p_equivalent] if margin else []), one.verdict_words, stands_cell(one)]
+        rows.append((*([name] if named else []), *cells))
+    title = "How often each stimulus is preferred over each other one, and what is concluded"
+    return Table("pairs", title, (*([Column("Group", "group")] if named else []), *columns), tuple(rows), folded=True)
 
 
-def _equivalence(result: Equivalence) -> Table:
-    columns = (
-        Column("Stimulus", "first"),
-        Column("and", "second"),
-        Column("Difference", "difference", "number", 3),
-        Column("p (equivalent)", "p_equivalent", "p"),
-        Column("p (distinguished)", "p_different", "p"),
-        Column("Verdict", "verdict"),
-    )
-    rows = tuple(
-        (pair.first, pair.second, pair.difference, pair.p_equivalent, pair.p_different, pair.verdict)
-        for pair in result.pairs
-    )
-    return Table("equivalence", f"Equivalence within ± {result.margin_text}", columns, rows, folded=True)
+def _lines(summary: Summary, review: Review) -> Iterator[tuple[PairProbability, Conclusion, float | None]]:
+    """Yield each pair, what is concluded of it, and the p value of its equivalence."""
+    found, margin = review.get("pairs"), review.get("equivalence")
+    if not isinstance(found, PairProbabilities):
+        return
+    alike = margin.pairs if isinstance(margin, Equivalence) else [None] * len(found.pairs)
+    conclusions = pair_conclusions(summary.scores, review, summary.estimate.stability)
+    for pair, one, own in zip(found.pairs, conclusions, alike, strict=True):
+        yield pair, one, own.p_equivalent if own else None
+
+
+def stands_cell(one: Conclusion) -> Shown | None:
+    """Return how often a conclusion stands: a share in CSV, on the page with the number of analyses."""
+    return Shown(one.stands, one.robustness.removeprefix("stands in ")) if one.robustness else None
 
 
 def _triples(result: Transitivity) -> Table:
@@ -181,24 +221,11 @@ def _models(result: ModelComparison) -> Table:
     return Table("models", "Models by how well they predict observers left out", columns, rows, folded=True)
 
 
-def _analyses(result: Multiverse) -> list[Block]:
-    pairs = Table(
-        "other_analyses_pairs",
-        f"How often each conclusion about a pair stands in {len(result.analyses):,} analyses",
-        (
-            Column("Stimulus", "first"),
-            Column("and", "second"),
-            Column("here", "here"),
-            Column("stands", "stands", "number", 2),
-        ),
-        tuple((pair.first, pair.second, verdict_of(pair.differs), pair.stands) for pair in result.pairs),
-        folded=True,
-    )
-    choices = Table(
+def _choices(result: Multiverse) -> Table:
+    return Table(
         "other_analyses_choices",
         "What each choice of the analysis changes: share of the conclusions about pairs that stand",
         (Column("Choice", "choice"), Column("Value", "value"), Column("stand", "stand", "number", 3)),
         tuple((choice.choice.replace("_", " "), choice.value, choice.stands) for choice in result.choices),
         folded=True,
     )
-    return [pairs, choices]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from analysis.bootstrap.replicates import SEED as BOOTSTRAP_SEED
 from analysis.classes.multiplicity import ADJUSTMENT_NAMES, MAXZ_SEED, maxz_draws
 from analysis.inference.chances import PairProbabilities
+from analysis.inference.conclusions import pair_conclusions
 from analysis.inference.fit_of_pairs import PairResiduals
 from analysis.inference.folds import SEED as FOLDS_SEED
 from analysis.inference.folds import ModelComparison
@@ -19,6 +20,7 @@ from analysis.ratings.ratings import RatingSummary
 from analysis.records.session_record import SessionLog
 from analysis.report.grouped import GroupedSummary
 from analysis.report.references import Citations
+from analysis.report.sections.reviewers import Review
 from analysis.report.sections.series import weighting
 from analysis.report.summary import Answered, Summary
 from analysis.report.words import counted, fixed, listed, percent
@@ -127,9 +129,17 @@ def _draws_of_others(report: Report) -> Iterator[str]:
         yield f"{draws:,} permutations for each test of a level (seed {seed})"
 
 
+VERDICTS = (
+    "Each question has one line: estimate, 95 % interval, and a verdict by one p value. A difference that is not "
+    "significant is called not distinguished, which is no evidence of equality; only one that is significantly smaller "
+    "than a margin is called equivalent. How robust a verdict is, is the share of other analyses of the same "
+    "answers that conclude the same."
+)
+
+
 def p_words(report: Report, cited: Citations) -> str:
     """Say which p value is to be reported where a table has more than one, and of which kind the others are."""
-    parts = []
+    parts = [VERDICTS] if report.conclusions else []
     compared = report.pairs or report.groups
     if compared:
         corrected = "not corrected" if compared.adjust == "none" else "reported after the correction"
@@ -227,8 +237,8 @@ def effect_words(report: Report, cited: Citations) -> str:
             "preferred by 2.7)."
         )
     pairs = report.review.get("pairs")
-    if isinstance(pairs, PairProbabilities) and pairs.pairs:
-        parts.append(_largest(pairs))
+    if report.pairs and isinstance(pairs, PairProbabilities) and pairs.pairs:
+        parts.append(_largest(report.pairs, report.review, pairs))
     if report.factors and report.factors.effects:
         by = " by observers" if any(effect.robust_p is not None for effect in report.factors.effects) else ""
         parts.append(f"Effects of factors are differences of log strength too, with 95 % intervals{by}.")
@@ -246,15 +256,14 @@ def effect_words(report: Report, cited: Citations) -> str:
     return " ".join(parts) or "No effect size is reported."
 
 
-def _largest(pairs: PairProbabilities) -> str:
-    """Say how far apart the two most different stimuli are, in nats and as a share of choices."""
-    pair = max(pairs.pairs, key=lambda one: one.difference)
+def _largest(summary: Summary, review: Review, pairs: PairProbabilities) -> str:
+    """Say how far apart the two most different stimuli are, in JND and as a share of choices."""
+    found = zip(pairs.pairs, pair_conclusions(summary.scores, review, summary.estimate.stability), strict=True)
+    pair, largest = max(found, key=lambda both: both[0].difference)
     chance = pair.first_preferred
-    level = f"{100 * pairs.level:g} %"
     return (
-        f"Each has a {level} interval, and is given as the chance that one of the two is chosen too. The largest is "
-        f"{pair.first} over {pair.second}: {fixed(pair.difference, 2)} nats ({level}: {fixed(pair.low, 2)} to "
-        f"{fixed(pair.high, 2)}), or {percent(chance.value)} of choices ({percent(chance.low)} to "
+        "Each is also given in JND and as the chance that one of the two is chosen, with a 95 % interval. The largest "
+        f"is {largest.sentence} It is {percent(chance.value)} of choices ({percent(chance.low)} to "
         f"{percent(chance.high)})."
     )
 

@@ -126,7 +126,7 @@ def test_names_in_other_scripts_and_with_marks_make_whole_files(make_session: Ma
     answers = [(a, b) for a in names for b in names if a != b] * 2
     sessions = [make_session(f"{number}", names=names, answers=answers) for number in range(3)]
     report = describe(sessions)
-    scores = sections_of(report, {}, {})[0].figures()[:1]
+    scores = sections_of(report, {}, {})[1].figures()[:1]
     svg, pdf = write_figure_files(scores, tmp_path)
     text = "".join(ElementTree.parse(svg).getroot().itertext())
     assert all(name in text for name in names)

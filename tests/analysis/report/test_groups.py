@@ -233,3 +233,17 @@ def test_common_names_are_the_other_factors_that_recur(
     groups = SessionGroups({name: name[0] for name in factors}, "scene", "")
     names = common_names(replace(header, stimuli=tuple(stimuli)), groups)
     assert names == ({} if expected is None else dict(zip(factors, expected, strict=True)))
+
+
+def test_groups_are_analysed_in_other_ways_or_the_page_says_why_not() -> None:
+    report = report_of()
+    assert set(report.group_reviews) == {"all groups together", *SCENES}
+    assert all("multiverse" in own for own in report.group_reviews.values())
+    assert all(one.stands is not None for one in report.conclusions)
+    assert any("groups' scales" in one.question for one in report.conclusions)
+    assert set(report.to_json()["group_reviews"]["dune"]) >= {"pairs", "multiverse"}
+    one_won_all = report_of(best="church jxl")
+    assert "multiverse" not in one_won_all.group_reviews["church"]
+    assert "church: Other analyses" in page_of(best="church jxl")
+    assert "Not made: only a penalty" in page_of(best="church jxl")
+    assert "Not made" not in page_of()

@@ -58,7 +58,7 @@ def keys(report: Report) -> list[str]:
 @pytest.mark.usefixtures("undrawn")
 def test_only_preferences_make_a_report(preferring: Sessions) -> None:
     report = describe(preferring())
-    assert keys(report) == ["preferences", "seen", "clipping", "timing", "not_reported", "methods"]
+    assert keys(report) == ["conclusions", "preferences", "seen", "clipping", "timing", "not_reported", "methods"]
     assert report.pairs is None
     assert "preferences between stereo and flat" in " ".join(report.sentences)
     json.dumps(report.to_json(), allow_nan=False)
@@ -68,7 +68,7 @@ def test_only_preferences_make_a_report(preferring: Sessions) -> None:
 @pytest.mark.usefixtures("undrawn")
 def test_only_choices_from_series_make_a_report(choosing: Sessions) -> None:
     report = describe(choosing())
-    assert keys(report)[:5] == ["series", "series-ratings", "steps", "series-tests", "series-agreement"]
+    assert keys(report)[1:6] == ["series", "series-ratings", "steps", "series-tests", "series-agreement"]
     assert report.series is not None
     json.dumps(report.to_json(), allow_nan=False)
     page = Page(render(report))

@@ -24,9 +24,10 @@ def with_margin(sessions: list[SessionLog], margin: str) -> list[SessionLog]:
 
 
 def test_a_sentence_and_folded_tables_for_each(sessions: list[SessionLog]) -> None:
-    review = review_of(summarise(with_margin(sessions, "0.5jnd")))
+    summary = summarise(with_margin(sessions, "0.5jnd"))
+    review = review_of(summary)
     assert set(review) == {"pairs", "equivalence", "transitivity", "residuals", "model_comparison", "multiverse"}
-    section = reviewers_section(review)
+    section = reviewers_section([("", summary, review)])
     assert section is not None
     facts = section.blocks[0]
     assert isinstance(facts, Facts)
@@ -38,7 +39,7 @@ def test_a_sentence_and_folded_tables_for_each(sessions: list[SessionLog]) -> No
         "Other analyses",
     ]
     tables = {table.name: table for table in section.tables()}
-    assert {"pairs", "equivalence", "residuals", "models", "other_analyses_pairs"} <= set(tables)
+    assert {"pairs", "residuals", "models", "other_analyses_choices"} <= set(tables)
     assert all(table.folded for table in tables.values())
     assert len(tables["pairs"].rows) == len(tables["residuals"].rows) == 15
     for table in tables.values():
@@ -62,4 +63,4 @@ def test_separated_answers_have_no_other_analyses(make_session: Maker) -> None:
 def test_a_margin_that_is_none(sessions: list[SessionLog]) -> None:
     with pytest.raises(ResultsError, match="the margin is 'small'"):
         review_of(summarise(with_margin(sessions, "small")))
-    assert reviewers_section({}) is None
+    assert reviewers_section([]) is None

@@ -1,0 +1,204 @@
+"""The questions of a study and what is concluded of each, in one form; the first is the page's headline.
+
+How robust an answer is: for a pair, the share of the other analyses of its scores that conclude the same, or of
+bootstrap samples where these cannot be made; for the rest, of the analyses without each observer, and with all answers
+taken for independent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.classes.conclusions import Conclusion, concluded, with_shares
+from analysis.comparisons.comparisons import Comparisons
+from analysis.errors import ResultsError
+from analysis.factors.result import FactorEffects
+from analysis.inference.chances import pair_probabilities
+from analysis.inference.choices import observer_parts
+from analysis.inference.conclusions import MOST_REFITS, pair_conclusions, without_each
+from analysis.ratings.preferences import Preferences
+from analysis.report.blocks import Column, Paragraph, Section, Table
+from analysis.report.sections.factors import effects_in
+from analysis.report.sections.ratings import share_for_stereo, sign_test
+from analysis.report.sections.reviewers import Review, stands_cell
+from analysis.report.summary import Answered, Summary
+from analysis.report.words import chance, fixed
+from analysis.scaling.grouped import score_groups
+from analysis.series.summary import SeriesSummary, all_tests, conclusions_of_tests
+from documents.text import print_rows
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from analysis.report.grouped import GroupedSummary
+    from analysis.report.report import Report
+
+MOST_ITEMS = 200
+MOST_OPEN = 8
+FEW_DRAWS = 9999  # for tests of which only the verdict counts
+Asked = Callable[[Comparisons], Iterable[Conclusion]]
+
+
+def conclusions_of(report: Report) -> tuple[Conclusion, ...]:
+    """Return what is concluded of each question: the best stimulus and the next, then all but pairs, then these."""
+    pairs: list[Conclusion] = []
+    others: list[Conclusion] = []
+    if report.pairs is not None:
+        pairs += neighbours(report.pairs, report.review)
+    if report.groups is not None:
+        pairs += _neighbours_in_groups(report.groups, report.group_reviews)
+        others += _of_agreement(report.groups)
+    if report.factors is not None:
+        others += _of_factors(report.pairs or report.groups, report.factors)
+    if report.series is not None:
+        others += of_series(report.series)
+    if report.preferences is not None:
+        others += of_preferences(report.preferences)
+    return (*pairs[:1], *others, *pairs[1:])
+
+
+def neighbours(summary: Summary, review: Review) -> Iterator[Conclusion]:
+    """Yield what is concluded of each stimulus and the next in rank, best first."""
+    scores = summary.scores
+    if scores.classes is None or len(scores.items) > MOST_ITEMS:
+        return
+    answers = review or {"pairs": pair_probabilities(scores)}
+    asked = {f"{better.name} over {worse.name}" for better, worse in pairwise(scores.items)}
+    for one in pair_conclusions(scores, answers, summary.estimate.stability):
+        if one.question in asked:
+            yield one
+
+
+def _neighbours_in_groups(grouped: GroupedSummary, reviews: Mapping[str, Review]) -> Iterator[Conclusion]:
+    for name, part in grouped.scales:
+        for one in neighbours(part, reviews.get(name, {})):
+            yield replace(one, question=f"{name}: {one.question}")
+
+
+def _of_agreement(grouped: GroupedSummary) -> tuple[Conclusion, ...]:
+    def asked(answers: Comparisons) -> Iterator[Conclusion]:
+        common = {item: name for item, name in grouped.common.items() if item in answers.items}
+        test = score_groups(answers, common=common, covariance="model").agreement
+        if test is not None:
+            yield test.conclusion(grouped.alpha)
+
+    test = grouped.scored.agreement
+    return _robust([test.conclusion(grouped.alpha)], grouped.comparisons, asked, grouped.alpha) if test else ()
+
+
+def _of_factors(compared: Answered | None, effects: FactorEffects) -> tuple[Conclusion, ...]:
+    if compared is None:
+        return ()
+    header = compared.header
+
+    def asked(answers: Comparisons) -> tuple[Conclusion, ...]:
+        found = effects_in(answers, header)
+        return found.conclusions if found else ()
+
+    return _robust(effects.conclusions, compared.comparisons, asked)
+
+
+def _robust(
+    conclusions: Iterable[Conclusion], comparisons: Comparisons, asked: Asked, level: float = 0.05
+) -> tuple[Conclusion, ...]:
+    """Return ``conclusions`` with the share of analyses without each observer that conclude the same."""
+    others: list[Conclusion] = []
+    for answers in without_each(comparisons):
+        try:
+            others += asked(answers)
+        except ResultsError:
+            continue  # without this observer nothing can be fitted
+    return with_shares(conclusions, others, level)
+
+
+def of_series(summary: SeriesSummary) -> tuple[Conclusion, ...]:
+    """Return what is concluded of ratings and choices of every two kinds of series, and of ratings of two paints."""
+    others: list[Conclusion] = []
+    choices = summary.choices
+    part, names = observer_parts(choices.observers, MOST_REFITS)
+    for number in range(len(names) - 1):
+        kept = tuple(choice for choice in choices.choices if part[choice.observer] != number)
+        others += conclusions_of_tests(*all_tests(replace(choices, choices=kept), FEW_DRAWS))
+    return with_shares(summary.conclusions, others)
+
+
+def of_preferences(chosen: Preferences) -> tuple[Conclusion, ...]:
+    """Return whether one of stereo and flat is preferred, by the sign test over observers."""
+    signs = np.sign([stereo - flat for stereo, flat in chosen.by_observer.values()])
+
+    def test(signs: NDArray[np.int_]) -> Conclusion:
+        decided = int(np.count_nonzero(signs))
+        p = sign_test(int((signs > 0).sum()), decided) if decided else None
+        return concluded("stereo over flat", p, None)
+
+    share = share_for_stereo(chosen)
+    found = replace(test(signs), estimate=share.value, low=share.low, high=share.high, unit="of the choices")
+    return with_shares([found], [test(np.delete(signs, place)) for place in range(len(signs))])
+
+
+def conclusions_section(conclusions: tuple[Conclusion, ...]) -> Section | None:
+    """Return the questions with their answers; None without any."""
+    if not conclusions:
+        return None
+    bases = {one.by_observers for one in conclusions}
+    mixed = len(bases) > 1
+    columns = [
+        Column("Question", "question"),
+        Column("Estimate", "estimate", "number", 2),
+        Column("Unit", "unit"),
+        Column("95 %", "interval", "interval", 2),
+        Column("Verdict", "verdict"),
+        Column("p", "p", "p"),
+        *([Column("By", "by")] if mixed else []),
+        Column("Stands in", "stands"),
+    ]
+    rows = tuple(
+        (
+            one.question,
+            one.estimate,
+            one.unit or None,
+            (one.low, one.high),
+            one.verdict_words,
+            one.p,
+            *(["observers" if one.by_observers else "answers"] if mixed else []),
+            stands_cell(one),
+        )
+        for one in conclusions
+    )
+    basis = "" if mixed else f", {conclusions[0].basis}"
+    first = Table("conclusions", f"One line a question{basis}", tuple(columns), rows[:MOST_OPEN])
+    rest = Table("conclusions_further", "Further questions", tuple(columns), rows[MOST_OPEN:], folded=True)
+    words = (
+        "Not distinguished: the difference may be there all the same. The verdict is by p, which is corrected for the "
+        "number of tests; each interval stands for itself. Both have the observers as their unit, or the answers where "
+        "there are too few observers. A conclusion stands in the share of other analyses of the same answers that "
+        "conclude the same: of pairs, by every law, kind of standard errors and correction, and without each observer; "
+        "of the rest, without each observer, and with all answers taken for independent. Shares are no probabilities."
+    )
+    return Section("conclusions", "Conclusions", (first, *([rest] if rest.rows else []), Paragraph(words, small=True)))
+
+
+def print_conclusions(conclusions: Sequence[Conclusion], console: Console) -> None:
+    """Print one line a question, the first eight, and say how many more there are."""
+    rows = [
+        [
+            one.question,
+            "–" if one.estimate is None else f"{fixed(one.estimate, 2)} {one.unit}",
+            "–" if one.low is None or one.high is None else f"{fixed(one.low, 2)} to {fixed(one.high, 2)}",
+            one.verdict_words,
+            "–" if one.p is None else chance(one.p),
+            one.robustness.removeprefix("stands in ") or "–",
+        ]
+        for one in conclusions[:MOST_OPEN]
+    ]
+    print_rows(["question", "estimate", "95 %", "verdict", "p", "stands in"], rows, console, words=(0, 3, 5))
+    if len(conclusions) > MOST_OPEN:
+        console.print(
+            f"{len(conclusions) - MOST_OPEN} further questions are on the page, and under conclusions in JSON."
+        )
