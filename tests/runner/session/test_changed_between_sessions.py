@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -102,7 +103,9 @@ def test_an_earlier_log_that_cannot_be_read_is_named_and_keeps_nobody_from_begin
     assert "cannot be read" not in simulated(study, "04").stderr
     for observer in ("01", "04"):  # before and after the session that the next one is compared with
         (file,) = session_files(study.results / "small" / f"sub-{observer}")
+        when = file.stat()
         file.write_bytes(file.read_bytes().replace(b'"record":"trial"', b'"record":"trail"', 1))
+        os.utime(file, ns=(when.st_atime_ns, when.st_mtime_ns))  # which parts sessions of one second
     told = [line for line in simulated(study, "05").stderr.splitlines() if "cannot be read" in line]
     assert len(told) == 1
     assert told[0].startswith(f"warning: {file}:")
