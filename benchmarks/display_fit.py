@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -21,7 +22,7 @@ from devices.characterise.residual_fit import fit_residual
 from devices.characterise.table_fit import fit_plvc, fit_table
 from devices.measurements import Measurements, read_csv
 
-CRT = Path(__file__).parents[2] / "shared" / "data" / "displays" / "apple17_crt_2000.csv"
+CRT = Path(os.environ.get("CYCLOPEAN_SHARED_DATA", "")) / "data" / "displays" / "apple17_crt_2000.csv"
 
 
 def run() -> dict[str, object]:

@@ -98,6 +98,15 @@ def cyclopean() -> Callable[..., subprocess.CompletedProcess[str]]:
 
 
 @pytest.fixture(scope="session")
+def shared_data() -> Path:
+    """The folder of real measurements that ``CYCLOPEAN_SHARED_DATA`` names: unasked, nothing outside is read."""
+    named = os.environ.get("CYCLOPEAN_SHARED_DATA")
+    if not named:
+        pytest.skip("CYCLOPEAN_SHARED_DATA names no folder of real measurements")
+    return Path(named)
+
+
+@pytest.fixture(scope="session")
 def xvfb() -> Iterator[str]:
     """The name of an X display of 1920 × 1080 on a virtual screen, such as ``:99``."""
     yield from _x_server("1920x1080x24")

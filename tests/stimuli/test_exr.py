@@ -18,7 +18,6 @@ from stimuli.errors import StimulusError
 from stimuli.pictures import REC709, StereoImage, XYZImage, read_exr, read_exr_counted, write_exr
 from stimuli.pictures.exr_views import read_views
 
-SHARED = Path(__file__).parents[2] / ".." / "shared" / "data" / "stereo"
 XYZ = (1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1 / 3, 1 / 3)
 RGB709 = tuple(float(number) for number in REC709.ravel())
 
@@ -301,9 +300,8 @@ def test_any_half_range_picture_survives(tmp_path_factory: pytest.TempPathFactor
 
 
 @pytest.mark.shared_data
-@pytest.mark.skipif(not SHARED.is_dir(), reason="the real pictures of ../shared/data are not here")
-def test_a_real_three_view_photograph() -> None:
-    path = SHARED / "Adjuster.exr"
+def test_a_real_three_view_photograph(shared_data: Path) -> None:
+    path = shared_data / "data/stereo/Adjuster.exr"
     assert list(read_views(path)) == ["center", "left", "right"]
     image = read_exr(path, "rec709")
     assert (image.height_px, image.width_px, image.is_flat) == (678, 775, False)
@@ -315,9 +313,8 @@ def test_a_real_three_view_photograph() -> None:
 
 
 @pytest.mark.shared_data
-@pytest.mark.skipif(not SHARED.is_dir(), reason="the real pictures of ../shared/data are not here")
-def test_a_real_xyz_picture() -> None:
-    path = SHARED / "chromaticities_XYZ.exr"
+def test_a_real_xyz_picture(shared_data: Path) -> None:
+    path = shared_data / "data/stereo/chromaticities_XYZ.exr"
     image = read_exr(path)
     assert (image.height_px, image.width_px, image.is_flat) == (406, 610, True)
     np.testing.assert_array_equal(image.left, oiio.ImageBuf(str(path)).get_pixels(oiio.FLOAT))

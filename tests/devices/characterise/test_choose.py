@@ -28,7 +28,6 @@ LCD = liquid_crystal_XYZ(CODES)
 SRGB = np.array([[41.2, 35.8, 18.0], [21.3, 71.5, 7.2], [1.9, 11.9, 95.0]])  # XYZ in cd/m² by channel
 SOME = np.union1d(np.arange(0, 120, 4), [26, 52, 78, 119])  # black, white and primaries among them
 THESIS_READINGS = Measurements(CODES[SOME], noisy(THESIS, 0.002, 1)[SOME])
-CRT = Path(__file__).parents[4] / "shared" / "data" / "displays" / "apple17_crt_2000.csv"
 
 
 @cache
@@ -88,9 +87,8 @@ def test_gog_is_rejected_on_a_liquid_crystal_display() -> None:
 
 
 @pytest.mark.shared_data
-@pytest.mark.skipif(not CRT.exists(), reason="needs ../shared/data, which a clone does not carry")
-def test_a_real_crt() -> None:
-    found = characterise(read_csv(CRT))
+def test_a_real_crt(shared_data: Path) -> None:
+    found = characterise(read_csv(shared_data / "data/displays/apple17_crt_2000.csv"))
     assert found.chosen.held_out.mean <= 0.8
     assert any("alone" in sentence for sentence in found.where_it_errs)
     assert "0..255" in found.notes[0]

@@ -210,10 +210,8 @@ def test_no_more_than_one_clean_display_in_fifteen_is_blamed() -> None:
 
 
 @pytest.mark.shared_data
-def test_a_real_crt_is_told_where_its_readings_fail() -> None:
-    file = Path(__file__).parents[3] / "../shared/data/displays/apple17_crt_2000.csv"
-    if not file.exists():
-        pytest.skip("the real measurements are not beside this checkout")
+def test_a_real_crt_is_told_where_its_readings_fail(shared_data: Path) -> None:
+    file = shared_data / "data/displays/apple17_crt_2000.csv"
     found = {one.name: one for one in examine([MeasuredSet("crt", read_csv(file))])}
     assert [name for name, one in found.items() if one.passed is False] == ["channel_constancy", "tone_response"]
     assert [name for name in ("primaries", "chromaticities", "headroom") if found[name].passed] == [

@@ -18,7 +18,6 @@ from runner.presenter.surfaces.egl import EglSurface
 
 pytestmark = pytest.mark.usefixtures("each_arithmetic")
 
-CRT = Path(__file__).parents[4] / "shared" / "data" / "displays" / "apple17_crt_2000.csv"
 PRIMARIES = np.array([[40.0, 35, 18], [20, 70, 7], [2, 11, 95]])
 CODES = np.linspace(0.0, 1.0, 31)
 GAMMA = ToneCurve(gamma=2.2)
@@ -87,9 +86,8 @@ def test_a_display_may_have_tables_and_formulas(egl: EglSurface) -> None:
 
 
 @pytest.mark.shared_data
-@pytest.mark.skipif(not CRT.exists(), reason="needs apple17_crt_2000.csv")
-def test_a_crt_that_gives_no_light_at_dark_codes_is_shown_by_its_table(egl: EglSurface) -> None:
-    model = characterise(read_csv(CRT), "table").chosen.model
+def test_a_crt_that_gives_no_light_at_dark_codes_is_shown_by_its_table(egl: EglSurface, shared_data: Path) -> None:
+    model = characterise(read_csv(shared_data / "data/displays/apple17_crt_2000.csv"), "table").chosen.model
     assert max(curve.light[5] for curve in model.curves if isinstance(curve, TableCurve)) < 2e-4
     check(egl, model)
 

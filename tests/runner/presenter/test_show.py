@@ -23,7 +23,6 @@ from runner.presenter.show import ShownPicture, ShowOptions
 from stimuli.pictures import StereoImage, read_exr, write_exr
 
 ROOT = Path(__file__).parents[3]
-DATA = ROOT.parent / "shared/data/stereo"
 ASUS = ROOT / "configs/displays/asus_vg248qe.yaml"
 Run = Callable[..., subprocess.CompletedProcess[str]]
 
@@ -221,12 +220,11 @@ def test_a_screenshot_that_cannot_be_written_is_refused(
 @pytest.mark.parametrize(
     ("name", "options"), [("Adjuster.exr", ["--colour-space", "rec709"]), ("chromaticities_XYZ.exr", [])]
 )
-def test_real_pictures_are_shown(show: Run, tmp_path: Path, name: str, options: list[str]) -> None:
-    if not DATA.is_dir():
-        pytest.skip("the shared pictures are not beside this checkout (../shared/data/stereo)")
-    show(DATA / name, "--display", ASUS, "--mode", "side-by-side", "--screenshot", "o.png", "--headless", *options)
+def test_real_pictures_are_shown(show: Run, shared_data: Path, tmp_path: Path, name: str, options: list[str]) -> None:
+    file = shared_data / "data/stereo" / name
+    show(file, "--display", ASUS, "--mode", "side-by-side", "--screenshot", "o.png", "--headless", *options)
     screen = codes(tmp_path / "o.png")
-    image = read_exr(DATA / name, "rec709" if options else None)
+    image = read_exr(file, "rec709" if options else None)
     model = read_display(ASUS).models("side-by-side").left
     place = (960 - image.width_px) // 2, (1080 - image.height_px) // 2
     shown = screen[place[1] : place[1] + image.height_px, place[0] : place[0] + image.width_px]

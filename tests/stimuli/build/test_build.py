@@ -351,14 +351,10 @@ def test_where_the_cache_lies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     assert cache_folder() == Path.home() / ".cache" / "cyclopean" / "stimuli"
 
 
-SHARED = Path(__file__).parents[3] / ".." / "shared" / "data" / "stereo"
-
-
 @pytest.mark.shared_data
-@pytest.mark.skipif(not SHARED.is_dir(), reason="the real pictures of ../shared/data are not here")
-def test_real_pictures_in_a_recipe(tmp_path: Path) -> None:
+def test_real_pictures_in_a_recipe(shared_data: Path, tmp_path: Path) -> None:
     for name in ("Adjuster.exr", "chromaticities_XYZ.exr"):
-        shutil.copyfile(SHARED / name, tmp_path / name)
+        shutil.copyfile(shared_data / "data/stereo" / name, tmp_path / name)
     blade = {"name": "blade", "file": "Adjuster.exr", "colour_space": "rec709"}
     path = pictures_recipe(tmp_path, blade, views=["stereo", "flat"])
     made = build_set(path, 0.2768)

@@ -22,7 +22,6 @@ from stimuli.errors import StimulusError
 Draw = Callable[..., NDArray[np.float64]]
 Write = Callable[..., RegionsFile]
 CHART = "{kind: colorchecker, corners: [[40, 30], [330, 44], [318, 240], [28, 220]]}"
-TABLE_5_2 = Path(__file__).parents[4] / "shared/reference/table_5_2_macbeth_xyY.csv"
 WHITE = np.array([96.42, 100.0, 82.49])
 SQUARE = np.array([[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0]])
 
@@ -37,10 +36,8 @@ def named(name: str) -> Region:
 
 @pytest.mark.shared_data
 @pytest.mark.parametrize("shutter", ["1/8", "1/15"])
-def test_table_5_2_follows_from_its_own_columns(shutter: str) -> None:
-    if not TABLE_5_2.is_file():
-        pytest.skip("../shared/reference/table_5_2_macbeth_xyY.csv is not there")
-    with TABLE_5_2.open(encoding="utf-8", newline="") as file:
+def test_table_5_2_follows_from_its_own_columns(shared_data: Path, shutter: str) -> None:
+    with (shared_data / "reference/table_5_2_macbeth_xyY.csv").open(encoding="utf-8", newline="") as file:
         printed = [row for row in csv.DictReader(file) if row["shutter_s"] == shutter]
     photo, simulation = (
         [area(XYZ_from_xyY([float(row[f"{side}_{key}"]) for key in "xyY"])) for row in printed]

@@ -18,7 +18,6 @@ from stimuli.pictures import StereoImage
 from stimuli.sparkle import PixelScale, Threshold
 
 DISPLAY = Path(__file__).parents[3] / "configs" / "displays" / "asus_vg248qe.yaml"
-REFERENCE = Path(__file__).parents[4] / "shared" / "reference" / "table_4_3_images.csv"
 
 
 @pytest.fixture(scope="module")
@@ -91,10 +90,9 @@ def test_ten_stops() -> None:
 
 
 @pytest.mark.shared_data
-@pytest.mark.skipif(not REFERENCE.is_file(), reason="the thesis's tables are not beside this checkout")
-def test_what_of_table_4_3_can_be_recomputed() -> None:
+def test_what_of_table_4_3_can_be_recomputed(shared_data: Path) -> None:
     """Factors and maxima; exposures and shares of saturated pixels are of photographs that are not published."""
-    with REFERENCE.open(encoding="utf-8") as file:
+    with (shared_data / "reference/table_4_3_images.csv").open(encoding="utf-8") as file:
         rows = {row["image"]: row for row in csv.DictReader(file)}
     most = {name: float(row["max_luminance_cd_m2"]) for name, row in rows.items()}
     used = {name: float(row["luminance_scale"]) for name, row in rows.items()}

@@ -89,6 +89,13 @@ def test_saturation_equals_the_display_model() -> None:
         assert counts.percent_any == pytest.approx(100 * above.any(axis=-1).mean())
 
 
+def test_counts_of_parts_add_up_to_those_of_the_whole() -> None:
+    xyz, model = sparkling(2), with_black()
+    first, second = (measure_saturation(part, model, 3.0) for part in np.array_split(xyz, 2))
+    assert first + second == measure_saturation(xyz, model, 3.0)
+    assert first.any_channel > 0 < second.any_channel
+
+
 def test_pixels_that_never_saturate() -> None:
     black = np.zeros((4, 5, 3), np.float32)
     assert np.all(np.isinf(saturation_factors(black, thesis())))

@@ -17,7 +17,6 @@ from stimuli.measures.table import Eye
 from stimuli.pictures import StereoImage, read_exr
 
 ROOT = Path(__file__).parents[3]
-SHARED = ROOT / ".." / "shared" / "data" / "stereo"
 NAMES = ("flip", "hdr-flip", "pu-ssim")
 
 
@@ -56,10 +55,9 @@ def test_two_stimuli_of_the_shipped_study() -> None:
 
 
 @pytest.mark.shared_data
-@pytest.mark.skipif(not SHARED.is_dir(), reason="the real pictures of ../shared/data are not here")
-def test_a_real_pair_beside_its_blurred_copy() -> None:
+def test_a_real_pair_beside_its_blurred_copy(shared_data: Path) -> None:
     pytest.importorskip("flip_evaluator")
-    photograph = read_exr(SHARED / "Adjuster.exr", "rec709")
+    photograph = read_exr(shared_data / "data/stereo/Adjuster.exr", "rec709")
     reference = StereoImage(_lit(photograph.left), _lit(photograph.right))
     test = StereoImage(*(gaussian_filter(one, (0.7, 0.7, 0)) for one in (reference.left, reference.right)))
     viewing = ViewingConditions(45.0, np.array([90.0, 100.0, 120.0]))

@@ -244,20 +244,16 @@ def test_the_shipped_recipe_of_photographs_says_which_files_it_lacks() -> None:
     assert len(error.value.findings) == sum(len(one.files) for one in recipe.stimuli)
 
 
-SHARED = ROOT / ".." / "shared" / "data" / "stereo"
-
-
 @pytest.mark.shared_data
-@pytest.mark.skipif(not SHARED.is_dir(), reason="the real pictures of ../shared/data are not here")
-def test_a_real_stereo_file_becomes_a_stereo_and_a_flat_stimulus(tmp_path: Path) -> None:
-    shutil.copyfile(SHARED / "Adjuster.exr", tmp_path / "Adjuster.exr")
+def test_a_real_stereo_file_becomes_a_stereo_and_a_flat_stimulus(shared_data: Path, tmp_path: Path) -> None:
+    shutil.copyfile(shared_data / "data/stereo/Adjuster.exr", tmp_path / "Adjuster.exr")
     blade = {"name": "blade", "file": "Adjuster.exr", "colour_space": "rec709", "white_luminance_cd_m2": 20}
     sets = made(tmp_path, blade, views=["stereo", "flat"], resample={"width_mm": 150})
     assert sets.size_px("blade-stereo")[0] == 542
     stereo, flat = sets.load("blade-stereo"), sets.load("blade-flat")
     assert not np.array_equal(stereo.left, stereo.right)
     assert flat.is_flat
-    source = read_exr(SHARED / "Adjuster.exr", "rec709", white_luminance_cd_m2=20)
+    source = read_exr(shared_data / "data/stereo/Adjuster.exr", "rec709", white_luminance_cd_m2=20)
     assert stereo.left[..., 1].mean(dtype=np.float64) == pytest.approx(
         source.left[..., 1].mean(dtype=np.float64), rel=5e-3
     )
