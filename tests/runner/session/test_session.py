@@ -38,10 +38,11 @@ class Screen:
 
     shown: list[Scene] = field(default_factory=list)
     prefetched: list[Scene] = field(default_factory=list)
+    pace_s: float = 1.0
 
     def show(self, scene: Scene) -> float:
         self.shown.append(scene)
-        return float(len(self.shown))
+        return self.pace_s * len(self.shown)
 
     def prefetch(self, scene: Scene) -> None:
         self.prefetched.append(scene)
@@ -214,9 +215,10 @@ def test_simulated_answers_follow_the_law() -> None:
     assert share == pytest.approx(0.75, abs=0.025)
 
 
-def test_timed_scenes_are_recorded_with_the_frames_that_were_missed() -> None:
-    """The screen of these tests shows a scene a second, with frames of half a second."""
-    screen, paper = Screen(), Paper()
+@pytest.mark.parametrize("pace_s", [1.0, 1.25])
+def test_timed_scenes_are_recorded_with_the_frames_that_were_missed(pace_s: float) -> None:
+    """The screen shows a scene every ``pace_s``, with frames of half a second."""
+    screen, paper = Screen(pace_s=pace_s), Paper()
     block = AllPairs(("a", "b", "c"), "Which?", LAYOUT, "s", "o", fixation_s=1.0, exposure_s=0.5, blank_s=2.0)
     _run(Session((block,), screen, _simulated(), paper))
     first, second, _third = (trial.data["timed"] for trial in paper.trials)
@@ -225,7 +227,13 @@ def test_timed_scenes_are_recorded_with_the_frames_that_were_missed() -> None:
         ("pair", 1, 1),
     ]
     assert [held["what"] for held in second] == ["blank", "fixation", "pair"]
-    assert second[0] == {"what": "blank", "frames": 4, "asked_ms": 2000.0, "shown_ms": 1000.0, "missed_frames": 0}
+    assert second[0] == {
+        "what": "blank",
+        "frames": 4,
+        "asked_ms": 2000.0,
+        "shown_ms": 1000 * pace_s,
+        "missed_frames": 0,
+    }
     # After the exposure the question stands alone.
     assert [bool(scene.stimuli) for scene in screen.shown[:3]] == [False, True, False]
     assert len(screen.shown[2].items) == 1
