@@ -23,7 +23,7 @@ _PLACES = {
     errno.ENAMETOOLONG: ("its name is too long", "choose a shorter name"),
     errno.ELOOP: ("its links lead to one another", "name the folder itself"),
     errno.ENOTEMPTY: ("there is something already", "name a new or an empty folder"),
-    errno.EEXIST: ("there is something already", "choose another name"),
+    errno.EEXIST: ("there is something already", "move it away, or choose another name"),
 }
 _STEP = 1 << 16
 

@@ -2,7 +2,7 @@
 
 The experiment, rig, display, recipe, font and what else is text are copied as they lie beside each other, with the
 stimuli's manifest, which has the SHA-256 of every picture. `analysis.records.configuration` says where; no copy is ever
-changed.
+changed. What another program removed or changed of them while a session runs is written again at its end.
 """
 
 from __future__ import annotations
@@ -10,13 +10,14 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from analysis.records import CONFIGURATION_LIST, configuration_folder
-from documents.files import read_regular, sha256_of_json, unwritable, whole_folder, write_whole
+from documents import InputError
+from documents.files import read_regular, sha256_of_json, whole_file, whole_folder, writing
 from runner.errors import SessionError
 from runner.protocol import Experiment, named_files
 from stimuli.build import StimulusSet
@@ -37,29 +38,52 @@ class Configuration:
     named: dict[str, Any]
     digest: str
 
-    def keep(self, folder: Path) -> Path:
-        """Write the files below the experiment's ``folder`` of results, unless they are there; return where they are.
+    def keep(self, folder: Path) -> tuple[str, ...]:
+        """Write what is missing of the files below the experiment's ``folder`` of results, or is there as others.
+
+        Returns
+        -------
+        tuple of str
+            The names of what was written, such as ``rig.yaml``; empty if all were there.
 
         Raises
         ------
         SessionError
-            If they cannot be written; nothing is then left of them.
+            If they cannot be written; nothing is then left of them, unless some were there.
         """
         place = configuration_folder(folder, self.digest)
-        if (place / CONFIGURATION_LIST).exists():
-            return place
+        listed = json.dumps(self.named, indent=2, ensure_ascii=False) + "\n"
+        files = {**self.contents, CONFIGURATION_LIST: listed.encode("utf-8", "surrogateescape")}
+        wrong = {name: content for name, content in files.items() if not _holds(place / name, content)}
+        if wrong:
+            with writing(place, "session's configuration", SessionError):
+                _write(place, wrong)
+        return tuple(wrong)
+
+
+def _holds(file: Path, content: bytes) -> bool:
+    try:
+        return read_regular(file, len(content)) == content
+    except InputError:  # there is none, it cannot be read, or it is longer
+        return False
+
+
+def _write(place: Path, contents: Mapping[str, bytes]) -> None:
+    if not place.exists():
         try:
             with whole_folder(place, private=True) as draft:
-                for name, content in self.contents.items():
-                    file = draft / name
-                    file.parent.mkdir(parents=True, exist_ok=True)
-                    file.write_bytes(content)
-                write_whole(draft / CONFIGURATION_LIST, json.dumps(self.named, indent=2, ensure_ascii=False) + "\n")
-        except OSError as error:
-            if (place / CONFIGURATION_LIST).exists():  # another station wrote the same
-                return place
-            raise SessionError(unwritable(error, place, "session's configuration")) from error
-        return place
+                _put(draft, contents)
+            return
+        except OSError:
+            if not place.is_dir():  # else another station wrote the same meanwhile
+                raise
+    _put(place, contents)
+
+
+def _put(folder: Path, contents: Mapping[str, bytes]) -> None:
+    for name, content in contents.items():
+        with whole_file(folder / name, private=True) as draft:
+            draft.write_bytes(content)
 
 
 def configuration_of(experiment: Experiment, stimuli: StimulusSet, further: Sequence[Path] = ()) -> Configuration:

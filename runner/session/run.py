@@ -6,7 +6,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -233,11 +233,16 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
         except KeyboardInterrupt as stop:
             ending = "terminated" if isinstance(stop, Terminated) else "interrupted"
         finally:
-            for fault in (station.end_mirror(), *lost_marks(station.marks)):
+            stopping = sys.exception() is not None  # else it is told at the end
+            for fault in (
+                station.end_mirror(),
+                *lost_marks(station.marks),
+                _configuration(station) if stopping else None,
+            ):
                 if fault:
                     options.notify(f"warning: {fault}")
         if station.recorder is not None:  # before others may resume the session
-            file = _read_back(station.recorder, typed)
+            file = _read_back(station, station.recorder, typed, options.notify)
             station.recorder = None
     if status is None:  # interrupted before it began
         return SessionResult(ending, 0, sum(block.trials for block in design.example_blocks), folder)
@@ -351,7 +356,7 @@ def simulate(
                     answers = station.simulated(law, code, seed)
                     folders.append(station.run(code, answers, simulated=True, remarks=remarks))
                 if station.recorder is not None:
-                    _read_back(station.recorder, typed)
+                    _read_back(station, station.recorder, typed, _unheard)
             progress("Running simulated observers", done, len(codes))
         work = station.presenter.counters
     return Simulation(tuple(folders), work, design, stimuli)
@@ -417,8 +422,22 @@ def _what_next(error: Exception, again: str) -> str:
     return f"{'Continue' if error.in_place else 'Then continue'}: {again}" if error.saved else "It cannot be resumed"
 
 
-def _read_back(recorder: Recorder, again: str) -> Path:
-    """Return the log's file, if it has all that was recorded, and each line fits; else raise SessionStoppedError."""
+def _configuration(station: Station) -> str | None:
+    try:
+        return station.configuration_again()
+    except SessionError as error:
+        return str(error)
+
+
+def _unheard(words: str) -> None:
+    """Tell nobody."""
+
+
+def _read_back(station: Station, recorder: Recorder, again: str, notify: Callable[[str], None]) -> Path:
+    """Return the log's file, if it has all that was recorded, and each line fits; else raise SessionStoppedError.
+
+    Also if the files that the session was made with cannot be kept beside it.
+    """
     with _stops(again):
         recorder.check()
     file = recorder.folder / FILE_NAME
@@ -428,6 +447,11 @@ def _read_back(recorder: Recorder, again: str) -> Path:
         wrong = error.findings
     if own := [finding for finding in wrong if finding.file == str(file)]:  # of its mirror was told before
         raise SessionStoppedError(f"the log was read back, and it is not as it was recorded: {own[0]}")
+    try:
+        if words := station.configuration_again():
+            notify(f"warning: {words}")
+    except SessionError as error:
+        raise SessionStoppedError(f"{error}. Every answer is saved: {file}") from error
     return file
 
 

@@ -12,11 +12,22 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from analysis.records import Header, SessionLog, StimulusCosts, Trial, WindowEvent, duration, latest_utc, read_utc
+from analysis.records import (
+    Header,
+    SessionLog,
+    StimulusCosts,
+    Trial,
+    WindowEvent,
+    configuration_folder,
+    duration,
+    latest_utc,
+    read_utc,
+)
 from devices.display import EYES
 from documents import Finding
 from documents.files import RESTORE, Mirror
 from documents.fonts import undrawable
+from documents.text import counted
 from runner.blocks.block import Block, Draft
 from runner.blocks.setting import Draw
 from runner.errors import SessionError, SessionStoppedError
@@ -384,6 +395,24 @@ class Station:
         self.end_mirror()
         if folder := self.experiment.rig.results_mirror:
             self.mirror = start_mirror(recorder, folder, session.note)
+
+    def configuration_again(self) -> str | None:
+        """Write again what another program removed or changed of the files kept beside the session; say which.
+
+        Raises
+        ------
+        SessionError
+            If they cannot be written.
+        """
+        if self.recorder is None:
+            return None
+        folder = self.recorder.folder.parents[1]
+        written = self.configuration.keep(folder)
+        if not written:
+            return None
+        place = configuration_folder(folder, self.configuration.digest)
+        files = f"{counted(len(written), 'file', 'files')} of the session's configuration, such as {written[0]}"
+        return f"{place}: another program removed or changed {files}; written again"
 
     def end_mirror(self) -> str | None:
         """Let the copy of the last session's log be completed, for some seconds; return what is wrong with it."""

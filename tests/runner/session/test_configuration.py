@@ -128,7 +128,7 @@ def test_where_nothing_can_be_kept_no_session_begins(study: Path, tmp_path: Path
     (results / "dynamic_range").mkdir(parents=True)
     (results / "dynamic_range" / "configuration").write_text("a file where the folder should be")
     options = SessionOptions(results, simulate=OBSERVERS)
-    with pytest.raises(SessionError, match=r"the session's configuration cannot be written: .* is no folder"):
+    with pytest.raises(SessionError, match="configuration cannot be written: there is something already"):
         run_session(study, "01", options)
     assert not list(session_files(results))
 
