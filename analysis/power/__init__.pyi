@@ -16,6 +16,7 @@ from .results import observers_needed as observers_needed
 from .simulation import REPLICATES as REPLICATES
 from .simulation import SEED as SEED
 from .simulation import simulate_power as simulate_power
+from .smallest import MOST_NATS as MOST_NATS
 from .smallest import TYPICAL_SD as TYPICAL_SD
 from .smallest import SmallestDifference as SmallestDifference
 from .smallest import smallest_difference as smallest_difference

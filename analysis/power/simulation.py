@@ -91,14 +91,17 @@ class Tally:
 def blocks_of(plan: Plan, sizes: Sequence[int], replicates: int, seed: int) -> list[Block]:
     """Return blocks that fit into memory; their size depends on the plan and the numbers of observers alone."""
     blocks = []
-    common = plan.critical_z(1) if plan.adjust == "maxz" else float("nan")
+    critical_of: dict[int, float] = {}
     for observers in sizes:
         per_study = max(len(plan.differs), len(plan.items) ** 2) * (observers if plan.by_observer else 2)
         most = int(np.clip(MOST_NUMBERS // per_study, 1, MOST_REPLICATES))
         if plan.interval == "bootstrap":
             most = min(most, 10)
-        clustered = plan.adjust == "maxz" and plan.kind(observers) != "model"
-        critical = plan.critical_z(observers) if clustered else common
+        # The model's law of the largest z is the same for any number of observers who compare the same pairs.
+        alike = observers if plan.shared or plan.kind(observers) != "model" else 1
+        if plan.adjust == "maxz" and alike not in critical_of:
+            critical_of[alike] = plan.critical_z(alike)
+        critical = critical_of.get(alike, float("nan"))
         for index, start in enumerate(range(0, replicates, most)):
             blocks.append(Block(plan, observers, min(most, replicates - start), index, seed, critical))
     return blocks

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from analysis.classes.multiplicity import Adjust
 from analysis.comparisons.comparisons import Comparisons
+from analysis.errors import ResultsError
 from analysis.power.plan import Plan
 from analysis.power.results import TARGET
 from analysis.power.simulation import SEED, simulate_power
@@ -19,6 +20,7 @@ from analysis.power.studies import matrices
 from analysis.scaling.laws import NATS_PER_JND
 from analysis.scaling.result import CovarianceChoice
 from analysis.scaling.separation import compared_groups
+from documents import Finding
 
 TYPICAL_SD = 0.7  # between observers in nats, where none is measured
 MOST_NATS = float(np.log(99))  # 99 % of choices
@@ -199,7 +201,7 @@ def smallest_difference(
     Raises
     ------
     ResultsError
-        As `simulate_power`.
+        As `simulate_power`, or if ``target`` is not between 0 and 1.
 
     Examples
     --------
@@ -207,6 +209,9 @@ def smallest_difference(
     >>> smallest.observers, round(smallest.nats, 1), smallest.warnings
     (20, 1.2, ())
     """
+    if not 0 < target < 1:
+        remedy = "give one between 0 and 1, such as 0.8"
+        raise ResultsError(Finding(f"the share of studies that are to find the difference is {target}", remedy=remedy))
     rows = np.atleast_2d(times)[:observers]
     n = (1 + int(np.sqrt(1 + 8 * rows.shape[1]))) // 2
     if observers < 2 or not 2 <= n <= MOST_ITEMS or not _linked(rows, n):

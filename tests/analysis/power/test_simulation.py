@@ -7,12 +7,13 @@ import signal
 from collections.abc import Callable
 from dataclasses import replace
 from multiprocessing import active_children
+from typing import Any
 
 import numpy as np
 import pytest
 
 from analysis.errors import ResultsError
-from analysis.power import Plan, simulate_power
+from analysis.power import Plan, differing_pairs, simulate_power
 from analysis.power import compute as compute_module
 from analysis.power.simulation import blocks_of, simulate
 from tests.analysis.power.to_the_last_bit import numbers
@@ -157,3 +158,16 @@ def test_a_block_is_the_sum_of_its_studies(plan_of: MakePlan) -> None:
     found = simulate_power(plan, [10], replicates=500)
     right = np.sum([simulate(block).right for block in blocks], axis=0)
     np.testing.assert_allclose(found.separates[0] * 500, right)
+
+
+@pytest.mark.parametrize("covariance", ["model", "auto"])
+def test_the_single_step_maximum_is_of_the_pairs_of_all_observers_where_they_share_them(covariance: Any) -> None:
+    """The first observer's own pairs leave items apart."""
+    theta, apart = np.array([1.0, 0.0, -1.0, 0.0]), np.array([[1, 0, 0, 0, 0, 1], [0, 1, 1, 1, 1, 0]])
+    fields: dict[str, Any] = {"adjust": "maxz", "covariance": covariance, "observer_sd": 0.5}
+    power = [
+        simulate_power(Plan(tuple("abcd"), theta, times, differing_pairs(theta), **fields), [20], replicates=200)
+        for times in (apart, apart[::-1])
+    ]
+    assert power[0].separates == pytest.approx(power[1].separates, abs=0.15)  # three standard errors of 200 studies
+    assert power[0].separates[0, 1] > 0.5

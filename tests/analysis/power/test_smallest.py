@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 from dataclasses import replace
 from itertools import combinations
 from typing import Any
@@ -11,7 +13,8 @@ import pytest
 from scipy.stats import binom
 
 from analysis.comparisons import Answer, from_answers
-from analysis.power import Plan, SmallestDifference, simulate_power, smallest_difference, smallest_in
+from analysis.errors import ResultsError
+from analysis.power import MOST_NATS, Plan, SmallestDifference, simulate_power, smallest_difference, smallest_in
 from analysis.scaling import score
 
 Designs = Any
@@ -171,3 +174,42 @@ def test_false_differences_of_five_observers_in_two_camps_are_of_those_who_agree
     found = {alike: [reports_a_difference([1] * alike + [-1] * (5 - alike)) for _ in range(40)] for alike in (5, 4, 3)}
     assert np.mean(found[5]) > 0.8
     assert np.mean(found[4] + found[3]) < 0.05
+
+
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.stress) for seed in range(1, 60))])
+def test_any_design_has_a_sound_answer_and_twice_the_observers_need_no_larger_difference(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    n, observers = int(random.integers(2, 13)), int(random.integers(2, 41))
+    pairs = n * (n - 1) // 2
+    times = random.integers(1, 3) * ALL_PAIRS.get(n, np.ones(pairs, dtype=np.int64))
+    if random.random() < 0.5:
+        times = times * (random.random((observers, pairs)) < random.uniform(0.2, 1))
+    options: dict[str, Any] = {
+        "alpha": random.choice([0.05, 0.01]),
+        "adjust": random.choice(["holm", "bh", "none", "maxz"]),
+        "covariance": random.choice(["auto", "auto", "model", "sandwich"]),
+        "observer_sd": random.choice([0.0, 0.7, 1.5]),
+        "target": random.choice([0.5, 0.8, 0.95]),
+    }
+    found, more = (smallest_difference(times, many, **options) for many in (observers, 2 * observers))
+    if found is None or more is None:
+        assert times.ndim == 2  # some pairs may leave items apart
+        assert found is None or more is None
+        return
+    for one in (found, more):
+        said = json.loads(json.dumps(one.to_json(), allow_nan=False))
+        assert (one.nats is None) == (one.found_of_most is not None)
+        assert 0 <= (one.found_of_most or 0) < one.target
+        assert one.nats is None or 0 < one.nats <= MOST_NATS
+        assert one.error_nats is None or 0 < one.error_nats < 0.5 * said["nats"]
+        assert not re.search(r"\bnan\b|\binf\b|\bNone\b|-\d", " ".join([one.sentence, one.assumed, one.methods]))
+    if found.nats is not None:
+        assert more.nats is not None
+        apart = 4 * np.hypot(found.error_nats or 0, more.error_nats or 0)
+        assert more.nats <= found.nats + apart
+
+
+@pytest.mark.parametrize("target", [0, 1, 1.2, float("nan")])
+def test_a_target_that_no_share_of_studies_can_have_is_refused(target: float) -> None:
+    with pytest.raises(ResultsError, match="share"):
+        smallest_difference(ALL_PAIRS[3], 10, target=target)
