@@ -145,7 +145,7 @@ def _measure(agreement: Agreement, result: MeasureResult) -> Section:
                     f"limits_{one.name}",
                     draw_limits(agreement, result, calibration, WIDE_IN),
                     draw_limits(agreement, result, calibration, NARROW_IN),
-                    "Left: the stimuli that observers do not tell from the photograph, and the others. Dashed: the "
+                    "Left: the stimuli not distinguished from the photograph, and the others. Dashed: the "
                     "measure's limit; line and band: the limit that agrees best, with its 95 % interval. Right: hits "
                     "against false alarms of every limit.",
                 )
@@ -217,7 +217,7 @@ def _methods(agreement: Agreement, facts: tuple[tuple[str, str], ...]) -> Sectio
         "p values are by permutation of the stimuli within each group [Fisher1935], one-sided. A measure is said to "
         f"agree where p of Spearman's correlation, by Holm's correction for the number of measures, is at most "
         f"{agreement.alpha:g}.",
-        "Pairs that observers tell apart differ significantly by the tests that the classes follow from; a stimulus "
+        "Pairs that observers distinguish differ significantly by the tests that the classes follow from; a stimulus "
         "shares a class with the photograph where their difference is not significant. That is no proof of equality: "
         "more observers tell more apart, and the limit that agrees best then falls. Intervals of shares of pairs, of "
         "the area and of the best limit are percentiles of the bootstrap, widened for few observers; those of hit and "

@@ -39,10 +39,10 @@ def ends(found: Correlation) -> str:
 def pairs_words(accuracy: PairAccuracy) -> str:
     """Return the accuracy on pairs in a sentence."""
     if accuracy.share is None:
-        return "Observers tell no pair apart."
+        return "No pair is distinguished by observers."
     pairs = counted(accuracy.of, "pair", "pairs")
     words = (
-        f"Of {pairs} that observers tell apart, it puts {accuracy.right:g} in their order ({percent(accuracy.share)}"
+        f"Of {pairs} that observers distinguish, it puts {accuracy.right:g} in their order ({percent(accuracy.share)}"
     )
     if accuracy.low is not None and accuracy.high is not None:
         low, high = fixed(100 * accuracy.low, 0), fixed(100 * accuracy.high, 0)
@@ -53,7 +53,8 @@ def pairs_words(accuracy: PairAccuracy) -> str:
 def limit_words(calibration: Calibration, unit: str, *, higher: bool) -> tuple[str, ...]:
     """Return what a limit is worth, in sentences."""
     same, stimuli = calibration.same, calibration.stimuli
-    sentences = [f"Observers do not tell {same} of {counted(stimuli, 'stimulus', 'stimuli')} from the photograph."]
+    of = counted(stimuli, "stimulus", "stimuli")
+    sentences = [f"Of {of}, {same} {'is' if same == 1 else 'are'} not distinguished from the photograph by observers."]
     table = calibration.table
     if table is not None:
         sentences.append(

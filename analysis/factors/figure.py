@@ -114,8 +114,8 @@ def _ends(low: str, high: str, interval: tuple[float, float] | None) -> dict[str
 def effects_svg(effects: FactorEffects, width_in: float = 6.5) -> str:
     """Return an ``<svg>`` element: effects in nats, a row per level, factor by factor.
 
-    The thick bar is the model's 95 % interval, the thin line with ends the one by observers. A reference level is a
-    hollow circle at 0. The numbers are those of `drawn_rows`.
+    Each bar is the 95 % interval that goes with the verdict: by observers with five of them or more, else the model's
+    (``effects.by_observers``). A reference level is a hollow circle at 0. The numbers are those of `drawn_rows`.
 
     Parameters
     ----------
@@ -159,11 +159,10 @@ def draw_effects(effects: FactorEffects, width_in: float) -> Drawing:
         axes.hlines(places, 0, 1, transform=axes.get_yaxis_transform(), color=FAINT, linewidth=0.7, zorder=0)
         for place, row in zip(places, rows, strict=True):
             level = [place, place]
-            if row.interval is not None:
-                axes.plot(row.interval, level, color=EFFECT, linewidth=6, alpha=0.35, solid_capstyle="butt", zorder=2)
-            if row.robust_interval is not None:
-                axes.plot(row.robust_interval, level, color=INK, linewidth=1.3, solid_capstyle="butt", zorder=3)
-                axes.plot(row.robust_interval, level, "|", color=INK, markersize=7, markeredgewidth=1.3, zorder=3)
+            ends = row.robust_interval if effects.by_observers else row.interval
+            if ends is not None:
+                axes.plot(ends, level, color=INK, linewidth=1.3, solid_capstyle="butt", zorder=3)
+                axes.plot(ends, level, "|", color=INK, markersize=7, markeredgewidth=1.3, zorder=3)
             face = "white" if row.is_reference else EFFECT
             axes.plot([row.estimate], [place], "o", color=INK, markerfacecolor=face, markersize=7, zorder=5)
         axes.set_yticks(places, [_label(row) for row in rows])

@@ -15,6 +15,7 @@ from analysis.factors.likelihood_ratio import FactorTest, InteractionTest
 from analysis.factors.terms import Coding
 from analysis.factors.values import Factor, LeftOut
 from analysis.scaling.result import TWO_SIDED_95
+from analysis.scaling.robust_tests import FEWEST_OBSERVERS
 from documents.text import json_fields
 
 Floats = NDArray[np.float64]
@@ -161,12 +162,8 @@ class FactorEffects:
 
     @property
     def by_observers(self) -> bool:
-        """Whether the intervals to read are those by observers, as the verdicts are: with five observers or more."""
-        return bool(self.tests) and all(test.by_observers for test in self.tests) and self._have_spread
-
-    @property
-    def _have_spread(self) -> bool:
-        return all(effect.robust_se is not None for effect in self.effects)
+        """Whether intervals to read are those by observers, as verdicts are: with five observers or more who differ."""
+        return self.observers >= FEWEST_OBSERVERS and all(effect.robust_se is not None for effect in self.effects)
 
     def interval(self, effect: Effect) -> tuple[float, float]:
         """Return the 95 % interval of ``effect``, in nats: by observers where the verdict is."""

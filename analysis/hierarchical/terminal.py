@@ -7,6 +7,7 @@ import io
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from analysis.classes.conclusions import LEVEL, verdict_of
 from analysis.hierarchical.result import GroupScores, HierarchicalFit
 from documents.text import clean_console, counted, print_rows
 
@@ -15,7 +16,6 @@ if TYPE_CHECKING:
 
 COLUMNS = ("group", "observer", "item", "theta", "sd")
 PREDICTED = ("item", "over", "P", "95 %", "typical", "95 % of observers", "share")
-LEVEL = 0.05
 
 
 def print_fit(fit: HierarchicalFit, console: Console | None = None) -> None:
@@ -70,8 +70,8 @@ def summary_lines(fit: HierarchicalFit) -> list[str]:
     spread, unit = fit.spread, fit.unit
     high = "no upper limit" if spread.high is None else f"{spread.high:.3g}"
     lines = [f"sd between observers: {spread.estimate:.3g} {unit} for each item (95 % {spread.low:.3g} to {high})"]
-    differ = "observers differ" if spread.p < LEVEL else "not shown that observers differ"
-    lines.append(f"{differ}: likelihood ratio {spread.statistic:.4g}, p = {spread.p:.2g}")
+    found = verdict_of(spread.p <= LEVEL)
+    lines.append(f"differences of observers: {found}, likelihood ratio {spread.statistic:.4g}, p = {spread.p:.2g}")
     lines.append(f"{fit.model}, scores of the typical observer, who is not the average answer")
     if not fit.converged:
         lines.append("the iteration has not converged")

@@ -17,11 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.classes.classes import check_level
+from analysis.classes.conclusions import verdict_of
 from analysis.classes.multiplicity import corrected, two_sided_p
 from analysis.errors import ResultsError
 from analysis.inference.pulls import Indices, Pulls, by_unordered_pair, pulls
 from analysis.scaling.scores import Scores
 from documents import Finding
+from documents.text import counted
 
 Floats = NDArray[np.float64]
 FEWEST_OBSERVERS = 3
@@ -106,7 +108,7 @@ class PairResiduals:
         """Which pairs fit badly, in a sentence."""
         bad = self.flagged
         if not bad:
-            return f"None of {len(self.pairs)} pairs fits badly."
+            return f"A bad fit is {verdict_of(False)} in any of {counted(len(self.pairs), 'pair', 'pairs')}."
         shown = "; ".join(
             f"{pair.first} over {pair.second}: {pair.observed:.0%} (expected {pair.expected:.0%})" for pair in bad[:5]
         )

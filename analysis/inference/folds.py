@@ -108,7 +108,7 @@ class ModelComparison:
         far = [other for other in others if other.difference + 2 * other.difference_se < 0]
         near = [other.name for other in others if other not in far]
         words = f"Answers of new observers are predicted best by {best.name}"
-        words += f"; no clear difference from {', '.join(near)}" if near else ""
+        words += f"; not distinguished from {', '.join(near)}" if near else ""
         words += f"; clearly worse: {', '.join(other.name for other in far)}" if far else ""
         return words + "."
 

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.classes.classes import check_level
+from analysis.classes.conclusions import verdict_of
 from analysis.errors import ResultsError
 from analysis.inference.pulls import by_unordered_pair, pulls
 from analysis.scaling.scores import Scores
@@ -145,14 +146,16 @@ class Transitivity:
 
     @property
     def sentence(self) -> str:
-        """What is broken how often, and whether that is more than chance explains."""
+        """What is broken how often, and whether that is distinguished from chance."""
         counts = ", ".join(
             f"{test.name} {test.broken} (by chance about {test.expected:.1f}; p = {_largest(test):.2g})"
             for test in self.properties
         )
         excess = [test.name for test in self.properties if test.exceeds]
-        verdict = f"More than chance explains: {', '.join(excess)}." if excess else "No more than chance explains."
-        return f"Of {self.triples} triples these break stochastic transitivity: {counts}. {verdict}"
+        words = f"Of {self.triples} triples these break stochastic transitivity: {counts}."
+        if not excess:
+            return f"{words} {verdict_of(False).capitalize()} from chance, which is no proof of transitivity."
+        return f"{words} {verdict_of(True).capitalize()} from chance: {', '.join(excess)}."
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""

@@ -262,7 +262,7 @@ def test_checks_and_multiverse(call: Call) -> None:
             lines.append(f"{one},{other},{observer}" if (number + observer) % 3 else f"{other},{one},{observer}")
     done = call(["scores", "-", "--checks", "--multiverse"], "\n".join(lines))
     assert done.returncode == 0, done.stderr
-    for words in ("break stochastic transitivity", "fits badly", "are predicted best by", "analyses"):
+    for words in ("break stochastic transitivity", "bad fit", "are predicted best by", "analyses"):
         assert words in " ".join(done.stdout.split()), words
     values = json.loads(call(["scores", "-", "--checks", "--multiverse", "--json"], "\n".join(lines)).stdout)
     assert values["transitivity"]["triples"] == 4

@@ -68,10 +68,10 @@ def _figure(effects: FactorEffects) -> Figure:
         )
         for row in drawn_rows(effects)
     )
+    basis = "by observers, as the verdicts are" if effects.by_observers else "that take all answers for independent"
     caption = (
         "Effect of each level against its reference (hollow), in nats: one nat multiplies the odds of being preferred "
-        "by 2.7. Thick: the model's 95 % interval; thin: the interval clustered by observer. The effect of a numerical "
-        "factor is over its range."
+        f"by 2.7. Bars are 95 % intervals {basis}. The effect of a numerical factor is over its range."
     )
     table = Table("factor_effects", "Effects of the factors", columns, rows)
     return Figure("factor_effects", draw_effects(effects, WIDE_IN), draw_effects(effects, NARROW_IN), caption, table)

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
 from xml.etree import ElementTree
 
 import pytest
@@ -45,3 +47,15 @@ def test_the_picture_is_sound_and_names_every_row(grid: Factors, draw: Drawer) -
     assert root.attrib["aria-label"] == "Effects of 3 factors with 95 % intervals"
     assert "<b>" not in svg
     assert effects_svg(found) == svg
+
+
+def test_one_interval_is_drawn_and_it_is_the_one_of_the_verdict(grid: Factors, draw: Drawer) -> None:
+    found, few = (factor_effects(draw(dict.fromkeys(grid, 0.0), observers), grid) for observers in (12, 4))
+    assert (found.by_observers, few.by_observers) == (True, False)
+    for effects, read, other in ((found, "robust_{}", "{}"), (few, "{}", "robust_{}")):
+        first = effects.effects[0]
+        assert effects.interval(first) == tuple(getattr(first, read.format(end)) for end in ("low", "high"))
+        for ends, changes in ((other, False), (read, True)):
+            far: dict[str, Any] = {ends.format("low"): -50.0, ends.format("high"): 50.0}
+            moved = replace(effects, effects=tuple(replace(one, **far) for one in effects.effects))
+            assert (effects_svg(moved) != effects_svg(effects)) is changes

@@ -35,7 +35,7 @@ def test_what_it_prints_and_writes(cyclopean: Call, table: Path, tmp_path: Path)
     written = tmp_path / "observers.csv"
     done = cyclopean("scores", str(table), "--observers", "random", "--observer-scores", str(written))
     assert "sd between observers: 0.941 nats for each item (95 % 0.23 to 1.76)" in done.stdout
-    assert "observers differ" in done.stdout
+    assert "differences of observers: distinguished" in done.stdout
     assert "a new observer" in done.stdout
     with written.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))

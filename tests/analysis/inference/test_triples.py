@@ -93,7 +93,7 @@ def test_a_planted_circle_is_more_than_chance(make: Maker) -> None:
     assert result.weak.broken >= 4
     assert result.weak.exceeds
     assert result.pairs[0][:2] == (best, worst)
-    assert "More than chance explains: weak" in result.sentence
+    assert "Distinguished from chance: weak" in result.sentence
     assert result.weak.expected < 2
 
 
