@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Generic, TypeVar
 
 import pandas as pd
 
 Value = TypeVar("Value")
+Row = Mapping[str, Any]
 
 
-@dataclass(frozen=True, slots=True, repr=False, eq=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Result(Generic[Value]):
     """A result to look at.
 
@@ -19,15 +21,22 @@ class Result(Generic[Value]):
     ----------
     value
         The full result, as the function of the other package returned it.
-    rows
-        What it says of each item, observer or picture: plain values with named columns.
+    find_rows
+        The ``rows``, or what returns them when they are read first.
     title
         One line on all of it.
+    rows
+        What it says of each item, observer or picture: plain values with named columns.
     """
 
     value: Value
-    rows: Sequence[Mapping[str, Any]]
+    find_rows: Sequence[Row] | Callable[[], Sequence[Row]]
     title: str
+
+    @cached_property
+    def rows(self) -> Sequence[Row]:
+        """What it says of each item, observer or picture: plain values with named columns."""
+        return self.find_rows() if callable(self.find_rows) else self.find_rows
 
     def to_frame(self) -> pd.DataFrame:
         """Return the rows as a DataFrame; the columns of nested values are joined by a dot."""

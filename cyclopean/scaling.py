@@ -118,15 +118,18 @@ def scores(
     if table.groups:
         grouped = score_groups(table, model, common=common, **options)
         scales = [*grouped.groups, *([(None, grouped.pooled)] if grouped.pooled else [])]
-        rows = [{"group": name, **item} for name, part in scales for item in part.item_rows()]
-        return Result(grouped, rows, f"Scores within {len(table.groups)} groups {how}")
+
+        def grouped_rows() -> list[dict[str, Any]]:
+            return [{"group": name, **item} for name, part in scales for item in part.item_rows()]
+
+        return Result(grouped, grouped_rows, f"Scores within {len(table.groups)} groups {how}")
     result = score(table, model, **options)
-    rows = result.item_rows()
+    items = len(result.order)
     if result.fit.separation:
-        title = f"No finite estimate: complete separation of {len(rows)} items; try method='firth'"
+        title = f"No finite estimate: complete separation of {items} items; try method='firth'"
     else:
-        title = f"Scores of {len(rows)} items {how}"
-    return Result(result, rows, title)
+        title = f"Scores of {items} items {how}"
+    return Result(result, result.item_rows, title)
 
 
 def _jod(

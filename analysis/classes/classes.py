@@ -18,7 +18,7 @@ from analysis.classes.multiplicity import Adjust, adjusted_p
 from analysis.errors import ResultsError
 from analysis.scaling.laplacian import pair_variances
 from analysis.scaling.shrinkage import Spread
-from documents import Finding
+from documents import Finding, count_work
 
 Floats = NDArray[np.float64]
 Items = NDArray[np.intp]
@@ -140,6 +140,7 @@ def classify(
     ('1', '1', '2')
     """
     check_level(alpha)
+    count_work("classes_found")
     if not np.isfinite(theta).all():
         raise ResultsError(Finding("items without a finite strength have no class", remedy="use the method 'firth'"))
     n = len(theta)

@@ -32,6 +32,13 @@ MAXZ_FEWEST_SAMPLES = 10_000
 BLOCK = 1 << 16
 
 
+def check_adjustment(adjust: str) -> None:
+    """Raise ResultsError unless ``adjust`` is a correction that there is."""
+    if adjust not in ADJUSTMENTS:
+        remedy = "expected one of: " + ", ".join(ADJUSTMENTS)
+        raise ResultsError(Finding(f"there is no adjustment '{adjust}'", remedy=remedy))
+
+
 def adjusted_p(
     absolute_z: Floats,
     covariance: Floats,
@@ -65,10 +72,7 @@ def adjusted_p(
     ResultsError
         If ``adjust`` is none of these.
     """
-    if adjust not in ADJUSTMENTS:
-        raise ResultsError(
-            Finding(f"there is no adjustment '{adjust}'", remedy="expected one of: " + ", ".join(ADJUSTMENTS))
-        )
+    check_adjustment(adjust)
     if adjust == "maxz":
         return single_step(absolute_z, covariance) if spread is None else clustered_single_step(absolute_z, spread)
     absolute_z[:] = two_sided_p(absolute_z, df)

@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from documents import count_work
 from documents.text import json_fields
 
 if TYPE_CHECKING:
@@ -102,6 +103,7 @@ def from_factors(df: int, *factors: Factor) -> ObserverTest | None:
     observers = factors[0][0].shape[0]
     if observers <= MOST_IN_PRODUCTS:
         return from_products(sum((_products(*factor) for factor in factors), np.zeros((observers, observers))), df)
+    count_work("tests_by_observers")
     own, everyone = np.zeros(observers), np.ones((1, observers))
     for x, inner in factors:
         own += np.asarray((x * (x if inner is None else x @ inner)).sum(axis=1))
@@ -153,6 +155,7 @@ def from_products(products: Floats, df: int, weights: Floats | None = None) -> O
     observers = len(products)
     if observers < FEWEST_OBSERVERS:
         return None
+    count_work("tests_by_observers")
     statistic = max(0.0, float(products.sum()))
     order = np.argsort(np.diag(products), kind="stable")  # p must not depend on the order of the observers
     weights = webb_weights(observers) if weights is None else weights

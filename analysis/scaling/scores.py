@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from analysis.classes.classes import Classes, best_first, check_level, classes_if_few
-from analysis.classes.multiplicity import Adjust
+from analysis.classes.multiplicity import Adjust, check_adjustment
 from analysis.comparisons.comparisons import Comparisons
 from analysis.scaling.departure import departure
 from analysis.scaling.fitting import DEFAULT_PRIOR_SD, fit_model
@@ -18,6 +21,8 @@ from analysis.scaling.result import CovarianceChoice, Fit, ModelMethod
 
 if TYPE_CHECKING:
     from analysis.scaling.quasi import QuasiVariances
+
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,30 +57,41 @@ class ItemScore:
         }
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Scores:
     """The items' lines, best first, with the fit and the classes that they come from.
 
     Attributes
     ----------
-    items
-        One line for each item.
     order
         Indices of the comparisons' items in the order of the lines.
     comparisons, fit
         What was fitted, and how.
-    classes
-        None if there is no maximum, or the items overlap in too many classes to list.
+    find_classes
+        What returns the classes; it is called when they, or the lines, are read first.
     quasi
         Quasi-variances in the order of the comparisons' items; None unless they were asked for.
+    items
+        One line for each item.
+    classes
+        None if there is no maximum, or the items overlap in too many classes to list.
     """
 
-    items: tuple[ItemScore, ...]
     order: tuple[int, ...]
     comparisons: Comparisons
     fit: Fit
-    classes: Classes | None
+    find_classes: Callable[[], Classes | None]
     quasi: QuasiVariances | None = None
+
+    @cached_property
+    def classes(self) -> Classes | None:
+        """The perceptual classes, found when they are read first."""
+        return self.find_classes()
+
+    @cached_property
+    def items(self) -> tuple[ItemScore, ...]:
+        """One line for each item, best first."""
+        return _lines(self)
 
     @property
     def jnd(self) -> float:
@@ -154,13 +170,14 @@ def score(
     [('a', '1'), ('b', '2'), ('c', '3')]
     """
     check_level(alpha)
+    check_adjustment(adjust)
     fitted = fit_model(
         comparisons, model, method=method, prior_sd=prior_sd, order_effect=order_effect, covariance=covariance
     )
     sound = fitted.separation is None and bool(np.isfinite(fitted.theta).all())
-    classes = classes_of(fitted, alpha=alpha, adjust=adjust) if sound else None
+    find_classes = partial(classes_of, fitted, alpha=alpha, adjust=adjust) if sound else partial(_known, None)
     quasi = fitted.quasi_variances() if sound and quasi_variances else None
-    return _lines(comparisons, fitted, classes, quasi)
+    return Scores(_order(comparisons, fitted), comparisons, fitted, find_classes, quasi)
 
 
 def classes_of(fitted: Fit, *, alpha: float = 0.05, adjust: Adjust = "holm") -> Classes | None:
@@ -173,22 +190,37 @@ def classes_of(fitted: Fit, *, alpha: float = 0.05, adjust: Adjust = "holm") -> 
 
 def rescored(scores: Scores, fitted: Fit, classes: Classes | None) -> Scores:
     """Return the lines of the same comparisons by another fit, such as one with another covariance."""
-    return _lines(scores.comparisons, fitted, classes, None)
+    order = _order(scores.comparisons, fitted)
+    return Scores(order, scores.comparisons, fitted, partial(_known, classes))
 
 
-def _lines(comparisons: Comparisons, fitted: Fit, classes: Classes | None, quasi: QuasiVariances | None) -> Scores:
+def _known(classes: Classes | None) -> Classes | None:
+    return classes
+
+
+def _counts(comparisons: Comparisons, fitted: Fit) -> tuple[Floats, Floats, Floats]:
+    """Return how often each item won, was compared and was tied, each of shape (n,)."""
     won, compared = comparisons.won, comparisons.compared
     ties = comparisons.tied_with if LAWS[fitted.model].parameter else np.zeros(len(won))
-    compared = compared + ties
-    sound = fitted.separation is None and bool(np.isfinite(fitted.theta).all())
-    merit = fitted.theta if sound else (won + ties / 2) / np.maximum(compared, np.finfo(np.float64).tiny)
-    order = best_first(merit)
+    return won, compared + ties, ties
+
+
+def _order(comparisons: Comparisons, fitted: Fit) -> tuple[int, ...]:
+    if fitted.separation is None and bool(np.isfinite(fitted.theta).all()):
+        return best_first(fitted.theta)
+    won, compared, ties = _counts(comparisons, fitted)
+    return best_first((won + ties / 2) / np.maximum(compared, np.finfo(np.float64).tiny))
+
+
+def _lines(scores: Scores) -> tuple[ItemScore, ...]:
+    comparisons, fitted, classes, quasi = scores.comparisons, scores.fit, scores.classes, scores.quasi
+    won, compared, _ = _counts(comparisons, fitted)
     se, shares, log10_shares = fitted.se, fitted.score, fitted.log10_score
     if fitted.model == "thurstone":
         shares = log10_shares = np.full(len(won), np.nan)
     with np.errstate(invalid="ignore"):  # the root of a quasi-variance below zero is NaN: there is none
         quasi_se = np.full(len(won), np.nan) if quasi is None else np.sqrt(quasi.variances)
-    items = tuple(
+    return tuple(
         ItemScore(
             name=comparisons.items[index],
             wins=float(won[index]),
@@ -200,9 +232,8 @@ def _lines(comparisons: Comparisons, fitted: Fit, classes: Classes | None, quasi
             label=classes.labels[index] if classes else None,
             quasi_se=_finite(quasi_se[index]),
         )
-        for index in order
+        for index in scores.order
     )
-    return Scores(items, order, comparisons, fitted, classes, quasi)
 
 
 def _finite(value: float) -> float | None:

@@ -18,9 +18,8 @@ import cyclopean
 from analysis.comparisons import from_sessions
 from analysis.observers import observers_in_sessions
 from analysis.records import Header, Trial, read_results
-from analysis.scaling import GroupedScores, ObserverTest, Scores
-from analysis.scaling.departure import departure
-from documents import InputError
+from analysis.scaling import GroupedScores, Scores
+from documents import InputError, counted_work
 from tests.conftest import write_study
 
 ROOT = Path(__file__).parents[2]
@@ -95,30 +94,34 @@ def test_scores_are_those_of_the_command_whatever_the_answers_come_as(
 
 
 @pytest.mark.parametrize("scene", [False, True], ids=["one scale", "groups"])
-def test_how_well_the_fit_fits_is_tested_where_it_is_read_alone(
-    monkeypatch: pytest.MonkeyPatch, *, scene: bool
-) -> None:
-    """The bootstrap over observers takes longer than all the rest, and the table of scores does not show it."""
-    tested = []
-
-    def counted(*arguments: Any) -> ObserverTest | None:
-        tested.append(arguments)
-        return departure(*arguments)
-
-    monkeypatch.setattr("analysis.scaling.scores.departure", counted)
+def test_what_is_not_read_is_not_computed(*, scene: bool) -> None:
+    """Classes of many items take longer than the fit, and the bootstrap over many observers yet longer."""
     random = np.random.default_rng(3)
     pairs = [random.permutation(list("abcd"))[:2] for _ in range(400)]
     answers = pd.DataFrame(pairs, columns=["winner", "loser"]).assign(observer=random.integers(0, 12, 400).astype(str))
-    result = cyclopean.scores(answers.assign(scene=["x", "y"] * 200) if scene else answers)
-    assert len(result.to_frame()) == (12 if scene else 4)
-    assert not tested
-    told = result.value.to_json()
-    assert [row["theta"] for row in (told["groups"][0] if scene else told)["items"]] == [
-        row["theta"] for row in result.rows[:4]
-    ]
-    fit = (told["groups"][0] if scene else told)["goodness_of_fit"]
-    assert 0 < fit["by_observers"]["p"] <= 1
-    assert len(tested) == (3 if scene else 1)
+    scales = 3 if scene else 1
+    with counted_work() as work:
+        result = cyclopean.scores(answers.assign(scene=["x", "y"] * 200) if scene else answers)
+        assert str(scales - 1 if scene else 4) in repr(result)
+        value: Any = result.value
+        parts: list[Any] = [*(part for _, part in value.groups), value.pooled] if scene else [value]
+        assert [len(part.fit.theta) for part in parts] == [4] * scales
+        assert (work["classes_found"], work["tests_by_observers"]) == (0, 0)
+        assert len(result.to_frame()) == 4 * scales
+        assert all(result.to_frame()["class"])
+        assert (work["classes_found"], work["tests_by_observers"]) == (scales, 0)
+        told = result.value.to_json()
+        first = told["groups"][0] if scene else told
+        assert [row["theta"] for row in first["items"]] == [row["theta"] for row in result.rows[:4]]
+        assert 0 < first["goodness_of_fit"]["by_observers"]["p"] <= 1
+        assert (work["classes_found"], work["tests_by_observers"]) == (scales, scales)
+
+
+def test_a_wrong_level_or_correction_is_refused_before_the_classes_are_read() -> None:
+    answers = pd.DataFrame({"winner": list("aab"), "loser": list("bba")})
+    for wrong in ({"alpha": 1.5}, {"adjust": "bonferroni"}):
+        with pytest.raises(InputError):
+            cyclopean.scores(answers, **wrong)
 
 
 def test_separation_is_in_the_title() -> None:

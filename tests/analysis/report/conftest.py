@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from analysis.records import SessionLog, Trial
+from analysis.scaling import Scores
 
 Maker = Callable[..., SessionLog]
 UTC = "2026-01-02T03:04:05Z"
@@ -104,3 +105,10 @@ def rating(make_session: Maker) -> Callable[..., list[SessionLog]]:
         return sessions
 
     return make
+
+
+def scores_with(scores: Scores, **read: Any) -> Scores:
+    """Return ``scores`` of which other ``items``, ``classes`` or ``order`` are read than they have."""
+    made = replace(scores)
+    vars(made).update({"items": scores.items, "classes": scores.classes} | read)
+    return made

@@ -15,6 +15,7 @@ from analysis.records import SessionLog
 from analysis.report.figures import class_colours, draw_classes, draw_scores, runs
 from analysis.report.summary import Summary, summarise
 from documents.pages import INK, drawing, svg_of
+from tests.analysis.report.conftest import scores_with
 
 Maker = Callable[..., SessionLog]
 WIDTH_IN = 7.6
@@ -27,7 +28,7 @@ def summary(make_session: Maker) -> Summary:
     found = summarise([make_session(f"{number:02d}", names="abcde") for number in range(12)])
     items = [replace(item, label=label) for item, label in zip(found.scores.items, LABELS, strict=True)]
     items[3] = replace(items[3], log10_score=None)
-    return replace(found, scores=replace(found.scores, items=tuple(items)))
+    return replace(found, scores=scores_with(found.scores, items=tuple(items)))
 
 
 def one_by_one(summary: Summary) -> str:

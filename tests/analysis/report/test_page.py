@@ -21,6 +21,7 @@ from analysis.report.figures import CLASS_COLOURS, draw_scores
 from analysis.report.page import render
 from analysis.report.summary import summarise
 from analysis.report.words import plain
+from tests.analysis.report.conftest import scores_with
 from tests.pages import works_and_runs_nothing
 
 Maker = Callable[..., SessionLog]
@@ -193,7 +194,7 @@ def test_stimuli_in_very_many_classes_leave_room_for_the_picture(make_session: M
     summary = summarise(
         [make_session(f"{number}", names=names, answers=answers + [(b, a) for a, b in answers]) for number in range(2)]
     )
-    crowded = replace(
+    crowded = scores_with(
         summary.scores,
         items=tuple(
             replace(item, label="+".join(str(number) for number in range(1, 40))) for item in summary.scores.items

@@ -18,6 +18,7 @@ from analysis.report import Figure, ranking
 from analysis.report.ranking import MOST_LINES, draw_ranking, draws_ranking
 from analysis.report.sections.scores import scores_section
 from analysis.report.summary import Summary, summarise
+from tests.analysis.report.conftest import scores_with
 
 Maker = Callable[..., SessionLog]
 # Indices of items; the second class passes by one that is no member.
@@ -34,7 +35,7 @@ def summary(make_session: Maker) -> Summary:
         for row, (item, name) in enumerate(zip(found.scores.items, "edcba", strict=True))
     )
     classes = Classes(("1",) * 5, MEMBERS, np.zeros(10), np.ones(10), 0.05, "holm", 0)
-    return replace(found, scores=replace(found.scores, items=items, order=order, classes=classes))
+    return replace(found, scores=scores_with(found.scores, items=items, order=order, classes=classes))
 
 
 def uses(svg: str) -> list[tuple[str, float, float]]:
@@ -76,10 +77,10 @@ def test_it_stands_in_the_section_of_scores_and_is_left_out_where_it_would_misle
     summary: Summary, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert figures(summary) == ["scores", "ranking"]
-    without: Any = replace(summary.scores, classes=None)
+    without: Any = scores_with(summary.scores, classes=None)
     unscored = replace(summary.scores.items[2], log10_score=None)
     items = (*summary.scores.items[:2], unscored, *summary.scores.items[3:])
-    for scores in (without, replace(summary.scores, items=items)):
+    for scores in (without, scores_with(summary.scores, items=items)):
         assert not draws_ranking(replace(summary, scores=scores))
         assert figures(replace(summary, scores=scores)) == ["scores"]
     assert len(MEMBERS) <= MOST_LINES

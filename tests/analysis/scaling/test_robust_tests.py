@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.factors import factor_effects
-from analysis.scaling import Model, fit_model, robust_tests, score_groups
+from analysis.scaling import Model, ObserverTest, fit_model, robust_tests, score_groups
 from analysis.scaling.departure import departure
-from analysis.scaling.robust_tests import WEBB, ObserverTest, from_products, score_test
+from analysis.scaling.robust_tests import WEBB, from_products, score_test
 from analysis.series.just_noticeable import observer_test as step_test
 from runner.cli.main import group as command
 
