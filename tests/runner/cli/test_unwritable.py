@@ -25,7 +25,7 @@ from PIL import Image
 from devices.measurements import Measurements, write_csv
 from documents import InputError
 from runner.cli.main import group
-from runner.presenter.surfaces.surface import open_surface
+from runner.presenter import open_surface
 from runner.session import simulate
 from tests.conftest import write_study
 from tests.devices.diagnostics.simulated import MODEL, characterisation
