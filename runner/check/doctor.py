@@ -25,7 +25,7 @@ from runner.session.timing_record import explain, judge, swap_intervals, swaps_p
 from stimuli.measures import measure_names, missing_package
 
 _SIZE_PX = (640, 480)
-ANY_KEYS = (*KEYS, "escape")
+ANY_KEYS = (*KEYS, "escape", "backspace")
 _PACKAGES = ("documents", "devices", "stimuli", "analysis", "runner")
 
 

@@ -26,6 +26,7 @@ from documents.yaml import YamlSource, read_yaml
 from runner.blocks.block import Block
 from runner.blocks.message import CONTINUE_KEYS, pause_menu
 from runner.blocks.screening.block import ScreeningSpec
+from runner.blocks.text_entry import typed
 from runner.blocks.threshold import Threshold
 from runner.check.display_facts import check_display_facts
 from runner.check.error_budget import rig_budget
@@ -213,13 +214,15 @@ def _pressed(design: Experiment, keys: Mapping[str, str]) -> Mapping[str, str]:
 
 
 def keys_of(design: Experiment) -> dict[str, str]:
-    """Return what is pressed in an experiment and in the pause's menu, on every keyboard, with what it means."""
+    """Return what is pressed in an experiment, the pause's menu and a note, on every keyboard, with what it means."""
     pressed = partial(_pressed, design)
     everywhere = {**pressed({"space": "continue"}), "escape": "pause"}
     found = {key: what for block in design.example_blocks for key, what in pressed(block.keys).items()} | everywhere
-    for key, what in pressed(pause_menu(design.style, can_repeat=True).keys).items():
-        if key != "escape":
-            found[key] = "; ".join([*filter(None, [found.get(key)]), f"{what} in the pause's menu"])
+    note = next(typed("", design.style, required=False))
+    for ask, where in ((pause_menu(design.style, can_repeat=True), "the pause's menu"), (note, "a note")):
+        for key, what in design.style.interface.listening(ask).keys.items():
+            if key != "escape":
+                found[key] = "; ".join([*filter(None, [found.get(key)]), f"{what} in {where}"])
     return found
 
 

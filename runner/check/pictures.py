@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
 from typing import Any
@@ -58,14 +58,13 @@ def check_pictures(report: CheckReport, design: Experiment, source: YamlSource, 
         }
         report.facts["ghost_cost_max_delta_e_00"] = _per_eye(ghosts, "delta_e_00_max")
         _ghosts(report, design, source)
-    worst = {name: max(eyes) for name, eyes in report.facts["clipped_percent"].items()}
-    over = {name: percent for name, percent in worst.items() if percent > options.clip_limit_percent}
-    if over:
-        most = max(over, key=lambda name: over[name])
+    worst = _worst(report.facts["clipped_percent"])
+    over = [name for name, percent in worst.items() if percent > options.clip_limit_percent]
+    for share, most in _among(over, worst):
         what = (
-            f"more than {options.clip_limit_percent:g} % of an eye's pixels are outside the gamut in {len(over)} of "
-            f"{counted(len(worst), 'stimulus', 'stimuli')}: {_some(over)}; most in '{most}', {over[most]:.2f} %"
+            f"more than {options.clip_limit_percent:g} % of an eye's pixels are outside the gamut in {share}; most in "
         )
+        what += f"'{most}', {worst[most]:.2f} %"
         remedy = "`cyclopean preview --clipping` marks them; scale the luminance down, or accept it"
         report.warnings.append(source.finding(("stimuli",), what, remedy))
     _sizes(report, design, source, stimuli)
@@ -94,36 +93,40 @@ def _unequal_views(design: Experiment, stimuli: StimulusSet) -> tuple[str, str] 
 
 def _ghosts(report: CheckReport, design: Experiment, source: YamlSource) -> None:
     """Warn of pictures that keep a ghost of the other eye's, where crosstalk cannot be cancelled."""
-    percents, costs = report.facts["ghost_percent"], report.facts["ghost_cost_max_delta_e_00"]
-    kept = [name for name, eyes in percents.items() if max(eyes) > 0.0 and max(costs[name]) >= NOTICED_DELTA_E_00]
-    if not kept:
-        return
-    most = max(kept, key=lambda name: max(percents[name]))
-    what = (
-        f"crosstalk cannot be cancelled everywhere in {len(kept)} of {counted(len(percents), 'stimulus', 'stimuli')}: "
-        f"{_some(kept)}; most in '{most}', where {max(percents[most]):.2f} % of an eye's pixels keep a ghost of the "
-        f"other's, and ΔE00 is at most {max(costs[most]):.1f}"
-    )
-    models, can_lift = design.rig.models, not design.rig.lift_black
-    can_lift = can_lift and models.left.additive and models.right.additive
-    remedy = "write lift_black: true in the rig file, or accept it" if can_lift else ""
-    report.warnings.append(source.finding(("stimuli",), what, remedy))
+    percents, costs = (_worst(report.facts[key]) for key in ("ghost_percent", "ghost_cost_max_delta_e_00"))
+    kept = [name for name, cost in costs.items() if percents[name] > 0.0 and cost >= NOTICED_DELTA_E_00]
+    for share, most in _among(kept, percents):
+        what = (
+            f"crosstalk cannot be cancelled everywhere in {share}; most in '{most}', where {percents[most]:.2f} % of "
+        )
+        what += f"an eye's pixels keep a ghost of the other's, and ΔE00 is at most {costs[most]:.1f}"
+        models, can_lift = design.rig.models, not design.rig.lift_black
+        can_lift = can_lift and models.left.additive and models.right.additive
+        remedy = "write lift_black: true in the rig file, or accept it" if can_lift else ""
+        report.warnings.append(source.finding(("stimuli",), what, remedy))
 
 
 def _filters(report: CheckReport, source: YamlSource) -> None:
     """Warn of pictures that differ, through an anaglyph's filters, so much that an eye notices it on the whole."""
-    means, largest = report.facts["filters_cost_mean_delta_e_00"], report.facts["filters_cost_max_delta_e_00"]
-    changed = [name for name, eyes in means.items() if max(eyes) >= NOTICED_DELTA_E_00]
-    if not changed:
-        return
-    most = max(changed, key=lambda name: max(means[name]))
-    what = (
-        f"through the anaglyph's filters, {len(changed)} of {counted(len(means), 'stimulus', 'stimuli')} differ from "
-        f"what was asked by a mean ΔE00 of {NOTICED_DELTA_E_00:g} or more: {_some(changed)}; most '{most}', by "
-        f"{max(means[most]):.1f} on average and {max(largest[most]):.0f} at most"
-    )
-    remedy = "choose a mode that gives each eye its own colours (`cyclopean doctor` lists them), or accept it"
-    report.warnings.append(source.finding(("stimuli",), what, remedy))
+    keys = "filters_cost_mean_delta_e_00", "filters_cost_max_delta_e_00"
+    means, largest = (_worst(report.facts[key]) for key in keys)
+    for share, most in _among([name for name, mean in means.items() if mean >= NOTICED_DELTA_E_00], means):
+        what = "through the anaglyph's filters, pictures differ from what was asked by a mean ΔE00 of "
+        what += f"{NOTICED_DELTA_E_00:g} or more in {share}; most in '{most}', by {means[most]:.1f} on average and "
+        what += f"{largest[most]:.0f} at most"
+        remedy = "choose a mode that gives each eye its own colours (`cyclopean doctor` lists them), or accept it"
+        report.warnings.append(source.finding(("stimuli",), what, remedy))
+
+
+def _worst(per_eye: Mapping[str, Sequence[float]]) -> dict[str, float]:
+    return {name: max(eyes) for name, eyes in per_eye.items()}
+
+
+def _among(names: Collection[str], of: Mapping[str, float]) -> Iterator[tuple[str, str]]:
+    """Yield once, if there are any, how many of all stimuli these are, with names, and the one of the largest value."""
+    if names:
+        share = f"{len(names)} of {counted(len(of), 'stimulus', 'stimuli')}: {_some(names)}"
+        yield share, max(names, key=of.__getitem__)
 
 
 def _sizes(report: CheckReport, design: Experiment, source: YamlSource, stimuli: StimulusSet) -> None:

@@ -6,7 +6,7 @@ Each field of each kind is changed in all its records: a report that stays the s
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -192,10 +192,7 @@ LEFT_OUT: Mapping[str, Any] = {"clipping": {"a": {}}, "ignored_more": 5, "interr
 def test_what_the_engine_adds_is_in_the_report_or_listed(field: str, value: Any) -> None:
     away = (WindowEvent("lost_focus", 1, 0, "2026-01-01T00:00:00Z"),)
     sessions = [replace(log, windows=away) for log in recorded("rating", 0)]
-    put: Callable[[Trial], Trial] = lambda one: (  # noqa: E731
-        replace(one, attempt=value) if field == "attempt" else replace(one, data={**one.data, field: value})
-    )
-    more = [replace(log, answers=tuple(map(put, log.answers))) for log in sessions]
+    more = [replace(log, answers=tuple(_with(one, field, value) for one in log.answers)) for log in sessions]
     is_listed = field in {one.field for one in unreported(more)}
     assert is_listed == (field in LEFT_OUT)
     plain = [json.loads(told(each, page=False)) for each in (sessions, more)]
@@ -207,6 +204,12 @@ def test_what_the_engine_adds_is_in_the_report_or_listed(field: str, value: Any)
         assert plain[0] == plain[1]
 
 
+def _with(trial: Trial, field: str, value: Any) -> Trial:
+    if field == "attempt":
+        return replace(trial, attempt=value)
+    return replace(trial, data={**trial.data, field: value})
+
+
 def test_the_engine_adds_no_other_field() -> None:
     added = set(TrialRecord.model_fields) | ENGINE
     assert added == {*SHOWN, *LEFT_OUT, *PLACE, "events", "response_time_s", "utc"}
@@ -216,10 +219,7 @@ def test_the_engine_adds_no_other_field() -> None:
 
 def test_a_field_of_a_newer_version_is_listed() -> None:
     sessions = recorded("rating", 0)
-    more = [
-        replace(log, answers=tuple(replace(one, data={**one.data, "gaze": 1}) for one in log.answers))
-        for log in sessions
-    ]
+    more = [replace(log, answers=tuple(_with(one, "gaze", 1) for one in log.answers)) for log in sessions]
     (field,) = [
         one for one in describe(more).to_json()["not_reported"] if (one["kind"], one["field"]) == ("rating", "gaze")
     ]

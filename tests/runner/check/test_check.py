@@ -40,6 +40,8 @@ def test_each_block_has_its_trials_minutes_and_keys(study: Study) -> None:
     assert (pairs["keys"]["up"], pairs["keys"]["down"]) == ("first", "second")
     assert facts["keys"]["escape"] == "pause"
     assert facts["keys"]["n"] == "note in the pause's menu"
+    assert facts["keys"]["backspace"] == "erase in a note"
+    assert facts["keys"]["enter"] == "accept in a note"
 
 
 def test_repeats_ties_catch_trials_and_ratings_are_told(study: Study) -> None:

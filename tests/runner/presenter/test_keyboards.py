@@ -6,7 +6,7 @@ import json
 import os
 import shutil
 import subprocess
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
 from typing import Any
 
@@ -19,7 +19,7 @@ from runner.observers import Person, read_observer
 from runner.observers.walk import walk
 from runner.ports import Ask, KeyPress
 from runner.presenter import Scene, Text
-from runner.presenter.surfaces.keyboard import examine_keyboard
+from runner.presenter.surfaces.keyboard import Keyboard, examine_keyboard
 from runner.presenter.surfaces.windows import WindowSurface
 from runner.protocol import read_experiment
 from runner.session import build_stimuli
@@ -201,6 +201,25 @@ def test_doctor_lists_keys_of_the_pause_s_menu_too(lay: Lay, study: Study) -> No
     told = study.cyclopean("doctor", "--experiment", study.experiment).stdout
     assert "'ö' (repeat in the pause's menu)" in told
     assert "'é'" not in told
+
+
+def test_doctor_lists_keys_of_a_note_too(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where words are typed, every key is itself, whatever `keys` of the experiment puts in its place."""
+    from runner.check import doctor
+
+    asked: list[str] = []
+
+    def sends_none(keys: Iterable[str]) -> Keyboard:
+        asked.extend(keys)
+        return Keyboard({}, tuple(asked))
+
+    monkeypatch.setattr(doctor, "examine_keyboard", sends_none)
+    text = study.experiment.read_text()
+    study.experiment.write_text(f"{text}keys: {{enter: [ö]}}\n")
+    told = study.cyclopean("doctor", "--experiment", study.experiment).stdout
+    assert "'enter' (accept in a note)" in told
+    assert "'backspace' (erase in a note)" in told
+    assert {"enter", "backspace"} <= set(ANY_KEYS)
 
 
 @pytest.mark.parametrize(("layout", "missing"), [("us", "öéф"), ("de", "éф"), ("fr", "öф"), ("ru", "öé")])
