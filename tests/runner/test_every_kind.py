@@ -113,6 +113,7 @@ def test_equal_seeds_make_equal_sessions(kind: str, variant: int) -> None:
     assert one.pooled == again.pooled
 
 
+@pytest.mark.promise("one-engine")
 @pytest.mark.parametrize(("kind", "variant"), VARIANTS)
 def test_whoever_answers_without_eyes_comes_to_its_end(kind: str, variant: int) -> None:
     block = EVERY.blocks_of(kind, variant)[1]
@@ -177,6 +178,7 @@ def test_no_scene_comes_after_its_last_record(kind: str, variant: int) -> None:
         assert sorted(play.shown_at_record) == play.shown_at_record
 
 
+@pytest.mark.promise("no-answer-lost")
 @pytest.mark.parametrize(("kind", "variant"), VARIANTS)
 def test_it_is_resumed_from_any_answer(kind: str, variant: int) -> None:
     """With any first part of its log, the rest is asked and shown as it was, and what is logged is not shown again."""

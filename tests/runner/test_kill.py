@@ -75,6 +75,7 @@ def _asked(told: str) -> list[tuple[str, ...]]:
     ]
 
 
+@pytest.mark.promise("no-answer-lost")
 @pytest.mark.parametrize("seed", range(4))
 def test_killed_at_random_moments(runs: Runs, tmp_path: Path, seed: int) -> None:
     folder = tmp_path / "s"

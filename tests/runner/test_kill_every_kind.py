@@ -65,6 +65,7 @@ def kill(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Kill]:
 FEW = [*((kind, 0) for kind in EVERY.BLOCKS), ("all_pairs", 2), ("active_pairs", 3)]
 
 
+@pytest.mark.promise("no-answer-lost")
 @pytest.mark.parametrize(
     ("kind", "variant"), [one if one in FEW else pytest.param(*one, marks=pytest.mark.stress) for one in VARIANTS]
 )

@@ -54,6 +54,7 @@ def _counts(log: SessionLog) -> dict[str, int]:
 
 
 # Each byte of each kind: tests/stress.
+@pytest.mark.promise("no-answer-lost")
 @pytest.mark.parametrize("last", KINDS)
 def test_a_cut_at_any_byte_of_the_last_record(tmp_path: Path, last: str) -> None:
     cut_the_last(tmp_path / "s", last, step=7)

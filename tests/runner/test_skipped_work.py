@@ -93,6 +93,7 @@ def _json(*words: object) -> dict[str, Any]:
     return dict(found[0] if isinstance(found, list) else found)
 
 
+@pytest.mark.promise("no-needless-work")
 @pytest.mark.parametrize("name", NEEDED)
 def test_a_shipped_experiment_does_what_it_needs_and_nothing_twice(
     tmp_path: Path, read: Counter[str], name: str

@@ -98,6 +98,7 @@ def _reported(study: Tried) -> tuple[dict[str, Any], dict[str, str]]:
     return dict(values), _sections(study.results / "report.html")
 
 
+@pytest.mark.promise("one-place")
 @pytest.mark.usefixtures("undrawn")
 def test_what_filters_cost_is_said_by_all_that_says_what_was_shown(tried: Any, tmp_path: Path) -> None:
     study = tried(RED_CUP, "anaglyph-red-cyan")

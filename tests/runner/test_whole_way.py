@@ -49,12 +49,14 @@ def taken(drawn: Drawn, folder: Path, *, page: bool) -> bool:
 
 
 # More of both: tests/stress.
+@pytest.mark.promise("check-runs")
 @given(drawn=mixed_experiments())
 @settings(max_examples=6, suppress_health_check=UNCHECKED)
 def test_experiments_of_all_kinds_mixed(drawn: Drawn, folder: Path) -> None:
     taken(drawn, folder, page=False)
 
 
+@pytest.mark.promise("check-runs")
 @given(drawn=mutants())
 @settings(max_examples=12, suppress_health_check=UNCHECKED)
 def test_experiments_that_were_edited_without_rules(drawn: Drawn, folder: Path) -> None:

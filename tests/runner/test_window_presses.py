@@ -44,6 +44,7 @@ def press_twice(person: Person, first: str, second: str, gap_s: float) -> None:
     assert person.answers() == before + 1
 
 
+@pytest.mark.promise("press")
 def test_the_second_press_of_a_double_press_answers_nothing(person: Person) -> None:
     person.before = SLOW_DISK
     begin(person)
@@ -120,6 +121,7 @@ def _read(person: Person, pages: int) -> bool:
 STORM = ["key", "--delay", "20", *["Up", "Down"] * 100]
 
 
+@pytest.mark.promise("press")
 def test_a_storm_of_presses_answers_nothing_as_long_as_it_lasts(person: Person) -> None:
     begin(person)
     time.sleep(READY_S)

@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
+import pytest
 from click.testing import CliRunner
 
 from documents import count_work, counted_work
@@ -31,6 +32,7 @@ def test_work_is_counted_in_all_threads_and_in_every_count_that_is_open() -> Non
     assert (dict(part), dict(whole)) == ({"pictures_read": 100}, {"pictures_read": 102})
 
 
+@pytest.mark.promise("no-needless-work")
 def test_a_report_reads_each_session_once_and_fits_no_model_twice(tmp_path: Path) -> None:
     for number in range(4):
         write_session(tmp_path / "results", f"{number:02d}")

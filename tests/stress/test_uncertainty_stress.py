@@ -26,6 +26,7 @@ PRINTED = np.array([0.0718, 0.0432, 0.0762, 0.2036, 0.0740, 0.2574, 0.0543, 0.02
 THETA = np.log(PRINTED) - np.log(PRINTED).mean()
 
 
+@pytest.mark.promise("level")
 @pytest.mark.parametrize(("observers", "least"), [(30, 0.93), (15, 0.92)])
 @pytest.mark.parametrize("observer_sd", [0.0, 0.7])
 def test_95_percent_intervals_hold_the_truth(observers: int, least: float, observer_sd: float) -> None:
@@ -43,6 +44,7 @@ def test_equal_items_are_told_apart_in_at_most_5_5_percent_of_studies() -> None:
     assert 0.94 < found.differences < 0.96
 
 
+@pytest.mark.promise("level")
 @pytest.mark.parametrize("observers", [5, 15])
 @pytest.mark.parametrize("observer_sd", [0.0, 0.7])
 def test_the_single_step_controls_the_level_with_few_observers(observers: int, observer_sd: float) -> None:

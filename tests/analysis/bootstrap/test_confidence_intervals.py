@@ -25,6 +25,7 @@ Study = Callable[..., Comparisons]
 STRENGTHS = (-0.8, -0.2, 0.1, 0.9)
 
 
+@pytest.mark.promise("believable-scores")
 def test_bca_is_that_of_scipy(study: Study) -> None:
     """The same replicates handed to scipy; its quantiles interpolate otherwise, by less than a rank."""
     found = resample(study(STRENGTHS, observers=20), replicates=4000)

@@ -30,6 +30,7 @@ def test_each_observer_answers_each_pair_once() -> None:
         assert (by_observer + by_observer.transpose(0, 2, 1) == 1 - np.eye(10)).all()
 
 
+@pytest.mark.promise("level")
 def test_the_default_interval_holds_the_truth_as_often_as_it_says_and_the_models_does_not() -> None:
     """Sixty studies of observers who differ: four standard errors, between studies, are about 3 %."""
     design = Design(CENTRED, 15, observer_sd=0.7)
@@ -42,6 +43,7 @@ def test_the_default_interval_holds_the_truth_as_often_as_it_says_and_the_models
     assert ours.worst <= ours.covered
 
 
+@pytest.mark.promise("level")
 @pytest.mark.parametrize(
     ("covariance", "observer_sd", "least", "most"),
     # Four standard deviations of 5 % of 150 studies are 7 %.

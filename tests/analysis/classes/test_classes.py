@@ -61,6 +61,7 @@ def test_a_chain_of_three_pairs_has_the_published_letters() -> None:
     assert members == ((0, 1), (1, 2), (2, 3), (4,))
 
 
+@pytest.mark.promise("believable-scores")
 @given(graphs())
 def test_items_share_a_class_if_and_only_if_they_do_not_differ(differs: NDArray[np.bool_]) -> None:
     letters = letter_display(differs)

@@ -168,6 +168,7 @@ def test_p_is_uniform_under_chance(kinds: list[Outcome], studies: int) -> None:
     assert np.mean([tail.mid_p for tail in tails]) == pytest.approx(0.5, abs=0.035)
 
 
+@pytest.mark.promise("believable-scores")
 def test_strangers_with_firm_tastes_of_their_own_do_not_agree(study: Study) -> None:
     random = np.random.default_rng(6)
     against_coins, against_strangers = [], []

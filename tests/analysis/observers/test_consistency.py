@@ -183,6 +183,7 @@ def test_two_items_and_untouched_items_leave_nothing_to_test() -> None:
     assert both[1].zeta is None
 
 
+@pytest.mark.promise("believable-scores")
 def test_consistent_observers_are_told_from_guessing_ones(study: Study) -> None:
     random = np.random.default_rng(4)
     theta = np.array([np.linspace(-4, 4, 8), np.zeros(8)])

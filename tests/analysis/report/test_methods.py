@@ -41,6 +41,7 @@ def test_every_number_in_brackets_is_a_work_and_every_work_is_cited(
         assert list(dict.fromkeys(cited)) == list(range(1, len(works) + 1))
 
 
+@pytest.mark.promise("one-place")
 def test_level_correction_errors_and_draws_are_those_that_were_used(sessions: list[SessionLog]) -> None:
     text, works = methods(sessions, alpha=0.01, adjust="holm")
     errors = ("clustered by observer", "degrees of freedom", "delta method")

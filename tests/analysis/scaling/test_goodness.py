@@ -12,6 +12,7 @@ from analysis.scaling.goodness import goodness_of_fit
 from analysis.scaling.laws import Davidson
 
 
+@pytest.mark.promise("believable-scores")
 def test_deviance_and_pearson_are_sums_over_the_answers_to_each_pair(pudding: Comparisons) -> None:
     fitted = fit_model(pudding, "davidson")
     cells, _ = count_pairs(pudding, ties=True)

@@ -357,6 +357,7 @@ def _delta_e(model: DisplayModel, asked: Floats, seen: Floats) -> Floats:
     return delta_e_2000(xyz_to_lab(asked, white), xyz_to_lab(seen, white))
 
 
+@pytest.mark.promise("crosstalk")
 def test_the_loop_closes_where_there_is_light_to_subtract_from() -> None:
     """Asked, solved, as codes, sent, leaked, seen: exact without rounding, within rounding with it."""
     models = _models()
@@ -415,6 +416,7 @@ def test_the_loop_closes_on_an_uneven_panel(normalise: Normalise) -> None:
         assert np.abs(gain[..., None] * found - gain_map.delivered_share * xyz).max() < 1e-9
 
 
+@pytest.mark.promise("crosstalk")
 def test_a_ghost_on_black_is_clipped_counted_and_costed() -> None:
     models = _models()
     black, white = models.left.black_XYZ_cd_m2, models.right.white_XYZ_cd_m2

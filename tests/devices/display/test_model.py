@@ -172,6 +172,7 @@ def test_faults_in_a_display_file_are_placed(tmp_path: Path, modes: str, part: s
     assert part in str(caught.value)
 
 
+@pytest.mark.promise("measured-mode")
 def test_a_mode_that_was_not_characterised_is_refused() -> None:
     with pytest.raises(DeviceError, match=r"not characterised in the mode 'side-by-sid'.*did you mean 'side-by-side'"):
         read_display(ASUS).models("side-by-sid")

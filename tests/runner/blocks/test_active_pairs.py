@@ -82,6 +82,7 @@ def test_the_next_pair_of_a_batch_is_made_ready(play: Play) -> None:
     assert sorted(batches) == batches
 
 
+@pytest.mark.promise("one-engine")
 def test_known_scores_come_back_through_the_analysis(play: Play) -> None:
     """Twelve stimuli, 600 answers by the law, counted by the same analysis as all pairs."""
     scores = {name: float(np.exp(0.3 * number)) for number, name in enumerate(NAMES)}

@@ -192,6 +192,7 @@ def _summary(block: Threshold, press: Callable[[Ask], str], play: Play, folder: 
     return question
 
 
+@pytest.mark.promise("one-engine")
 @pytest.mark.parametrize("case", CASES)
 def test_known_thresholds_come_back(play: Play, case: str, tmp_path: Path) -> None:
     """The observers' law is logistic in natural logarithms, the fit's axis is in decimal ones."""

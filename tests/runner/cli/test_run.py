@@ -327,6 +327,7 @@ def test_killed_while_drawing_for_real(study: Study, forked: Server) -> None:
     assert len(keys) == len(set(keys)) == 241
 
 
+@pytest.mark.promise("measured-mode")
 def test_an_uncharacterised_mode_is_refused_unless_allowed_and_then_marks_every_record(study: Study) -> None:
     study.edit("display.yaml", "  side-by-side:\n", "  quad-buffered:\n")
     study.edit("display.yaml", "  quad-buffered: {same_as: side-by-side}\n", "")

@@ -85,6 +85,7 @@ def _lasting(trial: Trial) -> dict[str, Any]:
     return {key: value for key, value in trial.data.items() if key != "timed"}
 
 
+@pytest.mark.promise("one-engine")
 @pytest.mark.parametrize("before", [{}, {3: REPEAT}, {2: NOTE, 5: REPEAT}], ids=["plain", "repeat", "note"])
 def test_a_replay_shows_the_same_pixels_and_gives_the_same_answers(
     study: Study, tmp_path: Path, before: dict[int, tuple[str, ...]]

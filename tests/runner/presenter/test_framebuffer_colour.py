@@ -34,6 +34,7 @@ def assert_rounded(codes: Codes, reference: NDArray[np.float64]) -> None:
     assert np.abs(error[IN_GAMUT_ROWS].reshape(-1, 3).mean(axis=0)).max() < 0.02
 
 
+@pytest.mark.promise("framebuffer")
 @pytest.mark.parametrize(
     ("surface", "name"), on_surfaces(tuple(DISPLAYS), ("gamma 2.8, black, lift, offset",)), indirect=["surface"]
 )

@@ -62,6 +62,7 @@ def _difference(asked: Floats, shown: Floats) -> Floats:
     return delta_e_2000(xyz_to_lab(asked, white), xyz_to_lab(shown, white))
 
 
+@pytest.mark.promise("framebuffer")
 @pytest.mark.parametrize("name", NAMES)
 def test_eight_bits_cost_what_rounding_costs(name: str) -> None:
     """The thesis's display: mean ΔE00 at most 0.15, 95 % at most 0.35, for either eye."""

@@ -218,6 +218,7 @@ def _session(study: Study, results: Path) -> tuple[Any, dict[str, int]]:
     return (read_session(file).header.stimuli, costs), end["work"]
 
 
+@pytest.mark.promise("clip-cost")
 @pytest.mark.parametrize("damaged", [False, True])
 def test_every_trial_s_record_has_its_costs_found_or_not(study: Study, damaged: bool) -> None:
     first, work = _session(study, study.folder / "first")

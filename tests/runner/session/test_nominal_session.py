@@ -38,6 +38,7 @@ def _log(study: Study) -> SessionLog:
     return read_session(file)
 
 
+@pytest.mark.promise("said")
 @pytest.mark.usefixtures("undrawn")
 def test_every_record_says_that_the_display_was_not_measured(nominal: Study, tmp_path: Path) -> None:
     checked = nominal.cyclopean("check", nominal.experiment)
@@ -167,6 +168,7 @@ def test_sessions_before_and_after_a_measurement_are_told_apart(nominal: Study) 
     assert "in some of the sessions" in json.dumps(describe([log, measured]).methods.to_json())
 
 
+@pytest.mark.promise("said")
 def test_preview_and_show_say_it_too(nominal: Study, tmp_path: Path) -> None:
     words = ("preview", nominal.experiment, "-o", tmp_path / "screens")
     assert SAID in nominal.cyclopean(*words).stderr

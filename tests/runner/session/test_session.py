@@ -199,6 +199,7 @@ def test_escape_pauses_and_shows_the_pair_again() -> None:
     assert screen.shown[asked_again] == screen.shown[asked_again - 2]
 
 
+@pytest.mark.promise("press")
 def test_keys_that_mean_nothing_and_keys_before_the_onset_are_no_answers() -> None:
     presses = [KeyPress("up", 0.9), KeyPress("q", 1.1), KeyPress("down", 1.2)]
     person = Person(lambda: presses.pop(0))
