@@ -28,6 +28,7 @@ from analysis.report.notes import on_sessions
 from analysis.report.sections.factors import effects_of
 from analysis.report.sections.methods import Methods, methods_of
 from analysis.report.sections.reviewers import Review, group_reviews_of, review_of
+from analysis.report.sections.scores import beside_words
 from analysis.report.summary import Summary, summarise
 from analysis.report.words import counted
 from analysis.scaling.grouped_terminal import print_groups
@@ -307,6 +308,9 @@ def print_report(report: Report, published: Published | None = None, console: Co
     console = console or clean_console()
     if report.pairs is not None:
         print_scores(report.pairs.scores, published, console)
+        if report.pairs.beside is not None:
+            console.print(Text(f"Beside, as the experiment asks: {beside_words(report.pairs.beside)}"))
+            print_scores(report.pairs.beside, published, console)
     if report.groups is not None:
         print_groups(report.groups.scored, console=console)
     for sentence in filter(None, (report.headline, *report.sentences)):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from statistics import median
 from typing import Any, TypedDict
@@ -25,7 +25,7 @@ from analysis.report.estimate import Estimate, estimate_scores
 from analysis.report.notes import notes_on
 from analysis.scaling.departure import OneScale, one_scale
 from analysis.scaling.result import COVARIANCE_CHOICES, TWO_SIDED_95, CovarianceChoice
-from analysis.scaling.scores import Scores
+from analysis.scaling.scores import Scores, score
 from analysis.series.observer_means import shares
 from documents import Finding
 
@@ -126,6 +126,8 @@ class Summary(Answered):
         Items best first, with fit and classes.
     estimate
         How the scores were estimated: method, standard errors, intervals, stability of classes.
+    beside
+        The same answers by the settings that the experiment names beside its own; None without any.
     one_scale
         Test whether one scale fits; None without degrees of freedom, without a fit, or with a prior.
     """
@@ -133,6 +135,7 @@ class Summary(Answered):
     scores: Scores
     estimate: Estimate
     one_scale: OneScale | None
+    beside: Scores | None = None
 
     @property
     def comparisons(self) -> Comparisons:
@@ -173,6 +176,7 @@ class Summary(Answered):
             },
             "stability": self.estimate.stability.to_json() if self.estimate.stability else None,
             "fit_p": self.fit_p,
+            "beside": self.beside.to_json() if self.beside else None,
         }
 
     def to_json(self) -> dict[str, Any]:
@@ -215,7 +219,18 @@ def summarise(
     options = analysis_options(sessions, alpha, adjust, covariance)
     scale = scale_of(comparisons, answered(sessions, comparisons, compared_times(sessions), options), options)
     smallest = smallest_of(comparisons, options)
-    return replace(scale, notes=notes_on(sessions, scale.estimate, scale.one_scale, smallest), smallest=smallest)
+    notes = notes_on(sessions, scale.estimate, scale.one_scale, smallest)
+    return replace(scale, notes=notes, smallest=smallest, beside=_beside(sessions[0], scale))
+
+
+def _beside(session: SessionLog, scale: Summary) -> Scores | None:
+    """Return the scores by the settings that the header names beside its own; None without any, or under a prior."""
+    settings, method = session.header.analysis.get("beside"), scale.estimate.method
+    if not isinstance(settings, Mapping) or method == "learnt_prior":
+        return None
+    own = {"alpha": _level, "adjust": _adjustment, "covariance": _covariance}
+    options: Any = {name: read(settings, session) for name, read in own.items()}
+    return score(scale.comparisons, method=method, **options)
 
 
 class AnalysisOptions(TypedDict):
@@ -242,9 +257,9 @@ def analysis_options(
     """
     header, first = sessions[0].header, sessions[0]
     return {
-        "alpha": _level(header, first) if alpha is None else alpha,
-        "adjust": _adjustment(header, first) if adjust is None else adjust,
-        "covariance": _covariance(header, first) if covariance is None else covariance,
+        "alpha": _level(header.analysis, first) if alpha is None else alpha,
+        "adjust": _adjustment(header.analysis, first) if adjust is None else adjust,
+        "covariance": _covariance(header.analysis, first) if covariance is None else covariance,
         "chosen": any(trial.kind == "active_pairs" for session in sessions for trial in session.trials),
     }
 
@@ -295,23 +310,23 @@ def scale_of(comparisons: Comparisons, fields: AnsweredFields, options: Analysis
     return Summary(scores=estimate.scores, estimate=estimate, one_scale=fits, notes=(), **fields)
 
 
-def _level(header: Header, session: SessionLog) -> float:
-    alpha = header.analysis.get("alpha", 0.05)
+def _level(settings: Mapping[str, Any], session: SessionLog) -> float:
+    alpha = settings.get("alpha", 0.05)
     if isinstance(alpha, bool) or not isinstance(alpha, int | float):
         raise ResultsError(Finding(f"the header's alpha is {alpha!r}", str(session.file), 1, 1, "give --alpha"))
     return float(alpha)
 
 
-def _adjustment(header: Header, session: SessionLog) -> Adjust:
-    choice = header.analysis.get("adjust", "holm")
+def _adjustment(settings: Mapping[str, Any], session: SessionLog) -> Adjust:
+    choice = settings.get("adjust", "holm")
     for known in ADJUSTMENTS:
         if choice == known:
             return known
     raise ResultsError(Finding(f"the header's adjustment is {choice!r}", str(session.file), 1, 1, "give --adjust"))
 
 
-def _covariance(header: Header, session: SessionLog) -> CovarianceChoice:
-    choice = header.analysis.get("covariance", "auto")
+def _covariance(settings: Mapping[str, Any], session: SessionLog) -> CovarianceChoice:
+    choice = settings.get("covariance", "auto")
     for known in COVARIANCE_CHOICES:
         if choice == known:
             return known

@@ -33,7 +33,6 @@ def command(observers: int, window: bool, results: Path, as_json: bool) -> None:
     from dataclasses import asdict
 
     from analysis.report import print_report
-    from analysis.scaling import print_scores
     from runner.cli.progress import progress_bar
     from runner.reports.demo import run_demo
 
@@ -52,10 +51,9 @@ def command(observers: int, window: bool, results: Path, as_json: bool) -> None:
         return
     print_report(demo.report, demo.published)
     click.echo(
-        "\nThe same answers by the thesis's settings, which do not correct for 45 tests and take all answers for"
+        "The thesis's settings, which stand beside, do not correct for 45 tests and take all answers for independent: "
+        "more classes, and more false ones. A study of your own should keep the analysis above."
     )
-    click.echo("independent: more classes, and more false ones. A study of your own should keep the analysis above.\n")
-    print_scores(demo.thesis, demo.published)
     if demo.agreement:
         click.echo(
             f"Agreement with Table 4.4: the log scores correlate at r = {demo.agreement.correlation:.3f}; "

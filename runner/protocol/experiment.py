@@ -72,12 +72,11 @@ def _folder_name(name: str) -> str:
     return name
 
 
-class AnalysisSpec(Strict):
-    """How the report forms perceptual classes: level of the pairwise tests, their adjustment and standard errors.
+class ClassSettings(Strict):
+    """How perceptual classes are formed: level of the pairwise tests, their adjustment and standard errors.
 
     ``covariance`` is ``model``, which takes all answers for independent; ``scaled``, ``sandwich`` or ``shrinkage``,
-    which take only the observers for that; or ``auto``: ``shrinkage`` from two observers on. ``margin`` is the largest
-    difference that does not matter, such as 0.5jnd or 55:45: the report then says which pairs are equivalent.
+    which take only the observers for that; or ``auto``: ``shrinkage`` from two observers on.
     """
 
     alpha: Annotated[float, Field(gt=0, lt=1)] = 0.05
@@ -86,8 +85,20 @@ class AnalysisSpec(Strict):
     """How the tests are adjusted for their number."""
     covariance: Literal["auto", "model", "scaled", "sandwich", "shrinkage"] = "auto"
     """Which standard errors the report takes."""
+
+
+class AnalysisSpec(ClassSettings):
+    """How the report forms perceptual classes, and what it says beside them.
+
+    ``margin`` is the largest difference that does not matter, such as 0.5jnd or 55:45: the report then says which pairs
+    are equivalent. ``beside`` are other settings, such as those of an earlier study: the report shows their classes
+    beside its own.
+    """
+
     margin: Annotated[str, AfterValidator(_margin)] | None = None
     """The largest difference that does not matter, such as 0.5jnd or 55:45."""
+    beside: Annotated[ClassSettings | None, Field(exclude_if=lambda settings: settings is None)] = None
+    """Settings whose classes the report shows beside its own, such as those of an earlier study."""
 
 
 Fact = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=2000)]
@@ -148,9 +159,12 @@ class ExperimentSpec(Strict):
         """SHA-256 of what the file says, whatever its comments and layout, and without its ``methods``.
 
         A file that leaves the reference out keeps the digest that it had when that meant a physical one: its sessions
-        can be resumed.
+        can be resumed. So does one in which settings that led the analysis now stand beside others.
         """
-        spec = self
+        spec, beside = self, self.analysis.beside
+        if beside is not None:
+            led = AnalysisSpec(**beside.model_dump(), margin=self.analysis.margin)
+            spec = spec.model_copy(update={"analysis": led})
         if "reference" not in spec.layout.model_fields_set:
             layout = spec.layout.model_copy(update={"reference": PHYSICAL})
             spec = spec.model_copy(update={"layout": layout})

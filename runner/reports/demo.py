@@ -11,10 +11,9 @@ import numpy as np
 from analysis.classes import Adjust, classify
 from analysis.records import read_results
 from analysis.report import Report, write_report
-from analysis.scaling import Published, Scores, fit, score
+from analysis.scaling import Published, Scores, fit
 from runner.observers.observer_file import read_scored_observer
 from runner.presenter.counters import Counters
-from runner.protocol.experiment import AnalysisSpec
 from runner.protocol.shipped import shipped_experiment, shipped_folder
 from runner.reports.thumbnails import thumbnails
 from runner.session.folders import new_label
@@ -27,7 +26,7 @@ class Demo:
     """What the demonstration gives.
 
     ``report`` has the default analysis: level 0.05, Holm's correction, errors by observers. ``thesis`` has the same
-    answers by the thesis's settings, those of the experiment file: a higher share of false differences.
+    answers by the thesis's settings, which the experiment file names beside: a higher share of false differences.
     ``published`` is each stimulus's score and class in the thesis's Table 4.4; ``agreement`` compares ``thesis`` with
     it, None without a fit. ``expects_published_classes`` says whether the counts that the published scores lead so many
     observers to on average give exactly the published classes by those settings. ``work`` is the presenter's.
@@ -84,27 +83,11 @@ def run_demo(
     progress("Writing the report", 0, 1)
     page = folder / "report.html"
     pictures = thumbnails(done.experiment, done.stimuli)
-    ours, theirs = AnalysisSpec(), done.experiment.spec.analysis
-    report = write_report(
-        read_results(folder),
-        page,
-        alpha=ours.alpha,
-        adjust=ours.adjust,
-        covariance=ours.covariance,
-        published=published,
-        thumbnails=pictures,
-    )
+    report = write_report(read_results(folder), page, published=published, thumbnails=pictures)
     progress("Writing the report", 1, 1)
-    scores = report.pairs
-    if scores is None:
-        raise RuntimeError("the demonstration's observers compared no pairs")
-    thesis = score(
-        scores.scores.comparisons,
-        alpha=theirs.alpha,
-        adjust=theirs.adjust,
-        covariance=theirs.covariance,
-        method=scores.scores.fit.method,
-    )
+    thesis, theirs = report.pairs.beside if report.pairs else None, done.experiment.spec.analysis.beside
+    if thesis is None or theirs is None:
+        raise RuntimeError("the demonstration's observers compared no pairs, or the thesis's settings are not beside")
     classes = expected_classes(published, observers, theirs.alpha, theirs.adjust)
     expected = classes == {name: label for name, (_, label) in published.items()}
     return Demo(report, page, thesis, published, agreement(thesis, published), expected, done.work)

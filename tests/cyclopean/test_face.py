@@ -18,6 +18,7 @@ import cyclopean
 from analysis.comparisons import from_sessions
 from analysis.observers import observers_in_sessions
 from analysis.records import Header, Trial, read_results
+from analysis.report import describe
 from analysis.scaling import GroupedScores, Scores
 from documents import InputError, counted_work
 from tests.conftest import write_study
@@ -191,6 +192,11 @@ def test_the_demonstration_writes_its_report(tmp_path: Path, monkeypatch: pytest
     assert (ours.alpha, ours.adjust) == (0.05, "holm")
     assert ours.scores.fit.clustered is not None
     assert (thesis.classes.alpha, thesis.classes.adjust, thesis.fit.covariance_kind) == (0.045, "none", "model")
+    again = describe(read_results(shown.value.page.parent)).pairs
+    assert again is not None
+    assert again.beside is not None
+    assert (again.alpha, again.adjust, again.scores.items) == (ours.alpha, ours.adjust, ours.scores.items)
+    assert again.beside.items == thesis.items
 
 
 def test_the_report_is_written(results: Path, tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.classes.multiplicity import ADJUSTMENT_NAMES
 from analysis.errors import ResultsError
 from analysis.observers.concordance import Concordance
 from analysis.observers.responses import catch_results
@@ -68,7 +69,16 @@ def score_explanation(summary: Summary) -> Paragraph:
         "probability a / (a + b). The standard error is that of the centred log strength, in nats, by "
         f"{COVARIANCE_WORDS[summary.estimate.covariance]}."
     )
+    if summary.beside is not None:
+        words += f" The settings beside, which the experiment names: {beside_words(summary.beside)}."
     return Paragraph(words, small=True)
+
+
+def beside_words(scores: Scores) -> str:
+    """Return the settings of classes, in words."""
+    classes = scores.classes
+    tests = f"level {classes.alpha:g}, {ADJUSTMENT_NAMES[classes.adjust]}, " if classes else ""
+    return f"{tests}standard errors by {COVARIANCE_WORDS[scores.fit.covariance_kind]}"
 
 
 def _method_words(summary: Summary) -> str:
@@ -104,12 +114,16 @@ def score_table(
             Column("Published score", "published_score", "number", 4),
             Column("Class", "published_class", "class"),
         ]
+    beside = {item.name: item.label for item in summary.beside.items} if summary.beside else {}
+    if beside:
+        columns.append(Column("Class by the settings beside", "class_beside", "class"))
     rows = []
     for item, (low, high) in zip(summary.scores.items, summary.log10_interval.tolist(), strict=True):
         row: list[Cell] = [item.name, item.label, item.score, item.log10_score, (_finite(low), _finite(high))]
         row += [item.se, item.wins, item.comparisons]
         if published:
             row += list(published.get(item.name, (None, None)))
+        row += [beside[item.name]] if beside else []
         rows.append(tuple(row))
     return Table(name, title, tuple(columns), tuple(rows), folded, pictures)
 

@@ -33,7 +33,30 @@ def test_a_header_without_wishes_gives_holm_at_five_percent(make_session: Maker)
     assert (summary.alpha, summary.adjust) == (0.05, "holm")
 
 
-@pytest.mark.parametrize("wishes", [{"alpha": "small"}, {"alpha": True}, {"adjust": "tukey"}])
+def test_settings_beside_have_classes_of_their_own_and_do_not_lead(make_session: Maker) -> None:
+    other = {"alpha": 0.2, "adjust": "none", "covariance": "model"}
+    logs = [make_session(f"{number:02d}", analysis={"beside": other}) for number in range(20)]
+    report = describe(logs)
+    assert report.pairs is not None
+    beside = report.pairs.beside
+    assert beside is not None
+    assert beside.classes is not None
+    assert (report.pairs.alpha, report.pairs.adjust, report.pairs.estimate.covariance) == (0.05, "holm", "shrinkage")
+    assert (beside.classes.alpha, beside.classes.adjust, beside.fit.covariance_kind) == (0.2, "none", "model")
+    assert [item["class"] for item in report.to_json()["beside"]["items"]] == [item.label for item in beside.items]
+    assert "Class by the settings beside" in render(report)
+    printed = Console(file=io.StringIO(), width=200)
+    print_report(report, console=printed)
+    assert isinstance(printed.file, io.StringIO)
+    assert "level 0.2" in printed.file.getvalue()
+    plain = describe([make_session(f"{number:02d}", analysis={}) for number in range(20)])
+    assert plain.to_json()["beside"] is None
+    assert "Class by the settings beside" not in render(plain)
+
+
+@pytest.mark.parametrize(
+    "wishes", [{"beside": {"alpha": "small"}}, {"alpha": "small"}, {"alpha": True}, {"adjust": "tukey"}]
+)
 def test_a_header_with_unknown_wishes_is_refused(make_session: Maker, wishes: dict[str, object]) -> None:
     with pytest.raises(ResultsError, match="header"):
         summarise([make_session(analysis=wishes)])

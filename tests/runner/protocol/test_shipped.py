@@ -114,3 +114,15 @@ def test_a_file_named_by_an_absolute_path_stays_where_it_is(tmp_path: Path) -> N
     assert copied.rig == rig
     assert "rig.yaml" not in {file.name for file in copied.files}
     read_experiment(copied.experiment)
+
+
+def test_settings_that_led_and_now_stand_beside_are_the_same_experiment_to_its_sessions(tmp_path: Path) -> None:
+    file = copy_experiment(shipped_experiment("dynamic_range"), tmp_path / "study").experiment
+    now = read_experiment(file)
+    assert now.spec.analysis.beside is not None
+    text, led = file.read_text(encoding="utf-8"), "{alpha: 0.045, adjust: none, covariance: model}"
+    assert f"analysis: {{beside: {led}}}" in text
+    file.write_text(text.replace(f"{{beside: {led}}}", led), encoding="utf-8")
+    assert read_experiment(file).digest == now.digest
+    file.write_text(text.replace(f"{{beside: {led}}}", "{alpha: 0.01}"), encoding="utf-8")
+    assert read_experiment(file).digest != now.digest
