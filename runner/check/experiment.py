@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache, partial
 from hashlib import sha256
@@ -78,7 +78,7 @@ def check_experiment(report: CheckReport, options: CheckOptions) -> None:
     report.errors.extend(design.name_clashes)
     check_blocks(report, design, source)
     if options.observers:
-        check_power(report, design, source, options.observers)
+        check_power(report, design, source, options)
     check_screens(report, design, source)
     check_display_facts(report, design.rig)
     check_geometry(report, design, source)
@@ -163,8 +163,8 @@ def _at_zero(block: Threshold) -> str:
     return ""
 
 
-def check_power(report: CheckReport, design: Experiment, source: YamlSource, observers: Sequence[int]) -> None:
-    """Report the smallest difference that the pairs find with each number of ``observers``; warn where none finds one.
+def check_power(report: CheckReport, design: Experiment, source: YamlSource, options: CheckOptions) -> None:
+    """Report the smallest difference that the pairs find with each number of observers; warn where none finds one.
 
     Of pairs within groups it is that of the group with most stimuli. Nothing is said where no block compares all pairs,
     or pairs are chosen by the answers.
@@ -177,9 +177,13 @@ def check_power(report: CheckReport, design: Experiment, source: YamlSource, obs
         return
     name, members = max(pairs.groups, key=lambda group: len(group[1]), default=("", range(len(pairs.items))))
     times = pairs.times[..., pairs.pairs_within(members)]
-    found = [one for number in observers if (one := _smallest(times, number, name, design.spec.analysis))]
+    found = []
+    for done, observers in enumerate(options.observers, start=1):
+        if one := _smallest(times, observers, name, design.spec.analysis):
+            found.append(one)
+        options.progress("Simulating studies", done, len(options.observers))
     report.facts["smallest_difference"] = found
-    if len(observers) == 1 or all(one["nats"] is None for one in found):
+    if len(options.observers) == 1 or all(one["nats"] is None for one in found):
         place = "blocks", next(index for index, block in enumerate(design.spec.blocks) if block.kind == "all_pairs")
         remedy = f"plan for more observers: 'cyclopean power {report.file}' says how many"
         report.warnings.extend(source.finding(place, words, remedy) for one in found[-1:] for words in one["warnings"])
