@@ -1,4 +1,5 @@
-"""Large results, each in a process of its own: many sessions in one report, many stimuli, and a long session resumed.
+"""Large results, each in a process of its own: many sessions in one report, many stimuli, a long session resumed, and a
+million answers in a DataFrame; and what `cyclopean.scores` takes beside reading a DataFrame and `fit_model`.
 
 Times are of the processor, so that other work on the machine counts less; the error column has no meaning here.
 """
@@ -11,18 +12,23 @@ import random
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from itertools import combinations
 from pathlib import Path
+from time import process_time
 
 import numpy as np
+import pandas as pd
 
 sys.path.insert(0, str(Path(__file__).parent))
 from curves import Row, program, sized
 from promises import Promise
 
+import cyclopean
 from analysis.records import FILE_NAME, Header, Trial
+from analysis.scaling import fit_model
+from cyclopean.scaling import comparisons
 from runner.session import simulate
 from runner.session.folders import Recorder
 
@@ -33,7 +39,9 @@ PROMISED = {
     "report, 500 sessions of 90 trials": (10.0, 400.0),
     "report, 200 stimuli, 19,900 trials": (10.0, 400.0),
     "resume after 19,850 trials": (4.0, 400.0),
+    "scores of a DataFrame, 1,000,000 answers of 20,000 observers to 150 items": (10.0, 1000.0),
 }
+MOST_BESIDE_FIT = 1.3
 _MEASURED = """
 import json, re, sys, time
 from pathlib import Path
@@ -45,6 +53,19 @@ finally:
     peak = re.search(r"VmHWM:\\s+(\\d+) kB", Path("/proc/self/status").read_text())
     kept = {"seconds": time.process_time(), "peak_mb": int(peak[1]) / 1e3 if peak else None}
     print(json.dumps(kept), file=sys.stderr)
+"""
+SCORED = """
+import json, re, sys, time
+from pathlib import Path
+import cyclopean
+from benchmarks.large_results import large_frame
+frame = large_frame(*map(int, sys.argv[1:]))
+cyclopean.scores(frame.head(1000), method="firth")
+start = time.process_time()
+cyclopean.scores(frame).to_frame()
+peak = re.search(r"VmHWM:\\s+(\\d+) kB", Path("/proc/self/status").read_text())
+kept = {"seconds": time.process_time() - start, "peak_mb": int(peak[1]) / 1e3 if peak else None}
+print(json.dumps(kept), file=sys.stderr)
 """
 
 
@@ -113,11 +134,42 @@ def write_stopped_session(folder: Path, stimuli: int, missing: int) -> list[str]
     return [*words, "--results", str(results)]
 
 
-def measured(words: list[str], folder: Path) -> tuple[float, float | None]:
+def large_frame(answers: int, items: int, observers: int) -> pd.DataFrame:
+    """Return answers to random pairs of items, whose scores are normal with sd 1."""
+    rng = np.random.default_rng(1)
+    theta, first = rng.standard_normal(items), rng.integers(items, size=answers)
+    second = (first + rng.integers(1, items, answers)) % items
+    wins = rng.random(answers) < 1 / (1 + np.exp(theta[second] - theta[first]))
+    names = np.array([f"picture {number}" for number in range(items)], dtype=object)
+    people = np.array([f"{number:05d}" for number in range(observers)], dtype=object)
+    pairs = {"winner": names[np.where(wins, first, second)], "loser": names[np.where(wins, second, first)]}
+    return pd.DataFrame({**pairs, "observer": people[rng.integers(observers, size=answers)]})
+
+
+def beside_fit(answers: int, items: int, observers: int, repeats: int = 5) -> dict[str, float]:
+    """Return the least seconds of reading a frame, of `fit_model`, and of `scores` without and with its table."""
+    frame = large_frame(answers, items, observers)
+    read = comparisons(frame)
+    works: dict[str, Callable[[], object]] = {
+        "reading": lambda: comparisons(frame),
+        "fit": lambda: fit_model(read),
+        "scores": lambda: cyclopean.scores(frame),
+        "table": lambda: cyclopean.scores(frame).to_frame(),
+    }
+    least = dict.fromkeys(works, float("inf"))
+    for _ in range(sized(repeats, 1)):
+        for name, work in works.items():
+            start = process_time()
+            work()
+            least[name] = min(least[name], process_time() - start)
+    return least
+
+
+def measured(words: list[str], folder: Path, program: str = _MEASURED) -> tuple[float, float | None]:
     """Run a command of ``cyclopean`` in ``folder``; return its seconds of processor and its peak in megabytes."""
     root = str(Path(__file__).parents[1])
     done = subprocess.run(
-        [sys.executable, "-c", _MEASURED, *words],
+        [sys.executable, "-c", program, *words],
         cwd=folder,
         env={**os.environ, "PYTHONPATH": root, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
         capture_output=True,
@@ -137,19 +189,30 @@ def run() -> dict[str, object]:
     for name, (most_s, most_mb) in [*PROMISED.items()][: sized(None, 1)]:
         with tempfile.TemporaryDirectory() as place:
             folder = Path(place)
-            if name.startswith("resume"):
+            program_text = _MEASURED
+            if name.startswith("scores"):
+                words, program_text = ["1000000", "150", "20000"], SCORED
+            elif name.startswith("resume"):
                 words = write_stopped_session(folder / "pictures", sized(200, 8), sized(50, 5))
             else:
                 write_sessions(
                     folder / "results", *(sized((500, 10, 2), (4, 4, 1)) if "500" in name else (1, sized(200, 8), 1))
                 )
                 words = ["report", "results"]
-            taken, peak_mb = measured(words, folder)
+            taken, peak_mb = measured(words, folder, program_text)
         note = f"{taken:.1f} s of a processor" + ("" if peak_mb is None else f", {peak_mb:.0f} MB")
         rows.append({"series": name, "parameter": "whole process", "seconds": taken, "error": None, "note": note})
         why = "" if peak_mb is not None else "this system does not say"
         promises.append(Promise(f"{name}, processor", taken, most_s, "seconds", unit="s"))
         promises.append(Promise(f"{name}, memory", peak_mb, most_mb, "share", unit="MB", missing=why))
+    for items in sized((300, 1000), (30,)):
+        found = beside_fit(sized(200_000, 2000), items, sized(1000, 20))
+        both, name = found["reading"] + found["fit"], f"scores of {items} items, 200,000 answers of 1,000 observers"
+        note = ", ".join(f"{what} {taken * 1e3:.0f} ms" for what, taken in found.items())
+        rows.append({"series": name, "parameter": "scores", "seconds": found["scores"], "error": None, "note": note})
+        beside = f"{name}, beside reading them and fit_model"
+        promises.append(Promise(beside, found["scores"] / both, MOST_BESIDE_FIT, "ratio", unit="×"))
+        promises.append(Promise(f"{beside}, with the table", found["table"] / both, None, "ratio", unit="×"))
     return {"title": "Large results", "rows": rows, "promises": promises}
 
 

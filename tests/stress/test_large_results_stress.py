@@ -1,4 +1,6 @@
-"""Large results: 500 sessions or 200 stimuli in a report, 19,850 trials resumed: time in proportion, and memory.
+"""Large results: 500 sessions or 200 stimuli in a report, 19,850 trials resumed, a million answers in a DataFrame.
+
+Time is in proportion, and memory is bounded.
 
 Seconds depend on the machine: `benchmarks/large_results.py` has them. Here a result is beside a part of it, in one run,
 so that what grows faster than the result is seen on any.
@@ -12,7 +14,14 @@ from pathlib import Path
 import pytest
 
 from analysis.records import read_results
-from benchmarks.large_results import measured, write_sessions, write_stopped_session
+from benchmarks.large_results import (
+    MOST_BESIDE_FIT,
+    SCORED,
+    beside_fit,
+    measured,
+    write_sessions,
+    write_stopped_session,
+)
 
 pytestmark = [
     pytest.mark.stress,
@@ -56,3 +65,20 @@ def test_a_long_session_is_resumed(tmp_path: Path) -> None:
         assert peak_mb is not None
         assert peak_mb <= MOST_MB
     assert taken[200] <= SLACK * 4 * taken[100]
+
+
+@pytest.mark.parametrize("items", [150, 1000])
+def test_a_million_answers_of_20_000_observers_in_a_data_frame(tmp_path: Path, items: int) -> None:
+    taken = {}
+    for answers in (1_000_000, 250_000):
+        taken[answers], peak_mb = measured([str(answers), str(items), "20000"], tmp_path, SCORED)
+        print(f"{answers} answers to {items} items: {taken[answers]:.1f} s, {peak_mb} MB")
+        assert peak_mb is not None
+        assert peak_mb <= 1000.0
+    assert taken[1_000_000] <= SLACK * 4 * taken[250_000]
+
+
+@pytest.mark.parametrize(("items", "observers"), [(300, 100), (300, 20_000), (1000, 1000), (1000, 20_000), (2000, 500)])
+def test_scores_take_little_more_than_reading_and_the_fit(items: int, observers: int) -> None:
+    found = beside_fit(200_000, items, observers)
+    assert found["scores"] <= MOST_BESIDE_FIT * (found["reading"] + found["fit"])
