@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -50,6 +51,10 @@ POPULATIONS: dict[str, dict[str, Any]] = {
     "two camps, 0.5 nats either way": {"camps": HALVES},
 }
 PAIRS: dict[str, Any] = {"all pairs": 1.0, "20 to 100 % of the pairs": (0.2, 1.0)}
+# Scales whose ends are up to 10 nats apart: (step in nats, items).
+LADDERS = sized(((0.25, 6), (0.5, 6), (1.0, 6), (2.0, 6), (4.0, 3)), ((2.0, 4),))
+CLIMBERS = sized((5, 8, 10, 15, 30), (5,))
+LADDER_POPULATIONS = ("alike", "each their own (0.7 nats)", "each their own (1.5 nats)", "two camps, 1 nat either way")
 COVARIANCES: tuple[CovarianceChoice, ...] = ("auto", "model", "scaled", "sandwich")
 
 
@@ -69,11 +74,11 @@ def run(studies: int = sized(300, 4)) -> dict[str, Any]:
             design, ["studentised"], ["difference"], studies=max(2, studies // 30), replicates=sized(1000, 100)
         )
         rows += _covered(name, slow, times)
-    decided = [*_decided(studies)]
-    return {"title": TITLE, "rows": [*rows, *decided], "promises": _promises(decided)}
+    decided, climbed = [*_decided(studies)], [*_climbed(studies)]
+    return {"title": TITLE, "rows": [*rows, *decided, *climbed], "promises": _promises(decided, climbed)}
 
 
-def _promises(decided: list[Row]) -> list[Promise]:
+def _promises(decided: list[Row], climbed: list[Row]) -> list[Promise]:
     """Return what is promised of the default, over all its populations and designs; see `_beyond`."""
     default: list[Any] = [row for row in decided if row["series"] == "classes, holm, auto"]
     false = max(_beyond(row["false_difference"], row["studies"]) for row in default)
@@ -84,7 +89,16 @@ def _promises(decided: list[Row]) -> list[Promise]:
         Promise(f"share of studies with a false difference, {beyond}", false, 0.055, "share"),
         Promise(f"share of 95 % intervals that contain the truth, {beyond}", least, 0.93, "share", "at least"),
         Promise(f"the largest such share, {beyond}", most, 0.97, "share"),
+        Promise(
+            "true differences found by signs less those by the default, worst ladder", _behind(climbed), 0, "share"
+        ),
     ]
+
+
+def _behind(climbed: list[Row]) -> float:
+    """Return how much larger a share of true differences the signs of answers find than the default, at most."""
+    rows: list[Any] = [row for row in climbed if row["separated"] is not None]
+    return float(max(row["direct"] - row["separated"] for row in rows))
 
 
 def _beyond(share: float, studies: int) -> float:
@@ -112,6 +126,23 @@ def _decided(studies: int) -> Iterator[Row]:
         yield _decision(kind, name, found, many)
 
 
+def _climbed(studies: int) -> Iterator[Row]:
+    """Yield what the default did on ladders of equal steps, where many answers are all the same way."""
+    cells: list[tuple[str, str, Design, CovarianceChoice, int]] = []
+    for (step, items), people, population in product(LADDERS, CLIMBERS, LADDER_POPULATIONS[: sized(None, 1)]):
+        theta = -step * (np.arange(items) - (items - 1) / 2)
+        fields = dict(POPULATIONS[population])
+        if "camps" in fields:
+            fields["camps"] = np.where(np.arange(items) < items // 2, 1.0, -1.0)
+        for pairs, share in PAIRS.items():
+            if share != 1.0 and (people not in (5, 10, 30) or population not in LADDER_POPULATIONS[::3]):
+                continue
+            name = f"{items} items {step:g} nats apart, {people} observers, {population}, {pairs}"
+            cells.append(("auto", name, Design(theta, people, share=share, **fields), "auto", studies))
+    for (kind, name, _, _, many), found in zip(cells, in_two_processes(_decide, cells), strict=True):
+        yield _decision(kind, name, found, many) | {"series": "ladders, holm, auto"}
+
+
 def _decide(cell: tuple[str, str, Design, CovarianceChoice, int]) -> Decisions:
     _, _, design, kind, many = cell
     return decisions(design, studies=many, covariance=kind)
@@ -119,7 +150,8 @@ def _decide(cell: tuple[str, str, Design, CovarianceChoice, int]) -> Decisions:
 
 def _decision(kind: str, name: str, found: Decisions, studies: int) -> Row:
     none_true = np.isnan(found.separated)
-    true_ones = "" if none_true else f", {100 * found.separated:.1f} % of true ones come out"
+    true_ones = f", {100 * found.separated:.1f} % of true ones come out, by signs {100 * found.direct:.1f} %"
+    true_ones = "" if none_true else true_ones
     return {
         "series": f"classes, holm, {kind}",
         "parameter": name,
@@ -127,10 +159,14 @@ def _decision(kind: str, name: str, found: Decisions, studies: int) -> Row:
         "error": abs(found.differences - 0.95),
         "note": f"{studies} studies: {100 * found.false_difference:.1f} ± {100 * found.standard_error:.1f} % report a "
         f"false difference{true_ones}; 95 % intervals contain "
-        f"{100 * found.differences:.1f} % of differences, {100 * found.log10_scores:.1f} % of log scores",
+        f"{100 * found.differences:.1f} % of differences ({100 * found.too_far:.1f} % lie farther from 0, "
+        f"{100 * found.too_near:.1f} % nearer), {100 * found.log10_scores:.1f} % of log scores",
         "studies": studies,
         "false_difference": found.false_difference,
-        "separated": found.separated,
+        "separated": None if none_true else found.separated,
+        "direct": None if none_true else found.direct,
+        "too_far": found.too_far,
+        "too_near": found.too_near,
         "covered": found.differences,
         "covered_log10_scores": found.log10_scores,
     }

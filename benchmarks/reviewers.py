@@ -22,7 +22,7 @@ from curves import numbers, program, seconds, sized
 from promises import Promise, worst
 from simulated_studies import Design, as_comparisons
 
-from analysis.classes import Adjust, classify
+from analysis.classes import Adjust
 from analysis.comparisons.comparisons import Comparisons, from_arrays
 from analysis.inference import (
     compare_models,
@@ -34,6 +34,7 @@ from analysis.inference import (
 )
 from analysis.scaling import CovarianceKind, Model, Scores, fit_model, score
 from analysis.scaling.laws import LAWS, probabilities
+from analysis.scaling.scores import classes_of
 
 Floats = NDArray[np.float64]
 Row = dict[str, object]
@@ -180,7 +181,8 @@ def _multiverse(scores: Scores) -> Iterator[Row]:
                 for kind in KINDS:
                     for adjust in ADJUSTMENTS:
                         fit = fit_model(rest, model, covariance=kind)
-                        classes = classify(fit.theta, fit.covariance, adjust=adjust, df=fit.pair_freedom)
+                        classes = classes_of(fit, adjust=adjust)
+                        assert classes is not None
                         labels.append(tuple(classes.labels[item] for item in scores.order))
         return labels
 

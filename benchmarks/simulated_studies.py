@@ -15,16 +15,19 @@ from numpy.typing import NDArray
 
 from analysis.bootstrap.confidence_intervals import Kind, intervals
 from analysis.bootstrap.replicates import Name, Quantity, Replicates, resample_counts
-from analysis.classes.multiplicity import Adjust, two_sided_p
+from analysis.classes.multiplicity import Adjust, corrected, two_sided_p
 from analysis.comparisons.comparisons import Comparisons, from_arrays
 from analysis.power.plan import Plan
 from analysis.power.studies import analyse, widths
 from analysis.report.estimate import estimate_scores
 from analysis.scaling.fitting import fit
 from analysis.scaling.laplacian import contrast_variances
-from analysis.scaling.result import CovarianceChoice, CovarianceKind, Method
+from analysis.scaling.profile import profiles_of
+from analysis.scaling.result import CovarianceChoice, CovarianceKind, Fit, Method
+from analysis.scaling.separation import strong_groups
 
 Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -135,8 +138,13 @@ class Decisions:
         Share of studies (0 to 1) with a significant pair of which the truth is equal, and its standard error.
     separated
         Mean share of the pairs whose truth differs that came out significant, in the right direction.
+    direct
+        The same share by the simplest test there is, for comparison: signs of the observers' answers to that pair,
+        with the same correction.
     differences, log10_scores
         Share of 95 % intervals that contain the truth.
+    too_far, too_near
+        Share of the intervals of differences that lie wholly farther from 0 than the truth, and wholly nearer.
     without_scores
         Share of studies in which comparisons did not link all items.
     """
@@ -144,7 +152,10 @@ class Decisions:
     false_difference: float
     standard_error: float
     separated: float
+    direct: float
     differences: float
+    too_far: float
+    too_near: float
     log10_scores: float
     without_scores: float
 
@@ -169,15 +180,18 @@ def decisions(
     equal = np.abs(apart) < 1e-9
     false = (found.significant & equal).any(axis=1)
     right = (found.significant & (np.sign(found.difference) == np.sign(apart)))[:, ~equal]
-    off = np.abs(found.difference - apart)
-    t = np.divide(off, found.error, out=np.full_like(off, np.inf), where=found.error > 0)
+    by_signs = found.direct[:, ~equal]
+    far, near = found.missed * np.sign(apart) > 0, found.missed * np.sign(apart) < 0
     scored = (found.low <= log10) & (log10 <= found.high)
     share = float(false.mean())
     return Decisions(
         share,
         float(np.sqrt(max(share * (1 - share), 1 / len(false)) / len(false))),
         float(right.mean()) if right.size else float("nan"),
-        float((two_sided_p(t, found.freedom) > 0.05).mean()),
+        float(by_signs.mean()) if by_signs.size else float("nan"),
+        float((found.missed == 0).mean()),
+        float(far.mean()),
+        float(near.mean()),
         float(scored.mean()),
         1 - len(false) / studies,
     )
@@ -185,12 +199,15 @@ def decisions(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Outcomes:
-    """Of each of B studies: P pairs, and n log scores with the ends of their intervals."""
+    """Of each of B studies: P pairs, and n log scores with the ends of their intervals.
+
+    ``missed`` is 1 where the interval of the pair's difference lies above the truth, -1 where it lies below, else 0.
+    """
 
     significant: NDArray[np.bool_]
+    direct: NDArray[np.bool_]
     difference: Floats
-    error: Floats
-    freedom: Floats | None
+    missed: Floats
     low: Floats
     high: Floats
 
@@ -200,6 +217,8 @@ def _one_by_one(
 ) -> _Outcomes:
     """As a report does it."""
     first, second = np.triu_indices(len(design.theta), 1)
+    truth = design.truth()
+    apart = truth[first] - truth[second]
     rows: list[tuple[Floats, ...]] = []
     for by_observer in design.studies(studies, seed):
         found = estimate_scores(
@@ -210,13 +229,12 @@ def _one_by_one(
             continue
         ends = np.empty((len(fitted.theta), 2))
         ends[list(found.scores.order)] = found.log10_interval
-        free = fitted.pair_freedom
         rows.append(
             (
                 classes.pair_p <= alpha,
+                _signs(by_observer[None, :, first, second], by_observer[None, :, second, first], alpha, adjust)[0],
                 fitted.theta[first] - fitted.theta[second],
-                np.sqrt(contrast_variances(fitted.covariance)[first, second]),
-                np.full(len(first), np.inf) if free is None else free,
+                _missed_by(fitted, apart),
                 ends[:, 0],
                 ends[:, 1],
             )
@@ -239,11 +257,59 @@ def _alike(
     found = analyse(plan, design.observers, won)
     width = widths(found, np.random.default_rng(0))
     log10 = log_softmax(found.theta, axis=1) / np.log(10)
-    error = np.sqrt(contrast_variances(found.covariance)[:, first, second])
     difference = found.theta[:, first] - found.theta[:, second]
     freedom = None if found.freedom is None else found.freedom[:, : len(first)]
+    truth = design.truth()
+    apart = truth[first] - truth[second]
+    t = found.statistics(apart)
+    for study in np.flatnonzero(found.separated):
+        beaten = won[study].sum(axis=0)
+        place = groups_in_order(n, first, second, beaten, design.observers - beaten)
+        t[study] = np.where(np.sign(place[second] - place[first]) * t[study] < 0, 0.0, t[study])
+    missed = _missed(t, freedom, apart, difference, found.exchanged)
+    direct = _signs(won, 1 - won, alpha, adjust)
     half = np.where(width / 2 <= -log10, width / 2, width + log10)  # no upper end is above 0
-    return _Outcomes(found.significant(np.nan), difference, error, freedom, log10 - half, np.minimum(log10 + half, 0))
+    significant = found.significant(np.nan)
+    return _Outcomes(significant, direct, difference, missed, log10 - half, np.minimum(log10 + half, 0))
+
+
+def groups_in_order(n: int, first: Indices, second: Indices, won: Floats, lost: Floats) -> Floats:
+    """Return the place of each item's group among those that nothing links, the best first; shape (n,)."""
+    wins = np.zeros((n, n))
+    wins[first, second], wins[second, first] = won, lost
+    place = np.empty(n)
+    for number, group in enumerate(strong_groups(wins)):
+        place[list(group)] = number
+    return place
+
+
+def _missed_by(fitted: Fit, apart: Floats) -> Floats:
+    """Return on which side the 95 % intervals of a report leave out ``apart`` (P,), the true differences i < j."""
+    profiles, (first, second) = profiles_of(fitted), np.triu_indices(len(fitted.theta), 1)
+    difference = fitted.theta[first] - fitted.theta[second]
+    if profiles is None:
+        error = np.sqrt(contrast_variances(fitted.covariance)[first, second])
+        t, exchanged = np.divide(difference - apart, error, out=np.zeros_like(apart), where=error > 0), np.ones(1)
+    else:
+        t, exchanged = profiles.at(apart), profiles.exchanged
+        t = np.where((profiles.unbounded * np.sign(t)) < 0, 0.0, t)  # no end on that side
+    return _missed(t, fitted.pair_freedom, apart, difference, exchanged)
+
+
+def _missed(t: Floats, freedom: Floats | None, apart: Floats, difference: Floats, exchanged: Floats) -> Floats:
+    """Return the same from t of the true differences ``apart``, and p of the exchange of items; shapes (B, P)."""
+    out = np.where(two_sided_p(np.abs(t), freedom) <= 0.05, np.sign(t), 0.0)
+    wrong_side = np.sign(apart) * np.sign(difference) <= 0
+    return np.where((exchanged <= 0.05) & wrong_side, np.sign(difference), out)
+
+
+def _signs(won: Floats, lost: Floats, alpha: float, adjust: Adjust) -> NDArray[np.bool_]:
+    """Return which pairs come out, in the right direction or not, by the signs of observers' answers; (B, S, P)."""
+    from scipy.special import bdtr
+
+    better, worse = (won > lost).sum(axis=1), (won < lost).sum(axis=1)
+    p = np.minimum(1.0, 2 * bdtr(np.minimum(better, worse), better + worse, 0.5))
+    return np.asarray(corrected(p, "holm" if adjust == "maxz" else adjust) <= alpha)
 
 
 def as_comparisons(by_observer: Floats) -> Comparisons:

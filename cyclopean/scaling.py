@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from analysis.jod import JodScales
     from analysis.observers import ObserverTable
     from analysis.records import SessionLog
-    from analysis.scaling import CovarianceChoice, GroupedScores, Model, ModelMethod, Scores
+    from analysis.scaling import CovarianceChoice, GroupedScores, MethodChoice, Model, Scores
     from runner.reports import PowerStudy
 
 Answers = pd.DataFrame | str | Path
@@ -32,7 +32,7 @@ def scores(
     answers: Answers,
     *,
     model: Model = "bradley-terry",
-    method: ModelMethod | Literal["pwcmp"] = "ml",
+    method: MethodChoice | Literal["pwcmp"] = "auto",
     alpha: float = 0.05,
     adjust: Adjust | None = None,
     order_effect: bool = False,
@@ -57,7 +57,8 @@ def scores(
         ``bradley-terry``, ``thurstone`` (Case V), or ``davidson`` or ``rao-kupper``, which have ties.
     method
         ``ml``, maximum likelihood; ``firth``, Firth's penalty, or ``map``, a Gaussian prior, which stay finite for
-        items that always win; or ``pwcmp``, JOD as pwcmp has them: Thurstone's Case V with its prior on distances.
+        items that always win; ``auto`` takes ``firth`` where ``ml`` has no scores for that reason; or ``pwcmp``, JOD as
+        pwcmp has them: Thurstone's Case V with its prior on distances.
     alpha
         Significance level of a difference between two items.
     adjust
@@ -114,7 +115,6 @@ def scores(
     options = ScoreOptions(
         method=method, alpha=alpha, adjust=adjust or "holm", order_effect=order_effect, covariance=covariance
     )
-    how = f"by {model}, method {method}, best first"
     if table.groups:
         grouped = score_groups(table, model, common=common, **options)
         scales = [*grouped.groups, *([(None, grouped.pooled)] if grouped.pooled else [])]
@@ -122,13 +122,13 @@ def scores(
         def grouped_rows() -> list[dict[str, Any]]:
             return [{"group": name, **item} for name, part in scales for item in part.item_rows()]
 
-        return Result(grouped, grouped_rows, f"Scores within {len(table.groups)} groups {how}")
+        return Result(grouped, grouped_rows, f"Scores within {len(table.groups)} groups by {model}, best first")
     result = score(table, model, **options)
     items = len(result.order)
     if result.fit.separation:
         title = f"No finite estimate: complete separation of {items} items; try method='firth'"
     else:
-        title = f"Scores of {items} items {how}"
+        title = f"Scores of {items} items by {model}, method {result.fit.method}, best first"
     return Result(result, result.item_rows, title)
 
 

@@ -15,7 +15,11 @@ from analysis.bootstrap.replicates import BLOCK_NUMBERS, Replicates
 from analysis.classes.classes import check_level, labelled, letter_display, numbered
 from analysis.classes.multiplicity import ADJUSTMENTS, MAXZ_SEED, Adjust, corrected, single_step, two_sided_p
 from analysis.errors import ResultsError
+from analysis.scaling.counts import Counts
 from analysis.scaling.laplacian import contrast_variances, pseudo_inverse
+from analysis.scaling.newton import maximise
+from analysis.scaling.penalty import FIRTH
+from analysis.scaling.profile import MOST_ITEMS_PROFILED, scaled, signed_roots
 from analysis.scaling.result import CovarianceKind
 from analysis.scaling.shrinkage import Clustered, Spread, shrink
 from documents import Finding, one_blas_thread
@@ -192,11 +196,7 @@ def _differing(
             else:
                 clustered = spreads(replicates.by_observer, weights, theta, kind)
                 spread, df = clustered.covariance, clustered.degrees_of_freedom()
-            error = np.sqrt(contrast_variances(spread))[:, first, second]
-            off = np.abs(theta[:, first] - theta[:, second])
-            t = np.divide(
-                off, error, out=np.zeros_like(off), where=error > 0
-            )  # as `classify`: no spread is no evidence
+            t = np.abs(_tested(replicates.by_observer, weights, theta, spread))
             if critical is not None:
                 significant[chosen] = t >= critical
             elif adjust == "maxz":
@@ -208,6 +208,19 @@ def _differing(
             differs = np.zeros((n, n), dtype=bool)
             differs[first, second] = differs[second, first] = row
             yield differs
+
+
+def _tested(by_observer: Floats, weights: Floats, theta: Floats, covariance: Floats) -> Floats:
+    """Return t of every two items of each replicate, shape (B, P), as `analysis.scaling.profile` has it."""
+    people, n, _ = by_observer.shape
+    first, second = np.triu_indices(n, 1)
+    own = contrast_variances(covariance)[:, first, second]
+    if n > MOST_ITEMS_PROFILED:
+        apart, error = theta[:, first] - theta[:, second], np.sqrt(own)
+        return np.divide(apart, error, out=np.zeros_like(own), where=error > 0)  # no spread is no evidence
+    counts = Counts.from_wins((weights @ by_observer.reshape(people, n * n)).reshape(-1, n, n))
+    model = contrast_variances(model_covariances(by_observer, weights, theta))[:, first, second]
+    return scaled(signed_roots(counts, maximise(counts, penalty=FIRTH, start=theta).theta), own / model)
 
 
 def _critical(replicates: Replicates, alpha: float, kind: Clustered) -> float:

@@ -14,9 +14,10 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.classes.multiplicity import Adjust, adjusted_p
+from analysis.classes.multiplicity import Adjust, adjusted_p, corrected
 from analysis.errors import ResultsError
 from analysis.scaling.laplacian import pair_variances
+from analysis.scaling.profile import PairProfiles
 from analysis.scaling.shrinkage import Spread
 from documents import Finding, count_work
 
@@ -105,6 +106,7 @@ def classify(
     adjust: Adjust = "holm",
     df: Floats | float | None = None,
     spread: Spread | None = None,
+    profiles: PairProfiles | None = None,
 ) -> Classes:
     """Group items into perceptual classes by pairwise tests.
 
@@ -122,6 +124,8 @@ def classify(
         Degrees of freedom of the standard errors, of all or of each pair i < j, shape (P,); None for the model's.
     spread
         Where ``covariance`` is clustered by observer, what it comes from: ``maxz`` draws from it.
+    profiles
+        Tests of the pairs by likelihood ratios, which take the place of those by ``covariance`` and ``df``.
 
     Returns
     -------
@@ -144,6 +148,16 @@ def classify(
     if not np.isfinite(theta).all():
         raise ResultsError(Finding("items without a finite strength have no class", remedy="use the method 'firth'"))
     n = len(theta)
+    if profiles is not None:
+        z, plain = profiles.at_zero, profiles.p
+        p = (
+            adjusted_p(np.abs(z), covariance, adjust, df, spread)
+            if adjust == "maxz"
+            else corrected(plain.copy(), adjust)
+        )
+        members = numbered(letter_display(_differing(p <= alpha, n)), theta)
+        unknown = int(((profiles.spread == 0) & (plain == 1)).sum())
+        return Classes(labelled(members, n), members, z, p, alpha, adjust, unknown)
     error = pair_variances(covariance)
     np.sqrt(error, out=error)
     z = np.empty_like(error)  # first the differences
@@ -209,10 +223,11 @@ def classes_if_few(
     adjust: Adjust = "holm",
     df: Floats | float | None = None,
     spread: Spread | None = None,
+    profiles: PairProfiles | None = None,
 ) -> Classes | None:
     """Return what `classify` does, None where there are too many classes to list."""
     try:
-        return classify(theta, covariance, alpha=alpha, adjust=adjust, df=df, spread=spread)
+        return classify(theta, covariance, alpha=alpha, adjust=adjust, df=df, spread=spread, profiles=profiles)
     except TooManyClasses:
         return None
 

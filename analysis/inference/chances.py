@@ -1,7 +1,7 @@
 """The chance that one item is preferred over another, with an interval, for every pair.
 
-By a law without ties the chance rises with the difference of strengths, so that its interval is that of the difference,
-θ_i − θ_j ± t se, put through the law. By a law with ties each of three chances depends on the tie parameter too: its
+By a law without ties the chance rises with the difference of strengths, so that its interval is that of the difference
+put through the law. By a law with ties each of three chances depends on the tie parameter too: its
 interval is made on the logit scale by the delta method, from the joint covariance of strengths and parameter.
 """
 
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.classes.classes import check_level
-from analysis.inference.differences import Differences, differences, quantile
+from analysis.inference.differences import Differences, differences
 from analysis.scaling.counts import Counts
 from analysis.scaling.laws import LAWS
 from analysis.scaling.scores import Scores
@@ -130,22 +130,20 @@ def pair_probabilities(scores: Scores, level: float = 0.95) -> PairProbabilities
     >>> pair = pair_probabilities(score(from_answers([Answer("a", "b", 30), Answer("b", "a", 10)]))).pairs[0]
     >>> chance = pair.first_preferred
     >>> round(chance.value, 2), round(chance.low, 2), round(chance.high, 2)
-    (0.75, 0.59, 0.86)
+    (0.75, 0.6, 0.86)
     """
     check_level(1 - level)
     apart = differences(scores)
-    reach = quantile(level, apart.df)
     law, fit = LAWS[scores.fit.model], scores.fit
     known = apart.se > 0
-    half = np.where(known, reach * apart.se, np.inf)
-    ends = np.stack([apart.estimate - half, apart.estimate + half])
+    ends = np.stack(apart.interval(level))
     if law.parameter is None:
         at = np.concatenate([apart.estimate[None], ends])
         with np.errstate(invalid="ignore"):
             p, rest, _ = law.probabilities(at, 0.0)
         chances = [(p[0], p[1], p[2]), (rest[0], rest[2], rest[1])]
     else:
-        chances = _with_ties(scores, apart, reach)
+        chances = _with_ties(scores, apart, apart.reach(level))
     names = scores.comparisons.items
     p_of = None if scores.classes is None else scores.classes.p
     pairs = []

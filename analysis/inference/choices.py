@@ -41,7 +41,9 @@ from analysis.scaling.clustered import of_contributions
 from analysis.scaling.counts import Answers
 from analysis.scaling.laplacian import pair_variances
 from analysis.scaling.laws import LAWS, MODELS, Model
-from analysis.scaling.newton import Point, joint_covariance
+from analysis.scaling.newton import Point, joint_covariance, maximise
+from analysis.scaling.penalty import FIRTH
+from analysis.scaling.profile import exchange_p, profiled, scaled, signed_roots, wins_by_observer
 from analysis.scaling.result import CovarianceKind
 from analysis.scaling.sandwich import Contributions, contributions
 from analysis.scaling.scores import Scores
@@ -287,7 +289,7 @@ def multiverse(
     for model in laws:
         case = left_out(comparisons, model, part, order_effect=scores.fit.counts.ordered)
         point, done = case.fitted(np.zeros(len(case.why), dtype=np.bool_))
-        inverses = _inverses(case, point, done)
+        inverses, roots = _inverses(case, point, done), _roots(case, done)
         for row in range(len(case.why) if people > 1 else 1):
             if not done[row]:
                 why = case.why[row] or "the fit did not converge"
@@ -302,14 +304,19 @@ def multiverse(
             each = None
             if len(np.unique(answers.observer)) > 1:
                 each = contributions(counts, answers, LAWS[model], own, inverses[row])
+            wins = wins_by_observer(counts, answers) if each and row in roots else None
+            exchanged = 1.0 if wins is None else exchange_p(wins[None])[0]
+            apart = pair_variances(inverses[row][:n, :n])
             for kind in kinds:
                 if kind != "model" and each is None:
                     skipped.append((f"{model}, {kind}, {names[row]} left out", "there are fewer than two observers"))
                     continue
                 covariance, df, spread = _covariance(kind, n, each, inverses[row])
-                error = np.sqrt(pair_variances(covariance[:n, :n]))
-                z = np.divide(np.abs(difference), error, out=np.zeros_like(error), where=error > 0)
-                plain = two_sided_p(z, df)
+                variance = pair_variances(covariance[:n, :n])
+                # Where there are no signed roots, the Wald test: sqrt(apart) is then the model's standard error.
+                root = roots[row] if row in roots else difference / np.sqrt(apart)
+                z = np.abs(scaled(root, variance / apart))
+                plain = two_sided_p(z, df) if kind == "model" else np.minimum(two_sided_p(z, df), exchanged)
                 for adjust in adjustments:
                     if adjust != "maxz":
                         differs = corrected(plain.copy(), adjust) <= classes.alpha
@@ -357,6 +364,15 @@ def _inverses(case: LeftOut, point: Point, done: NDArray[np.bool_]) -> dict[int,
         return {}
     joint = joint_covariance(case.counts.select(done), LAWS[case.model], point.select(done))
     return dict(zip(rows.tolist(), joint, strict=True))
+
+
+def _roots(case: LeftOut, done: NDArray[np.bool_]) -> dict[int, Floats]:
+    """Return the signed roots of all pairs in each row that was fitted; none where tests are by standard errors."""
+    counts = case.counts.select(done)
+    if not done.any() or not profiled(counts, case.model):
+        return {}
+    roots = signed_roots(counts, maximise(counts, penalty=FIRTH).theta)
+    return dict(zip(np.flatnonzero(done).tolist(), roots, strict=True))
 
 
 def _without(case: LeftOut, row: int, part: Indices) -> Answers:

@@ -1,4 +1,7 @@
-"""Differences of strengths of every two items, with standard errors and degrees of freedom."""
+"""Differences of strengths of every two items: their tests and intervals, by the engine that makes the classes.
+
+That is `analysis.scaling.profile` where it applies; otherwise standard errors and Student's law.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from numpy.typing import NDArray
 
 from analysis.errors import ResultsError
 from analysis.scaling.laplacian import contrast_variances
-from analysis.scaling.result import Fit
+from analysis.scaling.profile import PairProfiles, profiles_of
 from analysis.scaling.scores import Scores
 from analysis.scaling.terminal import problem_lines
 from documents import Finding
@@ -31,6 +34,10 @@ class Differences:
         how much other observers would vary.
     df
         Shape (P,): degrees of freedom of ``se``; None where they are as good as known.
+    profiles
+        Profiles of the likelihood, which tests and intervals then come from; None where they come from ``se``.
+    place, sign
+        Shape (P,): where each pair is among those of ``profiles``, and whether it is that way round, 1 or -1.
     """
 
     first: Indices
@@ -38,22 +45,53 @@ class Differences:
     estimate: Floats
     se: Floats
     df: Floats | None
+    profiles: PairProfiles | None
+    place: Indices
+    sign: Floats
 
     def above(self, bound: float) -> Floats:
         """Return the one-sided p values, shape (P,), of the hypotheses that the differences are at most ``bound``."""
-        return self._upper_tail(self.estimate - bound)
+        return self._upper_tail(self._statistic(bound))
 
     def below(self, bound: float) -> Floats:
         """Return the one-sided p values, shape (P,), of the hypotheses that the differences are at least ``bound``."""
-        return self._upper_tail(bound - self.estimate)
+        return self._upper_tail(-self._statistic(bound))
 
-    def _upper_tail(self, distance: Floats) -> Floats:
+    @property
+    def two_sided(self) -> Floats:
+        """Shape (P,): two-sided p values of no difference."""
+        if self.profiles is not None:
+            return np.asarray(self.profiles.p[self.place])
+        return np.asarray(np.minimum(1.0, 2 * np.minimum(self.above(0.0), self.below(0.0))))
+
+    def interval(self, level: float) -> tuple[Floats, Floats]:
+        """Return the ends, each shape (P,), of intervals with confidence ``level`` (0 to 1); infinite where unknown."""
+        if self.profiles is None:
+            half = np.where(self.se > 0, self.reach(level) * self.se, np.inf)
+            return self.estimate - half, self.estimate + half
+        ends = self.profiles.interval(level)[self.place] * self.sign[:, None]
+        return np.minimum(ends.min(axis=1), self.estimate), np.maximum(ends.max(axis=1), self.estimate)
+
+    def reach(self, level: float) -> Floats | float:
+        """Return how many standard errors an interval with confidence ``level`` (0 to 1) reaches to either side."""
+        from scipy.special import ndtri, stdtrit
+
+        upper = (1 + level) / 2
+        return float(ndtri(upper)) if self.df is None else np.asarray(stdtrit(self.df, upper))
+
+    def _statistic(self, bound: float) -> Floats:
+        """Return how far each difference is above ``bound``, in standard errors; 0 where they are not known."""
+        if self.profiles is not None:
+            bounds = np.empty(len(self.place))
+            bounds[self.place] = self.sign * bound
+            return np.asarray(self.sign * self.profiles.at(bounds)[self.place])
+        return np.divide(self.estimate - bound, self.se, out=np.zeros_like(self.se), where=self.se > 0)
+
+    def _upper_tail(self, t: Floats) -> Floats:
         from scipy.special import ndtr, stdtr
 
         known = self.se > 0
-        z = np.divide(distance, self.se, out=np.zeros_like(distance), where=known)
-        tail = ndtr(-z) if self.df is None else stdtr(self.df, -z)
-        return np.where(known, tail, 1.0)  # no spread is no evidence
+        return np.where(known, ndtr(-t) if self.df is None else stdtr(self.df, -t), 1.0)  # no spread is no evidence
 
 
 def differences(scores: Scores) -> Differences:
@@ -66,11 +104,17 @@ def differences(scores: Scores) -> Differences:
     """
     check_fitted(scores)
     fit = scores.fit
+    n = len(scores.order)
     order = np.array(scores.order, dtype=np.intp)
-    better, worse = np.triu_indices(len(order), 1)
+    better, worse = np.triu_indices(n, 1)
     first, second = order[better], order[worse]
+    places = np.zeros((n, n), dtype=np.intp)
+    places[better, worse] = np.arange(len(better))
+    place = places[np.minimum(first, second), np.maximum(first, second)]
+    free = None if fit.pair_freedom is None else fit.pair_freedom[place]
     se = np.sqrt(contrast_variances(fit.covariance)[first, second])
-    return Differences(first, second, fit.theta[first] - fit.theta[second], se, _freedom(fit, first, second))
+    apart, sign = fit.theta[first] - fit.theta[second], np.where(first < second, 1.0, -1.0)
+    return Differences(first, second, apart, se, free, profiles_of(fit), place, sign)
 
 
 def check_fitted(scores: Scores) -> None:
@@ -78,21 +122,3 @@ def check_fitted(scores: Scores) -> None:
     if scores.fit.separation is not None or not np.isfinite(scores.fit.theta).all():
         remedy = problem_lines(scores)[-1].strip()
         raise ResultsError(Finding("the items are separated: there are no finite strengths to compare", remedy=remedy))
-
-
-def _freedom(fit: Fit, first: Indices, second: Indices) -> Floats | None:
-    """Return the degrees of freedom of each pair, shape (P,); None for the model's standard errors."""
-    if fit.pair_freedom is None:
-        return None
-    n = fit.counts.n
-    of_pair = np.zeros((n, n))
-    of_pair[np.triu_indices(n, 1)] = fit.pair_freedom
-    return np.asarray(of_pair[np.minimum(first, second), np.maximum(first, second)])
-
-
-def quantile(level: float, df: Floats | None) -> Floats | float:
-    """Return how many standard errors an interval with confidence ``level`` (0 to 1) reaches to either side."""
-    from scipy.special import ndtri, stdtrit
-
-    upper = (1 + level) / 2
-    return float(ndtri(upper)) if df is None else np.asarray(stdtrit(df, upper))

@@ -96,7 +96,7 @@ def print_answer(answer: ReviewAnswer, console: Console | None = None) -> None:
     >>> scores = score(from_answers([Answer("a", "b", 30), Answer("b", "a", 10)]))
     >>> print_answer(pair_probabilities(scores), Console(width=100))
      item  over      P           95 %   JND       p
-     a     b     0.750  0.595 – 0.860  1.00  0.0026
+     a     b     0.750  0.598 – 0.860  1.00  0.0014
     """
 
     console = console or clean_console()

@@ -210,8 +210,7 @@ def equivalence(
         what = f"equivalence tests have no correction '{correction}'"
         raise ResultsError(Finding(what, remedy="expected one of: none, holm, bh"))
     apart = differences(scores)
-    two_sided = np.minimum(1.0, 2 * np.minimum(apart.above(0.0), apart.below(0.0)))
-    p_different = corrected(two_sided, correction)
+    p_different = corrected(apart.two_sided.copy(), correction)
     p_equivalent = corrected(np.maximum(apart.above(-limit), apart.below(limit)), correction)
     names = scores.comparisons.items
     pairs = []

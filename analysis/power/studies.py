@@ -11,8 +11,18 @@ from numpy.typing import NDArray
 from analysis.bootstrap.fits import fit_each
 from analysis.classes.multiplicity import corrected, two_sided_p
 from analysis.power.plan import Interval, Plan
+from analysis.scaling.counts import Counts
 from analysis.scaling.laplacian import contrast_variances, pseudo_inverse, without_rounding
 from analysis.scaling.laws import probabilities
+from analysis.scaling.newton import maximise
+from analysis.scaling.penalty import FIRTH
+from analysis.scaling.profile import (
+    MOST_ITEMS_PROFILED,
+    MOST_OBSERVERS_EXCHANGED,
+    exchange_p,
+    scaled,
+    signed_roots,
+)
 from analysis.scaling.result import Method
 from analysis.scaling.shrinkage import Clustered, Spread, shrink
 
@@ -37,6 +47,8 @@ class Studies:
     covariance, freedom
         Shape (B, n, n): of ``theta``, of the kind that the plan names; and (B, P + n), the degrees of freedom of pairs,
         then of log scores, None for the model's.
+    spread
+        Shape (B, P): how many times the model's the variances of differences are, as `analysis.scaling.profile` has it.
     separated
         Shape (B,): whether the plain likelihood has no maximum.
     """
@@ -47,6 +59,7 @@ class Studies:
     theta: Floats
     covariance: Floats
     freedom: Floats | None
+    spread: Floats
     separated: Flags
 
     def only(self, chosen: Flags) -> Studies:
@@ -55,18 +68,48 @@ class Studies:
             return self
         won, theta, covariance = (part[chosen] for part in (self.won, self.theta, self.covariance))
         freedom = None if self.freedom is None else self.freedom[chosen]
-        return Studies(self.plan, self.observers, won, theta, covariance, freedom, self.separated[chosen])
+        spread, separated = self.spread[chosen], self.separated[chosen]
+        return Studies(self.plan, self.observers, won, theta, covariance, freedom, spread, separated)
 
     def significant(self, critical_z: float) -> Flags:
         """Return which pairs differ at the plan's level, shape (B, P); ``critical_z`` is `Plan.critical_z`'s."""
-        first, second = self.plan.pairs
-        error = np.sqrt(contrast_variances(self.covariance)[:, first, second])
-        off = np.abs(self.theta[:, first] - self.theta[:, second])
-        z = np.divide(off, error, out=np.zeros_like(off), where=error > 0)
+        z = np.abs(self.statistics())
         if self.plan.adjust == "maxz":
             return np.asarray(z >= critical_z)
-        p = two_sided_p(z, None if self.freedom is None else self.freedom[:, : len(first)])
+        p = two_sided_p(z, None if self.freedom is None else self.freedom[:, : z.shape[1]])
+        wins = self._wins
+        if wins is not None:
+            p = np.minimum(p, exchange_p(wins, most=self.plan.alpha))
         return np.asarray(corrected(p, self.plan.adjust) <= self.plan.alpha)
+
+    def statistics(self, bounds: Floats | float = 0.0) -> Floats:
+        """Return t of the hypotheses that differences are ``bounds`` (P,) in nats, shape (B, P), as in a report."""
+        first, second = self.plan.pairs
+        n = len(self.plan.items)
+        if n <= MOST_ITEMS_PROFILED:
+            totals = np.broadcast_to(self.plan.totals(self.observers).astype(np.float64), self.spread.shape)
+            won = self.won.sum(axis=1)
+            counts = Counts(n, first, second, won, totals - won, np.zeros_like(won))
+            return scaled(signed_roots(counts, maximise(counts, penalty=FIRTH).theta, bounds), self.spread)
+        error = np.sqrt(contrast_variances(self.covariance)[:, first, second])
+        apart = self.theta[:, first] - self.theta[:, second] - bounds
+        return np.divide(apart, error, out=np.zeros_like(apart), where=error > 0)
+
+    @property
+    def exchanged(self) -> Floats:
+        """Shape (B, P): exact p values of the exchange of two items, as in a report; 1 where there is none."""
+        return np.ones_like(self.spread) if self._wins is None else exchange_p(self._wins)
+
+    @property
+    def _wins(self) -> Floats | None:
+        """Shape (B, S, n): how often each item won with each observer; None as in `analysis.scaling.profile`."""
+        times, n = self.plan.design(self.observers), len(self.plan.items)
+        alike = bool((times == times[0, 0]).all())
+        if self.freedom is None or not alike or n > MOST_ITEMS_PROFILED or self.observers > MOST_OBSERVERS_EXCHANGED:
+            return None
+        first, second = self.plan.pairs
+        side = np.eye(n)
+        return np.asarray(self.won @ side[first] + (times[0, 0] - self.won) @ side[second])
 
 
 def run(plan: Plan, observers: int, replicates: int, random: np.random.Generator) -> Studies:
@@ -86,17 +129,19 @@ def analyse(plan: Plan, observers: int, won: Floats) -> Studies:
     fits = fit_each(wins, "ml")
     p = probabilities(fits.theta)
     covariance = pseudo_inverse(totals * p * p.transpose(0, 2, 1))
-    freedom = None
+    freedom, model = None, contrast_variances(covariance)[:, first, second]
     kind, if_separated = plan.kind(observers), plan.kind(observers, separated=True)
     if kind != "model" and if_separated != "model":
         freedom = np.empty((replicates, len(first) + len(plan.items)))
         for chosen, clustered in ((~fits.separated, kind), (fits.separated, if_separated)):
             if chosen.any():
-                own = _clustered(plan, won[chosen], p[chosen], covariance[chosen], clustered)
-                of_scores = own.degrees_of_freedom(_score_slopes(fits.theta[chosen]))
-                covariance[chosen] = own.covariance
-                freedom[chosen] = np.hstack([own.degrees_of_freedom(), of_scores])
-    return Studies(plan, observers, won, fits.theta, covariance, freedom, fits.separated)
+                each = _clustered(plan, won[chosen], p[chosen], covariance[chosen], clustered)
+                of_scores = each.degrees_of_freedom(_score_slopes(fits.theta[chosen]))
+                covariance[chosen] = each.covariance
+                freedom[chosen] = np.hstack([each.degrees_of_freedom(), of_scores])
+    own = contrast_variances(covariance)[:, first, second]
+    spread = np.divide(own, model, out=np.zeros_like(own), where=model > 0)
+    return Studies(plan, observers, won, fits.theta, covariance, freedom, spread, fits.separated)
 
 
 def draw(plan: Plan, observers: int, replicates: int, random: np.random.Generator) -> Floats:

@@ -18,6 +18,7 @@ from analysis.scaling.counts import count_pairs
 from analysis.scaling.laws import LOGISTIC
 from analysis.scaling.learnt_prior import Posterior, learnt_posterior
 from analysis.scaling.newton import Point
+from analysis.scaling.profile import profiles_of
 from analysis.scaling.result import TWO_SIDED_95, CovarianceChoice, CovarianceKind, Fit
 from analysis.scaling.scores import Scores, classes_of, rescored, score
 from analysis.scaling.separation import compared_groups
@@ -59,13 +60,21 @@ class Estimate:
     stability: Stability | None
 
     @property
+    def by_likelihood(self) -> bool:
+        """Whether two stimuli are tested by likelihood ratios; otherwise by their standard errors alone."""
+        return profiles_of(self.scores.fit) is not None
+
+    @property
     def error_words(self) -> str:
-        """Whose standard errors the tests use, and by which law."""
+        """How two stimuli are tested, whose standard errors the tests use, and by which law."""
+        fit = self.scores.fit
         errors = f"standard errors by {COVARIANCE_WORDS[self.covariance]}"
-        clustered = self.scores.fit.clustered
-        if clustered is None:
-            return errors
-        return f"{errors}, and Student's t with {clustered.freedom_words}"
+        if self.by_likelihood:
+            errors = f"penalised likelihood ratios by {COVARIANCE_WORDS[self.covariance]}"
+        if fit.clustered is not None:
+            errors += f", and Student's t with {fit.clustered.freedom_words}"
+        exact = self.by_likelihood and fit.wins_by_observer is not None
+        return errors + (" (or, where that is smaller, the exact p of exchanging the two)" if exact else "")
 
 
 def estimate_scores(

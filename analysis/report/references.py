@@ -37,6 +37,10 @@ REFERENCES: Mapping[str, str] = MappingProxyType(
             "A. Gelman. Prior distributions for variance parameters in hierarchical models. Bayesian Analysis 1 (2006) "
             "515–534."
         ),
+        "Heinze2002": (
+            "G. Heinze, M. Schemper. A solution to the problem of separation in logistic regression. Statistics in "
+            "Medicine 21 (2002) 2409–2419."
+        ),
         "Hesterberg2015": (
             "T. C. Hesterberg. What teachers should know about the bootstrap: resampling in the "
             "undergraduate statistics curriculum. The American Statistician 69 (2015) 371–386."

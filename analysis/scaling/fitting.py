@@ -20,6 +20,7 @@ from analysis.scaling.laplacian import for_equations
 from analysis.scaling.laws import LAWS, LOGISTIC, MODELS, Law, Model
 from analysis.scaling.newton import Maximum, joint_covariance, maximise
 from analysis.scaling.penalty import FIRTH, NO_PENALTY, Gaussian, Penalty
+from analysis.scaling.profile import wins_by_observer
 from analysis.scaling.result import (
     COVARIANCE_CHOICES,
     BatchFit,
@@ -225,6 +226,7 @@ def fit_model(
     top = maximise(counts, law, penalty=penalty)
     joint = joint_covariance(counts, law, top.point, penalty)[0]
     clustered = None if kind == "model" else by_observer(kind, counts, answers, law, top.point, joint)
+    wins = None if clustered is None else wins_by_observer(counts, answers)
     return _fitted(
         counts,
         model,
@@ -237,6 +239,7 @@ def fit_model(
         order_test=_order_test(counts, answers, law, top) if order_effect and method == "ml" else None,
         held_by_prior=find_separation(counts, names, ties=ties) if method == "map" else None,
         ties_left_out=left_out,
+        wins=wins,
     )
 
 
@@ -253,6 +256,7 @@ def _fitted(
     order_test: OrderTest | None = None,
     held_by_prior: Separation | None = None,
     ties_left_out: float = 0.0,
+    wins: Floats | None = None,
 ) -> Fit:
     return Fit(
         model=model,
@@ -271,6 +275,7 @@ def _fitted(
         held_by_prior=held_by_prior,
         ties_left_out=ties_left_out,
         clustered=clustered,
+        wins_by_observer=wins,
     )
 
 

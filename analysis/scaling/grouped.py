@@ -20,8 +20,8 @@ from analysis.comparisons.comparisons import (
 from analysis.errors import ResultsError, naming
 from analysis.scaling.group_agreement import GroupAgreement, group_agreement
 from analysis.scaling.laws import LAWS, Model
-from analysis.scaling.result import CovarianceChoice, ModelMethod
-from analysis.scaling.scores import Scores, score
+from analysis.scaling.result import CovarianceChoice
+from analysis.scaling.scores import MethodChoice, Scores, score
 from analysis.scaling.separation import compared_groups
 from documents import Finding
 from documents.text import counted
@@ -34,7 +34,7 @@ class ScoreOptions(TypedDict, total=False):
 
     alpha: float
     adjust: Adjust
-    method: ModelMethod
+    method: MethodChoice
     prior_sd: float
     order_effect: bool
     covariance: CovarianceChoice

@@ -153,6 +153,8 @@ class Fit:
     clustered
         Where the covariance is clustered by observer, what it comes from, with its degrees of freedom; None where it is
         the model's.
+    wins_by_observer
+        Shape (S, n), where the covariance is clustered and all observers answered every pair as often; None otherwise.
     """
 
     model: Model
@@ -171,6 +173,7 @@ class Fit:
     held_by_prior: Separation | None = None
     ties_left_out: float = 0.0
     clustered: ByObserver | None = None
+    wins_by_observer: Floats | None = None
 
     @property
     def pair_freedom(self) -> Floats | None:

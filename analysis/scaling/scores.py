@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,12 +17,16 @@ from analysis.comparisons.comparisons import Comparisons
 from analysis.scaling.departure import departure
 from analysis.scaling.fitting import DEFAULT_PRIOR_SD, fit_model
 from analysis.scaling.laws import LAWS, Model
+from analysis.scaling.profile import profiles_of
 from analysis.scaling.result import CovarianceChoice, Fit, ModelMethod
+from analysis.scaling.separation import are_apart
 
 if TYPE_CHECKING:
     from analysis.scaling.quasi import QuasiVariances
 
 Floats = NDArray[np.float64]
+MethodChoice = ModelMethod | Literal["auto"]
+MOST_ITEMS_PENALISED = 1000  # unless asked for: the penalty needs dense equations
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +137,7 @@ def score(
     *,
     alpha: float = 0.05,
     adjust: Adjust = "holm",
-    method: ModelMethod = "ml",
+    method: MethodChoice = "ml",
     prior_sd: float = DEFAULT_PRIOR_SD,
     order_effect: bool = False,
     covariance: CovarianceChoice = "auto",
@@ -149,6 +153,9 @@ def score(
     alpha, adjust
         Significance level of a difference, and correction for multiple comparisons, as
         `analysis.classes.classes.classify` has them.
+    method
+        As `fit_model` has it; ``auto`` is ``ml``, or ``firth`` where only that gives scores: where some items, of 1000
+        at most, always won, and comparisons link all of them.
     quasi_variances
         Compute quasi-variances too, where there is a finite maximum.
 
@@ -172,8 +179,17 @@ def score(
     check_level(alpha)
     check_adjustment(adjust)
     fitted = fit_model(
-        comparisons, model, method=method, prior_sd=prior_sd, order_effect=order_effect, covariance=covariance
+        comparisons,
+        model,
+        method="ml" if method == "auto" else method,
+        prior_sd=prior_sd,
+        order_effect=order_effect,
+        covariance=covariance,
     )
+    penalised = model == "bradley-terry" and not order_effect and fitted.counts.n <= MOST_ITEMS_PENALISED
+    if method == "auto" and fitted.separation and penalised and not are_apart(fitted.counts):
+        kind: CovarianceChoice = covariance if covariance in ("model", "scaled") else "auto"
+        fitted = fit_model(comparisons, method="firth", covariance=kind)
     sound = fitted.separation is None and bool(np.isfinite(fitted.theta).all())
     find_classes = partial(classes_of, fitted, alpha=alpha, adjust=adjust) if sound else partial(_known, None)
     quasi = fitted.quasi_variances() if sound and quasi_variances else None
@@ -184,7 +200,13 @@ def classes_of(fitted: Fit, *, alpha: float = 0.05, adjust: Adjust = "holm") -> 
     """Return the classes of a fit's items, by its covariance and degrees of freedom; None where there are too many."""
     spread = fitted.clustered.spread if fitted.clustered else None
     return classes_if_few(
-        fitted.theta, fitted.covariance, alpha=alpha, adjust=adjust, df=fitted.pair_freedom, spread=spread
+        fitted.theta,
+        fitted.covariance,
+        alpha=alpha,
+        adjust=adjust,
+        df=fitted.pair_freedom,
+        spread=spread,
+        profiles=profiles_of(fitted),
     )
 
 

@@ -21,6 +21,7 @@ Published = Mapping[str, tuple[float, str]]
 
 TOO_MANY = "no classes: the items overlap in too many to list"
 CLASS_STYLES = {"1": "green", "2": "blue", "3": "yellow", "4": "rgb(165,100,40)", "5": "red"}
+ONLY_PENALTY = "Only the penalty keeps the scores finite; some differences have no upper end."
 METHODS = {"ml": "maximum likelihood", "firth": "Firth's penalised likelihood", "map": "maximum a posteriori"}
 ADJUSTMENTS = {"none": "unadjusted", "holm": "Holm", "bh": "Benjamini-Hochberg", "maxz": "single-step max z"}
 NAMES = {"nu": "ties, ν", "eta": "ties, η", "order": "order effect"}
@@ -107,6 +108,9 @@ def summary_lines(scores: Scores) -> list[str]:
         prior = f", prior sd {fit.prior_sd:g}" if fit.prior_sd else ""
         likelihood = f"log likelihood {fit.log_likelihood:.6g}"
         lines = [f"{fit.model}, {METHODS[fit.method]}{prior}; {likelihood}; {deviance}; {grouped}"]
+    if fit.method == "firth" and fit.held_by_penalty:
+        why = separation_of_method(fit.counts, scores.comparisons.items, ties=False, method="ml")
+        lines.append(ONLY_PENALTY + (f" {' '.join(why.sentences)}" if why else ""))
     if fit.clustered is not None:
         lines.append(_clustered(fit.covariance_kind, fit.clustered))
     if tested is not None:

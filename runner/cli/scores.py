@@ -68,11 +68,11 @@ JOD_EXCLUDES = ("observers", "observer_scores", *(name for name in RANDOM_EXCLUD
 )
 @click.option(
     "--method",
-    type=click.Choice(["ml", "firth", "map", "pwcmp"]),
-    default="ml",
+    type=click.Choice(["auto", "ml", "firth", "map", "pwcmp"]),
+    default="auto",
     show_default=True,
-    help="Maximum likelihood; or, for items that always win, Firth's penalty or a Gaussian prior; or JOD as pwcmp has "
-    "them.",
+    help="Auto: maximum likelihood (ml), or Firth's penalty (firth) where some items always win. Or a Gaussian prior "
+    "(map), or JOD as pwcmp has them.",
 )
 @click.option("--jod-zero", metavar="ITEM", help="Item at 0 JOD with --method pwcmp. Default: the table's first item.")
 @click.option(
@@ -162,8 +162,8 @@ def command(
     from analysis.scaling import (
         DEFAULT_PRIOR_SD,
         CovarianceChoice,
+        MethodChoice,
         Model,
-        ModelMethod,
         ScoreOptions,
         Scores,
         group_problem_lines,
@@ -206,7 +206,7 @@ def command(
     options = ScoreOptions(
         alpha=alpha,
         adjust=cast(Adjust, adjust),
-        method=cast(ModelMethod, method),
+        method=cast(MethodChoice, method),
         prior_sd=DEFAULT_PRIOR_SD if prior_sd is None else prior_sd,
         order_effect=order_effect,
         covariance=cast(CovarianceChoice, covariance),

@@ -85,7 +85,7 @@ def test_table_4_4_in_json(call: Call, table_4_4: Table, tmp_path: Path) -> None
 
 def test_separated_items_are_named_and_the_penalised_fit_is_offered(call: Call) -> None:
     table = "winner,loser\na,b\na,c\nb,c\nc,b\n"
-    done = call(["scores", "-", "--json"], table)
+    done = call(["scores", "-", "--json", "--method", "ml"], table)
     assert done.returncode == 1
     told = json.loads(done.stdout)
     assert told["separated"] == ["a"]
@@ -95,9 +95,14 @@ def test_separated_items_are_named_and_the_penalised_fit_is_offered(call: Call) 
     assert told["goodness_of_fit"] is None
     assert "'a': never lost to any of the other items" in done.stderr
     assert "--method firth" in done.stderr
-    penalised = call(["scores", "-", "--json", "--method", "firth"], table)
+    penalised = call(["scores", "-", "--json", "--pairs", "--method", "firth"], table)
     assert penalised.returncode == 0
-    assert json.loads(penalised.stdout)["items"][0]["name"] == "a"
+    scored = json.loads(penalised.stdout)
+    assert scored["items"][0]["name"] == "a"
+    assert [pair["high"] is None for pair in scored["pairs"]["pairs"]] == [True, True, False]  # a's have no upper end
+    assert json.loads(call(["scores", "-", "--json", "--pairs"], table).stdout) == scored
+    apart = call(["scores", "-", "--json"], table + "d,e\n")
+    assert (apart.returncode, json.loads(apart.stdout)["items"][0]["theta"]) == (1, None)
 
 
 def test_a_wrong_table_ends_with_status_2_and_its_place(call: Call, tmp_path: Path) -> None:
@@ -291,9 +296,14 @@ def test_groups_have_a_table_each_and_are_named_where_they_have_no_scores(call: 
     assert [group["name"] for group in values["groups"]] == ["church", "beach"]
     church = "\n".join(line.replace(",church", "") for line in lines if "beach" not in line).replace(",scene", "")
     alone = json.loads(call(["scores", "-", "--json"], church).stdout)
-    assert alone.pop("work") == {"models_fitted": 1, "classes_found": 1}
+    assert alone.pop("work") == {
+        "models_fitted": 2,
+        "classes_found": 1,
+    }  # and the penalised one that tests of pairs profile
     assert {"name": "church", **alone} == values["groups"][0]
     without = call(["scores", "-"], "\n".join(line for line in lines if line[:9] not in ("c,a,beach",)))
+    assert without.returncode == 0
+    without = call(["scores", "-", "--method", "ml"], "\n".join(line for line in lines if line[:9] != "c,a,beach"))
     assert without.returncode == 1
     assert without.stderr.startswith("cyclopean: the group 'beach': no finite scores fit these comparisons:")
     assert "church" in without.stdout

@@ -127,10 +127,13 @@ def test_a_wrong_level_or_correction_is_refused_before_the_classes_are_read() ->
 
 def test_separation_is_in_the_title() -> None:
     answers = pd.DataFrame({"winner": ["a", "a"], "loser": ["b", "b"]})
-    result = cyclopean.scores(answers)
+    result = cyclopean.scores(answers, method="ml")
     assert repr(result) == "<No finite estimate: complete separation of 2 items; try method='firth'>"
     assert result.to_frame()["score"].isna().all()
-    assert cyclopean.scores(answers, method="firth").to_frame()["score"].sum() == pytest.approx(1)
+    firth = cyclopean.scores(answers, method="firth")
+    assert firth.to_frame()["score"].sum() == pytest.approx(1)
+    assert cyclopean.scores(answers).to_frame().equals(firth.to_frame())
+    assert repr(cyclopean.scores(answers)) == repr(firth)
 
 
 def test_options_reach_the_fit() -> None:

@@ -322,7 +322,7 @@ def _pairs(summary: Summary, whole: Answered, adjustment: str, cited: Citations)
     )
     if summary.scores.classes is not None:
         keys = {"shrinkage": ("Ledoit2004", "Bell2002"), "sandwich": ("White1982", "Bell2002")}
-        works = keys.get(estimate.covariance, ())
+        works = (*(("Heinze2002",) if estimate.by_likelihood else ()), *keys.get(estimate.covariance, ()))
         errors = f"{estimate.error_words}{' ' + cited.cite(*works) if works else ''}"
         source = {"holm": ("Holm1979",), "bh": ("Benjamini1995",)}.get(summary.adjust, ())
         correction = f"{adjustment}{' ' + cited.cite(*source) if source else ''}"

@@ -15,6 +15,9 @@ from analysis.classes import Adjust, classify
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
 from analysis.scaling import CovarianceKind, fit
+from analysis.scaling.counts import Counts
+from analysis.scaling.laplacian import contrast_variances
+from analysis.scaling.profile import PairProfiles
 from analysis.scaling.shrinkage import shrink
 
 Study = Callable[..., Comparisons]
@@ -37,7 +40,10 @@ def test_it_is_what_classifying_each_replicate_gives(study: Study, adjust: Adjus
             kind = "scaled" if separated else covariance
             own = shrink(spread[None], each[None], kind, freedom=19, at_least_model=kind == "scaled")
             spread, df = own.covariance[0], own.degrees_of_freedom()[0]
-        classes = classify(theta, spread, alpha=0.1, adjust=adjust, df=df)
+        pairs, counted = np.triu_indices(5, 1), Counts.from_wins(wins[None])
+        model = contrast_variances(fit(wins, method="firth" if separated else "ml").covariance)[pairs]
+        profiles = PairProfiles(counted, theta, np.zeros(10), contrast_variances(spread)[pairs] / model, df, None)
+        classes = classify(theta, spread, alpha=0.1, adjust=adjust, df=df, profiles=profiles)
         shared += [[bool(set(a.split("+")) & set(b.split("+"))) for b in classes.labels] for a in classes.labels]
         counts[len(classes.members)] += 1
         for label, met in zip(classes.labels, labels, strict=True):

@@ -14,6 +14,7 @@ from analysis.errors import ResultsError
 from analysis.inference import pair_probabilities
 from analysis.inference.chances import Chance
 from analysis.scaling import LAWS, Model, score
+from tests.analysis.slow_profiles import of_pair
 
 Maker = Callable[..., Comparisons]
 
@@ -29,24 +30,32 @@ def test_two_items_by_hand() -> None:
     pair = pair_probabilities(score(from_answers([Answer("a", "b", 30), Answer("b", "a", 10)]))).pairs[0]
     d, se = np.log(3), np.sqrt(1 / 30 + 1 / 10)
     assert pair.first_preferred.value == pytest.approx(0.75, abs=1e-12)
-    ends = 1 / (1 + np.exp(-(d + np.array([-1, 1]) * norm.ppf(0.975) * se)))
-    assert ends_of(pair.first_preferred) == pytest.approx(tuple(ends), abs=1e-12)
-    assert ends_of(pair.second_preferred) == pytest.approx(tuple(1 - ends[::-1]), abs=1e-12)
+    low, high = of_pair(np.array([[0.0, 30.0], [10.0, 0.0]]), 0, 1).interval(norm.ppf(0.975))
+    assert (pair.low, pair.high) == pytest.approx((low, high), abs=1e-7)
+    assert pair.se == pytest.approx(se)
+    assert (pair.low, pair.high) == pytest.approx((d - 1.96 * se, d + 1.96 * se), abs=0.1)
+    ends = 1 / (1 + np.exp(-np.array([low, high])))
+    assert ends_of(pair.first_preferred) == pytest.approx(tuple(ends), abs=1e-8)
+    assert ends_of(pair.second_preferred) == pytest.approx(tuple(1 - ends[::-1]), abs=1e-8)
     assert pair.tie is None
-    assert (pair.low, pair.high) == pytest.approx((d - norm.ppf(0.975) * se, d + norm.ppf(0.975) * se))
 
 
 def test_the_sandwich_has_students_law(make: Maker) -> None:
-    scores = score(make(THETA, 6), covariance="sandwich")
+    answers = make(THETA, 6, gaps=0.1)
+    scores, model = score(answers, covariance="sandwich"), score(answers, covariance="model").fit.covariance
     result = pair_probabilities(scores, level=0.9)
     names, covariance = scores.comparisons.items, scores.fit.covariance
     assert len(result.pairs) == 6
     for pair in result.pairs:
         i, j = names.index(pair.first), names.index(pair.second)
         assert scores.fit.theta[i] >= scores.fit.theta[j] - 1e-12
-        se = np.sqrt(covariance[i, i] + covariance[j, j] - 2 * covariance[i, j])
-        low = scores.fit.theta[i] - scores.fit.theta[j] - student.ppf(0.95, 5) * se
-        assert pair.first_preferred.low == pytest.approx(1 / (1 + np.exp(-low)), abs=1e-10)
+        own, plain = (of[i, i] + of[j, j] - 2 * of[i, j] for of in (covariance, model))
+        assert pair.df is not None
+        reach = student.ppf(0.95, pair.df) * np.sqrt(own / plain)
+        low, high = of_pair(answers.wins, i, j).interval(reach)
+        d = scores.fit.theta[i] - scores.fit.theta[j]
+        assert (pair.low, pair.high) == pytest.approx((min(low, d), max(high, d)), abs=1e-6)
+        assert pair.first_preferred.low == pytest.approx(1 / (1 + np.exp(-min(low, d))), abs=1e-6)
 
 
 def test_thurstone_goes_through_the_normal_law(make: Maker) -> None:

@@ -8,12 +8,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from analysis.classes import classify
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
 from analysis.inference import multiverse
 from analysis.inference.choices import NOBODY
 from analysis.scaling import fit_model, score
+from analysis.scaling.scores import classes_of
 
 Maker = Callable[..., Comparisons]
 
@@ -50,7 +50,8 @@ def test_beside_one_by_one(make: Maker, ties: bool) -> None:
         if analysis.left_out != NOBODY:
             rest = without(comparisons, analysis.left_out.removeprefix("observer "))
         fit = fit_model(rest, analysis.model, covariance=analysis.covariance)
-        slow = classify(fit.theta, fit.covariance, adjust=analysis.adjust, df=fit.pair_freedom)
+        slow = classes_of(fit, adjust=analysis.adjust)
+        assert slow is not None
         assert analysis.labels == tuple(slow.labels[item] for item in scores.order)
         assert analysis.number == len(slow.members)
         for pair in result.pairs:
