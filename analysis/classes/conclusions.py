@@ -95,7 +95,14 @@ class Conclusion:
 
     @property
     def _ends(self) -> str:
-        return "" if self.low is None or self.high is None else f" (95 %: {_fixed(self.low)} to {_fixed(self.high)})"
+        return f" (95 %: {self.interval})" if self.interval else ""
+
+    @property
+    def interval(self) -> str:
+        """The ends of the interval in words, of one that has no upper end too; empty without an interval."""
+        if self.low is None:
+            return ""
+        return f"at least {_fixed(self.low)}" if self.high is None else f"{_fixed(self.low)} to {_fixed(self.high)}"
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""

@@ -190,7 +190,7 @@ def print_conclusions(conclusions: Sequence[Conclusion], console: Console) -> No
         [
             one.question,
             "–" if one.estimate is None else f"{fixed(one.estimate, 2)} {one.unit}",
-            "–" if one.low is None or one.high is None else f"{fixed(one.low, 2)} to {fixed(one.high, 2)}",
+            one.interval or "–",
             one.verdict_words,
             "–" if one.p is None else chance(one.p),
             one.robustness.removeprefix("stands in ") or "–",
