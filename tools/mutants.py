@@ -140,6 +140,7 @@ class Outcome:
     """What became of a mutant: ``killed`` by the first test that failed, ``slow`` past its limit, or ``survived``."""
 
     mutant: Mutant
+    diff: str
     status: str
     by: str
     seconds: float
@@ -332,7 +333,7 @@ def attempt(tree: Path, mutant: Mutant, limit_s: float, number: int = 1) -> Outc
         status, by, seconds = run_tests(tree, tests_of(tree, mutant.file), limit_s)
     finally:
         put(file, source, stamp_s + 1)
-    return Outcome(mutant, status, by, round(seconds, 1))
+    return Outcome(mutant, mutant.diff(source), status, by, round(seconds, 1))
 
 
 def attempts(root: Path, drawn: Sequence[Mutant], jobs: int, limit_s: float) -> Iterator[Outcome]:
@@ -388,7 +389,7 @@ def main() -> None:
         mutant = outcome.mutant
         print(f"{outcome.status:8} {outcome.seconds:6.1f} s  {mutant.file}:{mutant.line}  {outcome.by}", flush=True)
         if outcome.status == "survived":
-            print(mutant.diff((ROOT / mutant.file).read_bytes()), flush=True)
+            print(outcome.diff, flush=True)
         if asked.json:
             written = {"seed": asked.seed, "outcomes": [asdict(one) for one in outcomes]}
             asked.json.write_text(json.dumps(written, indent=1) + "\n", encoding="utf-8")

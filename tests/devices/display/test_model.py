@@ -153,6 +153,13 @@ def test_modes_per_eye_and_same_as(tmp_path: Path) -> None:
     assert [curve.gamma for curve in curves if isinstance(curve, ToneCurve)] == [2, 2.5, 2]
 
 
+def test_what_an_eye_s_source_states_of_held_out_readings_is_read(tmp_path: Path) -> None:
+    stated = (MODEL % 2)[:-1] + ", source: 'held-out ΔE00 mean 0.31, 95th percentile 0.80, largest 1.20'}"
+    display = read_display(_file(tmp_path, f"  flat: {{left: {MODEL % 2}, right: {stated}}}\n"))
+    ((eye, errors),) = display.held_out["flat"].items()
+    assert (eye, errors.mean, errors.p95, errors.max) == ("right", 0.31, 0.8, 1.2)
+
+
 @pytest.mark.parametrize(
     ("modes", "part"),
     [

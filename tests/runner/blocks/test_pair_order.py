@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from runner.blocks import Draw
 from runner.blocks.orders import Pair, pair_order
 
 SEEDS = st.text(max_size=8)
@@ -82,3 +83,10 @@ def test_same_seed_same_order_other_seed_other_order() -> None:
 def test_the_order_of_one_seed_is_what_it_was() -> None:
     """A session is resumed under the order it began with, so the order must not change with the program."""
     assert pair_order(4, 1, "side", "order") == [(2, 3), (1, 0), (2, 1), (0, 3), (3, 1), (0, 2)]
+
+
+def test_observers_are_paired_as_the_rule_of_their_log_says() -> None:
+    """By 1, as older logs have it, 2 and 3 belong together; by 2, 1 and 2."""
+    numbers = range(1, 7)
+    assert [Draw(rule=1).pair_number(observer) for observer in numbers] == [0, 1, 1, 2, 2, 3]
+    assert [Draw().pair_number(observer) for observer in numbers] == [0, 0, 1, 1, 2, 2]
