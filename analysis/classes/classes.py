@@ -23,6 +23,7 @@ from documents import Finding, count_work
 
 Floats = NDArray[np.float64]
 Items = NDArray[np.intp]
+Pairs: TypeAlias = tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.uint64]]
 Letters: TypeAlias = tuple[frozenset[int], ...]
 # Largest groups of items that are all alike can be exponentially many; nobody reads as many classes as this.
 MOST_CLASSES = 2000
@@ -245,27 +246,37 @@ def _largest(groups: list[int]) -> list[int]:
 
 def _swept(columns: list[Items], n: int) -> Letters:
     """Drop columns that no pair needs, the smallest first, then single memberships that no pair needs."""
-    kept = _needed(sorted(columns, key=lambda column: (len(column), column.tolist())), n, whole=True)
-    return tuple(frozenset(column.tolist()) for column in _needed(kept, n, whole=False))
+    columns = sorted(columns, key=lambda column: (len(column), column.tolist()))
+    last = _last(columns, n)
+    kept = _needed(columns, last, n, whole=True)
+    if len(kept) < len(columns):
+        last = _last(kept, n)
+    return tuple(frozenset(column.tolist()) for column in _needed(kept, last, n, whole=False))
 
 
-def _needed(columns: list[Items], n: int, *, whole: bool) -> list[Items]:
-    """Return the columns without the items that no pair needs there, or ``whole``; a column without items is dropped.
+def _last(columns: list[Items], n: int) -> list[Pairs]:
+    """Return for each column the pairs of items that no column after it has; an item is a pair with itself.
 
-    A pair needs the last column that has both, unless they are in what is left of one before it; an item is a pair with
-    itself. Each row of bits says what an item is with.
+    They are rows of bits: the items, which word of their rows, and its bits.
     """
-    bits = [_bits(column, n) for column in columns]
-    later = np.zeros((n, -(-n // WORD)), dtype=np.uint64)
+    after = np.zeros((n, -(-n // WORD)), dtype=np.uint64)
     last = []
-    for column, members in zip(reversed(columns), reversed(bits), strict=True):
-        met = later[column]
-        later[column] = met | members
+    for column in reversed(columns):
+        members, met = _bits(column, n), after[column]
+        after[column] = met | members
         new = members & ~met
         row, word = np.nonzero(new)
         last.append((column[row].astype(np.int32), word.astype(np.int32), new[row, word]))
-    kept, before = [], np.zeros_like(later)
-    for column, (item, word, pairs) in zip(columns, reversed(last), strict=True):
+    return last[::-1]
+
+
+def _needed(columns: list[Items], last: list[Pairs], n: int, *, whole: bool) -> list[Items]:
+    """Return the columns without the items that no pair needs there, or ``whole``; a column without items is dropped.
+
+    A pair needs the ``last`` column that has both, unless they are in what is left of one before it.
+    """
+    kept, before = [], np.zeros((n, -(-n // WORD)), dtype=np.uint64)
+    for column, (item, word, pairs) in zip(columns, last, strict=True):
         needed = np.unique(item[pairs & ~before[item, word] != 0])
         left = column if whole and len(needed) else needed
         before[left] |= _bits(left, n)
