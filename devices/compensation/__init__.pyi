@@ -4,6 +4,7 @@ from .compensate import Correction as Correction
 from .compensate import XYZImage as XYZImage
 from .crosstalk import Crosstalk as Crosstalk
 from .crosstalk import check_leakage as check_leakage
+from .crosstalk import wrong_lens as wrong_lens
 from .crosstalk_cancel import cancel_crosstalk as cancel_crosstalk
 from .crosstalk_cancel import channel_crosstalk as channel_crosstalk
 from .crosstalk_cancel import needed_lift as needed_lift

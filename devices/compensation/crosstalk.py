@@ -124,6 +124,25 @@ def check_leakage(crosstalk: Crosstalk, left_primaries_XYZ: ArrayLike, right_pri
             refuse_leak(eye, name, float((matrix @ sent)[1]), float(sent[1]))
 
 
+WRONG_LENS_SHARE = 0.9
+"""Of an eye's own light: where its lens passes so much of the other eye's, it is the other eye's lens, or none."""
+
+
+def wrong_lens(eye: str, own_cd_m2: float, leaked_cd_m2: float) -> str | None:
+    """Return what is wrong, and what to do, where a lens passes the other eye's white as its own; None if it does not.
+
+    Both are above the eye's black.
+    """
+    if leaked_cd_m2 < WRONG_LENS_SHARE * own_cd_m2 or leaked_cd_m2 <= 0.0:
+        return None
+    other = "right" if eye == "left" else "left"
+    return (
+        f"through the {eye} lens the {other} eye's white gives {leaked_cd_m2:.4g} cd/m², and the {eye} eye's own "
+        f"{own_cd_m2:.4g}: put the {eye} eye's lens before the instrument; if it is, the glasses are off or the eyes "
+        "are exchanged (swap_eyes)"
+    )
+
+
 def refuse_leak(eye: str, colour: str, leaked_cd_m2: float, sent_cd_m2: float) -> None:
     """Raise DeviceError if ``leaked_cd_m2``, which may be negative, is more than all of ``sent_cd_m2``."""
     if abs(leaked_cd_m2) <= sent_cd_m2:

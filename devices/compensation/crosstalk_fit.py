@@ -23,7 +23,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from devices.compensation.crosstalk import NOISE_SHARE, Crosstalk, refuse_leak
+from devices.compensation.crosstalk import NOISE_SHARE, Crosstalk, refuse_leak, wrong_lens
 from devices.display.display_file import Eye
 from devices.errors import DeviceError
 
@@ -138,8 +138,8 @@ def fit_crosstalk(
     ------
     DeviceError
         If a reading is not three finite numbers, or of less than no light; if an eye's black, its leak, or a colour
-        alone that a leak is judged by is missing; if a leak adds or takes more than all of the light; or if the fit
-        cannot be undone.
+        alone that a leak is judged by is missing; if a leak adds or takes more than all of the light, or a lens passes
+        as much of the other eye's white as of its own; or if the fit cannot be undone.
 
     Examples
     --------
@@ -165,6 +165,12 @@ def fit_crosstalk(
                 f"the {eye} eye's reading of {own} with {other} in the other's picture is {xyz[1]:.4g} cd/m², less "
                 "than none; if black has been subtracted from the readings, give zeros for black"
             )
+    for eye in _OTHER:
+        white, leak = alone.get((eye, "white")), values.get((eye, BLACK, "white"))
+        if white is not None and leak is not None:
+            wrong = wrong_lens(eye, float(white[1]), float(leak[1] - blacks[eye][1]))
+            if wrong:
+                raise DeviceError(wrong)
     shares = _leak_shares(readings, values, blacks, alone)
     left, left_fit = _fit_eye("left", values, blacks["left"], alone, shares)
     right, right_fit = _fit_eye("right", values, blacks["right"], alone, shares)

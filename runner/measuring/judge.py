@@ -1,4 +1,4 @@
-"""Whether readings make sense while they are taken: aim, order of channels, drift, saturation, a stuck instrument.
+"""Whether readings make sense while they are taken: aim, lens, order of channels, drift, saturation, stuck readings.
 
 Each limit is wider than what an honest display does, so that one through dark glasses, without any black light, with a
 strong leak between the eyes or behind a coloured filter is never doubted; what is doubted cannot be fitted either.
@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.compensation import wrong_lens
 from devices.instruments import Reading
 from devices.measurements import Kept, must_differ
 from devices.patches import Patch, Step
@@ -94,6 +95,8 @@ class Judge:
         found = [_too_bright(newest)]
         if "@" not in step.patch.name:
             found += [check(alike) for check in _CHECKS]
+        elif step.patch.eye is not None:
+            found.append(_lens([one for one in self._read if one.step.patch.eye == step.patch.eye]))
         doubts = [one for one in found if one is not None and one.kind not in self._doubted]
         if not doubts:
             self._pass(alike)
@@ -235,6 +238,19 @@ def _stuck(alike: Sequence[_Read]) -> Doubt | None:
         return None
     what = f"{_labels(last)} all read exactly {_words(last[0].XYZ)}"
     return Doubt("stuck", f"{what}: the instrument repeats its reading; switch it off and on, and resume", _steps(last))
+
+
+def _lens(through: Sequence[_Read]) -> Doubt | None:
+    """Find a lens that passes the other eye's white as its own: the wrong one, or none."""
+    read = {(one.step.patch.codes, one.step.patch.other): one for one in through if "@other" in one.step.patch.name}
+    black, white = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
+    own, leak = read.get((white, black)), read.get((black, white))
+    if own is None or leak is None:
+        return None
+    dark = float(read[black, black].XYZ[1]) if (black, black) in read else 0.0
+    eye = str(own.step.patch.eye)
+    words = wrong_lens(eye, float(own.XYZ[1]) - dark, float(leak.XYZ[1]) - dark)
+    return Doubt(f"lens {eye}", words, _steps(through)) if words else None
 
 
 def _labels(read: Sequence[_Read]) -> str:

@@ -233,7 +233,7 @@ def test_a_missing_reading_is_named(drop: tuple[str, str, str], part: str) -> No
     ("xyz", "part"),
     [
         ((0.0, -0.5, 0.0), r"left eye's reading of black with white .* is -0.5 cd/m², less than none"),
-        ((60.0, 60.0, 60.0), "more than all of it"),
+        ((60.0, 60.0, 60.0), "put the left eye's lens before the instrument"),
         ((float("nan"), 1.0, 1.0), "needs three finite numbers"),
     ],
 )
@@ -558,3 +558,20 @@ def test_half_floats_make_no_light_that_cannot_be_taken_off() -> None:
     # What is darker than the leak by more than rounding is missed with half floats too.
     darker = models.left.xyz_of_linear(0.8 * left).astype(np.float16)
     assert cancel_crosstalk(models, LEAK, darker, bright, half=True).left.negative == 2_000
+
+
+@pytest.mark.parametrize(("left_own", "right_own", "wrong"), [(2, 98, "left"), (98, 2, "right"), (98, 98, "")])
+def test_a_wrong_lens_is_no_crosstalk(left_own: float, right_own: float, wrong: str) -> None:
+    """One eye was read through the other's lens: it passes all of the other eye's white, and a little of its own."""
+    colours = np.array([95.0, 100.0, 109.0]) / 100
+    rows = []
+    for eye, own in (("left", left_own), ("right", right_own)):
+        for mine, light in (("white", own), ("black", 100 - own)):
+            left, right = (mine, "black" if mine == "white" else "white")[:: 1 if eye == "left" else -1]
+            rows.append(CrosstalkReading(eye, left, right, tuple(light * colours)))  # type: ignore[arg-type]
+    none = {"left": np.zeros(3), "right": np.zeros(3)}
+    if not wrong:
+        assert fit_crosstalk(rows, none).crosstalk.left[1, 1] == pytest.approx(2 / 98)  # type: ignore[arg-type]
+        return
+    with pytest.raises(DeviceError, match=f"put the {wrong} eye's lens before the instrument"):
+        fit_crosstalk(rows, none)  # type: ignore[arg-type]

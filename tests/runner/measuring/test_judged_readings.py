@@ -283,3 +283,41 @@ def test_what_was_measured_before_counts_on_resuming() -> None:
     doubt = Judge(before, order).doubt(white, Reading((47.0, 50.0, 55.0)))
     assert doubt is not None
     assert (doubt.kind, doubt.labels) == ("drift", ("white#2",))  # those from before stay
+
+
+def wrong_lens(*eyes: str, own: float = 1.0) -> Fault:
+    """Read through the other eye's lens, which passes ``own`` of the light that the right one does, for these eyes."""
+
+    def read(XYZ: Floats, showing: Showing) -> Floats:
+        assert showing.patch is not None
+        if showing.patch.eye not in eyes or showing.patch.other is None:
+            return XYZ
+        return np.asarray(BLACK + own * (np.array(showing.patch.other) ** 2.2 @ np.array([RED, GREEN, BLUE])))
+
+    return read
+
+
+@pytest.mark.parametrize("eyes", [("left",), ("right",), ("left", "right")])
+@pytest.mark.parametrize("own", [1.0, 0.05])
+def test_a_lens_that_passes_the_other_eye_s_picture_is_the_wrong_one(
+    folder: Path, play: Callable[[Fault | None], None], eyes: tuple[str, ...], own: float
+) -> None:
+    """However much of its own eye's picture it passes beside: a tenth here."""
+    leaky = wrong_lens(*eyes, own=own)
+    play(lambda XYZ, showing: leaky(XYZ, showing) + 0.1 * own * (XYZ - BLACK))
+    result = measure(folder, "--set", "crosstalk", "--unattended")
+    assert result.exit_code == 1
+    words = " ".join(result.output.split())
+    assert f"put the {eyes[0]} eye's lens before the instrument" in words, words[-1000:]
+    play(None)
+    result = measure(folder, "--set", "crosstalk", "--unattended", "--resume")
+    assert result.exit_code == 0, result.output[-500:]
+    assert not read_session(folder / "m.jsonl").accepted
+
+
+@pytest.mark.parametrize("crosstalk", ["0", "0.03", "0.5"])
+def test_a_lens_that_leaks_is_not_the_wrong_one(folder: Path, crosstalk: str) -> None:
+    leak = ("--instrument-option", f"crosstalk={crosstalk}", "--instrument-option", "noise=0.02")
+    result = measure(folder, "--set", "crosstalk", "--unattended", *leak)
+    assert result.exit_code == 0, result.output[-500:]
+    assert not read_session(folder / "m.jsonl").accepted
