@@ -14,8 +14,7 @@ from analysis.bootstrap.influence import influences
 from analysis.classes import Adjust, classify
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.scaling import CovarianceKind, fit
-from analysis.scaling.counts import Counts
+from analysis.scaling import Counts, CovarianceKind, fit
 from analysis.scaling.laplacian import contrast_variances
 from analysis.scaling.profile import PairProfiles
 from analysis.scaling.shrinkage import shrink

@@ -6,6 +6,7 @@ import hashlib
 import json
 import random
 import subprocess
+import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -21,7 +22,7 @@ from devices.display import read_verification
 from runner.cli.main import group
 from runner.presenter import IntervalSummary
 from runner.presenter.surfaces.surface import SurfaceFacts
-from runner.session.timing_record import NOT_VERIFIED, explain, judge
+from runner.session.timing_record import NOT_VERIFIED, explain, judge, swap_intervals
 
 Study = Any  # tests/conftest.py
 Cyclopean = Callable[..., subprocess.CompletedProcess[str]]
@@ -214,3 +215,12 @@ def test_doctor_says_that_a_record_of_another_machine_does_not_hold(
     facts = json.loads(told.stdout)
     assert facts["verification"] == NOT_VERIFIED
     assert any("measured with the renderer 'A card'" in line for line in facts["meaning"])
+
+
+def test_swaps_are_timed_as_long_as_asked_and_at_least_two_of_them() -> None:
+    assert swap_intervals(lambda: None, 0.0).frames == 2
+    told: list[float] = []
+    asked_s = 0.05
+    summary = swap_intervals(lambda: time.sleep(0.002), asked_s, told.append)
+    assert summary.frames == len(told) > 2
+    assert told[-2] < asked_s <= told[-1]
