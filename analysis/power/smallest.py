@@ -26,7 +26,7 @@ TYPICAL_SD = 0.7  # between observers in nats, where none is measured
 MOST_NATS = float(np.log(99))  # 99 % of choices
 # Each 30 % above the last, down to 0.09 nats; between two of them the probit of power is nearly straight.
 TRIED_NATS = MOST_NATS / 1.3 ** np.arange(14, -1, -1.0)
-MOST_STUDIES, FEWEST_STUDIES, MOST_NUMBERS = 200, 60, 1_200_000
+MOST_STUDIES, FEWEST_STUDIES, MOST_NUMBERS = 200, 60, 400_000
 MOST_PAIRS = 8
 MOST_ITEMS = 60  # above, fitting so many studies takes longer than a check may
 

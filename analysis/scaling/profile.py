@@ -45,6 +45,7 @@ MOST_NUMBERS = 2_000_000
 MOST_STEPS = 100
 SMALL_STEP = 1e-6  # the likelihood is then exact to about its square
 LONG_STEP = 0.5  # nats; only after longer ones is the likelihood compared
+ROOM = 1.25  # for Firth's term, in a bound of a root
 SMALL_ROOT = 1e-8  # from the end of an interval, in standard deviations
 LEAST_WITHIN_ONE_SD = 0.1
 FARTHEST = 30.0  # nats beyond which an interval has no end: a chance of 1 less 1e-13
@@ -194,7 +195,7 @@ def scaled(roots: Floats, spread: Floats) -> Floats:
     return np.asarray(np.divide(roots, np.sqrt(spread), out=np.zeros_like(roots), where=spread > 0))
 
 
-def signed_roots(counts: Counts, top: Floats, bounds: Floats | float = 0.0) -> Floats:
+def signed_roots(counts: Counts, top: Floats, bounds: Floats | float = 0.0, least: Floats | None = None) -> Floats:
     """Return r(δ) of every two items in B sets of counts, shape (B, P).
 
     Parameters
@@ -205,12 +206,22 @@ def signed_roots(counts: Counts, top: Floats, bounds: Floats | float = 0.0) -> F
         Shape (B, n): the strengths that maximise the penalised likelihood.
     bounds
         Shape (B, P): δ of each pair i < j, in nats; or one of all.
+    least
+        Shape (B, P): |r| below which it need not be exact: there it may be a bound, which is below it too.
     """
     batch, n = top.shape
     pairs = n * (n - 1) // 2
     row, pair = np.divmod(np.arange(batch * pairs), pairs)
     bounds = np.broadcast_to(np.asarray(bounds, dtype=np.float64), (batch, pairs)).ravel()
-    return _Restricted.of(counts, top).roots(row, pair, bounds)[0].reshape(batch, pairs)
+    restricted = _Restricted.of(counts, top)
+    if least is None:
+        return restricted.roots(row, pair, bounds)[0].reshape(batch, pairs)
+    # On the way to δ no difference changes by more than the pair's own; its information changes by e to that at most.
+    _, apart, width = restricted.along(row, pair)
+    roots = ROOM * np.exp(np.abs(apart - bounds) / 2) * (apart - bounds) / np.sqrt(width)
+    near = np.abs(roots) >= least.ravel()
+    roots[near] = restricted.roots(row[near], pair[near], bounds[near])[0]
+    return roots.reshape(batch, pairs)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -208,3 +208,19 @@ def test_right_classes_part_what_shares_no_label_and_what_is_not_equal() -> None
     assert differing_pairs(theta).tolist() == [True, True, False]
     assert differing_pairs(theta, ["1", "1+2", "2"]).tolist() == [False, True, False]
     assert differing_pairs(theta, ["1", "", "2"]).tolist() == [True, True, False]
+
+
+@pytest.mark.parametrize("adjust", [*EXACT, "maxz"])
+@pytest.mark.parametrize("observers", [5, 20])
+def test_statistics_that_are_only_bounded_change_no_verdict(
+    plan_of: MakePlan, adjust: Adjust, observers: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    studies = run(plan_of(*STRENGTHS, observer_sd=0.7, adjust=adjust), observers, 200, np.random.default_rng(3))
+    exact, bounded, least = studies.statistics(), studies.statistics(least=2.0), 2.0
+    assert (np.abs(bounded) >= np.abs(exact) - 1e-6).all()
+    assert bounded[np.abs(bounded) >= least] == pytest.approx(exact[np.abs(bounded) >= least])
+    assert (np.abs(bounded) != np.abs(exact)).any()
+    verdicts = studies.significant(2.5)
+    assert verdicts.any()
+    monkeypatch.setattr(Studies, "_least", lambda *_: 0.0)
+    assert (studies.significant(2.5) == verdicts).all()
