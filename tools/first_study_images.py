@@ -1,4 +1,4 @@
-"""Make the screenshots of docs/first_study.md again: the page's own study, with ten simulated observers.
+"""Make the screenshots of README.md and docs/first_study.md again: the demo, and a study with ten simulated observers.
 
     python tools/first_study_images.py [FOLDER]
 
@@ -23,7 +23,7 @@ WIDTH_PX = 960
 
 
 def main() -> None:
-    """Run the study in a folder of its own, and keep a trial and the top of the report."""
+    """Run demo and study in a folder of their own, and keep a trial and the top of both reports."""
     out = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "docs" / "images"
     browser = find_browser()
     if browser is None:
@@ -44,10 +44,14 @@ def main() -> None:
         run("-m", "cyclopean", "report", "results/my_study")
         trial = folder / "preview" / "block-04_screen-003_left.png"
         keep(Image.open(trial).convert("RGB"), out / "first_study_trial.png")
-        page, shot = folder / "results" / "my_study" / "report.html", folder / "report.png"
-        command = [browser, *QUIET, "--no-sandbox", "--hide-scrollbars", f"--screenshot={shot}"]
-        subprocess.run([*command, "--window-size=1000,1150", page.as_uri()], check=True, capture_output=True)
-        keep(Image.open(shot).convert("RGB"), out / "first_study_report.png")
+        run("-m", "cyclopean", "demo", "--results", "demo")
+        (demo,) = (folder / "demo").glob("*/report.html")
+        pages = {"first_study_report": folder / "results" / "my_study" / "report.html", "report": demo}
+        for name, page in pages.items():
+            shot = folder / f"{name}.png"
+            command = [browser, *QUIET, "--no-sandbox", "--hide-scrollbars", f"--screenshot={shot}"]
+            subprocess.run([*command, "--window-size=1000,2020", page.as_uri()], check=True, capture_output=True)
+            keep(Image.open(shot).convert("RGB"), out / f"{name}.png")
 
 
 def keep(picture: Image.Image, file: Path) -> None:
@@ -57,8 +61,8 @@ def keep(picture: Image.Image, file: Path) -> None:
     for colours in (256, 128, 64, 32):
         if file.stat().st_size <= MOST_BYTES:
             break
-        palette = small.quantize(colours)
-        small.quantize(colours, palette=palette, dither=Image.Dither.FLOYDSTEINBERG).save(file, optimize=True)
+        # An octree keeps the colours of the few pixels of a class's mark; a median cut does not.
+        small.quantize(colours, method=Image.Quantize.FASTOCTREE).save(file, optimize=True)
     print(f"{file}: {file.stat().st_size // 1000} kB")
 
 

@@ -142,8 +142,8 @@ def of_preferences(chosen: Preferences) -> tuple[Conclusion, ...]:
     return with_shares([found], [test(np.delete(signs, place)) for place in range(len(signs))])
 
 
-def conclusions_section(conclusions: tuple[Conclusion, ...]) -> Section | None:
-    """Return the questions with their answers; None without any."""
+def conclusions_section(conclusions: tuple[Conclusion, ...], cautions: Sequence[str] = ()) -> Section | None:
+    """Return the questions with their answers, and what to bear in mind of effects; None without any."""
     if not conclusions:
         return None
     bases = {one.by_observers for one in conclusions}
@@ -181,7 +181,11 @@ def conclusions_section(conclusions: tuple[Conclusion, ...]) -> Section | None:
         "conclude the same: of pairs, by every law, kind of standard errors and correction, and without each observer; "
         "of the rest, without each observer, and with all answers taken for independent. Shares are no probabilities."
     )
-    return Section("conclusions", "Conclusions", (first, *([rest] if rest.rows else []), Paragraph(words, small=True)))
+    return Section(
+        "conclusions",
+        "Conclusions",
+        (first, *map(Paragraph, cautions), *([rest] if rest.rows else []), Paragraph(words, small=True)),
+    )
 
 
 def print_conclusions(conclusions: Sequence[Conclusion], console: Console) -> None:

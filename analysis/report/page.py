@@ -151,7 +151,9 @@ def sections_of(report: Report, published: Published, thumbnails: Thumbnails) ->
     names += rest
     adjustment = ADJUSTMENT_NAMES[compared.adjust] if compared else ""
     agreement = report.observers.concordance if report.observers else None
-    sections: list[Section | None] = [conclusions_section(report.conclusions)]
+    sections: list[Section | None] = [
+        conclusions_section(report.conclusions, report.factors.cautions if report.factors else ())
+    ]
     if pairs is not None:
         sections += [
             scores_section(pairs, published, pictures),

@@ -317,6 +317,8 @@ def print_report(report: Report, published: Published | None = None, console: Co
         console.print(Text(sentence))
     if report.conclusions:
         print_conclusions(report.conclusions, console)
+        for caution in report.factors.cautions if report.factors else ():
+            console.print(Text(caution))
     if report.kept.left_out:
         console.print(Text(f"{report.kept.rule.sentence} {report.kept.sentence}"))
     for note in report.notes:

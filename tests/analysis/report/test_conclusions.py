@@ -13,6 +13,7 @@ from rich.console import Console
 from analysis.classes import Conclusion
 from analysis.records import SessionLog
 from analysis.report import Report, describe, print_report, write_report
+from analysis.report.page import sections_of
 
 Maker = Callable[..., SessionLog]
 Sessions = Callable[..., list[SessionLog]]
@@ -79,6 +80,17 @@ def test_kinds_of_series_and_views_have_lines_too(choosing: Sessions, preferring
     assert (views.question, views.verdict, views.stands) == ("stereo over flat", "distinguished", 1.0)
     (open_,) = describe(preferring(chance=0.5)).conclusions
     assert open_.verdict == "not distinguished"
+
+
+def test_main_effects_in_an_interaction_are_averages_and_it_stands_with_their_lines(report: Report) -> None:
+    assert report.factors is not None
+    found = replace(report.factors.interactions[0], p=0.001, p_holm=0.001, observer_p_holm=0.001)
+    crossed = replace(report, factors=replace(report.factors, interactions=(found,)))
+    plain = replace(report, factors=replace(report.factors, interactions=()))
+    for one, cautions in ((crossed, 2), (plain, 0)):
+        section = sections_of(one, {}, {})[0]
+        assert section.key == "conclusions"
+        assert sum("is an average over" in getattr(block, "text", "") for block in section.blocks) == cautions
 
 
 def test_equivalent_within_a_margin(make_session: Maker) -> None:
