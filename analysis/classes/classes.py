@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from analysis.classes.multiplicity import Adjust, adjusted_p, corrected
 from analysis.errors import ResultsError
 from analysis.scaling.laplacian import pair_variances
-from analysis.scaling.profile import PairProfiles
+from analysis.scaling.profile import Profiles
 from analysis.scaling.shrinkage import Spread
 from documents import Finding, count_work
 
@@ -107,7 +107,7 @@ def classify(
     adjust: Adjust = "holm",
     df: Floats | float | None = None,
     spread: Spread | None = None,
-    profiles: PairProfiles | None = None,
+    profiles: Profiles | None = None,
 ) -> Classes:
     """Group items into perceptual classes by pairwise tests.
 
@@ -224,7 +224,7 @@ def classes_if_few(
     adjust: Adjust = "holm",
     df: Floats | float | None = None,
     spread: Spread | None = None,
-    profiles: PairProfiles | None = None,
+    profiles: Profiles | None = None,
 ) -> Classes | None:
     """Return what `classify` does, None where there are too many classes to list."""
     try:

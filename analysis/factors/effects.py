@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, get_args
 
 import numpy as np
@@ -14,16 +15,18 @@ from analysis.factors.aliasing import choose_terms
 from analysis.factors.explained import explain
 from analysis.factors.fit import TermsFit, fit_terms
 from analysis.factors.likelihood_ratio import NO_SPREAD, factor_tests, interaction_tests, robust_wald, slopes_at
-from analysis.factors.result import Effect, FactorEffects, FactorMethod, effect
+from analysis.factors.result import Effect, FactorEffects, FactorMethod, Tested, by_standard_error, effect
 from analysis.factors.separation import separated_effects
 from analysis.factors.terms import Coding, Term, main_term
 from analysis.factors.values import FactorOptions, Value, read_factors
 from analysis.scaling.counts import Answers, Counts, count_pairs
 from analysis.scaling.fitting import DEFAULT_PRIOR_SD
+from analysis.scaling.profile import Profiles
 from analysis.scaling.separation import compared_groups
 from documents import Finding, one_blas_thread
 
 Floats = NDArray[np.float64]
+MOST_ITEMS_PROFILED = 200
 
 
 @one_blas_thread()
@@ -109,11 +112,12 @@ def factor_effects(
         return _unfitted(shared, runaway)
     fit = fit_terms(counts, terms, prior)
     estimate, covariance, sandwich, robust = _estimates(counts, answers, terms, fit, observers)
+    profiles = _profiles(counts, terms, fit) if method == "ml" and counts.n <= MOST_ITEMS_PROFILED else None
     tested = method == "ml" and fit.converged
     slopes = slopes_at(counts, answers, fit)
     return FactorEffects(
         **shared,
-        effects=_effects(terms, estimate, covariance, sandwich, observers),
+        effects=_effects(terms, estimate, covariance, sandwich, observers, profiles),
         joint_covariance=covariance,
         sandwich_covariance=sandwich,
         tests=factor_tests(counts, answers, terms, fit, robust) if tested else (),
@@ -160,11 +164,7 @@ def _estimates(
     counts: Counts, answers: Answers, terms: Sequence[Term], fit: TermsFit, observers: int
 ) -> tuple[Floats, Floats, Floats | None, list[tuple[float, float] | None]]:
     """Return all effects, their covariance by the model and by observers, and Wald's robust test of each term."""
-    columns = np.hstack([term.columns for term in terms])
-    centred = columns - columns.mean(axis=0)
-    basis = fit.basis
-    # centred = basis @ triangle, and θ = basis @ γ = centred @ β.
-    to_beta = np.linalg.inv(basis.T @ centred)
+    basis, to_beta = fit.basis, _to_beta(terms, fit)
     beta = to_beta @ fit.gamma
     beta_covariance = to_beta @ fit.inverse @ to_beta.T
     contrasts = _block_diagonal([term.contrasts for term in terms])
@@ -183,25 +183,51 @@ def _estimates(
     return contrasts @ beta, covariance, contrasts @ beta_sandwich @ contrasts.T, robust
 
 
+def _to_beta(terms: Sequence[Term], fit: TermsFit) -> Floats:
+    """Return what makes β of γ, where θ = basis @ γ = centred columns @ β."""
+    columns = np.hstack([term.columns for term in terms])
+    return np.asarray(np.linalg.inv(fit.basis.T @ (columns - columns.mean(axis=0))))
+
+
+def _profiles(counts: Counts, terms: Sequence[Term], fit: TermsFit) -> Profiles:
+    """Return the profiles of all effects, with the model's variance."""
+    contrasts = _block_diagonal([term.contrasts for term in terms]) @ _to_beta(terms, fit) @ fit.basis.T
+    return Profiles(counts, fit.theta, contrasts, np.ones(len(contrasts)), None, fit.basis)
+
+
 def _effects(
-    terms: Sequence[Term], estimate: Floats, covariance: Floats, sandwich: Floats | None, observers: int
+    terms: Sequence[Term],
+    estimate: Floats,
+    covariance: Floats,
+    sandwich: Floats | None,
+    observers: int,
+    profiles: Profiles | None,
 ) -> tuple[Effect, ...]:
-    """Return the effects, term by term, with their intervals."""
-    named = [(term, label) for term in terms for label in term.labels]
+    """Return the effects, term by term, with their tests and intervals."""
+    named = [(term.names[0], label, term.reference) for term in terms for label in term.labels]
     se = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    robust_se = None if sandwich is None else np.sqrt(np.maximum(np.diag(sandwich), 0.0))
+    plain = _tested(estimate, se, None, profiles)
+    robust: list[tuple[float, Tested] | None] = [None] * len(named)
+    if sandwich is not None:
+        robust_se = np.sqrt(np.maximum(np.diag(sandwich), 0.0))
+        ratio = np.divide(robust_se, se, out=np.zeros_like(se), where=se > 0) ** 2
+        freedom = np.full(len(se), observers - 1.0)
+        by_observers = None if profiles is None else replace(profiles, spread=ratio, freedom=freedom)
+        known = robust_se > NO_SPREAD * se
+        found = _tested(estimate, np.where(known, robust_se, se), observers - 1, by_observers)
+        robust = [(float(robust_se[place]), found[place]) if known[place] else None for place in range(len(named))]
     return tuple(
-        effect(
-            term.names[0],
-            label,
-            term.reference,
-            float(estimate[place]),
-            float(se[place]),
-            float(robust_se[place]) if robust_se is not None and robust_se[place] > NO_SPREAD * se[place] else None,
-            observers,
-        )
-        for place, (term, label) in enumerate(named)
+        effect(name, float(estimate[place]), float(se[place]), plain[place], robust[place])
+        for place, name in enumerate(named)
     )
+
+
+def _tested(estimate: Floats, se: Floats, df: float | None, profiles: Profiles | None) -> list[Tested]:
+    if profiles is None:
+        return [by_standard_error(*both, df) for both in zip(estimate.tolist(), se.tolist(), strict=True)]
+    low, high = profiles.interval().T
+    ends = np.minimum(low, estimate), np.maximum(high, estimate)  # the estimate is without Firth's term
+    return [Tested(*map(float, values)) for values in zip(*ends, profiles.p, strict=True)]
 
 
 def _block_diagonal(blocks: Sequence[Floats]) -> Floats:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -14,7 +15,7 @@ from analysis.factors.explained import Explained
 from analysis.factors.likelihood_ratio import FactorTest, InteractionTest
 from analysis.factors.terms import Coding
 from analysis.factors.values import Factor, LeftOut
-from analysis.scaling.result import TWO_SIDED_95
+from analysis.scaling.result import t_quantile
 from analysis.scaling.robust_tests import FEWEST_OBSERVERS
 from documents.text import json_fields
 
@@ -35,10 +36,13 @@ class Effect:
     estimate
         In nats.
     se, low, high, p
-        Standard error by the model, 95 % interval by the normal distribution, and two-sided p of no effect.
+        Standard error by the model, 95 % interval and two-sided p of no effect, by `analysis.scaling.profile` and the
+        normal law.
     robust_se, robust_low, robust_high, robust_p
         The same by the sandwich clustered by observer, with Student's law of one degree of freedom less than there
         are observers [Cameron2015]; None with fewer than two observers, or where they hardly differ.
+
+    Under a prior, and above 200 items, tests and intervals are by the standard errors alone.
     """
 
     factor: str
@@ -66,24 +70,31 @@ class Effect:
         return json_fields(self) | {"odds_factor": odds if np.isfinite(odds) else None}
 
 
+@dataclass(frozen=True, slots=True)
+class Tested:
+    """The ends of an effect's 95 % interval in nats, and the two-sided p of no effect."""
+
+    low: float
+    high: float
+    p: float
+
+
+def by_standard_error(estimate: float, se: float, df: float | None) -> Tested:
+    """Test an effect by its standard error, with the normal law or Student's of ``df`` degrees of freedom."""
+    reach = t_quantile(math.inf if df is None else df) * se
+    p = float(two_sided_p(np.array(abs(estimate) / se), df))
+    return Tested(estimate - reach, estimate + reach, p)
+
+
 def effect(
-    factor: str, level: str, reference: str | None, estimate: float, se: float, robust_se: float | None, observers: int
+    term: tuple[str, str, str | None], estimate: float, se: float, plain: Tested, robust: tuple[float, Tested] | None
 ) -> Effect:
-    """Return the effect with its intervals; ``robust_se`` None where there is no sandwich."""
-    from scipy.special import stdtrit
-
-    low, high = estimate - TWO_SIDED_95 * se, estimate + TWO_SIDED_95 * se
-    p = _p(estimate, se, None)
-    if robust_se is None:
-        return Effect(factor, level, reference, estimate, se, low, high, p, None, None, None, None)
-    reach = float(stdtrit(observers - 1, 0.975)) * robust_se
-    robust_p = _p(estimate, robust_se, observers - 1)
-    ends = (estimate - reach, estimate + reach)
-    return Effect(factor, level, reference, estimate, se, low, high, p, robust_se, *ends, robust_p)
-
-
-def _p(estimate: float, se: float, df: float | None) -> float:
-    return float(two_sided_p(np.array(abs(estimate) / se), df))
+    """Return the effect of a factor's level beside its reference; ``robust`` has the standard error by observers."""
+    own = (estimate, se, plain.low, plain.high, plain.p)
+    if robust is None:
+        return Effect(*term, *own, None, None, None, None)
+    robust_se, tested = robust
+    return Effect(*term, *own, robust_se, tested.low, tested.high, tested.p)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from analysis.errors import ResultsError
 from analysis.scaling.laplacian import contrast_variances
-from analysis.scaling.profile import PairProfiles, profiles_of
+from analysis.scaling.profile import Profiles, profiles_of
 from analysis.scaling.scores import Scores
 from analysis.scaling.terminal import problem_lines
 from documents import Finding
@@ -45,7 +45,7 @@ class Differences:
     estimate: Floats
     se: Floats
     df: Floats | None
-    profiles: PairProfiles | None
+    profiles: Profiles | None
     place: Indices
     sign: Floats
 

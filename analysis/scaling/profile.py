@@ -52,8 +52,8 @@ FARTHEST = 30.0  # nats beyond which an interval has no end: a chance of 1 less 
 
 
 @dataclass(frozen=True, eq=False)
-class PairProfiles:
-    """Profiles of the differences of every two of n items, the P pairs i < j in the order of ``numpy.triu_indices``.
+class Profiles:
+    """Profiles of the likelihood along K contrasts of n strengths, such as the differences of every two items.
 
     Attributes
     ----------
@@ -61,40 +61,54 @@ class PairProfiles:
         One set of counts of Bradley and Terry's law.
     start
         Shape (n,): strengths near those of largest penalised likelihood.
-    unbounded
-        Shape (P,): 1 where no answers bound θ_i − θ_j from above, since nothing links j's group of items to i's, which
-        never lost to it; -1 where none bound it from below; else 0.
+    contrasts
+        Shape (K, n): what of the strengths each is; its value is ``contrasts @ theta``, in nats.
     spread
-        Shape (P,): κ, how many times the model's variance the one by observers is; 1 for the model's.
+        Shape (K,): κ, how many times the model's variance the one by observers is; 1 for the model's.
     freedom
-        Shape (P,): degrees of freedom; None for the model's variance.
+        Shape (K,): degrees of freedom; None for the model's variance.
+    basis
+        Shape (n, p): what the strengths are free to do, columns that are orthonormal and sum to 0; None if each item
+        has a strength of its own.
+    unbounded
+        Shape (K,): 1 where no answers bound the value from above, such as that of an item that never lost; -1 where
+        none bound it from below; else 0.
     wins
-        Shape (S, n): how often each item won with each observer, where all answered every pair as often; else None.
+        Of differences of every two items, shape (S, n): how often each item won with each observer, where all answered
+        every pair as often; else None.
     """
 
     counts: Counts
     start: Floats
-    unbounded: Floats
+    contrasts: Floats
     spread: Floats
     freedom: Floats | None
-    wins: Floats | None
+    basis: Floats | None = None
+    unbounded: Floats | float = 0.0
+    wins: Floats | None = None
 
     @cached_property
-    def _top(self) -> Floats:
-        return maximise(self.counts, penalty=FIRTH, start=self.start[None]).theta
+    def _restricted(self) -> _Restricted:
+        if self.basis is None:
+            top = maximise(self.counts, penalty=FIRTH, start=self.start[None]).theta
+        else:
+            top = _climbed(self.counts, self.start[None], None, self.basis)[1]
+        return _Restricted.of(self.counts, top, self.basis)
 
     @cached_property
     def at_zero(self) -> Floats:
-        """Shape (P,): t(0), of the hypotheses that the two items are alike; positive where i is better."""
+        """Shape (K,): t(0), of the hypotheses that the values are 0; positive where they are above it."""
         return self.at(0.0)
 
     def at(self, bound: Floats | float) -> Floats:
-        """Return t(δ), shape (P,), of θ_i − θ_j = ``bound`` in nats; positive where the difference is above it."""
-        return np.asarray(scaled(signed_roots(self.counts, self._top, bound), self.spread[None])[0])
+        """Return t(δ), shape (K,), of the value ``bound`` in nats; positive where the value is above it."""
+        none = np.zeros(len(self.contrasts), dtype=np.intp)
+        bounds = np.broadcast_to(np.asarray(bound, dtype=np.float64), none.shape)
+        return scaled(self._restricted.roots(none, self.contrasts, bounds)[0], self.spread)
 
     @cached_property
     def p(self) -> Floats:
-        """Shape (P,): two-sided p values that two items are alike."""
+        """Shape (K,): two-sided p values of the hypotheses that the values are 0."""
         from scipy.special import ndtr, stdtr
 
         t = -np.abs(self.at_zero)
@@ -103,11 +117,11 @@ class PairProfiles:
 
     @cached_property
     def exchanged(self) -> Floats:
-        """Shape (P,): exact p values of the exchange of the two items; 1 where there is none."""
+        """Shape (K,): exact p values of the exchange of two items; 1 where there is none."""
         return np.ones(len(self.spread)) if self.wins is None else exchange_p(self.wins[None])[0]
 
     def interval(self, level: float = 0.95) -> Floats:
-        """Return the ends of the profile intervals of θ_i − θ_j in nats, shape (P, 2); ±inf where there is no end.
+        """Return the ends of the profile intervals of the values in nats, shape (K, 2); ±inf where there is no end.
 
         Where the exchange of the two items refuses 0 at this level, it refuses all differences beyond 0 on that side
         too, which have still less chance of such answers: the interval then ends at 0. Where only Firth's term bounds
@@ -125,21 +139,20 @@ class PairProfiles:
         return np.stack([low, high], axis=1)
 
     def _ends(self, reach: Floats) -> Floats:
-        """Return below and above where r(δ) is ±``reach``, shape (2, P): bracketed, then by Illinois's secants."""
-        pairs = len(reach)
-        pair, side = np.tile(np.arange(pairs), 2), np.repeat([-1.0, 1.0], pairs)
-        reach = np.tile(reach, 2)
-        restricted = _Restricted.of(self.counts, self._top)
-        apart, width = restricted.along(np.zeros(len(pair), dtype=np.intp), pair)[1:]
-        near, below = np.zeros(len(pair)), -reach
+        """Return below and above where r(δ) is ±``reach``, shape (2, K): bracketed, then by Illinois's secants."""
+        restricted, number = self._restricted, len(reach)
+        contrasts, side = np.tile(self.contrasts, (2, 1)), np.repeat([-1.0, 1.0], number)
+        reach, none = np.tile(reach, 2), np.zeros(2 * number, dtype=np.intp)
+        apart, width = restricted.along(none, contrasts)[1:]
+        near, below = np.zeros(2 * number), -reach
         most = np.maximum(FARTHEST - side * apart, 1.0)
         far = np.where(reach > 0, np.minimum(reach * np.sqrt(width), most), np.inf)  # the Wald interval's
-        above = np.full(len(pair), np.nan)
-        end, theta = far.copy(), np.repeat(self._top, len(pair), axis=0)
+        above = np.full(2 * number, np.nan)
+        end, theta = far.copy(), np.repeat(restricted.top, 2 * number, axis=0)
         left = np.flatnonzero(np.isfinite(far))
         for _ in range(MOST_STEPS):
             at = apart[left] + side[left] * end[left]
-            roots, theta[left] = restricted.roots(np.zeros(len(left), dtype=np.intp), pair[left], at, theta[left])
+            roots, theta[left] = restricted.roots(none[left], contrasts[left], at, theta[left])
             value = -side[left] * roots - reach[left]
             beyond = value >= 0
             # Illinois: the end that stays for a second time counts half.
@@ -155,30 +168,38 @@ class PairProfiles:
             closed = left[~np.isnan(above[left])]
             inside = (near[closed] * above[closed] - far[closed] * below[closed]) / (above[closed] - below[closed])
             end[closed] = np.clip(inside, near[closed], far[closed])
-        return np.asarray((apart + side * end).reshape(2, pairs))
+        return np.asarray((apart + side * end).reshape(2, number))
 
 
-def profiles_of(fit: Fit) -> PairProfiles | None:
-    """Return the profiles of a fit's pairs; None where tests are by standard errors.
+def profiles_of(fit: Fit) -> Profiles | None:
+    """Return the profiles of a fit's differences, pairs i < j as in ``numpy.triu_indices``; None where there are none.
 
-    That is so for laws other than Bradley and Terry's, with an order effect, under a prior, for more than 40 items, and
-    where there is no fit.
+    Tests are by standard errors for laws other than Bradley and Terry's, with an order effect, under a prior, for more
+    than 40 items, and where there is no fit.
     """
     counts = fit.counts
     if fit.method == "map" or not profiled(counts, fit.model) or fit.separation or not np.isfinite(fit.theta).all():
         return None
-    pairs = np.triu_indices(counts.n, 1)
+    first, second = pairs = np.triu_indices(counts.n, 1)
+    contrasts = differences_of(counts.n, first, second)
     if fit.clustered is None:
-        return PairProfiles(counts, fit.theta, _unbounded(fit), np.ones(len(pairs[0])), None, None)
-    found = fit.clustered.spread
-    own, model = contrast_variances(found.covariance[0])[pairs], contrast_variances(found.model[0])[pairs]
-    return PairProfiles(counts, fit.theta, _unbounded(fit), own / model, fit.pair_freedom, fit.wins_by_observer)
+        spread, freedom, wins = np.ones(len(first)), None, None
+    else:
+        found = fit.clustered.spread
+        own, model = contrast_variances(found.covariance[0])[pairs], contrast_variances(found.model[0])[pairs]
+        spread, freedom, wins = own / model, fit.pair_freedom, fit.wins_by_observer
+    unbounded = _unbounded(fit, first, second) if fit.held_by_penalty else 0.0
+    return Profiles(counts, fit.theta, contrasts, spread, freedom, None, unbounded, wins)
 
 
-def _unbounded(fit: Fit) -> Floats:
-    first, second = np.triu_indices(fit.counts.n, 1)
-    if not fit.held_by_penalty:
-        return np.zeros(len(first))
+def differences_of(n: int, first: Indices, second: Indices) -> Floats:
+    """Return the contrasts (K, n) of ``n`` strengths that are the differences of two items each."""
+    contrasts, each = np.zeros((len(first), n)), np.arange(len(first))
+    contrasts[each, first], contrasts[each, second] = 1, -1
+    return contrasts
+
+
+def _unbounded(fit: Fit, first: Indices, second: Indices) -> Floats:
     place = np.empty(fit.counts.n)
     for number, group in enumerate(strong_groups(fit.counts.wins()[0])):
         place[list(group)] = number
@@ -210,23 +231,27 @@ def signed_roots(counts: Counts, top: Floats, bounds: Floats | float = 0.0, leas
         Shape (B, P): |r| below which it need not be exact: there it may be a bound, which is below it too.
     """
     batch, n = top.shape
-    pairs = n * (n - 1) // 2
-    row, pair = np.divmod(np.arange(batch * pairs), pairs)
-    bounds = np.broadcast_to(np.asarray(bounds, dtype=np.float64), (batch, pairs)).ravel()
-    restricted = _Restricted.of(counts, top)
-    if least is None:
-        return restricted.roots(row, pair, bounds)[0].reshape(batch, pairs)
-    # On the way to δ no difference changes by more than the pair's own; its information changes by e to that at most.
-    _, apart, width = restricted.along(row, pair)
-    roots = ROOM * np.exp(np.abs(apart - bounds) / 2) * (apart - bounds) / np.sqrt(width)
-    near = np.abs(roots) >= least.ravel()
-    roots[near] = restricted.roots(row[near], pair[near], bounds[near])[0]
-    return roots.reshape(batch, pairs)
+    first, second = np.triu_indices(n, 1)
+    row, pair = np.divmod(np.arange(batch * len(first)), len(first))
+    bounds = np.broadcast_to(np.asarray(bounds, dtype=np.float64), (batch, len(first))).ravel()
+    restricted = _Restricted.of(counts, top, None)
+    roots = np.empty(len(row))
+    for own in _parts(len(row), n * n):
+        contrasts = differences_of(n, first[pair[own]], second[pair[own]])
+        roots[own] = restricted.roots(row[own], contrasts, bounds[own])[0]
+    return roots.reshape(batch, len(first))
+
+
+def _parts(number: int, size: int) -> Iterator[slice]:
+    """Yield so many of ``number`` tasks at a time that with ``size`` numbers each they stay small."""
+    many = max(1, MOST_NUMBERS // size)
+    for start in range(0, number, many):
+        yield slice(start, start + many)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Restricted:
-    """What is largest of the penalised likelihoods of B sets of counts where one difference is given.
+    """What is largest of the penalised likelihoods of B sets of counts where the value of one contrast is given.
 
     ``top`` (B, n) are the strengths where they are largest of all, ``highest`` (B,), ``inverse`` (B, n, n) the
     inverse information there.
@@ -236,77 +261,74 @@ class _Restricted:
     top: Floats
     highest: Floats
     inverse: Floats
+    basis: Floats | None
 
     @classmethod
-    def of(cls, counts: Counts, top: Floats) -> _Restricted:
-        return cls(counts, top, _objective(counts, top), _inverse(counts, top))
+    def of(cls, counts: Counts, top: Floats, basis: Floats | None) -> _Restricted:
+        return cls(counts, top, _objective(counts, top, basis), _inverse(counts, top, basis), basis)
 
-    def along(self, row: Indices, pair: Indices) -> tuple[Floats, Floats, Floats]:
-        """Return of each of K pairs how strengths change with its difference (K, n), the difference and its variance"""
-        first, second = (of[pair] for of in np.triu_indices(self.counts.n, 1))
-        along = self.inverse[row, first] - self.inverse[row, second]
-        each = np.arange(len(row))
-        width = along[each, first] - along[each, second]
-        return along / width[:, None], self.top[row, first] - self.top[row, second], width
+    def along(self, row: Indices, contrasts: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return of each of K contrasts how strengths change with its value (K, n), the value and its variance."""
+        along = (self.inverse[row] @ contrasts[:, :, None])[:, :, 0]
+        width = (contrasts * along).sum(axis=1)
+        return along / width[:, None], (contrasts * self.top[row]).sum(axis=1), width
 
-    def roots(self, row: Indices, pair: Indices, bounds: Floats, start: Floats | None = None) -> tuple[Floats, Floats]:
-        """Return r(δ) of K pairs, shape (K,), and the strengths, (K, n), that are likeliest with their differences.
+    def roots(
+        self, row: Indices, contrasts: Floats, bounds: Floats, start: Floats | None = None
+    ) -> tuple[Floats, Floats]:
+        """Return r(δ) of K contrasts (K, n), shape (K,), and the strengths, (K, n), that are likeliest at δ.
 
         ``start`` (K, n) are strengths to begin from, those of ``top`` where None.
         """
         n = self.counts.n
         roots, found = np.empty(len(row)), np.empty((len(row), n))
-        size = max(1, MOST_NUMBERS // max(len(self.counts.first), n * n))
-        for begin in range(0, len(row), size):
-            own = slice(begin, begin + size)
+        for own in _parts(len(row), max(len(self.counts.first), n * n)):
             theta = self.top[row[own]] if start is None else start[own]
-            roots[own], found[own] = self._block(row[own], pair[own], bounds[own], theta)
+            roots[own], found[own] = self._block(row[own], contrasts[own], bounds[own], theta)
         return roots, found
 
-    def _block(self, row: Indices, pair: Indices, bounds: Floats, theta: Floats) -> tuple[Floats, Floats]:
-        first, second = (of[pair] for of in np.triu_indices(self.counts.n, 1))
-        each = np.arange(len(row))
-        contrast = np.zeros((len(row), self.counts.n))
-        contrast[each, first], contrast[each, second] = 1, -1
-        along, apart, _ = self.along(row, pair)
-        toward = bounds - (theta[each, first] - theta[each, second])
-        reached, theta = _restricted(_rows(self.counts, row), theta + toward[:, None] * along, contrast)
-        size = np.sqrt(np.maximum(2 * (self.highest[row] - reached), 0))
-        return np.sign(apart - bounds) * size, theta
+    def _block(self, row: Indices, contrasts: Floats, bounds: Floats, theta: Floats) -> tuple[Floats, Floats]:
+        along, value, _ = self.along(row, contrasts)
+        toward = bounds - (contrasts * theta).sum(axis=1)
+        start = theta + toward[:, None] * along
+        reached, theta = _climbed(_rows(self.counts, row), start, contrasts, self.basis)
+        return np.sign(value - bounds) * np.sqrt(np.maximum(2 * (self.highest[row] - reached), 0)), theta
 
 
-def _restricted(counts: Counts, theta: Floats, contrast: Floats) -> tuple[Floats, Floats]:
-    """Return the largest penalised likelihood (K,), and where, with each ``contrast`` (K, n) of ``theta`` as it is."""
+def _climbed(counts: Counts, theta: Floats, contrasts: Floats | None, basis: Floats | None) -> tuple[Floats, Floats]:
+    """Return the largest penalised likelihood (K,), and where, with the values of ``contrasts`` (K, n) as they are."""
     highest, found = np.empty(len(theta)), np.empty_like(theta)
     active = np.arange(len(theta))
     for iteration in range(MOST_STEPS):
-        inverse = _inverse(counts, theta)
+        inverse = _inverse(counts, theta, basis)
         step = (inverse @ _slope(counts, theta, inverse)[:, :, None])[:, :, 0]
-        along = (inverse @ contrast[:, :, None])[:, :, 0]
-        step -= along * ((contrast * step).sum(axis=1) / (contrast * along).sum(axis=1))[:, None]
+        if contrasts is not None:
+            along = (inverse @ contrasts[:, :, None])[:, :, 0]
+            step -= along * ((contrasts * step).sum(axis=1) / (contrasts * along).sum(axis=1))[:, None]
         longest = np.abs(step).max(axis=1)
-        theta = theta + _shortened(counts, theta, step, longest) * step
+        theta = theta + _shortened(counts, theta, step, longest, basis) * step
         done = (longest < SMALL_STEP) | ~np.isfinite(longest) | (iteration == MOST_STEPS - 1)
         if done.any():
             found[active[done]] = theta[done]
-            highest[active[done]] = _objective(_rows(counts, np.flatnonzero(done)), theta[done])
+            highest[active[done]] = _objective(_rows(counts, np.flatnonzero(done)), theta[done], basis)
             left = ~done
             if not left.any():
                 break
-            active, theta, contrast, counts = active[left], theta[left], contrast[left], counts.select(left)
+            active, theta, counts = active[left], theta[left], counts.select(left)
+            contrasts = None if contrasts is None else contrasts[left]
     return highest, found
 
 
-def _shortened(counts: Counts, theta: Floats, step: Floats, longest: Floats) -> Floats:
+def _shortened(counts: Counts, theta: Floats, step: Floats, longest: Floats, basis: Floats | None) -> Floats:
     """Return which share of each step to take, shape (K, 1): halved while the likelihood falls on a long step."""
     share = np.ones((len(theta), 1))
     doubtful = np.flatnonzero(longest > LONG_STEP)
     if not len(doubtful):
         return share
     some = _rows(counts, doubtful)
-    here = _objective(some, theta[doubtful])
+    here = _objective(some, theta[doubtful], basis)
     for _ in range(30):
-        there = _objective(some, theta[doubtful] + share[doubtful] * step[doubtful])
+        there = _objective(some, theta[doubtful] + share[doubtful] * step[doubtful], basis)
         falls = ~(there >= here - 1e-9 * (1 + np.abs(here)))
         if not falls.any():
             break
@@ -336,17 +358,21 @@ def _information(counts: Counts, theta: Floats) -> Floats:
     return information
 
 
-def _inverse(counts: Counts, theta: Floats) -> Floats:
-    """Return the pseudo-inverses of the information, shape (K, n, n)."""
+def _inverse(counts: Counts, theta: Floats, basis: Floats | None) -> Floats:
+    """Return the pseudo-inverses of the information on what the strengths are free to do, shape (K, n, n)."""
     n, information = counts.n, _information(counts, theta)
+    if basis is not None:
+        return np.asarray(basis @ np.linalg.inv(basis.T @ information @ basis) @ basis.T)
     size = np.einsum("kii->k", information)[:, None, None] / n
     return np.asarray(np.linalg.inv(information + size / n) - 1 / (size * n))
 
 
-def _objective(counts: Counts, theta: Floats) -> Floats:
+def _objective(counts: Counts, theta: Floats, basis: Floats | None) -> Floats:
     """Return the likelihood with Firth's term, up to a constant, shape (K,)."""
     plain = LOGISTIC.log_likelihood(counts, counts.differences(theta), 0.0).sum(axis=1)
-    return np.asarray(plain + np.linalg.slogdet(_information(counts, theta)[:, 1:, 1:])[1] / 2)
+    information = _information(counts, theta)
+    free = information[:, 1:, 1:] if basis is None else basis.T @ information @ basis
+    return np.asarray(plain + np.linalg.slogdet(free)[1] / 2)
 
 
 def wins_by_observer(counts: Counts, answers: Answers) -> Floats | None:

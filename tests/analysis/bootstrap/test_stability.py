@@ -16,7 +16,7 @@ from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
 from analysis.scaling import Counts, CovarianceKind, fit
 from analysis.scaling.laplacian import contrast_variances
-from analysis.scaling.profile import PairProfiles
+from analysis.scaling.profile import Profiles, differences_of
 from analysis.scaling.shrinkage import shrink
 
 Study = Callable[..., Comparisons]
@@ -41,7 +41,7 @@ def test_it_is_what_classifying_each_replicate_gives(study: Study, adjust: Adjus
             spread, df = own.covariance[0], own.degrees_of_freedom()[0]
         pairs, counted = np.triu_indices(5, 1), Counts.from_wins(wins[None])
         model = contrast_variances(fit(wins, method="firth" if separated else "ml").covariance)[pairs]
-        profiles = PairProfiles(counted, theta, np.zeros(10), contrast_variances(spread)[pairs] / model, df, None)
+        profiles = Profiles(counted, theta, differences_of(5, *pairs), contrast_variances(spread)[pairs] / model, df)
         classes = classify(theta, spread, alpha=0.1, adjust=adjust, df=df, profiles=profiles)
         shared += [[bool(set(a.split("+")) & set(b.split("+"))) for b in classes.labels] for a in classes.labels]
         counts[len(classes.members)] += 1

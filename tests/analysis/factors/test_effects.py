@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
 from analysis.factors import FactorEffects, factor_effects
 from analysis.scaling import fit
+from tests.analysis.slow_profiles import SlowProfile
 
 Floats = NDArray[np.float64]
 Factors = Mapping[str, Mapping[str, str | float]]
@@ -77,18 +79,31 @@ def test_covariances_are_those_of_the_regression_answer_by_answer(grid: Factors,
     np.testing.assert_allclose([effect.se for effect in found.effects], np.sqrt(np.diag(inverse)), rtol=1e-9)
     from scipy.stats import norm, t
 
-    for effect in found.effects:
-        assert effect.p == pytest.approx(2 * norm.sf(abs(effect.estimate) / effect.se), rel=1e-9)
+    rows = columns[answers.winner] - columns[answers.loser]
+    for place, effect in enumerate(found.effects):
         assert effect.robust_se is not None
-        assert effect.robust_p == pytest.approx(2 * t.sf(abs(effect.estimate) / effect.robust_se, people - 1), rel=1e-9)
-        assert effect.low == pytest.approx(effect.estimate - 1.959964 * effect.se, rel=1e-6)
-    # Student's 97.5 % point with 11 degrees of freedom, from a table.
-    (stereo,) = (effect for effect in found.effects if effect.level == "stereo")
-    assert stereo.robust_se is not None
-    assert stereo.robust_high is not None
-    assert stereo.robust_high - stereo.estimate == pytest.approx(2.201 * stereo.robust_se, rel=1e-4)
+        spread = effect.robust_se / effect.se
+        order = [place, *(other for other in range(4) if other != place)]
+        twin = SlowProfile(rows[:, order], np.ones(len(rows)), np.zeros(len(rows)))
+        root = abs(twin.root())
+        assert effect.p == pytest.approx(2 * norm.sf(root), rel=1e-6)
+        assert effect.robust_p == pytest.approx(2 * t.sf(root / spread, people - 1), rel=1e-6)
+        assert (effect.low, effect.high) == pytest.approx(twin.interval(1.959963985), abs=1e-6)
+        # Student's 97.5 % point with 11 degrees of freedom, from a table.
+        assert (effect.robust_low, effect.robust_high) == pytest.approx(twin.interval(2.200985 * spread), abs=1e-5)
     wald = beta[:2] @ np.linalg.solve(sandwich[:2, :2], beta[:2]) * (people - 2) / (2 * (people - 1))
     assert found.tests[0].robust_statistic == pytest.approx(wald, rel=1e-8)
+
+
+@pytest.mark.parametrize("observers", [10, 30])
+def test_more_who_prefer_a_level_are_more_evidence_of_it(observers: int) -> None:
+    p = []
+    for k in range((observers + 1) // 2 + 1, observers):  # all of them would be separated
+        votes = [Answer("on" if o < k else "off", "off" if o < k else "on", observer=f"{o}") for o in range(observers)]
+        (effect,) = factor_effects(from_answers(votes), {"on": {"light": "on"}, "off": {"light": "off"}}).effects
+        assert effect.robust_p is not None
+        p.append((effect.p, effect.robust_p))
+    assert all(later < earlier for one in zip(*p, strict=True) for earlier, later in pairwise(one))
 
 
 def test_tests_are_differences_of_log_likelihoods(grid: Factors, draw: Drawer, regression: Regression) -> None:
