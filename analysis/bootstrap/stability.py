@@ -19,7 +19,7 @@ from analysis.scaling.counts import Counts
 from analysis.scaling.laplacian import contrast_variances, pseudo_inverse
 from analysis.scaling.newton import maximise
 from analysis.scaling.penalty import FIRTH
-from analysis.scaling.profile import MOST_ITEMS_PROFILED, scaled, signed_roots
+from analysis.scaling.profile import MOST_ITEMS_PROFILED, deciding_t, near_t
 from analysis.scaling.result import CovarianceKind
 from analysis.scaling.shrinkage import Clustered, Spread, shrink
 from documents import Finding, one_blas_thread
@@ -196,7 +196,9 @@ def _differing(
             else:
                 clustered = spreads(replicates.by_observer, weights, theta, kind)
                 spread, df = clustered.covariance, clustered.degrees_of_freedom()
-            t = np.abs(_tested(replicates.by_observer, weights, theta, spread))
+            least, most = (critical, critical) if critical else deciding_t(alpha, len(first), df)
+            most = np.inf if adjust == "maxz" and critical is None else most  # p of a single step needs all t
+            t = np.abs(_tested(replicates.by_observer, weights, theta, spread, least, most))
             if critical is not None:
                 significant[chosen] = t >= critical
             elif adjust == "maxz":
@@ -210,8 +212,10 @@ def _differing(
             yield differs
 
 
-def _tested(by_observer: Floats, weights: Floats, theta: Floats, covariance: Floats) -> Floats:
-    """Return t of every two items of each replicate, shape (B, P), as `analysis.scaling.profile` has it."""
+def _tested(
+    by_observer: Floats, weights: Floats, theta: Floats, covariance: Floats, least: float, most: float
+) -> Floats:
+    """Return t of every two items of each replicate, shape (B, P), as `near_t` has it."""
     people, n, _ = by_observer.shape
     first, second = np.triu_indices(n, 1)
     own = contrast_variances(covariance)[:, first, second]
@@ -220,7 +224,7 @@ def _tested(by_observer: Floats, weights: Floats, theta: Floats, covariance: Flo
         return np.divide(apart, error, out=np.zeros_like(own), where=error > 0)  # no spread is no evidence
     counts = Counts.from_wins((weights @ by_observer.reshape(people, n * n)).reshape(-1, n, n))
     model = contrast_variances(model_covariances(by_observer, weights, theta))[:, first, second]
-    return scaled(signed_roots(counts, maximise(counts, penalty=FIRTH, start=theta).theta), own / model)
+    return near_t(counts, maximise(counts, penalty=FIRTH, start=theta).theta, own / model, least, most)
 
 
 def _critical(replicates: Replicates, alpha: float, kind: Clustered) -> float:

@@ -19,7 +19,9 @@ from analysis.scaling.penalty import FIRTH
 from analysis.scaling.profile import (
     MOST_ITEMS_PROFILED,
     MOST_OBSERVERS_EXCHANGED,
+    deciding_t,
     exchange_p,
+    near_t,
     scaled,
     signed_roots,
 )
@@ -73,30 +75,21 @@ class Studies:
 
     def significant(self, critical_z: float) -> Flags:
         """Return which pairs differ at the plan's level, shape (B, P); ``critical_z`` is `Plan.critical_z`'s."""
-        z = np.abs(self.statistics(least=self._least(critical_z)))
+        pairs, freedom = self.spread.shape[1], self.freedom
+        freedom = None if freedom is None else freedom[:, :pairs]
         if self.plan.adjust == "maxz":
-            return np.asarray(z >= critical_z)
-        p = two_sided_p(z, None if self.freedom is None else self.freedom[:, : z.shape[1]])
+            return np.asarray(np.abs(self.statistics(deciding=(critical_z, critical_z))) >= critical_z)
+        deciding = deciding_t(self.plan.alpha, pairs, freedom)
+        p = two_sided_p(np.abs(self.statistics(deciding=deciding)), freedom)
         wins = self._wins
         if wins is not None:
             p = np.minimum(p, exchange_p(wins, most=self.plan.alpha))
         return np.asarray(corrected(p, self.plan.adjust) <= self.plan.alpha)
 
-    def _least(self, critical_z: float) -> Floats | float:
-        """Return |t| below which no pair is significant, whatever the correction; shape (B, P) or one number."""
-        from scipy.special import ndtri, stdtrit
-
-        tail = 1 - self.plan.alpha / 2
-        if self.plan.adjust == "maxz":
-            return critical_z
-        if self.freedom is None:
-            return float(ndtri(tail))
-        return np.asarray(stdtrit(self.freedom[:, : self.spread.shape[1]], tail))
-
-    def statistics(self, bounds: Floats | float = 0.0, least: Floats | float = 0.0) -> Floats:
+    def statistics(self, bounds: Floats | float = 0.0, deciding: tuple[float, float] | None = None) -> Floats:
         """Return t of the hypotheses that differences are ``bounds`` (P,) in nats, shape (B, P), as in a report.
 
-        Where |t| is below ``least``, it may be a bound that is below it too.
+        With two numbers ``deciding``, and without ``bounds``, exact only where they may hold |t|, as `near_t` has it.
         """
         first, second = self.plan.pairs
         n = len(self.plan.items)
@@ -104,8 +97,10 @@ class Studies:
             totals = np.broadcast_to(self.plan.totals(self.observers).astype(np.float64), self.spread.shape)
             won = self.won.sum(axis=1)
             counts = Counts(n, first, second, won, totals - won, np.zeros_like(won))
-            roots = signed_roots(counts, maximise(counts, penalty=FIRTH).theta, bounds, least * np.sqrt(self.spread))
-            return scaled(roots, self.spread)
+            top = maximise(counts, penalty=FIRTH, start=self.theta).theta
+            if deciding is not None:
+                return near_t(counts, top, self.spread, *deciding)
+            return scaled(signed_roots(counts, top, bounds), self.spread)
         error = np.sqrt(contrast_variances(self.covariance)[:, first, second])
         apart = self.theta[:, first] - self.theta[:, second] - bounds
         return np.divide(apart, error, out=np.zeros_like(apart), where=error > 0)

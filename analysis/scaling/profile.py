@@ -44,10 +44,13 @@ MOST_OBSERVERS_EXCHANGED = 100
 MOST_NUMBERS = 2_000_000
 MOST_STEPS = 100
 SMALL_STEP = 1e-6  # the likelihood is then exact to about its square
+COARSE_STEP = 0.02  # nats; what is left is far less, and the likelihood exact to about its square
 LONG_STEP = 0.5  # nats; only after longer ones is the likelihood compared
-ROOM = 1.25  # for Firth's term, in a bound of a root
 SMALL_ROOT = 1e-8  # from the end of an interval, in standard deviations
 LEAST_WITHIN_ONE_SD = 0.1
+MOST_ITEMS_EXACT = 10
+NEARLY_LINEAR = 0.5  # nats, up to which the root of the likelihood ratio is d / √variance but for 2 %
+PENALTY_SLACK = 1.25  # what Firth's term, of about half an answer each way, may add to the bounds of the likelihood
 FARTHEST = 30.0  # nats beyond which an interval has no end: a chance of 1 less 1e-13
 
 
@@ -216,7 +219,54 @@ def scaled(roots: Floats, spread: Floats) -> Floats:
     return np.asarray(np.divide(roots, np.sqrt(spread), out=np.zeros_like(roots), where=spread > 0))
 
 
-def signed_roots(counts: Counts, top: Floats, bounds: Floats | float = 0.0, least: Floats | None = None) -> Floats:
+def near_t(counts: Counts, top: Floats, spread: Floats, least: float, most: float) -> Floats:
+    """Return t(0) of every two items in B sets of counts, shape (B, P), exact where |t| may lie between two numbers.
+
+    Where it surely does not, |t| is on the same side of them. Along a difference d no other changes more than d does,
+    so that the likelihood's curvature stays within factors e^±|d| of that at the top [Bach2010]: r lies between
+    √(2 (e^∓|d| ± |d| − 1)) / √variance. With more than ten items a difference below half a nat counts as surely near
+    d / √variance, which is then off by 2 % at most.
+
+    Parameters
+    ----------
+    counts, top
+        As `signed_roots` has them.
+    spread
+        Shape (B, P): κ.
+    least, most
+        Between which |t| decides whether two items differ.
+    """
+    n = top.shape[1]
+    first, second = np.triu_indices(n, 1)
+    restricted = _Restricted.of(counts, top, None)
+    apart = top[:, first] - top[:, second]
+    error = np.sqrt(contrast_variances(restricted.inverse)[:, first, second])
+    size = np.clip(np.abs(apart), 1e-3, 50.0)
+    low, high = (np.sqrt(2 * (np.expm1(side * size) - side * size)) / size for side in (-1, 1))
+    t = scaled(apart / error, spread)
+    near = (np.abs(t) * high * PENALTY_SLACK >= least) & (np.abs(t) * low <= most * PENALTY_SLACK)
+    if n > MOST_ITEMS_EXACT:
+        near &= size >= NEARLY_LINEAR
+    row, pair = np.nonzero(near)
+    roots = np.empty(len(row))
+    for own in _parts(len(row), n * n):
+        contrasts = differences_of(n, first[pair[own]], second[pair[own]])
+        roots[own] = restricted.roots(row[own], contrasts, np.zeros(len(contrasts)), small=COARSE_STEP)[0]
+    t[row, pair] = scaled(roots, spread[row, pair])
+    return t
+
+
+def deciding_t(alpha: float, pairs: int, freedom: Floats | None) -> tuple[float, float]:
+    """Return the least |t| by which one of so many pairs may differ at ``alpha``, and that by which it surely does."""
+    from scipy.special import ndtri, stdtrit
+
+    tails = 1 - alpha / 2, 1 - alpha / (2 * pairs)
+    if freedom is None:
+        return float(ndtri(tails[0])), float(ndtri(tails[1]))
+    return float(stdtrit(freedom.max(), tails[0])), float(stdtrit(freedom.min(), tails[1]))
+
+
+def signed_roots(counts: Counts, top: Floats, bounds: Floats | float = 0.0) -> Floats:
     """Return r(δ) of every two items in B sets of counts, shape (B, P).
 
     Parameters
@@ -227,8 +277,6 @@ def signed_roots(counts: Counts, top: Floats, bounds: Floats | float = 0.0, leas
         Shape (B, n): the strengths that maximise the penalised likelihood.
     bounds
         Shape (B, P): δ of each pair i < j, in nats; or one of all.
-    least
-        Shape (B, P): |r| below which it need not be exact: there it may be a bound, which is below it too.
     """
     batch, n = top.shape
     first, second = np.triu_indices(n, 1)
@@ -274,28 +322,37 @@ class _Restricted:
         return along / width[:, None], (contrasts * self.top[row]).sum(axis=1), width
 
     def roots(
-        self, row: Indices, contrasts: Floats, bounds: Floats, start: Floats | None = None
+        self,
+        row: Indices,
+        contrasts: Floats,
+        bounds: Floats,
+        start: Floats | None = None,
+        small: float = SMALL_STEP,
     ) -> tuple[Floats, Floats]:
         """Return r(δ) of K contrasts (K, n), shape (K,), and the strengths, (K, n), that are likeliest at δ.
 
-        ``start`` (K, n) are strengths to begin from, those of ``top`` where None.
+        ``start`` (K, n) are strengths to begin from, those of ``top`` where None; steps below ``small`` are the last.
         """
         n = self.counts.n
         roots, found = np.empty(len(row)), np.empty((len(row), n))
         for own in _parts(len(row), max(len(self.counts.first), n * n)):
             theta = self.top[row[own]] if start is None else start[own]
-            roots[own], found[own] = self._block(row[own], contrasts[own], bounds[own], theta)
+            roots[own], found[own] = self._block(row[own], contrasts[own], bounds[own], theta, small)
         return roots, found
 
-    def _block(self, row: Indices, contrasts: Floats, bounds: Floats, theta: Floats) -> tuple[Floats, Floats]:
+    def _block(
+        self, row: Indices, contrasts: Floats, bounds: Floats, theta: Floats, small: float
+    ) -> tuple[Floats, Floats]:
         along, value, _ = self.along(row, contrasts)
         toward = bounds - (contrasts * theta).sum(axis=1)
         start = theta + toward[:, None] * along
-        reached, theta = _climbed(_rows(self.counts, row), start, contrasts, self.basis)
+        reached, theta = _climbed(_rows(self.counts, row), start, contrasts, self.basis, small)
         return np.sign(value - bounds) * np.sqrt(np.maximum(2 * (self.highest[row] - reached), 0)), theta
 
 
-def _climbed(counts: Counts, theta: Floats, contrasts: Floats | None, basis: Floats | None) -> tuple[Floats, Floats]:
+def _climbed(
+    counts: Counts, theta: Floats, contrasts: Floats | None, basis: Floats | None, small: float = SMALL_STEP
+) -> tuple[Floats, Floats]:
     """Return the largest penalised likelihood (K,), and where, with the values of ``contrasts`` (K, n) as they are."""
     highest, found = np.empty(len(theta)), np.empty_like(theta)
     active = np.arange(len(theta))
@@ -307,7 +364,7 @@ def _climbed(counts: Counts, theta: Floats, contrasts: Floats | None, basis: Flo
             step -= along * ((contrasts * step).sum(axis=1) / (contrasts * along).sum(axis=1))[:, None]
         longest = np.abs(step).max(axis=1)
         theta = theta + _shortened(counts, theta, step, longest, basis) * step
-        done = (longest < SMALL_STEP) | ~np.isfinite(longest) | (iteration == MOST_STEPS - 1)
+        done = (longest < small) | ~np.isfinite(longest) | (iteration == MOST_STEPS - 1)
         if done.any():
             found[active[done]] = theta[done]
             highest[active[done]] = _objective(_rows(counts, np.flatnonzero(done)), theta[done], basis)
