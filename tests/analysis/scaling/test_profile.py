@@ -14,9 +14,7 @@ from analysis.classes.multiplicity import ADJUSTMENTS
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.inference import equivalence, pair_probabilities
 from analysis.inference.chances import PairProbability
-from analysis.scaling import Scores, fit_model, score
-from analysis.scaling.counts import Counts
-from analysis.scaling.newton import maximise
+from analysis.scaling import Counts, Scores, fit_model, maximise, score
 from analysis.scaling.penalty import FIRTH
 from analysis.scaling.profile import exchange_p, near_t, signed_roots
 from tests.analysis.slow_profiles import SlowProfile, of_pair
