@@ -32,6 +32,7 @@ def test_a_page_is_written_in_the_study_s_font(person: Person) -> None:
         ink = view.max(axis=2)
         rows = np.flatnonzero((ink > ink.max() // 2).sum(axis=1) > 0.8 * len(SAID) * text.height_px)
         assert len(rows) == pytest.approx((squares > 127).any(axis=1).sum(), abs=1)
-    person.press("space")
+    person.turn("Escape")
+    person.press("s")
     person.leave()
     assert person.log().header.interface["style"] == {"text": {"font": "squares.ttf"}}
