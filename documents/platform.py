@@ -264,6 +264,8 @@ def close_parallel_port(descriptor: int) -> None:
 
 def is_alive(process: int) -> bool:
     """Return whether there is a process with this number."""
+    if process == os.getpid():
+        return True
     if sys.platform == "win32":
         import ctypes
 

@@ -21,7 +21,7 @@ from devices.display import (
     visual_angle_deg,
 )
 from documents import Finding, InputError, load_document
-from documents.files import beside, sha256_of_json
+from documents.files import beside, read_regular, sha256_of_json
 from documents.yaml import YamlSource, read_yaml
 from runner.blocks.block import Block
 from runner.blocks.message import CONTINUE_KEYS, pause_menu
@@ -205,11 +205,14 @@ def _smallest(times: NDArray[np.int64], observers: int, group: str, tests: Analy
     return found
 
 
+MOST_CODE_BYTES = 10_000_000
+
+
 @cache
 def _code_of_analysis() -> str:
     """Return a digest of the code of the analysis: simulated studies depend on all of it."""
     files = sorted(Path(analysis.__file__).parent.rglob("*.py"))
-    return sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+    return sha256(b"".join(read_regular(file, MOST_CODE_BYTES) for file in files)).hexdigest()
 
 
 def _pressed(design: Experiment, keys: Mapping[str, str]) -> Mapping[str, str]:

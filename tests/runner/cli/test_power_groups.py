@@ -79,7 +79,7 @@ def test_each_scene_is_the_power_of_its_own_pairs(scenes: Study, tmp_path: Path)
 
 def test_named_pairs_decide_in_their_groups(scenes: Study) -> None:
     easy = json.loads(ask(scenes, "--json", "--pair", "l1", "l3", "--pair", "g1", "g4").stdout)
-    assert easy["needed"]["observers"] == 30
+    assert easy["needed"]["observers"] == 10
     assert "80 % power on the 2 pairs named in 2 groups" in easy["needed"]["sentence"]
     one = json.loads(ask(scenes, "--json", "--pair", "g1", "g4").stdout)
     assert [each["name"] for each in one["groups"]] == ["garden"]
