@@ -223,9 +223,13 @@ def _effects(
 
 
 def _tested(estimate: Floats, se: Floats, df: float | None, profiles: Profiles | None) -> list[Tested]:
+    """Test each effect; where its profile has no end, as with two or three observers, that by the standard error is."""
+    plain = [by_standard_error(*both, df) for both in zip(estimate.tolist(), se.tolist(), strict=True)]
     if profiles is None:
-        return [by_standard_error(*both, df) for both in zip(estimate.tolist(), se.tolist(), strict=True)]
+        return plain
     low, high = profiles.interval().T
+    low = np.where(np.isfinite(low), low, [one.low for one in plain])
+    high = np.where(np.isfinite(high), high, [one.high for one in plain])
     ends = np.minimum(low, estimate), np.maximum(high, estimate)  # the estimate is without Firth's term
     return [Tested(*map(float, values)) for values in zip(*ends, profiles.p, strict=True)]
 

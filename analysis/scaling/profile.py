@@ -51,6 +51,7 @@ LEAST_WITHIN_ONE_SD = 0.1
 MOST_ITEMS_EXACT = 10
 NEARLY_LINEAR = 0.5  # nats, up to which the root of the likelihood ratio is d / √variance but for 2 %
 PENALTY_SLACK = 1.25  # what Firth's term, of about half an answer each way, may add to the bounds of the likelihood
+RIDGE = 1e-14
 FARTHEST = 30.0  # nats beyond which an interval has no end: a chance of 1 less 1e-13
 
 
@@ -146,9 +147,10 @@ class Profiles:
         restricted, number = self._restricted, len(reach)
         contrasts, side = np.tile(self.contrasts, (2, 1)), np.repeat([-1.0, 1.0], number)
         reach, none = np.tile(reach, 2), np.zeros(2 * number, dtype=np.intp)
-        apart, width = restricted.along(none, contrasts)[1:]
+        along, apart, width = restricted.along(none, contrasts)
+        most = FARTHEST / np.ptp(along, axis=1)  # no two strengths are then farther apart than that
         near, below = np.zeros(2 * number), -reach
-        most = np.maximum(FARTHEST - side * apart, 1.0)
+        most = np.maximum(most - side * apart, most / FARTHEST)
         far = np.where(reach > 0, np.minimum(reach * np.sqrt(width), most), np.inf)  # the Wald interval's
         above = np.full(2 * number, np.nan)
         end, theta = far.copy(), np.repeat(restricted.top, 2 * number, axis=0)
@@ -418,9 +420,10 @@ def _information(counts: Counts, theta: Floats) -> Floats:
 def _inverse(counts: Counts, theta: Floats, basis: Floats | None) -> Floats:
     """Return the pseudo-inverses of the information on what the strengths are free to do, shape (K, n, n)."""
     n, information = counts.n, _information(counts, theta)
+    size = np.einsum("kii->k", information)[:, None, None] / n
+    information += RIDGE * size * np.eye(n)  # far out some weights are no longer distinguished from 0
     if basis is not None:
         return np.asarray(basis @ np.linalg.inv(basis.T @ information @ basis) @ basis.T)
-    size = np.einsum("kii->k", information)[:, None, None] / n
     return np.asarray(np.linalg.inv(information + size / n) - 1 / (size * n))
 
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from analysis.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons.comparisons import without_observers
 from analysis.errors import ResultsError
 from analysis.factors import FactorEffects, factor_effects
 from analysis.scaling import fit
@@ -104,6 +105,17 @@ def test_more_who_prefer_a_level_are_more_evidence_of_it(observers: int) -> None
         assert effect.robust_p is not None
         p.append((effect.p, effect.robust_p))
     assert all(later < earlier for one in zip(*p, strict=True) for earlier, later in pairwise(one))
+
+
+@pytest.mark.parametrize("observers", [2, 3])
+def test_intervals_of_few_observers_have_ends(grid: Factors, draw: Drawer, observers: int) -> None:
+    answers = draw(strengths(grid))
+    few = without_observers(answers, answers.observer >= observers)
+    for effect in factor_effects(few, grid).effects:
+        ends = [effect.low, effect.high, effect.robust_low, effect.robust_high]
+        assert all(end is None or np.isfinite(end) for end in ends)
+        assert effect.low < effect.estimate < effect.high
+        json.dumps(effect.to_json(), allow_nan=False)
 
 
 def test_tests_are_differences_of_log_likelihoods(grid: Factors, draw: Drawer, regression: Regression) -> None:
