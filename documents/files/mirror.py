@@ -19,6 +19,7 @@ from documents.files.access import make_private, opener
 from documents.files.atomic import whole_file
 from documents.files.durable_log import DurableLog
 from documents.files.faults import system_fault
+from documents.findings import InputError
 
 _CHUNK = 1 << 20
 _AGAIN_S = 2.0
@@ -173,13 +174,15 @@ class Mirror:
                     self._complete(file, copy)
         except CopyDiffersError as error:
             return f"{error}; it is left as it is", True
-        except OSError as error:
+        except (OSError, InputError) as error:
             self._copied.clear()
             return f"the results are not copied to {self._folder}: {self._words(error)}", False
         return None, False
 
-    def _words(self, error: OSError) -> str:
+    def _words(self, error: OSError | InputError) -> str:
         """Say what went wrong, and with which file where that is none of the copies."""
+        if isinstance(error, InputError):
+            return str(error)
         words, name = str(system_fault(error) or error.strerror or error), error.filename
         return words if name is None or self._folder in Path(name).parents else f"{words}: {name}"
 

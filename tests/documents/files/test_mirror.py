@@ -252,3 +252,16 @@ def test_how_a_copy_compares(tmp_path: Path) -> None:
         copy.write_bytes(content)
         assert compare_copy(file, copy) == expected
         assert str(compare_copy(file, copy)) == words
+
+
+def test_an_access_without_meaning_is_said_and_the_copy_goes_on_without_it(
+    lab: Lab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lab.until(lambda: lab.is_whole)
+    monkeypatch.setenv("CYCLOPEAN_ACCESS", "everyone")
+    lab.write()
+    lab.until(lambda: lab.said)
+    assert "CYCLOPEAN_ACCESS" in lab.said[0]
+    monkeypatch.delenv("CYCLOPEAN_ACCESS")
+    lab.until(lambda: lab.is_whole)
+    assert lab.mirror.close() is None
