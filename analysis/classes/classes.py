@@ -150,15 +150,13 @@ def classify(
         raise ResultsError(Finding("items without a finite strength have no class", remedy="use the method 'firth'"))
     n = len(theta)
     if profiles is not None:
-        z, plain = profiles.at_zero, profiles.p
-        p = (
-            adjusted_p(np.abs(z), covariance, adjust, df, spread)
-            if adjust == "maxz"
-            else corrected(plain.copy(), adjust)
-        )
-        members = numbered(letter_display(_differing(p <= alpha, n)), theta)
-        unknown = int(((profiles.spread == 0) & (plain == 1)).sum())
-        return Classes(labelled(members, n), members, z, p, alpha, adjust, unknown)
+        z = profiles.at_zero
+        if adjust == "maxz":
+            p = adjusted_p(np.abs(z), covariance, adjust, df, spread)
+        else:
+            p = corrected(profiles.p.copy(), adjust)
+        without_spread = int(((profiles.spread == 0) & (profiles.p == 1)).sum())
+        return _classes(theta, z, p, alpha, adjust, without_spread)
     error = pair_variances(covariance)
     np.sqrt(error, out=error)
     z = np.empty_like(error)  # first the differences
@@ -172,8 +170,12 @@ def classify(
     z[certain] = 0.0
     p = adjusted_p(np.abs(z, out=error), covariance, adjust, df, spread)
     del error
-    members = numbered(letter_display(_differing(p <= alpha, n)), theta)
-    return Classes(labelled(members, n), members, z, p, alpha, adjust, without_spread)
+    return _classes(theta, z, p, alpha, adjust, without_spread)
+
+
+def _classes(theta: Floats, z: Floats, p: Floats, alpha: float, adjust: Adjust, without_spread: int) -> Classes:
+    members = numbered(letter_display(_differing(p <= alpha, len(theta))), theta)
+    return Classes(labelled(members, len(theta)), members, z, p, alpha, adjust, without_spread)
 
 
 def _differing(differs: NDArray[np.bool_], n: int) -> NDArray[np.bool_]:

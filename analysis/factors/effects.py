@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any, get_args
 
 import numpy as np
@@ -212,7 +211,7 @@ def _effects(
         robust_se = np.sqrt(np.maximum(np.diag(sandwich), 0.0))
         ratio = np.divide(robust_se, se, out=np.zeros_like(se), where=se > 0) ** 2
         freedom = np.full(len(se), observers - 1.0)
-        by_observers = None if profiles is None else replace(profiles, spread=ratio, freedom=freedom)
+        by_observers = None if profiles is None else profiles.by(ratio, freedom)
         known = robust_se > NO_SPREAD * se
         found = _tested(estimate, np.where(known, robust_se, se), observers - 1, by_observers)
         robust = [(float(robust_se[place]), found[place]) if known[place] else None for place in range(len(named))]

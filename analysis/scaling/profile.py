@@ -18,7 +18,7 @@ the same chance. The smaller p is taken; `benchmarks/interval_coverage.py` shows
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -99,6 +99,12 @@ class Profiles:
             top = _climbed(self.counts, self.start[None], None, self.basis)[1]
         return _Restricted.of(self.counts, top, self.basis)
 
+    def by(self, spread: Floats, freedom: Floats) -> Profiles:
+        """Return the profiles with another variance; what the likelihood alone says is not computed again."""
+        others = replace(self, spread=spread, freedom=freedom)
+        others.__dict__["_restricted"] = self._restricted
+        return others
+
     @cached_property
     def at_zero(self) -> Floats:
         """Shape (K,): t(0), of the hypotheses that the values are 0; positive where they are above it."""
@@ -148,9 +154,9 @@ class Profiles:
         contrasts, side = np.tile(self.contrasts, (2, 1)), np.repeat([-1.0, 1.0], number)
         reach, none = np.tile(reach, 2), np.zeros(2 * number, dtype=np.intp)
         along, apart, width = restricted.along(none, contrasts)
-        most = FARTHEST / np.ptp(along, axis=1)  # no two strengths are then farther apart than that
+        nat = 1 / np.ptp(along, axis=1)  # by what a value changes where no two strengths come a nat farther apart
+        most = np.maximum(FARTHEST * nat - side * apart, nat)
         near, below = np.zeros(2 * number), -reach
-        most = np.maximum(most - side * apart, most / FARTHEST)
         far = np.where(reach > 0, np.minimum(reach * np.sqrt(width), most), np.inf)  # the Wald interval's
         above = np.full(2 * number, np.nan)
         end, theta = far.copy(), np.repeat(restricted.top, 2 * number, axis=0)

@@ -131,7 +131,7 @@ def test_a_design_that_finds_differences_says_which_and_has_no_note(make_session
     assert report.notes == ()
     console = Console(file=io.StringIO(), width=500)
     print_report(report, console=console)
-    printed = console.file.getvalue()  # type: ignore[attr-defined]
+    printed = console.file.getvalue()  # type: ignore[attr-defined]  # it is StringIO
     assert found["sentence"] in printed
     page = render(report)
     assert page.count(found["size"]) >= 3  # in its head, under Diagnostics and in Methods

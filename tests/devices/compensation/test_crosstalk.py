@@ -568,7 +568,7 @@ def test_a_wrong_lens_is_no_crosstalk(left_own: float, right_own: float, wrong: 
     for eye, own in (("left", left_own), ("right", right_own)):
         for mine, light in (("white", own), ("black", 100 - own)):
             left, right = (mine, "black" if mine == "white" else "white")[:: 1 if eye == "left" else -1]
-            rows.append(CrosstalkReading(eye, left, right, tuple(light * colours)))  # type: ignore[arg-type]
+            rows.append(CrosstalkReading(eye, left, right, tuple(light * colours)))  # type: ignore[arg-type]  # three
     none = {"left": np.zeros(3), "right": np.zeros(3)}
     if not wrong:
         assert fit_crosstalk(rows, none).crosstalk.left[1, 1] == pytest.approx(2 / 98)  # type: ignore[arg-type]
