@@ -16,8 +16,10 @@ class Finding:
     """One fault in something a person supplied.
 
     ``file`` is the path as the person gave it; ``line`` and ``column`` count from 1 and are None where
-    a place has no meaning (a picture, a missing file). ``remedy`` says what would be right. As text it is one line
-    without hidden characters, and long messages are cut.
+    a place has no meaning (a picture, a missing file). ``remedy`` says what would be right. ``path`` is the keys and
+    indices that lead to the value in its file; ``code`` names the kind of fault for programs, such as
+    ``extra_forbidden`` (of a key) or ``less_than`` (of a number), and may be empty. As text it is one line without
+    hidden characters, and long messages are cut.
     """
 
     message: str
@@ -25,6 +27,8 @@ class Finding:
     line: int | None = None
     column: int | None = None
     remedy: str | None = None
+    path: tuple[str | int, ...] = ()
+    code: str = ""
 
     def __str__(self) -> str:
         place = ":".join(str(part) for part in (self.file, self.line, self.column) if part is not None)

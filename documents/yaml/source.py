@@ -72,11 +72,13 @@ class YamlSource:
                 return node
         return None
 
-    def finding(self, path: Path_, message: str, remedy: str | None = None, *, key: bool = False) -> Finding:
+    def finding(
+        self, path: Path_, message: str, remedy: str | None = None, *, key: bool = False, code: str = ""
+    ) -> Finding:
         """Return a finding about the value at ``path`` (about its key if asked), with its line and column."""
         place = self.place(path, key=key)
         line, column = (place.line, place.column) if place else (None, None)
-        return Finding(message, self.file, line, column, remedy)
+        return Finding(message, self.file, line, column, remedy, tuple(path), code)
 
 
 def _walk(file: str, loader: Loader, root: yaml.Node) -> YamlSource:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from pydantic import BaseModel
@@ -57,7 +58,8 @@ def file_findings(
 ) -> list[Finding]:
     """Return a finding for each fault of a file that is no ``model``, in the order of the file, ``most`` at most."""
     all_errors = _without_echoes(_one_of_each_union(list(errors), source.data))
-    findings = [_Fault(error, source, model).finding() for error in all_errors[:most]]
+    faults = [_Fault(error, source, model) for error in all_errors[:most]]
+    findings = [replace(fault.finding(), path=fault.path, code=fault.kind) for fault in faults]
     findings.sort(key=lambda finding: (finding.line or 0, finding.column or 0))
     more = len(all_errors) - most
     if more > 0:

@@ -54,6 +54,21 @@ def test_a_right_file_is_read(tmp_path: Path) -> None:
     assert source.file == str(path)
 
 
+def test_a_fault_says_for_programs_which_it_is_and_whose(tmp_path: Path) -> None:
+    path = tmp_path / "f.yaml"
+    path.write_text("nam: a\nsize_mm: [1, wide]\nblocks:\n  - {kind: txt}\n  - {kind: text, word: hello}\n")
+    with pytest.raises(InputError) as caught:
+        load_document(path, _File)
+    assert sorted((found.path, found.code) for found in caught.value.findings) == [
+        (("blocks", 0), "union_tag_invalid"),
+        (("blocks", 1, "word"), "extra_forbidden"),
+        (("blocks", 1, "words"), "missing"),
+        (("nam",), "extra_forbidden"),
+        (("name",), "missing"),
+        (("size_mm", 1), "float_parsing"),
+    ]
+
+
 def test_all_faults_are_found_at_once_in_order(tmp_path: Path) -> None:
     found = _findings(
         tmp_path,
