@@ -13,12 +13,13 @@ LOCKED = $(PIP) --require-hashes --no-deps
 CHECKOUT = $(PIP) --no-deps --no-build-isolation --no-index -e .
 ONE_THREAD = OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
-.PHONY: help env gl test-tools demo test test-fast check api docs bench bench-release bench-psychopy stress dither-mask test-quad test-vdp validate-bids lock sbom audit licences clean
+.PHONY: help env gl test-tools demo test test-fast nightly check api docs bench bench-release bench-psychopy stress dither-mask test-quad test-vdp validate-bids lock sbom audit licences clean
 
 help:
 	@echo "make demo       build stimuli, run 30 simulated observers, write a report"
 	@echo "make test       run the tests"
 	@echo "make test-fast  those of every room that take little, while you write"
+	@echo "make nightly    what takes long or repeats: benchmarks small, packaging, snippets, windows x modes, mutants, stress"
 	@echo "make check      floors, lint, format, types"
 	@echo "make api        write docs/api.md from the docstrings"
 	@echo "make docs       the pages of docs/ as a site with search, into site/"
@@ -56,10 +57,10 @@ demo: gl
 	@$(BIN)/cyclopean demo
 
 test: test-tools
-	@$(ONE_THREAD) $(BIN)/python -m pytest -m "not stress and not quad and not vdp" -n $(WORKERS) --dist loadfile
+	@$(ONE_THREAD) $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile
 
 test-fast: env
-	@$(ONE_THREAD) $(BIN)/python -m pytest -q --fast -m "not stress and not quad and not vdp and not window" -n $(WORKERS) --dist loadfile
+	@$(ONE_THREAD) $(BIN)/python -m pytest -q --fast -n $(WORKERS) --dist loadfile
 
 check: env
 	$(BIN)/ruff check .
@@ -92,6 +93,9 @@ bench-psychopy: test-tools
 		-r benchmarks/peers/psychopy-requirements.txt \
 		|| echo "note: PsychoPy cannot be installed here; its rows are left out"
 	$(BIN)/python benchmarks/trial_switch.py
+
+nightly: test-tools
+	@$(BIN)/python tools/stress.py --nightly
 
 stress: test-tools
 	@STRESS_WHOLE=$(WHOLE) $(BIN)/python tools/stress.py $(STRESS)

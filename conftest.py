@@ -173,11 +173,27 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--fast", action="store_true", help="leave out the dear files of tests/slow_files.txt")
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """Leave out windows with ``--fast``."""
+    if config.option.fast:
+        config.option.markexpr = f"({config.option.markexpr or 'not window'}) and not window"
+
+
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
     """Leave out files and folders of which no test would run, before they are imported."""
     from tests.choice import left_out
 
     return True if left_out(collection_path, config.option.markexpr, config.option.fast) else None
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Give the snippets of a page the marker of its file."""
+    from tests.choice import file_marks
+
+    for item in items:
+        if item.path.suffix == ".md":
+            for mark in file_marks(item.path):
+                item.add_marker(mark)
 
 
 def _texture(width: int, height: int, seed: int = 0) -> Any:

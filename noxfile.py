@@ -32,7 +32,7 @@ def test(session: nox.Session) -> None:
     """Run the tests."""
     _install(session)
     arguments = session.posargs or ["-n", "auto", "--dist", "loadfile"]
-    session.run("python", "-m", "pytest", "-m", "not stress and not quad and not vdp", *arguments, env=ONE_THREAD)
+    session.run("python", "-m", "pytest", *arguments, env=ONE_THREAD)
 
 
 @nox.session
@@ -54,6 +54,13 @@ def docs(session: nox.Session) -> None:
     """The pages of docs/ as a site with search, into site/."""
     _install(session)
     session.run("python", "-m", "mkdocs", "build", "--strict", env={"NO_MKDOCS_2_WARNING": "1"})
+
+
+@nox.session
+def nightly(session: nox.Session) -> None:
+    """What takes long or repeats, and the sweeps to the edges."""
+    _install(session)
+    session.run("python", "tools/stress.py", "--nightly")
 
 
 @nox.session

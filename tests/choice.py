@@ -1,4 +1,4 @@
-"""Which files are collected: no folder whose marker is left out, and with ``--fast`` none that is dear."""
+"""Which files are collected: none whose marker is left out, and with ``--fast`` none that is dear."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ ROOT = Path(__file__).parents[1]
 SLOW_FILES = Path(__file__).with_name("slow_files.txt")
 # Every test of these folders has the marker of the folder's name.
 MARKED_FOLDERS = ("stress", "quad", "vdp")
+# The marker of all tests of a file, or one of several.
+_MARKED_FILE = re.compile(r"^pytestmark = (.*(?:\n .*)*)", re.MULTILINE)
 
 
 @cache
@@ -19,16 +21,24 @@ def slow_files() -> frozenset[str]:
     return frozenset(line.split()[1] for line in lines if line and not line.startswith("#"))
 
 
+def file_marks(path: Path) -> set[str]:
+    """Return the markers that all tests of a file have: those of its ``pytestmark``, and ``nightly`` for a page."""
+    if path.parent == ROOT / "docs":
+        return {"nightly"}
+    given = _MARKED_FILE.search(path.read_text(encoding="utf-8")) if path.suffix == ".py" else None
+    return set(re.findall(r"pytest\.mark\.(\w+)", given[1])) if given else set()
+
+
 def left_out(path: Path, marks: str, fast: bool) -> bool:
     """Whether nothing in ``path`` would run, by the expression of ``-m`` and whether ``--fast`` was given.
 
-    Only an expression that is all ``not`` and ``and`` leaves folders out, such as ``not stress and not quad``.
+    Only an expression that is all ``not`` and ``and`` leaves files out, such as ``not stress and not quad``.
     """
     if not path.is_relative_to(ROOT):
         return False
     here = path.relative_to(ROOT)
-    if fast and here.as_posix() in slow_files():
-        return True
     terms = [term.strip() for term in re.split(r"\band\b", marks)]
     refused = {term[4:].strip() for term in terms} if all(re.fullmatch(r"not \w+", term) for term in terms) else set()
-    return here.parts[:1] == ("tests",) and len(here.parts) == 2 and here.name in refused & set(MARKED_FOLDERS)
+    if path.is_dir():
+        return here.parts[:1] == ("tests",) and len(here.parts) == 2 and here.name in refused & set(MARKED_FOLDERS)
+    return bool(refused & file_marks(path)) or (fast and here.as_posix() in slow_files())

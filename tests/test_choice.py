@@ -11,7 +11,7 @@ import pytest
 from tests.choice import ROOT, left_out, slow_files
 from tools.slow_files import slow
 
-USUAL = "not stress and not quad and not vdp"
+USUAL = "not nightly and not stress and not quad and not vdp"
 
 
 def test_slow_files_exist_and_each_part_of_the_tests_keeps_some_that_are_fast() -> None:
@@ -35,6 +35,12 @@ def test_slow_files_exist_and_each_part_of_the_tests_keeps_some_that_are_fast() 
         ("tests/runner/test_whole_way.py", USUAL, True, True),
         ("tests/runner/test_whole_way.py", USUAL, False, False),
         ("tests/test_choice.py", USUAL, True, False),
+        ("tests/benchmarks/test_every_benchmark.py", USUAL, False, True),
+        ("tests/benchmarks/test_every_benchmark.py", "nightly", False, False),
+        ("tests/benchmarks/test_every_benchmark.py", "not stress", False, False),
+        ("docs/scores.md", USUAL, False, True),
+        ("docs/scores.md", "nightly", False, False),
+        ("README.md", USUAL, False, False),
     ],
 )
 def test_what_is_left_out(name: str, marks: str, fast: bool, out: bool) -> None:

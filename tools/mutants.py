@@ -35,7 +35,7 @@ from pathlib import Path
 from queue import Queue
 
 ROOT = Path(__file__).parents[1]
-MARKS = "not stress and not quad and not vdp and not window"
+MARKS = "not nightly and not stress and not quad and not vdp and not window"
 # The files of a room, as patterns, and the folders and files of its tests.
 ROOMS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "scaling": (("analysis/scaling/*.py",), ("tests/analysis/scaling", "tests/analysis/test_scores_command.py")),
@@ -372,6 +372,7 @@ def main() -> None:
     parser.add_argument("--files", nargs="+", help="draw from these files, not from all of the rooms")
     parser.add_argument("--jobs", type=int, default=1, help="how many run at a time (1)")
     parser.add_argument("--limit-s", type=float, default=900.0, help="how long the tests of a mutant may take (900)")
+    parser.add_argument("--least", type=float, default=0.0, help="share in percent below which the exit status is 1")
     parser.add_argument("--json", type=Path, help="write every mutant and what became of it")
     parser.add_argument("--list", action="store_true", help="print the mutants, run nothing")
     parser.add_argument("--trust", action="store_true", help="do not first run the tests with nothing changed")
@@ -396,6 +397,8 @@ def main() -> None:
     counts = Counter(outcome.status for outcome in outcomes)
     noticed = len(outcomes) - counts["survived"]
     print(f"{noticed} of {len(outcomes)} noticed ({noticed / max(len(outcomes), 1):.0%}); {dict(counts)}")
+    if 100 * noticed < asked.least * len(outcomes):
+        sys.exit(f"fewer than {asked.least:g} % were noticed")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Write tests/slow_files.txt, the files that `make test-fast` leaves out, from what the tests' files cost.
 
-    TIMES=times.tsv python -m pytest -p tools.slow_files -m "not stress and not quad and not vdp"
+    TIMES=times.tsv python -m pytest -p tools.slow_files
     python tools/slow_files.py times.tsv
 
 A file is slow from `LIMIT_S` of processor time on, unless it is the cheapest of its folder and takes no more than

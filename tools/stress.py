@@ -3,7 +3,8 @@
 Four parts, of which each runs whatever became of those before it: the sweeps, one worker for each core; those that must
 be alone on the machine (marker ``alone``); the page on numerical stability, which is measured and written again; and a
 search for new examples by the tests of properties. Words after the command, such as ``-k cable``, choose among the
-sweeps; then only the first two parts run.
+sweeps; then only the first two parts run. With ``--nightly`` (``make nightly``) the tests with that marker and a sample
+of mutants come before them.
 """
 
 from __future__ import annotations
@@ -18,11 +19,16 @@ from documents.platform import cores
 # Each worker computes in one thread, as in `make test`: the threads of all would wait for each other.
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 _NOTHING_CHOSEN = 5  # pytest: no test of this part has the words that were asked for
-_SEARCHED = "hypothesis and not stress and not quad and not vdp"
+_SEARCHED = "hypothesis and not nightly and not stress and not quad and not vdp"
+_NIGHTLY = "--nightly"
 
 
 def parts(words: list[str], workers: int) -> dict[str, list[str]]:
     """Return the command of each part by its name, to follow ``python -m``."""
+    if words[:1] == [_NIGHTLY]:
+        tests = ["pytest", "-q", "-m", "nightly and not stress", "-n", str(workers), "--dist", "loadfile"]
+        mutants = ["tools.mutants", "--count", "20", "--jobs", str(workers), "--least", "85"]
+        return {"nightly tests": [*tests, "--durations", "30"], "mutants": mutants, **parts(words[1:], workers)}
     split = ["-n", str(workers), "--dist", "worksteal"]
     sweeps = ["pytest", "-q", "tests", *words]
     made = {
@@ -42,7 +48,8 @@ def main() -> int:
     for name, command in parts(sys.argv[1:], cores()).items():
         began_s = time.monotonic()
         status = subprocess.run([sys.executable, "-m", *command], env={**os.environ, **_ONE_THREAD}, check=False)
-        right = status.returncode == 0 or (bool(sys.argv[1:]) and status.returncode == _NOTHING_CHOSEN)
+        chosen = bool(sys.argv[1:]) and sys.argv[1:] != [_NIGHTLY]
+        right = status.returncode == 0 or (chosen and status.returncode == _NOTHING_CHOSEN)
         failed |= not right
         said = "passed" if right else f"FAILED (exit status {status.returncode})"
         lines.append(f"{name:15} {(time.monotonic() - began_s) / 60:5.1f} min  {said}")

@@ -13,6 +13,8 @@ from benchmarks import history
 from benchmarks.history import Promise
 from benchmarks.run_all import HERE, scripts
 
+pytestmark = pytest.mark.nightly
+
 MISSING = {"trial_switch": "xvfb-run", "work": "xvfb-run"}
 
 

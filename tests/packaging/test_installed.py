@@ -19,6 +19,8 @@ from analysis.records import read_session, session_files
 from runner.protocol import shipped_experiments
 from tests.runner.studies.drawn_pictures import draw_flat
 
+pytestmark = pytest.mark.nightly
+
 ROOT = Path(__file__).parents[2]
 
 
