@@ -1,10 +1,13 @@
-"""Which files are collected: none whose marker is left out, and with ``--fast`` none that is dear."""
+"""Which files are collected: none whose marker is left out, and with ``--fast`` none that is dear; nightly cases."""
 
 from __future__ import annotations
 
 import re
 from functools import cache
 from pathlib import Path
+from typing import Any
+
+import pytest
 
 ROOT = Path(__file__).parents[1]
 SLOW_FILES = Path(__file__).with_name("slow_files.txt")
@@ -12,6 +15,11 @@ SLOW_FILES = Path(__file__).with_name("slow_files.txt")
 MARKED_FOLDERS = ("stress", "quad", "vdp")
 # The marker of all tests of a file, or one of several.
 _MARKED_FILE = re.compile(r"^pytestmark = (.*(?:\n .*)*)", re.MULTILINE)
+
+
+def nightly(*cases: Any) -> list[Any]:
+    """Return the cases of a parametrised test that only `make nightly` runs: ``[1, *nightly(2, 3)]``."""
+    return [pytest.param(*(case if isinstance(case, tuple) else (case,)), marks=pytest.mark.nightly) for case in cases]
 
 
 @cache

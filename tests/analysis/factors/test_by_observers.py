@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from analysis.comparisons import Answer, Comparisons, from_answers
@@ -33,6 +34,7 @@ def study(
     return from_answers(answers, names)
 
 
+@pytest.mark.nightly
 def test_observers_who_differ_make_no_effects_interactions_or_lack_of_fit(grid: Factors) -> None:
     random = np.random.default_rng(1)
     plain, false = np.zeros(3, int), np.zeros(3, int)
@@ -55,7 +57,7 @@ def test_interactions_and_lack_of_fit_of_all_observers_are_found(grid: Factors) 
     together = np.array([one["paint"] == "red" and one["view"] == "stereo" for one in grid.values()]) * 1.8
     odd = np.eye(12)[3] * 2.0
     found = np.zeros(2, int)
-    for _ in range(12):
+    for _ in range(5):
         interaction = (
             factor_effects(study(random, grid, together, 0.7), grid, use=("paint", "view")).interactions[0].by_observers
         )
@@ -64,7 +66,7 @@ def test_interactions_and_lack_of_fit_of_all_observers_are_found(grid: Factors) 
         assert explained is not None
         assert explained.lack_of_fit_by_observers is not None
         found += [interaction.p <= 0.05, explained.lack_of_fit_by_observers.p <= 0.05]
-    assert (found >= 9).all(), found
+    assert (found >= 4).all(), found
 
 
 def test_statistics_of_independent_answers_are_near_the_likelihood_ratios(grid: Factors) -> None:

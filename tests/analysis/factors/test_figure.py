@@ -44,7 +44,7 @@ def test_the_picture_is_sound_and_names_every_row(grid: Factors, draw: Drawer) -
     text = ["".join(element.itertext()).strip() for element in root.iter() if element.tag.endswith("text")]
     for row in drawn_rows(found):
         assert f"{row.factor}: {row.level}" in text
-    assert root.attrib["aria-label"] == "Effects of 3 factors with 95 % intervals"
+    assert "3 factors" in root.attrib["aria-label"]
     assert "<b>" not in svg
     assert effects_svg(found) == svg
 

@@ -16,6 +16,7 @@ from analysis.errors import ResultsError
 from analysis.records import SessionLog
 from analysis.report.summary import summarise
 from analysis.scaling import CovarianceKind, fit_model, learnt_posterior
+from tests.choice import nightly
 
 Maker = Callable[..., SessionLog]
 
@@ -24,7 +25,7 @@ def many(make_session: Maker, count: int, **header: object) -> list[SessionLog]:
     return [make_session(f"{number:02d}", **header) for number in range(1, count + 1)]
 
 
-@pytest.mark.parametrize(("observers", "expected"), [(1, "model"), (2, "shrinkage"), (30, "shrinkage")])
+@pytest.mark.parametrize(("observers", "expected"), [(1, "model"), (2, "shrinkage"), *nightly((30, "shrinkage"))])
 def test_two_observers_are_enough_for_errors_clustered_by_observer(
     make_session: Maker, observers: int, expected: str
 ) -> None:
@@ -35,14 +36,19 @@ def test_two_observers_are_enough_for_errors_clustered_by_observer(
     assert (found.method, found.covariance) == ("ml", expected)
 
 
-def test_many_stimuli_have_no_shrinkage_and_their_draws_are_not_classed(make_session: Maker) -> None:
-    for count, covariance, classed in ((30, "shrinkage", True), (31, "shrinkage", False), (201, "scaled", False)):
-        names = [f"{number:03d}" for number in range(count)]
-        ring = [(one, other) for one, other in zip(names, names[1:] + names[:1], strict=True)]
-        answers = ring + [(other, one) for one, other in ring]
-        sessions = [make_session(f"{number:02d}", names=names, answers=answers) for number in range(10)]
-        found = summarise(sessions).estimate
-        assert (found.covariance, found.stability is not None) == (covariance, classed)
+@pytest.mark.parametrize(
+    ("count", "covariance", "classed"),
+    [(31, "shrinkage", False), *nightly((30, "shrinkage", True), (201, "scaled", False))],
+)
+def test_many_stimuli_have_no_shrinkage_and_their_draws_are_not_classed(
+    make_session: Maker, count: int, covariance: str, classed: bool
+) -> None:
+    names = [f"{number:03d}" for number in range(count)]
+    ring = [(one, other) for one, other in zip(names, names[1:] + names[:1], strict=True)]
+    answers = ring + [(other, one) for one, other in ring]
+    sessions = [make_session(f"{number:02d}", names=names, answers=answers) for number in range(10)]
+    found = summarise(sessions).estimate
+    assert (found.covariance, found.stability is not None) == (covariance, classed)
 
 
 def test_classes_by_the_sandwich_are_those_of_its_covariance_and_students_law(make_session: Maker) -> None:
@@ -68,7 +74,7 @@ def test_the_experiment_chooses_the_errors_and_the_reader_may_overrule_it(make_s
         summarise(many(make_session, 2, analysis={"covariance": "robust"}))
 
 
-@pytest.mark.parametrize("covariance", ["model", "scaled", "sandwich", "shrinkage"])
+@pytest.mark.parametrize("covariance", ["shrinkage", *nightly("model", "scaled", "sandwich")])
 def test_intervals_follow_by_the_delta_method(make_session: Maker, covariance: CovarianceKind) -> None:
     """The gradient by finite differences, the degrees of freedom of each log score by a contrast written out."""
     sessions = many(make_session, 15)
@@ -135,8 +141,8 @@ def test_intervals_under_the_learnt_prior_are_as_wide_as_observers_differ(make_s
 
 
 def test_stability_uses_the_same_standard_errors_as_the_classes(make_session: Maker) -> None:
-    wishes: tuple[CovarianceKind, ...] = ("model", "scaled", "sandwich", "shrinkage")
+    wishes: tuple[CovarianceKind, ...] = ("scaled", "sandwich")
     for wish in wishes:
-        found = summarise(many(make_session, 10), covariance=wish).estimate
+        found = summarise(many(make_session, 6), covariance=wish).estimate
         assert found.stability is not None
         assert found.stability.covariance == found.covariance == wish
