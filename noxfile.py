@@ -42,8 +42,6 @@ def check(session: nox.Session) -> None:
     session.run("ruff", "check", ".")
     session.run("ruff", "format", "--check", ".")
     session.run("mypy")
-    session.run("mypy", "--platform", "win32", "--cache-dir", ".mypy_cache/win32")
-    session.run("mypy", "--platform", "darwin", "--cache-dir", ".mypy_cache/darwin")
     session.run("mypy", "--namespace-packages", "--explicit-package-bases", "tests")
     session.run("lint-imports")
     session.run("python", "tools/api_page.py", "--check")

@@ -3,8 +3,8 @@
 Four parts, of which each runs whatever became of those before it: the sweeps, one worker for each core; those that must
 be alone on the machine (marker ``alone``); the page on numerical stability, which is measured and written again; and a
 search for new examples by the tests of properties. Words after the command, such as ``-k cable``, choose among the
-sweeps; then only the first two parts run. With ``--nightly`` (``make nightly``) the tests with that marker and a sample
-of mutants come before them.
+sweeps; then only the first two parts run. With ``--nightly`` (``make nightly``) the tests with that marker, the types
+on other platforms and a sample of mutants come before them.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM
 _NOTHING_CHOSEN = 5  # pytest: no test of this part has the words that were asked for
 _SEARCHED = "hypothesis and not nightly and not stress and not quad and not vdp"
 _NIGHTLY = "--nightly"
+_OTHERS = ("win32", "darwin")  # platforms; `make check` looks at the types of this one
 
 
 def parts(words: list[str], workers: int) -> dict[str, list[str]]:
@@ -28,7 +29,11 @@ def parts(words: list[str], workers: int) -> dict[str, list[str]]:
     if words[:1] == [_NIGHTLY]:
         tests = ["pytest", "-q", "-m", "nightly and not stress", "-n", str(workers), "--dist", "loadfile"]
         mutants = ["tools.mutants", "--count", "20", "--jobs", str(workers), "--least", "85"]
-        return {"nightly tests": [*tests, "--durations", "30"], "mutants": mutants, **parts(words[1:], workers)}
+        types = {
+            f"types {name}": ["mypy", "--platform", name, "--cache-dir", f".mypy_cache/{name}"] for name in _OTHERS
+        }
+        nightly = {"nightly tests": [*tests, "--durations", "30"], **types, "mutants": mutants}
+        return {**nightly, **parts(words[1:], workers)}
     split = ["-n", str(workers), "--dist", "worksteal"]
     sweeps = ["pytest", "-q", "tests", *words]
     made = {

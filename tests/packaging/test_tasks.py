@@ -39,7 +39,7 @@ def test_check_is_the_same() -> None:
     assert of_nox("check") == of_make("check")
 
 
-@pytest.mark.parametrize("target", ["test", "stress", "demo", "docs"])
+@pytest.mark.parametrize("target", ["test", "nightly", "stress", "demo", "docs"])
 def test_the_other_targets_begin_alike(target: str) -> None:
     """The Makefile starts the installed command, and gives the tests their number of workers by a variable."""
     made = of_make(target)[0].replace("cyclopean demo", "python -m cyclopean demo")
