@@ -30,7 +30,7 @@ def test_a_mode_of_one_eye_is_lacking_and_refused_with_what_to_do(tmp_path: Path
     display = read_display(path)
     assert display.modes == {}
     assert display.lacking == {"quad-buffered": ("left",), "side-by-side": ("left",)}
-    with pytest.raises(DeviceError, match=r"no characterisation of the left eye yet.*--eye left"):
+    with pytest.raises(DeviceError, match=r"of the left eye yet.*--eye left"):
         display.models("quad-buffered")
     with pytest.raises(DeviceError, match="left eye"):
         display.crosstalk("quad-buffered")
@@ -42,9 +42,8 @@ def test_check_warns_of_it_and_of_none_other(tmp_path: Path) -> None:
     assert not checked.warnings
     checked = CheckReport(_file(tmp_path, "  flat:", f"    left: {MODEL}"))
     check_display(checked, CheckOptions())
-    assert [warning.message for warning in checked.warnings] == [
-        "the mode 'flat' has no characterisation of the right eye yet, and cannot be used"
-    ]
+    (warning,) = checked.warnings
+    assert "'flat' has no characterisation of the right eye" in warning.message
 
 
 def test_the_eye_that_is_there_is_tried_all_the_same(tmp_path: Path) -> None:

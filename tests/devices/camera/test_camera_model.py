@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from devices.camera import CameraModel, Exposure
-from devices.camera.camera_model import ExposureSet
 from devices.errors import DeviceError
 
 M = np.array([[220.0, 37.0, 3.0], [84.0, 146.0, -46.0], [12.0, -35.0, 220.0]])
@@ -87,15 +86,6 @@ def test_what_lies_outside_the_safe_zone() -> None:
     below, above = AFFINE.unsafe(xyz)
     assert not below.any()
     assert not above.any()
-
-
-def test_exposures_that_were_tried() -> None:
-    tried = CameraModel(
-        M, np.zeros(3), np.zeros(3), AT, exposure_sets=(ExposureSet(34.4, (Exposure(0.25, 8.0, 800),)),)
-    )
-    assert tried.tried_at(AT)
-    assert tried.tried_at(Exposure(0.25, 8.0, 800))
-    assert not tried.tried_at(Exposure(1 / 250, 8.0, 800))
 
 
 @pytest.mark.parametrize(

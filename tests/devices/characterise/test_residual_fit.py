@@ -24,6 +24,7 @@ CODES = np.concatenate([table_c1_codes(), np.random.default_rng(0).integers(0, 2
 FRESH = np.random.default_rng(9).uniform(0, 1, (300, 3))
 
 
+@pytest.mark.nightly
 def test_it_is_chosen_where_it_helps_and_keeps_what_it_promises() -> None:
     model = smooth(2, 0.02, 8)
     found = characterise(Measurements(CODES, noisy(model.xyz(CODES), 0.001, 1)))
@@ -38,6 +39,7 @@ def test_it_is_chosen_where_it_helps_and_keeps_what_it_promises() -> None:
     assert found.chosen.inversion_error_codes < 1e-6
 
 
+@pytest.mark.nightly
 def test_it_is_not_chosen_where_it_does_not_help() -> None:
     """Nor on an additive display: see `test_choose`."""
     found = characterise(Measurements(CODES, noisy(liquid_crystal_XYZ(CODES), 0.002, 0)))
@@ -62,12 +64,6 @@ def test_the_normal_equations_are_those_of_the_columns() -> None:
     normal, wanted = residual_fit._normal_equations(A, target, functions)
     np.testing.assert_allclose(normal, J.T @ J, atol=1e-12)
     np.testing.assert_allclose(wanted, J.T @ target, atol=1e-12)
-
-
-def test_the_levels_looked_at_first_are_among_all() -> None:
-    every = np.linspace(0.0, 1.0, 13) ** 2
-    first = np.linspace(0.0, 1.0, residual_fit._FIRST_LEVELS) ** 2
-    assert np.abs(first[:, None] - every).min(axis=1).max() < 1e-15
 
 
 def test_knots_are_readings_far_from_each_other() -> None:

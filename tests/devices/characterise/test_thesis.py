@@ -12,31 +12,12 @@ CODES = table_c1_codes()
 XYZ = thesis_display().xyz(CODES)
 
 
-def test_table_c_1_has_120_patches() -> None:
-    assert CODES.shape == (120, 3)
-    assert len(np.unique(CODES, axis=0)) == 120
-
-
 def test_without_noise_table_3_6_comes_back() -> None:
     fits = thesis_fits(CODES, XYZ, thesis_display().primaries_XYZ_cd_m2)
     for fit, true in zip(fits.forward["gog"], THESIS_CURVES, strict=True):
         np.testing.assert_allclose(fit.coefficients, [*true, 0.0], atol=1e-8)
     for fit, (gain, offset, gamma) in zip(fits.inverse["gog"], THESIS_CURVES, strict=True):
         np.testing.assert_allclose(fit.coefficients, [1 / gain, offset, 1 / gamma, 0], atol=1e-6)
-
-
-# Table 3.6 as printed, its gains for codes 0..255: the reference file's code_to_linear.
-TABLE_3_6 = ((0.0038, 0.0218, 1.8132), (0.0041, 0.0, 1.7649), (0.0039, 0.0, 1.7156))
-
-
-def test_table_3_6_comes_back_as_printed_from_the_ramps_and_the_printed_matrix() -> None:
-    display = thesis_display()
-    ramps = np.sum(CODES > 0, axis=1) <= 1
-    found = thesis_fits(CODES[ramps], XYZ[ramps], display.primaries_XYZ_cd_m2)
-    for fit, printed in zip(found.forward["gog"], TABLE_3_6, strict=True):
-        gain, offset, gamma, _ = fit.coefficients.tolist()
-        assert (round(gain / 255, 4), round(abs(offset), 4), round(gamma, 4)) == printed
-        assert fit.r2 == pytest.approx(1, abs=1e-12)
 
 
 def test_the_ramp_s_own_matrix_gives_the_same_curve_in_parts_of_its_full_light(fits: ThesisFits) -> None:
@@ -56,27 +37,10 @@ def test_mixtures_take_no_part(fits: ThesisFits) -> None:
         np.testing.assert_array_equal(fit.coefficients, right.coefficients)
 
 
-@pytest.mark.parametrize("gain_per_code", [0.00405, 0.00415])
-def test_only_green_s_printed_gain_is_beyond_what_rounding_explains(gain_per_code: float) -> None:
-    # A matrix of the readings at 255 makes light 1 there. Red and blue as printed can do that within their gains' last
-    # digit; green cannot: it gives 6 to 11 % more, so that its reading at 255 lay off its curve. One such reading of
-    # its ramp makes R² .9966 to .9989, about the .9976 that is printed.
-    for gain, offset, _ in (TABLE_3_6[0], TABLE_3_6[2]):
-        assert (gain - 5e-5) * 255 + offset < 1 < (gain + 5e-5) * 255 + offset
-    codes = np.array([0, *range(10, 251, 10), 255])
-    curve = (gain_per_code * codes) ** TABLE_3_6[1][2]
-    read = np.where(codes == 255, 1.0, curve)
-    assert 1.05 < curve[-1] < 1.11
-    r2 = 1 - ((curve - read) ** 2).sum() / ((read - read.mean()) ** 2).sum()
-    assert r2 == pytest.approx(0.9976, abs=0.0015)
-
-
 def test_too_short_a_ramp_is_named() -> None:
     few = np.array([True] * len(CODES))
-    few[30:51] = False  # of green, 10 to 30 and 250, 255 stay
-    assert len(thesis_fits(CODES[few], XYZ[few]).forward["gog"]) == 3
-    few[28:30] = False
-    with pytest.raises(DeviceError, match="green alone at 5 codes or more, black among them; there are 4"):
+    few[28:51] = False  # of green, 10 and 250, 255 stay
+    with pytest.raises(DeviceError, match="green alone at 5 codes or more"):
         thesis_fits(CODES[few], XYZ[few])
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from devices.characterise.mode_file import set_keys
@@ -98,6 +98,7 @@ VALUES = st.sampled_from(
 )
 
 
+@settings(max_examples=15)
 @given(
     keys=st.dictionaries(WORDS, VALUES, min_size=1, max_size=4),
     name=WORDS,

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from devices.colour import delta_e_2000, xyz_to_lab
@@ -72,6 +72,7 @@ def test_a_cost_comes_with_a_count() -> None:
     assert cost.delta_e_00_mean > 10.0
 
 
+@settings(max_examples=12)
 @given(st.integers(0, 2**32 - 1))
 def test_what_costs_is_what_counts(seed: int) -> None:
     rng = np.random.default_rng(seed)

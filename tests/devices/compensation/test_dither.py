@@ -41,11 +41,11 @@ def _grey(curve: ToneCurve) -> DisplayModel:
 
 
 def _asked_codes() -> NDArray[np.float64]:
-    """Every eighth of a code up to 8, greys up to full, and random colours; in codes of 8 bits."""
+    """Every quarter of a code up to 8, greys up to full, and random colours; in codes of 8 bits."""
     rng = np.random.default_rng(6)
-    greys = np.concatenate([np.arange(0, 8, 0.125), np.geomspace(8, FULL, 60)])
+    greys = np.concatenate([np.arange(0, 8, 0.25), np.geomspace(8, FULL, 20)])
     return np.concatenate(
-        [np.repeat(greys[:, None], 3, axis=1), rng.uniform(0, 30, (60, 3)), rng.uniform(0, FULL, (60, 3))]
+        [np.repeat(greys[:, None], 3, axis=1), rng.uniform(0, 30, (20, 3)), rng.uniform(0, FULL, (20, 3))]
     )
 
 
@@ -54,7 +54,7 @@ def _asked_codes() -> NDArray[np.float64]:
     [
         ("closed form", 255),
         ("tables in float32", 1023),
-        ("tables in float64", 255),
+        pytest.param("tables in float64", 255, marks=pytest.mark.nightly),
         pytest.param("closed form", 1023, marks=pytest.mark.stress),
         pytest.param("tables in float32", 255, marks=pytest.mark.stress),
         pytest.param("tables in float64", 1023, marks=pytest.mark.stress),
@@ -93,7 +93,7 @@ def test_dithering_the_code_would_brighten_dark_patches() -> None:
     assert abs(means[1]) < 0.001
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=20)
 @given(CURVES, st.integers(0, 255), st.sampled_from([np.float32, np.float64]))
 def test_an_exact_code_is_that_code_at_every_pixel(
     curve: ToneCurve, code: int, dtype: type[np.float32] | type[np.float64]
@@ -128,7 +128,7 @@ def test_the_fast_way_is_the_plain_one(curve: ToneCurve, light: float, threshold
         assert dither_codes(model, xyz, np.full(3, threshold), levels)[1] == lower + (threshold < share)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=20)
 @given(CURVES, st.sampled_from([255, 1023]), st.integers(0, 2**32 - 1))
 def test_the_tables_pick_the_closed_form_s_codes(curve: ToneCurve, levels: int, seed: int) -> None:
     """Near the boundary between two codes they may differ by one, where both are as likely as not; elsewhere never."""
@@ -145,7 +145,7 @@ def test_the_tables_pick_the_closed_form_s_codes(curve: ToneCurve, levels: int, 
     assert np.abs(closed - tabled).max() <= 1
 
 
-@pytest.mark.parametrize("gamma", [1.8, 2.2, 2.9])
+@pytest.mark.parametrize("gamma", [1.8, 2.9])
 def test_a_code_table_too_coarse_for_codes_still_gives_the_right_neighbours(gamma: float) -> None:
     """The code that the table gives may lie across a boundary; the light of the codes decides."""
     model = _grey(ToneCurve(gamma=gamma))
@@ -226,6 +226,7 @@ def test_a_threshold_is_the_mask_read_at_the_shifted_place() -> None:
                 assert thresholds[row, column, channel] == (rank + 0.5) / 4096
 
 
+@pytest.mark.nightly
 def test_the_command_writes_and_checks_the_mask(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "masks" / "mask.npy"
     assert main([str(file), "--check"]) == 1

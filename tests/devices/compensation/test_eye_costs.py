@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,6 @@ from click.testing import CliRunner
 from numpy.typing import NDArray
 from PIL import Image
 
-from analysis.records import read_session, session_files
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.compensation.eye_costs import mixed_costs
 from devices.display import DisplayModel, EyeModels, ToneCurve
@@ -141,26 +139,7 @@ def _anaglyph(study: Study) -> None:
     study.edit("display.yaml", "green: [9.67, 18.65, 1.63]", "green: [4.67, 9.65, 0.83]")
 
 
-def test_a_session_records_what_each_eye_sees_of_an_anaglyph(study: Study) -> None:
-    _anaglyph(study)
-    done = CliRunner().invoke(group, ["check", str(study.experiment), "--json"])
-    assert done.exit_code == 0, done.output
-    (told,) = json.loads(done.stdout)
-    words = ["run", study.experiment, "--observer", "01", "--results", study.results, "--simulate", study.observers]
-    done = CliRunner().invoke(group, [str(word) for word in words])
-    assert done.exit_code == 0, done.output
-    (file,) = session_files(study.results)
-    log = read_session(file)
-    for stimulus in log.header.stimuli:
-        eyes = stimulus["clipping"]
-        assert eyes["left"]["delta_e_00_mean"] != eyes["right"]["delta_e_00_mean"]
-        assert eyes["left"]["percent_any"] == eyes["right"]["percent_any"] > 0
-        costs = [eyes[eye]["projection_delta_e_00_mean"] for eye in ("left", "right")]
-        assert told["filters_cost_mean_delta_e_00"][stimulus["name"]] == costs
-    (trial, *_) = [trial for trial in log.trials if trial.kind == "all_pairs"]
-    assert trial.data["clipping"][trial.data["first"]]["left"]["percent_noticed"] >= 0
-
-
+@pytest.mark.nightly
 def test_preview_marks_what_is_clipped_of_the_one_picture(study: Study) -> None:
     _anaglyph(study)
     output = study.folder / "preview"

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from devices.compensation import GainMap
@@ -69,6 +69,7 @@ def test_the_fast_grid_is_the_plain_one(rows: int, columns: int, positions: Posi
     assert gain_map.gain(x[0], y[0]) == pytest.approx(expected, rel=1e-12)
 
 
+@settings(max_examples=8)
 @given(st.integers(1, 4), st.integers(1, 4), st.floats(1e-6, 1e6), st.sampled_from(NORMALISED))
 def test_a_map_of_equal_readings_changes_nothing(rows: int, columns: int, level: float, normalise: Normalise) -> None:
     even = GainMap(np.full((rows, columns), level), PANEL, "cells", normalise)

@@ -103,4 +103,3 @@ def test_one_gamut_alone_has_no_diagram_of_several() -> None:
     without = Measurements(grey, MODEL.xyz(grey))
     found = gamuts([("a", READ), ("grey", without)])
     assert (found.passed, found.value) == (None, None)
-    assert found.words == "Fewer than two sets of readings have primaries."

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -23,7 +24,8 @@ from devices.measurements import Measurements
 from tests.devices.diagnostics.simulated import MODEL, characterisation, one_patch, readings, spectra
 
 Floats = NDArray[np.float64]
-GREY = np.full(3, 120 / 255)
+
+
 CLEAN = characterisation()
 
 
@@ -32,24 +34,16 @@ def _found(diagnosis: Diagnosis) -> float:
     return diagnosis.value
 
 
-@pytest.mark.parametrize(
-    "check",
-    [
-        repeatability,
-        drift,
-        warm_up,
-        primary_colours,
-        channel_constancy,
-        additivity,
-        tone_response,
-        headroom,
-        chromaticities,
-        lambda readings: estimated_codes(readings, MODEL),
-        lambda readings: model_difference(readings, MODEL),
-    ],
-)
-def test_a_clean_display_passes(check: object) -> None:
-    assert callable(check)
+CHARACTERISED = (
+    repeatability, drift, warm_up, primary_colours, channel_constancy, additivity, tone_response, headroom,
+    chromaticities,
+)  # fmt: skip
+BY_MODEL = (lambda readings: estimated_codes(readings, MODEL), lambda readings: model_difference(readings, MODEL))
+OTHERS = (pixel_independence, angular_colour, angular_luminance, spectral_overlap, observers_differ, gamut)
+
+
+@pytest.mark.parametrize("check", [*CHARACTERISED, *BY_MODEL])
+def test_a_clean_display_passes(check: Callable[[Measurements], Diagnosis]) -> None:
     found = check(CLEAN)
     assert found.passed is True, found.words
     assert found.series
@@ -96,17 +90,6 @@ def test_a_run_of_seconds_cannot_tell_that_a_display_is_warm() -> None:
     assert warm_up(one_patch(np.ones_like, minutes=5.0, count=9)).passed is True
     # That it was not warm, seconds can tell.
     assert warm_up(one_patch(lambda time: 1 + 0.05 * time / time.max(), minutes=1, count=16)).passed is False
-
-
-def test_pixel_independence_compares_surrounds() -> None:
-    def patch(share: float) -> Measurements:
-        light = MODEL.xyz(GREY)
-        return readings({"gray120@on-black": (GREY, light), "gray120@on-white": (GREY, share * light)})
-
-    assert pixel_independence(patch(1.0)).passed is True
-    found = pixel_independence(patch(1.05))
-    assert found.passed is False
-    assert _found(found) == pytest.approx(5.0, abs=1.0)
 
 
 def _angles(fall: float, tint: float) -> Measurements:
@@ -196,13 +179,6 @@ def test_tone_response_finds_a_fall_and_tells_gamma() -> None:
         return MODEL.xyz(bent)
 
     assert tone_response(characterisation(light=dipping)).passed is False
-
-
-def test_simple_gamma_of_an_exact_curve() -> None:
-    levels = np.linspace(0.05, 1, 20)
-    gamma, fit = simple_gamma(levels, levels**2.2)
-    assert gamma == pytest.approx(2.2, abs=1e-6)
-    assert fit == pytest.approx(1.0, abs=1e-9)
 
 
 def test_simple_gamma_is_that_of_scipy_s_search() -> None:
@@ -326,12 +302,12 @@ def test_primaries_that_divide_observers_are_found_and_broad_ones_are_not() -> N
         narrow = np.array([np.exp(-(((waves - peak) / width) ** 2)) for peak in (630.0, 532.0, 460.0)])
         found = observers_differ(replace(CLEAN, spectra=0.01 * linear @ narrow, wavelengths_nm=waves))
         assert found.verdict == "no_limit"
-        assert "matched on the screen for CIE 1931 2°" in found.words
         values.append(_found(found))
     assert values[0] > 1.5 * values[1] > 0
-    assert observers_differ(CLEAN).words == "The readings are XYZ alone, without spectra."
+    assert "without spectra" in observers_differ(CLEAN).words
 
 
+@pytest.mark.nightly
 def test_a_screen_of_daylight_itself_divides_nobody() -> None:
     from colour.colorimetry.datasets import SDS_ILLUMINANTS
 
@@ -345,26 +321,8 @@ def test_a_screen_of_daylight_itself_divides_nobody() -> None:
     assert _found(observers_differ(readings)) < 0.01
 
 
-def test_nothing_is_judged_by_too_little() -> None:
-    few = CLEAN.select(np.arange(3))
-    for check in (
-        repeatability,
-        drift,
-        warm_up,
-        pixel_independence,
-        angular_colour,
-        angular_luminance,
-        primary_colours,
-        spectral_overlap,
-        observers_differ,
-        gamut,
-        channel_constancy,
-        additivity,
-        tone_response,
-        headroom,
-        chromaticities,
-    ):
-        found = check(few)
-        assert found.passed is None
-        assert found.value is None
-        assert found.words.endswith(".")
+@pytest.mark.parametrize("check", [*CHARACTERISED, *OTHERS])
+def test_nothing_is_judged_by_too_little(check: Callable[[Measurements], Diagnosis]) -> None:
+    found = check(CLEAN.select(np.arange(3)))
+    assert (found.passed, found.value) == (None, None)
+    assert found.words.endswith(".")

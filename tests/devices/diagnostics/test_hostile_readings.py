@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -56,6 +57,7 @@ def check_answers(table: Measurements, against_clean: bool) -> None:
         assert one.passed is None or one.value is not None or one.passed is False
 
 
+@pytest.mark.nightly
 @settings(max_examples=5, deadline=None)
 @given(tables())
 def test_any_readings_as_those_without_glasses(table: Measurements) -> None:
@@ -87,6 +89,7 @@ def cable_tables(draw: st.DrawFn) -> Measurements:
     return replace(table, XYZ=changed).select(np.flatnonzero(kept | (np.arange(len(table)) == 0)))
 
 
+@pytest.mark.nightly
 @settings(max_examples=15, deadline=None)
 @given(cable_tables())
 def test_any_readings_of_the_set_cable_get_an_answer(table: Measurements) -> None:

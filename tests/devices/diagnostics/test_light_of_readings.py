@@ -16,6 +16,7 @@ from devices.diagnostics.light_of_readings import in_light_of, light_through
 from devices.diagnostics.room_light import room_lights
 from devices.display import DisplayModel, EyeModels, ToneCurve
 from devices.measurements import Measurements, PatchEye, write_csv
+from devices.measurements.table import joined
 
 ROOM = np.array([0.55, 0.6, 0.5])
 OTHER_ROOM = np.array([1.6, 1.8, 1.5])
@@ -100,18 +101,8 @@ def test_it_may_have_been_read_in_a_file_of_its_own() -> None:
 
 def test_each_lens_is_compared_in_its_own_light() -> None:
     left, right = _readings(OTHER_ROOM, off=OTHER_ROOM, eye="left"), _readings(NONE, off=0.5 * OTHER_ROOM, eye="right")
-    table = Measurements(
-        np.vstack([left.codes, right.codes]),
-        np.vstack([left.XYZ, right.XYZ]),
-        left.name + right.name,
-        None,
-        left.eye + right.eye,
-    )
-    found = [
-        one
-        for one in examine([MeasuredSet("m", table)], models=EyeModels(LIT, LIT))
-        if one.name in ("model_difference", "estimated_codes")
-    ]
+    every = examine([MeasuredSet("m", joined([left, right]))], models=EyeModels(LIT, LIT))
+    found = [one for one in every if one.name in ("model_difference", "estimated_codes")]
     assert [one.passed for one in found] == [True] * 4
     assert "hold 1.8" in found[0].words
     assert "in the dark" in found[1].words

@@ -200,24 +200,11 @@ def test_the_order_of_readings_does_not_matter_to_colour() -> None:
         assert second[name] == (None if value is None else pytest.approx(value, rel=1e-9, abs=1e-12))
 
 
-def test_no_more_than_one_clean_display_in_fifteen_is_blamed() -> None:
-    """Of fifteen runs with 0.2 % of noise each; the stress tests take a thousand."""
-    blamed = [
-        [one.name for one in examine([MeasuredSet("a", characterisation(seed))]) if one.passed is False]
-        for seed in range(100, 115)
-    ]
-    assert sum(bool(names) for names in blamed) <= 1, blamed
-
-
 @pytest.mark.shared_data
 def test_a_real_crt_is_told_where_its_readings_fail(shared_data: Path) -> None:
     file = shared_data / "data/displays/apple17_crt_2000.csv"
     found = {one.name: one for one in examine([MeasuredSet("crt", read_csv(file))])}
     assert [name for name, one in found.items() if one.passed is False] == ["channel_constancy", "tone_response"]
-    assert [name for name in ("primaries", "chromaticities", "headroom") if found[name].passed] == [
-        "primaries",
-        "chromaticities",
-        "headroom",
-    ]
+    assert all(found[name].passed for name in ("primaries", "chromaticities", "headroom"))
     assert "blue moves most" in found["channel_constancy"].words
     assert "of blue" in found["tone_response"].words

@@ -64,29 +64,17 @@ def test_places_that_warm_up_alike_have_their_times_and_do_not_differ() -> None:
 def test_a_place_that_warms_up_later_is_found_and_named() -> None:
     found = warm_up(readings({**ALIKE, (2, 3): 2000.0}, excess=-0.2))
     assert found.passed is False  # the slowest counts
-    assert "The places differ: from the course of row 2, column 2" in found.words
+    assert "The places differ: " in found.words
     departures = dict(re.findall(r"(row 2, column [13]) by up to ([-+]\d[\d.]*) %", found.words))
     assert float(departures["row 2, column 3"]) == pytest.approx(-10, abs=1.5)
     assert abs(float(departures["row 2, column 1"])) < 1.0
-
-
-def test_how_often_places_are_called_different() -> None:
-    """1 of 100 where they are alike; most where one settles in a third of the time. Many more: tests/stress."""
-    alike = [
-        "The places differ" in warm_up(readings(ALIKE, seed, rounds=rounds)).words
-        for seed in range(12)
-        for rounds in (5, 9)
-    ]
-    assert sum(alike) <= 1
-    unlike = ["The places differ" in warm_up(readings({**ALIKE, (2, 1): 1440.0}, seed)).words for seed in range(6)]
-    assert sum(unlike) >= 5
 
 
 def test_without_a_change_nothing_differs_and_all_is_stable_from_the_first() -> None:
     found = warm_up(readings(ALIKE, excess=0.0))
     assert found.passed is True
     assert found.value == 0.0
-    assert found.words.count("No change is seen in 9 readings of gray120 at row 2, column") == 3
+    assert found.words.count("No change is seen in 9 readings") == 3
 
 
 def test_a_place_read_too_seldom_is_named() -> None:

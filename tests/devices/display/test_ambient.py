@@ -96,7 +96,7 @@ def test_a_display_whose_channels_act_on_each_other_has_it_too() -> None:
 
 @pytest.mark.parametrize("wrong", [[-0.1, 0, 0], [np.nan, 0, 0], [1.0, 1.0]])
 def test_what_is_no_light_is_refused(wrong: list[float]) -> None:
-    with pytest.raises(DeviceError, match=r"the room's light is .* three finite numbers of at least 0"):
+    with pytest.raises(DeviceError, match="three finite numbers of at least 0"):
         DARK.in_room(wrong)
 
 

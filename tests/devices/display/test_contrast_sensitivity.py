@@ -51,14 +51,14 @@ def test_the_finest_visible_is_where_the_sensitivity_crosses(luminance: float) -
 
 def test_the_sentences_both_ways() -> None:
     near, far = FinestDetail.of(44.0, 130.0), FinestDetail.of(160.0, 130.0)
-    assert near.sentences()[0].startswith("lines one pixel wide (22 cycles per degree) are seen from a contrast of 1.")
-    assert near.sentences()[1] == "differences of colour alone are seen in lines 2 pixels wide or more"
+    assert "(22 cycles per degree)" in near.sentences()[0]
+    assert near.sentences()[1].endswith("in lines 2 pixels wide or more")
     assert far.sentences()[0].endswith("too fine to be seen at any contrast")
     assert FinestDetail.of(18.0, 130.0).sentences()[1].endswith("down to one pixel")
 
 
 def test_wrong_input() -> None:
-    with pytest.raises(DeviceError, match="spatial frequency is 0 cycles per degree"):
+    with pytest.raises(DeviceError, match="is 0 cycles per degree"):
         contrast_sensitivity([1.0, 0.0], 100.0)
     with pytest.raises(DeviceError, match="luminance is -3 cd/m²"):
         contrast_sensitivity(1.0, -3.0)

@@ -188,8 +188,8 @@ def test_a_mode_that_was_not_characterised_is_refused() -> None:
 def test_the_rig_names_its_own_line_when_the_mode_is_absent(tmp_path: Path) -> None:
     rig = tmp_path / "rig.yaml"
     rig.write_text(f"schema_version: 1\ndisplay: {ASUS}\nmode: anaglyph\ndistance_mm: 700\n")
-    with pytest.raises(InputError, match=r"rig.yaml:3:7: .*not characterised in the mode 'anaglyph'"):
+    with pytest.raises(InputError, match=r"rig.yaml:3:7: .*'anaglyph'"):
         read_rig(rig)
     rig.write_text("schema_version: 1\ndisplay: none.yaml\nmode: flat\ndistance_mm: 700\n")
-    with pytest.raises(InputError, match=r"rig.yaml:2:10: there is no such display file"):
+    with pytest.raises(InputError, match=r"rig.yaml:2:10: there is no such"):
         read_rig(rig)

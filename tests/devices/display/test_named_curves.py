@@ -48,7 +48,7 @@ def test_bt1886_is_colour_science_s(white: float, black: float) -> None:
 
 @pytest.mark.parametrize(("white", "black"), [(100.0, 100.0), (100.0, -0.1), (np.inf, 0.1), (np.nan, 0.1)])
 def test_bt1886_needs_a_white_above_its_black(white: float, black: float) -> None:
-    with pytest.raises(DeviceError, match=r"BT.1886 needs a black from 0 cd/m² and a white above it"):
+    with pytest.raises(DeviceError, match=r"BT.1886 needs a black from 0"):
         bt1886_curve(white, black)
 
 

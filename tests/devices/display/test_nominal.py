@@ -28,7 +28,7 @@ def test_a_rig_names_a_nominal_display_in_place_of_a_file(tmp_path: Path) -> Non
     assert rig.stamps == {"nominal": "srgb"}
     assert not rig.is_characterised
     assert rig.display.panel.resolution_px == (1920, 1080)
-    assert "sRGB: white 120 cd/m², black 0.12 cd/m² (assumed)" in rig.nominal.words
+    assert "black 0.12 cd/m² (assumed)" in rig.nominal.words
     assert rig.display.source("checkerboard") == f"nominal, not measured: {rig.nominal.words}"
     assert "cyclopean display measure" in rig.nominal.remark
     stated = read_rig(_rig(tmp_path, f"{{nominal: srgb, white_cd_m2: 120, black_cd_m2: 0.3, {PANEL}}}"))

@@ -68,7 +68,7 @@ def test_without_drift_and_mixtures_it_is_the_additive_model() -> None:
     assert model.steps == 2
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_there_and_back_within_a_millionth_of_a_code(seed: int) -> None:
     model = plvc(seed)
     rng = np.random.default_rng(seed)
@@ -83,7 +83,7 @@ def test_there_and_back_within_a_millionth_of_a_code(seed: int) -> None:
 
 def test_newton_agrees_with_a_general_solver() -> None:
     model = plvc()
-    for T in np.random.default_rng(5).uniform(0.05, 0.95, (20, 3)):
+    for T in np.random.default_rng(5).uniform(0.05, 0.95, (8, 3)):
         XYZ = twin(model, T)
 
         def miss(z: np.ndarray, asked: np.ndarray = XYZ) -> np.ndarray:
@@ -122,7 +122,7 @@ def test_outside_the_gamut_every_colour_has_one_answer_that_comes_back() -> None
     assert clip_cost(model, model.xyz_of_linear(T)).delta_e_00_max > 1.0
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=3, max_size=3))
 def test_every_finite_colour_has_finite_codes(XYZ: list[float]) -> None:
     codes = plvc().code(XYZ)

@@ -25,12 +25,13 @@ def tables(draw: st.DrawFn) -> TableCurve:
     return TableCurve(tuple(codes / codes[-1]), tuple((roots / roots[-1]) ** 2))
 
 
-@settings(deadline=None)  # the first call imports SciPy
+@settings(max_examples=15)
 @given(tables(), st.lists(st.floats(0, 1), min_size=1, max_size=9))
 def test_code_undoes_linear_to_a_millionth(curve: TableCurve, codes: list[float]) -> None:
     np.testing.assert_allclose(curve.code(curve.linear(codes)), codes, atol=1e-6, rtol=0)
 
 
+@settings(max_examples=15)
 @given(tables(), st.lists(FINITE, min_size=2, max_size=9))
 def test_it_never_falls_and_is_finite(curve: TableCurve, values: list[float]) -> None:
     ordered = np.sort(values)
@@ -39,6 +40,7 @@ def test_it_never_falls_and_is_finite(curve: TableCurve, values: list[float]) ->
         assert np.all(np.diff(found) >= -1e-12)
 
 
+@settings(max_examples=15)
 @given(tables())
 def test_it_runs_through_its_entries(curve: TableCurve) -> None:
     np.testing.assert_allclose(curve.linear(curve.codes), curve.light, atol=1e-12)
@@ -68,7 +70,7 @@ def _as_the_page_says(codes: tuple[float, ...], light: tuple[float, ...], at: Fl
     return np.array(found)
 
 
-@settings(deadline=None)
+@settings(max_examples=15)
 @given(tables(), st.lists(st.floats(0, 1), min_size=1, max_size=9))
 def test_it_is_the_curve_that_the_page_defines(curve: TableCurve, codes: list[float]) -> None:
     at = np.array([*codes, *curve.codes, 0.5 * (curve.codes[0] + curve.codes[1])])

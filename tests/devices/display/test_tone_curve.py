@@ -54,7 +54,7 @@ def _grey(curve: ToneCurve) -> DisplayModel:
 def test_the_table_errs_by_less_than_a_thousandth_of_a_code(gamma: float, lift: float, offset: float) -> None:
     curve = ToneCurve(1.0, offset, gamma, lift)
     model = _grey(curve)
-    light = np.concatenate([np.geomspace(1e-12, 1, 40_001), np.linspace(0, 1, 40_001)])
+    light = np.concatenate([np.geomspace(1e-12, 1, 4_001), np.linspace(0, 1, 4_001)])
     xyz = np.repeat(light[:, None], 3, axis=1) @ model.primaries_XYZ_cd_m2.T
     error = np.abs(table_codes(model, xyz, code_tables(model)) - model.code(xyz)) * 255
     assert error.max() < 0.001
@@ -62,7 +62,7 @@ def test_the_table_errs_by_less_than_a_thousandth_of_a_code(gamma: float, lift: 
 
 def test_other_spacings_are_worse() -> None:
     curve = ToneCurve(gamma=2.4)
-    light = np.geomspace(1e-9, 1, 100_001)
+    light = np.geomspace(1e-9, 1, 20_001)
     errors = {}
     for root in (1, 2, 4):
         table = curve_table(curve, root=root)

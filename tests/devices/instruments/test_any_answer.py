@@ -82,7 +82,7 @@ def test_the_whole_transcript_is_a_reading(kind: type[CS2000] | type[PhotoResear
 
 
 @pytest.mark.parametrize("kind", list(WHOLE))
-@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(place=st.integers(0, 120), changed=st.lists(LINE, max_size=3), cut=st.booleans())
 def test_any_change_to_the_transcript(
     kind: type[CS2000] | type[PhotoResearch], place: int, changed: list[str], cut: bool
@@ -94,7 +94,7 @@ def test_any_change_to_the_transcript(
 
 
 @pytest.mark.parametrize("kind", list(WHOLE))
-@settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(lines=st.lists(LINE, max_size=30))
 def test_nothing_but_junk(kind: type[CS2000] | type[PhotoResearch], lines: list[str]) -> None:
     _Line.lines = deque(lines)

@@ -177,7 +177,7 @@ def test_a_calibration_that_a_reading_needs_comes_before_it(spotread: Make) -> N
 def test_a_program_that_ends_is_lost(spotread: Make) -> None:
     instrument = spotread("ready", "result", "ready", "\nInstrument was unplugged\n")
     instrument.read(SHOWING)
-    with pytest.raises(LostError, match="spotread has ended: Instrument was unplugged"):
+    with pytest.raises(LostError, match="ended: Instrument was unplugged"):
         instrument.read(SHOWING)
 
 

@@ -1,14 +1,12 @@
 """Measurements read from CSV and written to it."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from devices.errors import DeviceError
-from devices.measurements import Measurements, read_csv
+from devices.measurements import Measurements
 from devices.measurements.csv_table import format_csv, parse_csv
 from devices.measurements.table import joined
 
@@ -71,11 +69,6 @@ def test_faults_name_their_place(text: str, place: str) -> None:
 def test_a_column_that_is_not_read_is_told() -> None:
     found = _parse("R,G,B,X,Y,Z,remark\n0,0,255,1,2,3,dim\n")
     assert "remark" in found.assumptions[1]
-
-
-def test_a_missing_file_is_told(tmp_path: Path) -> None:
-    with pytest.raises(DeviceError, match="no such file"):
-        read_csv(tmp_path / "none.csv")
 
 
 NUMBERS = st.floats(-1e6, 1e6, allow_nan=False)

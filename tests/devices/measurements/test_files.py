@@ -8,16 +8,8 @@ import numpy as np
 import pytest
 
 from devices.errors import DeviceError
-from devices.measurements import Measurements, read_measurements, xyz_from_spectra
+from devices.measurements import read_measurements, xyz_from_spectra
 from devices.measurements.psychtoolbox import read_psychtoolbox
-from devices.measurements.ti3 import format_ti3, parse_ti3, write_ti3
-
-TABLE = Measurements(
-    np.array([[0, 0, 0], [128, 0, 0], [255, 255, 255]]) / 255,
-    np.array([[0.1, 0.1, 0.2], [5.3, 2.8, 0.4], [95.0, 100.0, 108.9]]),
-    ("black", "half red", 'the "white"'),
-    instrument="CS-2000",
-)
 
 
 @pytest.mark.parametrize("step", [1, 4, 5, 10])
@@ -26,17 +18,6 @@ def test_equal_energy_is_white_at_any_spacing(step: int) -> None:
     # CIE 15: ȳ sums to 106.857 over 1 nm, and x̄ and z̄ to nearly the same.
     XYZ = xyz_from_spectra(np.ones(len(waves)), waves)[0]
     np.testing.assert_allclose(XYZ, 683 * 106.857, rtol=2e-3)
-
-
-def test_a_broad_spectrum_gives_the_same_at_4_nm_as_colour_at_1_nm() -> None:
-    import colour
-
-    fine = np.arange(360.0, 781)
-    shape = np.exp(-(((fine - 560) / 45) ** 2)) + 0.3 * np.exp(-(((fine - 450) / 25) ** 2))
-    spectrum = colour.SpectralDistribution(dict(zip(fine.tolist(), shape.tolist(), strict=True)))
-    known = np.asarray(colour.sd_to_XYZ(spectrum, method="Integration", k=683))
-    waves = np.arange(380.0, 781, 4)
-    np.testing.assert_allclose(xyz_from_spectra(np.interp(waves, fine, shape), waves)[0], known, rtol=2e-3)
 
 
 def test_uneven_wavelengths_are_weighed_by_their_width() -> None:
@@ -49,23 +30,6 @@ def test_spectra_that_do_not_tell_are_refused(waves: object) -> None:
     found = np.asarray(waves, dtype=float)
     with pytest.raises(DeviceError):
         xyz_from_spectra(np.ones(len(found)), found)
-
-
-def test_ti3_reads_what_was_written(tmp_path: Path) -> None:
-    path = tmp_path / "d.ti3"
-    write_ti3(TABLE, path)
-    back = read_measurements(path)
-    np.testing.assert_allclose(back.codes, TABLE.codes, atol=1e-12)
-    np.testing.assert_array_equal(back.XYZ, TABLE.XYZ)
-    assert (back.name, back.instrument, back.assumptions) == (TABLE.name, "CS-2000", ())
-
-
-def test_ti3_normalised_to_100_comes_back_to_candelas() -> None:
-    text = format_ti3(TABLE).replace('Y_100 "NO"', 'Y_100 "YES"')
-    text = text.replace('LUMINANCE_XYZ_CDM2 "95.000000 100.000000 108.900000"', 'LUMINANCE_XYZ_CDM2 "190 200 217"')
-    np.testing.assert_allclose(parse_ti3(text.splitlines(), "d").XYZ, 2 * TABLE.XYZ)
-    without = "\n".join(line for line in text.splitlines() if not line.startswith("LUMINANCE"))
-    assert "relative" in parse_ti3(without.splitlines(), "d").assumptions[0]
 
 
 def _calibration(path: Path, levels: np.ndarray, ambient: bool = True) -> tuple[np.ndarray, np.ndarray]:

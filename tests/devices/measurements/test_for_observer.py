@@ -9,7 +9,7 @@ import pytest
 
 from devices.characterise import fit_display, table_c1_codes
 from devices.colour_matching import STANDARD_OBSERVERS
-from devices.display import read_display, read_rig
+from devices.display import PanelSpec, read_display, read_rig
 from devices.errors import DeviceError
 from devices.measurements import Measurements, for_observer, read_measurements, sampling_error, xyz_from_spectra
 from devices.measurements.ti3 import write_ti3
@@ -17,6 +17,7 @@ from documents import InputError
 
 pytestmark = pytest.mark.usefixtures("fits_kept")
 
+PANEL = PanelSpec(resolution_px=(1920, 1080), pixel_pitch_mm=0.28)
 WAVES = np.arange(380.0, 781.0, 5.0)
 
 
@@ -57,9 +58,7 @@ def test_a_model_for_another_observer_comes_from_the_spectra_and_says_so(tmp_pat
     np.testing.assert_allclose(white, for_observer(readings, "CIE 2015 10").XYZ.max(axis=0), rtol=6e-3)
     assert np.abs(readings.XYZ.max(axis=0) / white - 1).max() > 0.03
     file = tmp_path / "d.yaml"
-    from devices.display import PanelSpec
-
-    fit.write(file, PanelSpec(resolution_px=(1920, 1080), pixel_pitch_mm=0.28))
+    fit.write(file, PANEL)
     assert "observer: CIE 2015 10" in file.read_text()
     assert read_display(file).observers == {"flat": "CIE 2015 10"}
     # Fitted again for the readings' own observer, nothing of the other stays.
@@ -71,42 +70,38 @@ def test_another_observer_needs_spectra() -> None:
     readings = display_readings()
     bare = Measurements(readings.codes, readings.XYZ)
     assert for_observer(bare, "1931_2") is bare
-    with pytest.raises(DeviceError, match=r"d.csv: the readings are XYZ for CIE 1931 2 without spectra") as caught:
+    with pytest.raises(DeviceError, match=r"^d.csv: .*CIE 1931 2 without spectra") as caught:
         for_observer(bare, "CIE 2015 10", "d.csv")
     assert len(caught.value.findings) == 1
 
 
 def test_a_rig_and_its_display_must_be_of_one_observer(tmp_path: Path) -> None:
-    from devices.display import PanelSpec
-
     fit = fit_display(display_readings(), model="gamma", observer="CIE 2006 10 age 65")
-    fit.write(tmp_path / "d.yaml", PanelSpec(resolution_px=(1920, 1080), pixel_pitch_mm=0.28))
+    fit.write(tmp_path / "d.yaml", PANEL)
     rig = tmp_path / "r.yaml"
     text = "schema_version: 1\ndisplay: d.yaml\nmode: flat\ndistance_mm: 700\n"
     rig.write_text(text)
-    with pytest.raises(InputError, match=r"the rig is for the observer CIE 1931 2, its display .* CIE 2006 10 age 65"):
+    with pytest.raises(InputError, match=r"observer CIE 1931 2, .* CIE 2006 10 age 65"):
         read_rig(rig)
     rig.write_text(text + "observer: {kind: cie2006, age_years: 65, field_deg: 10}\n")
     assert read_rig(rig).observer == "CIE 2006 10 age 65"
     rig.write_text(text + "observer: CIE 1964 10\n")
-    with pytest.raises(InputError, match=r"r.yaml:5:11: the rig is for the observer CIE 1964 10") as caught:
+    with pytest.raises(InputError, match=r"r.yaml:5:11: .*observer CIE 1964 10") as caught:
         read_rig(rig)
     assert len(caught.value.findings) == 1
     rig.write_text(text + "observer: CIE 1976\n")
-    with pytest.raises(InputError, match=r"r.yaml:5:11: 'observer' is 'CIE 1976' .did you mean 'CIE 1964 10'"):
+    with pytest.raises(InputError, match=r"r.yaml:5:11: .*did you mean 'CIE 1964 10'"):
         read_rig(rig)
 
 
+@pytest.mark.nightly
 def test_eyes_of_different_observers_are_refused(tmp_path: Path) -> None:
-    from devices.display import PanelSpec
-
-    panel = PanelSpec(resolution_px=(1920, 1080), pixel_pitch_mm=0.28)
     file = tmp_path / "d.yaml"
-    fit_display(display_readings(), model="gamma", eye="left").write(file, panel)
+    fit_display(display_readings(), model="gamma", eye="left").write(file, PANEL)
     fit_display(display_readings(), model="gamma", eye="right").write(file)
     assert read_display(file).observers == {"flat": "CIE 1931 2"}
     other = fit_display(display_readings(), model="gamma", eye="right", observer="CIE 2006 10 age 65")
-    with pytest.raises(DeviceError, match="the left eye is of CIE 1931 2, the right eye of CIE 2006 10 age 65"):
+    with pytest.raises(DeviceError, match=r"of CIE 1931 2, .* of CIE 2006 10 age 65"):
         other.write(file, replace=True)
 
 
@@ -129,13 +124,13 @@ def test_what_coarse_spectra_may_do_to_xyz_is_said() -> None:
     spectra = _primaries(coarse)
     readings = Measurements(codes, xyz_from_spectra(spectra, coarse), spectra=spectra, wavelengths_nm=coarse)
     seen = for_observer(readings, "CIE 2015 10")
-    assert any("steps of 20 nm: XYZ for CIE 2015 10 may be off by up to" in note for note in seen.assumptions)
+    assert any("may be off" in note for note in seen.assumptions)
     fine = for_observer(display_readings(), "CIE 2015 10")
     assert not any("may be off" in note for note in fine.assumptions)
     assert sampling_error(spectra, coarse) > 10 * sampling_error(_primaries(WAVES), WAVES)
 
 
-@pytest.mark.parametrize("spacing", [5, 10, 20])
+@pytest.mark.parametrize("spacing", [10, *(pytest.param(nm, marks=pytest.mark.nightly) for nm in (5, 20))])
 def test_the_stated_error_bounds_the_true_one_nearly_always(spacing: int) -> None:
     rng = np.random.default_rng(3)
     fine, coarse = np.arange(380.0, 781.0), np.arange(380.0, 781.0, spacing)

@@ -20,18 +20,14 @@ FIELDS = "SAMPLE_ID RGB_R RGB_G RGB_B XYZ_X XYZ_Y XYZ_Z"
 def test_a_table_without_an_end_is_refused(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"a.{suffix}"
     path.symlink_to("/dev/zero")
-    with pytest.raises(DeviceError, match=rf"a.{suffix}: this is a link to a device, not a file"):
+    with pytest.raises(DeviceError, match=rf"a.{suffix}: this is a link to a device"):
         read_measurements(path)
 
 
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        (TABLE.format(FIELDS + "".join(f" F{n}" for n in range(60_000)), "1"), rf"a.ti3:3:1: .*{MOST_FIELDS} at most"),
-        (
-            TABLE.format(FIELDS + "".join(f" SPEC_{n}" for n in range(9000)), "1"),
-            rf"a.ti3:3:1: .*{MOST_FIELDS} at most",
-        ),
+        (TABLE.format(FIELDS + "".join(f" F{n}" for n in range(6_000)), "1"), rf"a.ti3:3:1: .*{MOST_FIELDS} at most"),
         (TABLE.format(FIELDS + " X" * 3000, "1"), "a.ti3:3:49: the field X stands twice"),
         (TABLE.format(FIELDS, '1 "' + '""' * 200_000), "a quotation mark is not closed"),
         (TABLE.format(FIELDS, "1 nan inf -1 1e400 \u202e\x1b[2J 1\n" * 300), "RGB_R is 'nan'"),

