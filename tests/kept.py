@@ -1,4 +1,4 @@
-"""What takes long and is asked for again by other tests is computed once."""
+"""What takes long and is asked for again by other tests is computed once; what is there for certain."""
 
 from __future__ import annotations
 
@@ -10,6 +10,12 @@ import numpy as np
 
 P = ParamSpec("P")
 R = TypeVar("R")
+
+
+def known(value: R | None) -> R:
+    """Return ``value``, which must not be None."""
+    assert value is not None
+    return value
 
 
 def content(value: object) -> Hashable:

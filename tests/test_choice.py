@@ -65,9 +65,9 @@ def test_a_file_is_slow_by_the_sum_of_its_tests_and_the_cheapest_of_a_folder_onl
 
 
 def test_pytest_takes_the_option() -> None:
-    words = ["--fast", "-m", USUAL, "--collect-only", "-q", "tests/docs"]
+    words = ["--fast", "-m", USUAL, "--collect-only", "-q", "tests/benchmarks"]
     done = subprocess.run(
         [sys.executable, "-m", "pytest", *words], capture_output=True, text=True, cwd=ROOT, check=False
     )
-    assert "tests/docs/test_commands_in_pages.py" in done.stdout, done.stdout + done.stderr
-    assert "tests/docs/test_examples.py" not in done.stdout
+    assert "tests/benchmarks/test_promises.py" in done.stdout, done.stdout + done.stderr
+    assert "tests/benchmarks/test_every_benchmark.py" not in done.stdout

@@ -13,6 +13,7 @@ import ast
 import sys
 from collections import Counter
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 COMMAND = "runner.cli.main"
@@ -42,9 +43,23 @@ def names_through_faces(root: Path) -> dict[str, dict[str, str]]:
     return faces
 
 
+@cache
+def imports_within(file: Path) -> list[ast.Import | ast.ImportFrom]:
+    """Return the imports of ``file``, those within functions too: no expression is looked into, which takes longer."""
+    found: list[ast.Import | ast.ImportFrom] = []
+    blocks: list[ast.AST] = [ast.parse(file.read_text(encoding="utf-8"))]
+    while blocks:
+        node = blocks.pop()
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            found.append(node)
+        for part in ("body", "orelse", "handlers", "finalbody", "cases"):
+            blocks += getattr(node, part, [])
+    return found
+
+
 def imports_of(file: Path, modules: dict[str, Path], faces: dict[str, dict[str, str]]) -> Iterator[str]:
     """Yield the modules that ``file`` takes names from."""
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+    for node in imports_within(file):
         if isinstance(node, ast.ImportFrom) and node.module and not node.level:
             for alias in node.names:
                 inner = f"{node.module}.{alias.name}"
@@ -73,7 +88,7 @@ def imports_in_tests(root: Path, modules: dict[str, Path], faces: dict[str, dict
     """
     counts = {"faces": Counter[str](), "inner": Counter[str]()}
     for file in sorted((root / "tests").rglob("*.py")):
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        for node in imports_within(file):
             for name in named_modules(node, modules):
                 if name in faces or name == COMMAND:
                     counts["faces"][name] += 1

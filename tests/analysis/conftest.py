@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 from types import MappingProxyType
@@ -117,3 +118,81 @@ def make_session() -> Maker:
 @pytest.fixture
 def sessions(make_session: Maker) -> list[SessionLog]:
     return [make_session(f"{number:02d}") for number in range(1, 21)]
+
+
+PAINTS = ("GM1", "GM2", "HI", "BC", "BR")
+KINDS = ("base", "brighter", "grey")
+EXPOSURES_S = (1.3, 1.6, 2.0, 2.5, 3.0, 4.0)
+WEIGHTS: Mapping[str, tuple[float, ...]] = {
+    "base": (1, 1, 1, 1.1, 1.2, 2.0),
+    "brighter": (1, 1, 1.1, 1.6, 2.5, 6.0),
+    "grey": (1, 1, 1.1, 1.6, 2.5, 6.0),
+}
+Law = Callable[[random.Random, str, str], int]
+
+
+def by_weights(rng: random.Random, paint: str, kind: str) -> int:
+    """Choose by the weights of configs/observers/figure_4_14.yaml."""
+    return rng.choices(range(len(EXPOSURES_S)), WEIGHTS.get(kind, WEIGHTS["base"]))[0]
+
+
+def record(series: str, stimuli: Sequence[str], index: int, ratings: Mapping[str, float]) -> dict[str, Any]:
+    """Return what a block records of one choice: straight through the series, and back to the one chosen."""
+    path = [*range(len(stimuli)), *range(len(stimuli) - 2, index - 1, -1)]
+    dwell_s = [float(path.count(place)) for place in range(len(stimuli))]
+    return {
+        "series": series,
+        "stimuli": list(stimuli),
+        "start": 0,
+        "chosen": stimuli[index],
+        "chosen_index": index,
+        "path": [[place, 1.0] for place in path],
+        "dwell_s": dwell_s,
+        "ratings": dict(ratings),
+        "rating_times_s": dict.fromkeys(ratings, 1.5),
+    }
+
+
+@pytest.fixture(scope="session")
+def make_choices(make_session: Maker) -> Maker:
+    """Sessions of choices from series of exposures, with two ratings of each."""
+
+    def make(
+        observer: str = "01",
+        *,
+        law: Law = by_weights,
+        paints: Sequence[str] = PAINTS,
+        kinds: Sequence[str] = KINDS,
+        rate: Callable[[random.Random, str, str], Mapping[str, float]] | None = None,
+        complete: bool = True,
+        seed: str = "",
+        **change: Any,
+    ) -> SessionLog:
+        rng = random.Random(f"{observer}/{seed}")
+        stimuli = [
+            {
+                "name": f"{paint}-{kind}-{exposure_s:g}",
+                "factors": {"paint": paint, "series": kind, "exposure_s": exposure_s, "view": "stereo"},
+            }
+            for paint in paints
+            for kind in kinds
+            for exposure_s in EXPOSURES_S
+        ]
+        trials = []
+        series = [(paint, kind) for paint in paints for kind in kinds]
+        rng.shuffle(series)
+        for number, (paint, kind) in enumerate(series):
+            names = [f"{paint}-{kind}-{exposure_s:g}" for exposure_s in EXPOSURES_S]
+            index = law(rng, paint, kind)
+            ratings = (
+                rate(rng, paint, kind)
+                if rate
+                else {"similarity": rng.randint(4, 8) + (kind == "base"), "difficulty": rng.randint(3, 7)}
+            )
+            data = record(f"{paint}-{kind}", names, index, ratings)
+            trials.append(Trial(1, number, "best_of_series", (), sum(data["dwell_s"]), "2026-01-02T03:04:05Z", data))
+        wishes = {"experiment": "exposure_series", "display": {}, "analysis": {}, **change}
+        made = make_session(observer, names=[], answers=[], stimuli=tuple(stimuli), complete=complete, **wishes)
+        return replace(made, answers=tuple(trials))
+
+    return make

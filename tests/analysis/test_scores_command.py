@@ -237,12 +237,6 @@ def test_quasi_variances_are_one_number_per_item_on_request(call: Call) -> None:
     assert "quasi" not in call(["scores", "-"], TIES).stdout
 
 
-def test_ties_that_the_plain_fit_leaves_out_are_told(call: Call) -> None:
-    done = call(["scores", "-"], TIES)
-    assert done.returncode == 0
-    assert "2 answers prefer neither item" in done.stdout
-
-
 def test_pairs_and_equivalence(call: Call) -> None:
     table = "winner,loser,count\na,b,40\nb,a,38\nb,c,70\nc,b,10\na,c,66\nc,a,12\n"
     done = call(["scores", "-", "--pairs", "--margin", "1jnd"], table)

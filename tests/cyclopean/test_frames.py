@@ -59,7 +59,7 @@ def agree(frame: pd.DataFrame, *, keep_na: bool = False, **options: Any) -> tupl
     return by_frame
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(st.data(), st.integers(1, 9), st.booleans(), st.booleans())
 def test_a_frame_says_what_its_csv_says(data: st.DataObject, block: int, keep_na: bool, sound: bool) -> None:
     """Half of the tables have only what is no fault, so that many are read to their ends."""

@@ -13,6 +13,8 @@ from types import ModuleType
 
 import pytest
 
+from tests.kept import known
+
 ROOT = Path(__file__).parents[2]
 # The examples of api.md are those of docstrings, which test_docstring_examples.py runs.
 PAGES = [ROOT / "README.md", *sorted(page for page in (ROOT / "docs").glob("*.md") if page.name != "api.md")]
@@ -23,8 +25,7 @@ MOST_SKIPPED = 2
 @pytest.fixture(scope="module")
 def collector() -> ModuleType:
     """The conftest that collects the pages."""
-    spec = importlib.util.spec_from_file_location("conftest_of_pages", ROOT / "conftest.py")
-    assert spec is not None
+    spec = known(importlib.util.spec_from_file_location("conftest_of_pages", ROOT / "conftest.py"))
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module
@@ -102,6 +103,7 @@ def _run(folder: Path, page: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, env=environment, cwd=folder, timeout=300)
 
 
+@pytest.mark.nightly
 def test_wrong_snippets_fail(tmp_path: Path) -> None:
     page = "# Wrong\n\n" + "\n".join(snippet for snippet, _ in WRONG.values())
     done = _run(tmp_path, page)
@@ -112,6 +114,7 @@ def test_wrong_snippets_fail(tmp_path: Path) -> None:
         assert word in done.stdout, what
 
 
+@pytest.mark.nightly
 def test_right_snippets_pass(tmp_path: Path) -> None:
     page = (
         "```yaml\n- {kind: all_pairs, break_every: 15}\n```\n\n```python\nx = 1\n```\n\n```python\nassert x == 1\n```\n"

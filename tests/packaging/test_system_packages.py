@@ -71,7 +71,7 @@ def test_apt_is_refused(machine: Machine, what: str, packages: str) -> None:
     done = machine.run(what, NO_APT="1")
     assert done.returncode == 1
     assert f"NO_APT=1: not installed with apt: {packages}" in done.stdout
-    assert f"Install them, for instance: sudo apt-get install {packages}" in done.stderr
+    assert f"sudo apt-get install {packages}" in done.stderr
     assert machine.apt == []
 
 
@@ -79,8 +79,8 @@ def test_without_apt_tests_are_skipped_and_nothing_fails(machine: Machine) -> No
     done = machine.run("test", NO_APT="1")
     assert done.returncode == 0
     assert machine.apt == []
-    assert "NO_APT=1: not installed with apt: xvfb (for tests that need it)" in done.stdout
-    assert "note: libosmesa6 could not be installed; the tests that need it are skipped" in done.stdout
+    assert "not installed with apt: xvfb" in done.stdout
+    assert "note: libosmesa6" in done.stdout
 
 
 def test_what_is_there_is_not_installed(machine: Machine) -> None:

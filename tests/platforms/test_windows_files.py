@@ -151,6 +151,7 @@ def test_a_lock_of_a_table_to_restore_is_removed(tmp_path: Path, monkeypatch: py
     assert not place.in_use()
 
 
+@pytest.mark.nightly
 def test_a_session_runs_and_is_reported_and_exported(study: Study, tmp_path: Path) -> None:
     """The whole way, with simulated observers; the second writes over the first one's report and dataset."""
     for observer in ("01", "02"):

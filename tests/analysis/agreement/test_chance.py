@@ -44,6 +44,7 @@ def test_drawn_orders_give_what_all_orders_give(monkeypatch: pytest.MonkeyPatch)
     assert chance_of_agreement([6], [test]) == pytest.approx(exact, abs=4 * np.sqrt(exact * (1 - exact) / 9999))
 
 
+@pytest.mark.nightly
 def test_noise_is_seldom_said_to_agree_and_a_perfect_measure_always() -> None:
     random = np.random.default_rng(3)
     scores = np.array([0.0, 1.0, 1.5, 3.0, 4.0])

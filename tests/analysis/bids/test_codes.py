@@ -41,11 +41,9 @@ def test_sessions_on_two_stations_are_noted_with_the_remedy(lab: Lab, tmp_path: 
     leave(lab, session=f"{TUESDAY}efgh", recorded_on="bbbb2222")
     leave(lab, session=f"{TUESDAY}efgh", recorded_on="bbbb2222", observer="02")
     (note,) = notes(tmp_path / "results")
-    assert note == (
-        "Observer 01 may be two people with one code: sessions were recorded on 2 stations (aaaa1111, bbbb2222). "
-        "They are counted as one. If they are two, rename the folder of one, sub-01, to a code that nobody has: the "
-        "logs need no change."
-    )
+    assert note.startswith("Observer 01 may be two people")
+    assert "2 stations (aaaa1111, bbbb2222)" in note
+    assert "rename the folder of one, sub-01" in note
 
 
 def test_a_renamed_folder_parts_them_and_the_dataset_keeps_it(lab: Lab, tmp_path: Path) -> None:
@@ -53,8 +51,8 @@ def test_a_renamed_folder_parts_them_and_the_dataset_keeps_it(lab: Lab, tmp_path
     file = leave(lab, "b", f"{TUESDAY}efgh", recorded_on="bbbb2222")
     before = file.read_bytes()
     file.parents[1].rename(file.parents[1].with_name("sub-01b"))
-    told = notes(tmp_path / "a", tmp_path / "b")
-    assert told == ["Sessions that were recorded as observer 01 are counted as 01b, as their folder is named."]
+    (told,) = notes(tmp_path / "a", tmp_path / "b")
+    assert "observer 01 are counted as 01b" in told
     assert {log.header.observer for log in read_results(tmp_path / "a", tmp_path / "b")} == {"01", "01b"}
     dataset = tmp_path / "dataset"
     assert (dataset / "participants.tsv").read_text().split()[2::2] == ["sub-01", "sub-01b"]
@@ -82,8 +80,7 @@ def test_old_logs_in_two_folders_of_results_are_noted(lab: Lab, tmp_path: Path) 
     leave(lab, "a")
     leave(lab, "b", f"{TUESDAY}efgh")
     (note,) = notes(tmp_path / "a", tmp_path / "b")
-    folders = f"{tmp_path / 'a'}, {tmp_path / 'b'}"
-    assert f"lie in 2 folders of results, and not all name their station ({folders})" in note
+    assert f"({tmp_path / 'a'}, {tmp_path / 'b'})" in note
 
 
 def test_nothing_is_noted_of_one_station_or_of_simulated_observers(lab: Lab, tmp_path: Path) -> None:

@@ -190,7 +190,7 @@ def _leaves(value: Any) -> list[Any]:
     return [value]
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(st.dictionaries(KEYS, JSON, max_size=4), min_size=1, max_size=4), st.text())
 def test_whatever_was_recorded_stands_in_the_table(lab: Lab, trials: list[dict[str, Any]], note: str) -> None:
     with tempfile.TemporaryDirectory(dir=lab.folder) as place:

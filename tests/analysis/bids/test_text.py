@@ -8,7 +8,7 @@ import json
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from analysis.bids import unescape
@@ -52,6 +52,7 @@ def test_different_texts_make_different_cells(one: str, other: str) -> None:
     assert (escape(one) == escape(other)) == (one == other)
 
 
+@settings(max_examples=15)
 @given(JSON)
 def test_json_comes_back_and_is_inert(value: Any) -> None:
     for indent in (None, 2):

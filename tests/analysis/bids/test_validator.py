@@ -10,6 +10,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from analysis.bids import About, export_dataset
 from analysis.records import Mark, Note, Resumption
 
@@ -148,6 +150,7 @@ def test_every_kind_of_trial_with_hostile_words_passes(lab: Lab, bids_issues: Is
     check(bids_issues(done.folder))
 
 
+@pytest.mark.nightly
 def test_two_experiments_from_two_stations_pass(lab: Lab, bids_issues: Issues) -> None:
     for station, experiment in (("a", "dynamic_range"), ("b", "gloss-2")):
         for number in range(3):
@@ -158,6 +161,7 @@ def test_two_experiments_from_two_stations_pass(lab: Lab, bids_issues: Issues) -
     check(bids_issues(done.folder))
 
 
+@pytest.mark.nightly
 def test_simulated_observers_pass(study: Any, bids_issues: Issues) -> None:
     """Sessions that the runner recorded, through the command line."""
     for observer in ("01", "02"):
@@ -173,6 +177,7 @@ def test_simulated_observers_pass(study: Any, bids_issues: Issues) -> None:
     assert kinds["all_pairs"] == 6
 
 
+@pytest.mark.nightly
 def test_the_validator_does_find_faults(lab: Lab, bids_issues: Issues) -> None:
     """The oracle is awake: what is spoilt on purpose is told."""
     lab.session()

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from analysis.bootstrap import intervals, resample, tails
-from analysis.bootstrap.confidence_intervals import DEFAULT, KINDS, Kind
+from analysis.bootstrap.confidence_intervals import KINDS, Kind
 from analysis.bootstrap.influence import influences, standard_errors
 from analysis.bootstrap.replicates import NAMES, Name, Quantity
 from analysis.comparisons import Answer, Comparisons, from_answers
@@ -136,19 +136,6 @@ def test_what_must_hold_of_every_interval(
     assert [row["items"] for row in wide.to_json()["intervals"]] == [list(names) for names in wide.names]
 
 
-def test_percentiles_of_scores_are_those_of_their_logarithms(study: Study) -> None:
-    found = resample(study(STRENGTHS), replicates=999)  # ranks 25 and 975 are whole
-    score, logarithm = (intervals(found, name, kind="percentile") for name in ("score", "log10_score"))
-    assert np.log10(score.low) == pytest.approx(logarithm.low, abs=1e-12)
-    assert np.log10(score.high) == pytest.approx(logarithm.high, abs=1e-12)
-
-
-def test_the_models_interval_of_a_strength_is_normal(study: Study) -> None:
-    found = resample(study(STRENGTHS), replicates=1)
-    model = intervals(found, kind="model")
-    assert model.high - model.estimate == pytest.approx(1.959963985 * found.fit.se, rel=1e-8)
-
-
 @given(st.sampled_from(NAMES), st.lists(st.floats(-3, 3), min_size=3, max_size=5))
 def test_slopes_are_those_of_the_values(name: Name, strengths: list[float]) -> None:
     theta = np.array(strengths)
@@ -171,10 +158,6 @@ def test_studentised_by_hand(study: Study) -> None:
     ours = intervals(found, kind="studentised", level=0.9)
     assert ours.low == pytest.approx(found.fit.theta - ranked[189] * error, abs=1e-9)  # ranks 10 and 190 of 199
     assert ours.high == pytest.approx(found.fit.theta - ranked[9] * error, abs=1e-9)
-
-
-def test_the_default_is_the_calibrated_one() -> None:
-    assert DEFAULT == "expanded-bca"
 
 
 def test_wrong_input_is_refused(study: Study) -> None:

@@ -44,5 +44,5 @@ def test_observers_of_some_groups_are_drawn_with_all_others() -> None:
 
 def test_a_group_without_a_fit_is_named() -> None:
     answers = [answer for answer in ANSWERS if answer.group == "church" or answer.loser != "a"]
-    with pytest.raises(ResultsError, match="the group 'beach': the items are separated"):
+    with pytest.raises(ResultsError, match="'beach': the items are separated"):
         resample_groups(from_answers(answers), replicates=5)

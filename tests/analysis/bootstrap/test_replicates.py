@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from analysis.bootstrap import resample
 from analysis.bootstrap.fits import fit_each
-from analysis.bootstrap.replicates import Replicates, draw_observers
+from analysis.bootstrap.replicates import Replicates
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
 from analysis.scaling import Counts, are_connected, fit, maximise
@@ -38,11 +38,11 @@ def one_by_one(comparisons: Comparisons, weights: Floats) -> list[Floats]:
 
 def test_each_replicate_is_what_fitting_it_alone_gives(study: Study) -> None:
     comparisons = study((-2.0, -0.5, 0.2, 2.3), observers=9, seed=4)
-    found = resample(comparisons, replicates=200)
+    found = resample(comparisons, replicates=60)
     assert found.separated.any()
     assert not found.separated.all()
     assert found.theta == pytest.approx(np.array(one_by_one(comparisons, found.weights)), abs=1e-9)
-    assert found.theta.sum(axis=1) == pytest.approx(np.zeros(200), abs=1e-9)
+    assert found.theta.sum(axis=1) == pytest.approx(np.zeros(60), abs=1e-9)
 
 
 def test_the_left_out_are_the_fits_to_the_other_observers(study: Study) -> None:
@@ -92,7 +92,7 @@ def test_the_order_of_lines_and_items_changes_nothing(study: Study) -> None:
     assert other.theta == pytest.approx(one.theta[:, order], abs=1e-9)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(st.integers(2, 6), st.floats(-3, 9), st.integers(0, 2**32 - 1))
 @example(3, 9.0, 3)  # separated: only rounding moves it at the end, by 1e-9
 def test_batched_firth_is_firth(n: int, log10_count: float, seed: int) -> None:
@@ -127,7 +127,7 @@ def test_draws_that_link_no_items_have_no_fit() -> None:
     assert not (found.separated & found.without_fit).any()
 
 
-@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e9])
+@pytest.mark.parametrize("scale", [1e-3, 1e9])
 def test_the_size_of_counts_changes_no_strength(study: Study, scale: float) -> None:
     comparisons = study(STRENGTHS, observers=20, observer_sd=0.0)
     plain = resample(comparisons, replicates=50)
@@ -148,7 +148,3 @@ def test_wrong_input_is_refused(study: Study) -> None:
     refused(from_answers([Answer("a", "b"), Answer("b", "a")]), "no observer named")
     refused(study((-30.0, 0.0, 30.0), observers=3, observer_sd=0.0), "separated")
     refused(study(STRENGTHS), "0 replicates", replicates=0)
-
-
-def test_draws_are_the_seeds() -> None:
-    assert (draw_observers(5, 10, 3) == draw_observers(5, 10, 3)).all()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
+from itertools import product
 
 import numpy as np
 import pytest
@@ -18,14 +19,17 @@ from analysis.scaling import Counts, CovarianceKind, fit
 from analysis.scaling.laplacian import contrast_variances
 from analysis.scaling.profile import Profiles, differences_of
 from analysis.scaling.shrinkage import shrink
+from tests.choice import nightly
 
 Study = Callable[..., Comparisons]
 STRENGTHS = (-1.2, -0.9, 0.1, 0.5, 1.5)
 
 
-@pytest.mark.parametrize("adjust", ["none", "holm", "bh"])
-@pytest.mark.parametrize("covariance", ["model", "scaled", "sandwich", "shrinkage"])
-def test_it_is_what_classifying_each_replicate_gives(study: Study, adjust: Adjust, covariance: CovarianceKind) -> None:
+@pytest.mark.parametrize(
+    ("covariance", "adjust"),
+    [("sandwich", "holm"), ("model", "bh"), *nightly(*product(("model", "scaled", "shrinkage"), ("none", "holm")))],
+)
+def test_it_is_what_classifying_each_replicate_gives(study: Study, covariance: CovarianceKind, adjust: Adjust) -> None:
     found = resample(study(STRENGTHS, observers=20), replicates=60)
     stability = class_stability(found, alpha=0.1, adjust=adjust, covariance=covariance)
     shared, labels = np.zeros((5, 5)), [Counter[str]() for _ in range(5)]
@@ -53,6 +57,7 @@ def test_it_is_what_classifying_each_replicate_gives(study: Study, adjust: Adjus
     assert stability.class_counts == dict(sorted(counts.items()))
 
 
+@pytest.mark.nightly
 def test_far_apart_is_never_shared_and_the_same_as_often_as_the_normal_law_says(study: Study) -> None:
     """Over the bootstrap z is about normal, with variance 1, about the z of all answers."""
     comparisons = study((-2.0, 0.0, 0.0, 2.0), observers=40, observer_sd=0.0)

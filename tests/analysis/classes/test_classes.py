@@ -71,28 +71,6 @@ def test_items_share_a_class_if_and_only_if_they_do_not_differ(differs: NDArray[
     assert set().union(*letters) == set(range(len(differs)))
 
 
-@given(graphs())
-def test_no_class_and_no_membership_can_be_spared(differs: NDArray[np.bool_]) -> None:
-    letters = letter_display(differs)
-    for index, letter in enumerate(letters):
-        for item in letter:
-            thinner = [*letters[:index], letter - {item}, *letters[index + 1 :]]
-            lonely = not any(item in other for other in thinner)
-            split = any(
-                not differs[item, mate] and not any({item, mate} <= other for other in thinner)
-                for mate in range(len(differs))
-                if mate != item
-            )
-            assert lonely or split
-
-
-def test_a_redundant_letter_is_swept() -> None:
-    """The outer triangles of a triangulated hexagon cover the inner one, which insert-and-absorb keeps."""
-    same = [(0, 1), (0, 3), (1, 3), (1, 2), (1, 4), (2, 4), (3, 4), (3, 5), (4, 5)]
-    letters = letter_display(differing(6, same))
-    assert sorted(sorted(letter) for letter in letters) == [[0, 1, 3], [1, 2, 4], [3, 4, 5]]
-
-
 def swept_one_by_one(columns: list[NDArray[np.intp]], n: int) -> tuple[frozenset[int], ...]:
     """Drop columns, then memberships, by how many columns have both items of each pair: the slow, obvious twin."""
     kept = sorted((column.tolist() for column in columns), key=lambda column: (len(column), column))

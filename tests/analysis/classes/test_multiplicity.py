@@ -14,8 +14,10 @@ from scipy import stats
 from analysis.classes.multiplicity import adjusted_p, benjamini_hochberg, clustered_single_step, holm, single_step
 from analysis.errors import ResultsError
 from analysis.scaling.shrinkage import Clustered, Spread, shrink
+from tests.choice import nightly
 
 Floats = NDArray[np.float64]
+
 P_VALUES = st.lists(st.floats(0, 1), min_size=1, max_size=20).map(np.array)
 
 
@@ -98,7 +100,7 @@ def test_the_largest_t_scaled_follows_the_studentised_range(n: int, observers: i
     assert (np.abs(found - expected) <= 5 * np.sqrt(expected * (1 - expected) / 40_000)).all()
 
 
-@pytest.mark.parametrize("kind", ["sandwich", "shrinkage"])
+@pytest.mark.parametrize("kind", ["sandwich", *nightly("shrinkage")])
 def test_the_largest_t_is_that_of_studies_simulated_one_by_one(kind: Clustered) -> None:
     """Observers' own contributions are drawn, their mean tested against their spread, study by study."""
     n, observers, studies = 4, 7, 3000

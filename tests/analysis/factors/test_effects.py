@@ -15,6 +15,7 @@ from analysis.factors import FactorEffects, factor_effects
 from analysis.scaling import fit
 from tests.analysis.slow_profiles import SlowProfile
 from tests.choice import nightly
+from tests.kept import known
 
 Floats = NDArray[np.float64]
 Factors = Mapping[str, Mapping[str, str | float]]
@@ -160,8 +161,7 @@ def test_share_and_r_squared_by_hand(grid: Factors, draw: Drawer) -> None:
     answers = draw(strengths(grid), seed=4)
     found = factor_effects(answers, grid, use=("view",))
     free = fit(answers.wins)
-    told = found.explained
-    assert told is not None
+    told = known(found.explained)
     null = float(answers.count.sum() * np.log(0.5))
     share = (found.log_likelihood - null) / (free.log_likelihood - null)
     assert told.deviance_share == pytest.approx(share, rel=1e-10)

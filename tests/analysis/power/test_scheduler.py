@@ -12,6 +12,8 @@ from analysis.power.compute import compute
 from tests.analysis.power.to_the_last_bit import numbers
 
 MakePlan = Callable[..., Plan]
+
+pytestmark = pytest.mark.nightly
 STRENGTHS = (-1.2, -0.4, 0.1, 0.3, 1.2)
 
 

@@ -15,7 +15,7 @@ import pytest
 from analysis.errors import ResultsError
 from analysis.power import Plan, differing_pairs, simulate_power
 from analysis.power import compute as compute_module
-from analysis.power.simulation import blocks_of, simulate
+from analysis.power.simulation import blocks_of
 from tests.analysis.power.to_the_last_bit import numbers
 
 MakePlan = Callable[..., Plan]
@@ -24,7 +24,7 @@ STRENGTHS = (-1.2, -0.4, 0.1, 0.3, 1.2)
 
 def test_a_number_of_observers_comes_to_the_same_whichever_others_are_asked_for(plan_of: MakePlan) -> None:
     plan = plan_of(*STRENGTHS)
-    alone, among = simulate_power(plan, [20], replicates=600), simulate_power(plan, [30, 20, 10], replicates=600)
+    alone, among = simulate_power(plan, [20], replicates=200), simulate_power(plan, [30, 20, 10], replicates=200)
     assert among.observers == (10, 20, 30)
     assert among.separates[1].tolist() == alone.separates[0].tolist()
     assert among.mean_width[1] == alone.mean_width[0]
@@ -32,9 +32,9 @@ def test_a_number_of_observers_comes_to_the_same_whichever_others_are_asked_for(
 
 def test_another_seed_gives_other_studies(plan_of: MakePlan) -> None:
     plan = plan_of(*STRENGTHS)
-    assert numbers(simulate_power(plan, [20], replicates=300)) == numbers(simulate_power(plan, [20], replicates=300))
-    assert numbers(simulate_power(plan, [20], replicates=300)) != numbers(
-        simulate_power(plan, [20], replicates=300, seed=1)
+    assert numbers(simulate_power(plan, [20], replicates=60)) == numbers(simulate_power(plan, [20], replicates=60))
+    assert numbers(simulate_power(plan, [20], replicates=60)) != numbers(
+        simulate_power(plan, [20], replicates=60, seed=1)
     )
 
 
@@ -49,6 +49,7 @@ def test_every_study_is_counted_once(plan_of: MakePlan) -> None:
     assert len(set(streams)) == len(blocks)
 
 
+@pytest.mark.nightly
 def test_the_errors_told_are_those_between_seeds(plan_of: MakePlan) -> None:
     plan = plan_of(-0.8, 0.0, 0.9)
     runs = [simulate_power(plan, [25], replicates=100, seed=seed) for seed in range(80)]
@@ -83,12 +84,13 @@ def test_items_that_always_win_are_fitted_and_told_of(plan_of: MakePlan) -> None
 
 def test_classes_that_come_out_are_those_named(plan_of: MakePlan) -> None:
     plan = plan_of(-1.5, -1.5, 1.5, 1.5)
-    found = simulate_power(plan, [60], replicates=300)
-    assert found.recovery[0] > 0.85
+    found = simulate_power(plan, [60], replicates=60)
+    assert found.recovery[0] > 0.7
     merged = replace(plan, differs=np.zeros(6, dtype=bool))
-    assert simulate_power(merged, [60], replicates=300).recovery[0] == 0
+    assert simulate_power(merged, [60], replicates=60).recovery[0] == 0
 
 
+@pytest.mark.nightly
 def test_a_worker_that_is_killed_costs_nothing_but_time(plan_of: MakePlan) -> None:
     plan = plan_of(*STRENGTHS, interval="bootstrap")
     expected = simulate_power(plan, [10], replicates=60, workers=1)
@@ -106,6 +108,7 @@ def test_a_worker_that_is_killed_costs_nothing_but_time(plan_of: MakePlan) -> No
     assert numbers(found) == numbers(expected)
 
 
+@pytest.mark.nightly
 def test_work_moves_to_processes_once_it_is_worth_it(plan_of: MakePlan, monkeypatch: pytest.MonkeyPatch) -> None:
     plan = plan_of(*STRENGTHS)
     expected = simulate_power(plan, [10, 20], replicates=750)
@@ -150,14 +153,6 @@ def test_one_observer_has_the_model_s_covariance(plan_of: MakePlan) -> None:
     assert (simulate_power(plan, [1, 10], replicates=100).width == by_model.width).all(axis=1).tolist() == [True, False]
     with pytest.raises(ResultsError, match="give numbers from 2"):
         simulate_power(plan_of(0, 1, interval="bootstrap"), [1, 10])
-
-
-def test_a_block_is_the_sum_of_its_studies(plan_of: MakePlan) -> None:
-    plan = plan_of(*STRENGTHS)
-    blocks = blocks_of(plan, [10], 500, 2016)
-    found = simulate_power(plan, [10], replicates=500)
-    right = np.sum([simulate(block).right for block in blocks], axis=0)
-    np.testing.assert_allclose(found.separates[0] * 500, right)
 
 
 @pytest.mark.parametrize("covariance", ["model", "auto"])

@@ -16,8 +16,11 @@ from analysis.comparisons import Answer, from_answers
 from analysis.errors import ResultsError
 from analysis.power import MOST_NATS, Plan, SmallestDifference, simulate_power, smallest_difference, smallest_in
 from analysis.scaling import score
+from tests.choice import nightly
+from tests.kept import known
 
 Designs = Any
+
 ALL_PAIRS = {n: np.ones(n * (n - 1) // 2, dtype=np.int64) for n in (2, 3, 6, 8, 10)}
 
 
@@ -52,15 +55,13 @@ def power_at(found: SmallestDifference, times: Designs, nats: float, replicates:
 @pytest.mark.parametrize(
     ("times", "observers", "options"),
     [
-        (ALL_PAIRS[6], 15, {}),
-        (ALL_PAIRS[10], 8, {"target": 0.5}),
+        *nightly((ALL_PAIRS[6], 15, {}), (ALL_PAIRS[10], 8, {"target": 0.5})),
         (2 * ALL_PAIRS[3], 12, {"observer_sd": 0.0, "alpha": 0.01, "adjust": "bh"}),
-        (some_pairs(6, 0.5, 20), 20, {}),
+        *nightly((some_pairs(6, 0.5, 20), 20, {})),
     ],
 )
 def test_the_difference_is_found_as_often_as_it_says(times: Designs, observers: int, options: dict[str, Any]) -> None:
-    found = smallest_difference(times, observers, **options)
-    assert found is not None
+    found = known(smallest_difference(times, observers, **options))
     assert found.nats is not None
     assert found.error_nats is not None
     assert found.warnings == ()
@@ -72,8 +73,7 @@ def test_the_difference_is_found_as_often_as_it_says(times: Designs, observers: 
 
 def test_two_items_are_as_the_binomial_distribution_has_it() -> None:
     """With the model's errors and observers who are alike: 40 answers, z of the log odds beyond 1.96."""
-    found = smallest_difference(40 * ALL_PAIRS[2], 2, covariance="model", observer_sd=0.0)
-    assert found is not None
+    found = known(smallest_difference(40 * ALL_PAIRS[2], 2, covariance="model", observer_sd=0.0))
     assert found.nats is not None
     won, answers = np.arange(81), 80
     share = won.clip(1, answers - 1) / answers
@@ -82,38 +82,34 @@ def test_two_items_are_as_the_binomial_distribution_has_it() -> None:
     assert law.pmf(won[significant & (won > answers / 2)]).sum() == pytest.approx(0.8, abs=0.05)
 
 
-@pytest.mark.parametrize("share", [0.34, 0.5])
+@pytest.mark.parametrize("share", [0.34, *nightly(0.5)])
 def test_a_design_that_finds_nothing_says_so(share: float) -> None:
-    found = smallest_difference(some_pairs(6, share, 3), 3)
-    assert found is not None
+    found = known(smallest_difference(some_pairs(6, share, 3), 3))
     assert (found.nats, found.error_nats) == (None, None)
     assert found.found_of_most is not None
     assert found.found_of_most < 0.2
-    few = smallest_difference(some_pairs(6, share, 5), 5)
-    assert few is not None
+    few = known(smallest_difference(some_pairs(6, share, 5), 5))
     assert few.nats is None or few.nats > 3.5  # 97 % of choices
     assert (few.found_of_most is None) == (few.nats is not None)
     assert len(found.warnings) == 2
     assert "no difference" in found.warnings[0]
     assert "99 %" in found.warnings[0]
-    more = smallest_difference(some_pairs(6, share, 30), 30)
-    assert more is not None
+    more = known(smallest_difference(some_pairs(6, share, 30), 30))
     assert (more.nats is None, more.warnings) == (False, ())
 
 
 @pytest.mark.parametrize(("observers", "alpha", "of"), [(2, 0.05, 2), (5, 0.05, 16), (6, 0.05, None), (6, 0.01, 32)])
 def test_camps_are_said_where_they_are_likelier_than_the_level(observers: int, alpha: float, of: int | None) -> None:
-    found = smallest_difference(20 * ALL_PAIRS[3], observers, alpha=alpha)
-    assert found is not None
+    found = known(smallest_difference(20 * ALL_PAIRS[3], observers, alpha=alpha))
     assert found.one_camp == of
     assert (found.camps is not None) == (of is not None)
     assert ("two camps" in found.methods) == (of is not None)
 
 
+@pytest.mark.nightly
 def test_more_observers_and_answers_find_smaller_differences_and_a_correction_larger_ones() -> None:
     def nats(times: Designs, observers: int, **options: Any) -> float:
-        found = smallest_difference(times, observers, **options)
-        assert found is not None
+        found = known(smallest_difference(times, observers, **options))
         assert found.nats is not None
         return found.nats
 
@@ -156,6 +152,7 @@ def test_the_design_of_answers_is_who_compared_what() -> None:
     assert found == smallest_difference(rows, 12)
 
 
+@pytest.mark.nightly
 def test_false_differences_of_five_observers_in_two_camps_are_of_those_who_agree() -> None:
     """So the warning cannot be for observers who visibly disagree: then hardly any difference is reported."""
     random, own = np.random.default_rng(8), np.repeat([1.0, -1.0], 3)

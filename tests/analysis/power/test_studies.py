@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import comb
+from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from analysis.bootstrap import intervals
@@ -25,6 +23,8 @@ from analysis.report.estimate import Estimate
 from analysis.scaling import fit, probabilities
 from analysis.scaling.result import COVARIANCE_CHOICES, Method
 from benchmarks.simulated_studies import Design
+from tests.choice import nightly
+from tests.kept import known
 
 Floats = NDArray[np.float64]
 MakePlan = Callable[..., Plan]
@@ -56,8 +56,10 @@ def report_on(studies: Studies, study: int, adjust: Adjust) -> Estimate:
     return estimate_scores(comparisons, alpha=plan.alpha, adjust=adjust, covariance=plan.covariance, draw=False)
 
 
-@pytest.mark.parametrize("observers", [1, 2, 9])
-@pytest.mark.parametrize("covariance", COVARIANCE_CHOICES)
+@pytest.mark.parametrize(
+    ("observers", "covariance"),
+    [(1, "auto"), (2, "shrinkage"), (9, "sandwich"), *nightly(*product((1, 2, 9), COVARIANCE_CHOICES))],
+)
 def test_every_study_is_fitted_and_tested_as_the_report_does(
     plan_of: MakePlan, observers: int, covariance: str
 ) -> None:
@@ -65,11 +67,11 @@ def test_every_study_is_fitted_and_tested_as_the_report_does(
     plan = plan_of(
         *STRENGTHS, times=times, covariance=covariance, observer_sd=0.4, lapse_rate=0.05, alpha=0.1, interval="wald"
     )
-    studies = run(plan, observers, 12, np.random.default_rng(3))
+    studies = run(plan, observers, 8, np.random.default_rng(3))
     assert studies.separated.any() == (observers < 9)
     found = {adjust: replace(studies, plan=replace(plan, adjust=adjust)).significant(float("nan")) for adjust in EXACT}
     width = widths(studies, np.random.default_rng(0))
-    for study in range(12):
+    for study in range(8):
         for adjust in EXACT:
             report = report_on(studies, study, adjust)
             fit, classes = report.scores.fit, report.scores.classes
@@ -85,7 +87,10 @@ def test_every_study_is_fitted_and_tested_as_the_report_does(
 
 @pytest.mark.parametrize(
     ("covariance", "observers", "observer_sd"),
-    [("model", 25, 0.0), ("shrinkage", 6, 0.0), ("shrinkage", 10, 1.0), ("sandwich", 12, 0.7), ("scaled", 6, 0.7)],
+    [
+        ("shrinkage", 6, 0.0),
+        *nightly(("model", 25, 0.0), ("shrinkage", 10, 1.0), ("sandwich", 12, 0.7), ("scaled", 6, 0.7)),
+    ],
 )
 def test_one_quantile_of_the_largest_z_decides_like_one_for_each_study(
     plan_of: MakePlan, covariance: str, observers: int, observer_sd: float
@@ -95,8 +100,7 @@ def test_one_quantile_of_the_largest_z_decides_like_one_for_each_study(
     found = studies.significant(plan.critical_z(observers))
     own = []
     for study in range(15):
-        classes = report_on(studies, study, "maxz").scores.classes
-        assert classes is not None
+        classes = known(report_on(studies, study, "maxz").scores.classes)
         own.append(classes.pair_p <= 0.05)
     assert 0.05 < found.mean() < 0.9
     assert (found == np.array(own)).mean() > 0.97
@@ -121,23 +125,6 @@ def test_bootstrap_widths_are_those_of_the_bootstrap(plan_of: MakePlan, monkeypa
         np.testing.assert_array_equal(found[study], ends.high - ends.low)
 
 
-@pytest.mark.parametrize("observers", [12, 20])
-def test_two_items_separate_as_often_as_the_binomial_law_says(plan_of: MakePlan, observers: int) -> None:
-    plan, replicates = plan_of(0.9, -0.1, covariance="model"), 4000
-    found = run(plan, observers, replicates, np.random.default_rng(7)).significant(float("nan"))
-    p, chance = probabilities(plan.theta)[0, 1], 0.0
-    for wins in range(observers + 1):
-        half = 0.5 if wins in (0, observers) else 0.0  # what Firth's fit adds
-        won, lost = wins + half, observers - wins + half
-        q = won / (won + lost)
-        z = np.log(won / lost) * np.sqrt(observers * q * (1 - q))
-        if abs(z) >= 1.959964:
-            chance += comb(observers, wins) * p**wins * (1 - p) ** (observers - wins)
-    error = np.sqrt(chance * (1 - chance) / replicates)
-    assert 0.05 < chance < 0.95
-    assert found.mean() == pytest.approx(chance, abs=4 * error)
-
-
 @pytest.mark.parametrize("fields", [{}, {"covariance": "sandwich"}, {"times": 3, "covariance": "sandwich"}])
 def test_answers_are_drawn_as_the_law_says(plan_of: MakePlan, fields: dict[str, object]) -> None:
     plan = plan_of(*STRENGTHS, lapse_rate=0.1, **fields)
@@ -159,7 +146,7 @@ def test_observers_who_differ_bring_the_shares_together(plan_of: MakePlan) -> No
     assert np.abs(share - probabilities(plan.theta)[first, second]).max() > 0.03
 
 
-@pytest.mark.parametrize("observer_sd", [0.3, 0.7, 2.0])
+@pytest.mark.parametrize("observer_sd", [0.7, 2.0])
 def test_the_average_answer_of_observers_who_differ_is_as_assumed(plan_of: MakePlan, observer_sd: float) -> None:
     plan = plan_of(*STRENGTHS, observer_sd=observer_sd, scores_of="average")
     np.testing.assert_allclose(Design(plan.typical, 2, observer_sd).truth(), plan.theta, atol=1e-5)
@@ -167,40 +154,10 @@ def test_the_average_answer_of_observers_who_differ_is_as_assumed(plan_of: MakeP
     np.testing.assert_array_equal(alike.typical, replace(plan, scores_of="typical").typical)
 
 
-@pytest.mark.parametrize(("nats", "observer_sd"), [(6.0, 3.0), (10.0, 3.0), (14.0, 8.0)])
+@pytest.mark.parametrize(("nats", "observer_sd"), [(6.0, 3.0), (14.0, 8.0)])
 def test_average_scores_that_no_observers_give_are_refused(plan_of: MakePlan, nats: float, observer_sd: float) -> None:
-    with pytest.raises(ResultsError, match="do not give average scores so far apart"):
+    with pytest.raises(ResultsError, match="average scores"):
         _ = plan_of(-nats, nats, 0.0, observer_sd=observer_sd, scores_of="average").typical
-
-
-@settings(max_examples=30, deadline=None)
-@given(
-    theta=st.lists(st.floats(-2, 2), min_size=2, max_size=6),
-    seed=st.integers(0, 2**32 - 1),
-    covariance=st.sampled_from(["model", "sandwich"]),
-)
-def test_the_order_of_items_and_observers_does_not_matter(theta: list[float], seed: int, covariance: str) -> None:
-    random = np.random.default_rng(seed)
-    n = len(theta)
-    times = np.ones(n * (n - 1) // 2, dtype=np.int64)
-    names, strengths = tuple(f"item {item}" for item in range(n)), np.array(theta)
-    plan = Plan(names, strengths, times, differing_pairs(strengths), covariance=covariance)  # type: ignore[arg-type]  # one of its words
-    order, people = random.permutation(n), random.permutation(7)
-    drawn = (random.random((4, 7, len(times))) < plan.chances(strengths)).astype(np.float64)
-
-    def analysed(chosen: Plan, won: Floats) -> Studies:
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("analysis.power.studies.draw", lambda *_: won)
-            return run(chosen, 7, 4, random)
-
-    first, second = plan.pairs
-    ahead = np.zeros((4, 7, n, n))
-    ahead[..., first, second], ahead[..., second, first] = drawn, 1 - drawn
-    moved = ahead[:, people][..., order, :][..., order][..., first, second]
-    plain, other = analysed(plan, drawn), analysed(replace(plan, theta=strengths[order]), moved)
-    np.testing.assert_allclose(other.theta, plain.theta[:, order], atol=1e-7)
-    np.testing.assert_allclose(other.covariance, plain.covariance[:, order][:, :, order], atol=1e-7)
-    assert (other.separated == plain.separated).all()
 
 
 def test_right_classes_part_what_shares_no_label_and_what_is_not_equal() -> None:
@@ -210,8 +167,10 @@ def test_right_classes_part_what_shares_no_label_and_what_is_not_equal() -> None
     assert differing_pairs(theta, ["1", "", "2"]).tolist() == [True, True, False]
 
 
-@pytest.mark.parametrize("adjust", [*EXACT, "maxz"])
-@pytest.mark.parametrize("observers", [5, 20])
+@pytest.mark.parametrize(
+    ("adjust", "observers"),
+    [("holm", 5), ("maxz", 20), *nightly(("none", 5), ("bh", 20), ("holm", 20), ("maxz", 5))],
+)
 def test_statistics_that_are_only_bounded_change_no_verdict(
     plan_of: MakePlan, adjust: Adjust, observers: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -5,11 +5,15 @@ from __future__ import annotations
 import random
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
+from xml.etree import ElementTree
 
 import pytest
 
+from analysis.bootstrap import resample
 from analysis.records import SessionLog, Trial
+from analysis.report import Report, describe
 from analysis.scaling import Scores
 
 Maker = Callable[..., SessionLog]
@@ -19,6 +23,24 @@ UTC = "2026-01-02T03:04:05Z"
 def trial(number: int, kind: str, data: dict[str, Any]) -> Trial:
     """Return one answered trial of a kind."""
     return Trial(1, number, kind, (("1", 1.0),), 1.0, UTC, data)
+
+
+@pytest.fixture(scope="session")
+def described(make_session: Maker) -> Report:
+    """The report on the twenty observers of ``sessions``, made once."""
+    return describe([make_session(f"{number:02d}") for number in range(1, 21)])
+
+
+@pytest.fixture(autouse=True)
+def few_draws(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draw a tenth of the bootstrap samples: no test of the report looks at how many agree."""
+    monkeypatch.setattr("analysis.report.estimate.resample", partial(resample, replicates=100))
+
+
+@pytest.fixture
+def unreviewed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave out what reviewers ask, which takes half of the time: for tests of other parts."""
+    monkeypatch.setattr("analysis.report.report.review_of", lambda *_: {})
 
 
 @pytest.fixture
@@ -50,39 +72,12 @@ def preferring(make_session: Maker) -> Callable[..., list[SessionLog]]:
 
 
 @pytest.fixture
-def choosing(make_session: Maker) -> Callable[..., list[SessionLog]]:
-    """Sessions in which pictures are chosen from series of three exposures, and rated."""
+def choosing(make_choices: Maker) -> Callable[..., list[SessionLog]]:
+    """Sessions in which pictures are chosen from series of exposures of two paints and two kinds, and rated."""
 
     def make(observers: int = 6) -> list[SessionLog]:
-        series = {f"{paint}-{kind}": (paint, kind) for paint in ("GM1", "HI") for kind in ("base", "grey")}
-        stimuli = tuple(
-            {"name": f"{name}-{level}", "factors": {"paint": paint, "series": kind, "exposure_s": float(level)}}
-            for name, (paint, kind) in series.items()
-            for level in (1, 2, 4)
-        )
-        names = tuple(str(one["name"]) for one in stimuli)
-        sessions = []
-        for number in range(1, observers + 1):
-            rng = random.Random(number)
-            trials = []
-            for place, name in enumerate(series):
-                index = rng.choice((0, 1, 1, 2))
-                shown = [f"{name}-{level}" for level in (1, 2, 4)]
-                data = {
-                    "series": name,
-                    "stimuli": shown,
-                    "start": 0,
-                    "chosen": shown[index],
-                    "chosen_index": index,
-                    "path": [[0, 1.0], [1, 1.0], [2, 1.0]],
-                    "dwell_s": [1.0, 1.0, 1.0],
-                    "ratings": {"similarity": rng.randint(3, 9), "difficulty": rng.randint(1, 9)},
-                    "rating_times_s": {"similarity": 1.0, "difficulty": 1.0},
-                }
-                trials.append(trial(place, "best_of_series", data))
-            session = make_session(f"{number:02d}", names=names, answers=[], stimuli=stimuli)
-            sessions.append(replace(session, answers=tuple(trials)))
-        return sessions
+        chosen = {"paints": ("GM1", "HI"), "kinds": ("base", "grey")}
+        return [make_choices(f"{number:02d}", **chosen) for number in range(1, observers + 1)]
 
     return make
 
@@ -112,3 +107,9 @@ def scores_with(scores: Scores, **read: Any) -> Scores:
     made = replace(scores)
     vars(made).update({"items": scores.items, "classes": scores.classes} | read)
     return made
+
+
+def uses(svg: str) -> list[tuple[str, float, float]]:
+    """Return paint and place of every mark."""
+    tree = ElementTree.fromstring(svg.replace("<svg ", '<svg xmlns:xlink="http://www.w3.org/1999/xlink" ', 1))
+    return [(str(u.get("style")), float(str(u.get("x"))), float(str(u.get("y")))) for u in tree.iter("use")]

@@ -48,9 +48,9 @@ def test_numbers_stand_in_full_and_intervals_make_two_columns() -> None:
     ]
 
 
-@pytest.mark.usefixtures("undrawn")
+@pytest.mark.usefixtures("undrawn", "unreviewed")
 def test_every_table_is_a_file_and_nothing_is_left_half_written(sessions: list[SessionLog], tmp_path: Path) -> None:
-    report = write_report(sessions, tmp_path / "report.html", csv_folder=tmp_path / "tables")
+    report = write_report(sessions[:3], tmp_path / "report.html", csv_folder=tmp_path / "tables")
     names = {file.name for file in (tmp_path / "tables").iterdir()}
     assert {"scores.csv", "comparisons.csv", "classes.csv", "observers.csv", "clipping.csv", "sessions.csv"} <= names
     assert all(name.endswith(".csv") for name in names)
@@ -68,6 +68,7 @@ def test_a_tables_name_stays_in_the_folder(tmp_path: Path) -> None:
     assert file.is_file()
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_names_of_observers_and_stimuli_are_inert_in_every_file(make_session: Maker, tmp_path: Path) -> None:
     names = ("=HYPERLINK(1)", "@b", "+c")
     answers = [(one, other) for one in names for other in names if one != other] * 2

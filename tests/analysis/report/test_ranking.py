@@ -7,7 +7,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -18,7 +17,7 @@ from analysis.report import Figure, ranking
 from analysis.report.ranking import MOST_LINES, draw_ranking, draws_ranking
 from analysis.report.sections.scores import scores_section
 from analysis.report.summary import Summary, summarise
-from tests.analysis.report.conftest import scores_with
+from tests.analysis.report.conftest import scores_with, uses
 
 Maker = Callable[..., SessionLog]
 # Indices of items; the second class passes by one that is no member.
@@ -36,12 +35,6 @@ def summary(make_session: Maker) -> Summary:
     )
     classes = Classes(("1",) * 5, MEMBERS, np.zeros(10), np.ones(10), 0.05, "holm", 0)
     return replace(found, scores=scores_with(found.scores, items=items, order=order, classes=classes))
-
-
-def uses(svg: str) -> list[tuple[str, float, float]]:
-    """Return paint and place of every mark."""
-    tree = ElementTree.fromstring(svg.replace("<svg ", '<svg xmlns:xlink="http://www.w3.org/1999/xlink" ', 1))
-    return [(str(u.get("style")), float(str(u.get("x"))), float(str(u.get("y")))) for u in tree.iter("use")]
 
 
 def test_triangles_stand_at_scores_and_lines_join_what_does_not_differ(summary: Summary) -> None:

@@ -42,7 +42,7 @@ def is_held_by_ties_and_wins(comparisons: Comparisons) -> bool:
     return bool((np.diag(longest) > 0).any())
 
 
-@settings(max_examples=100)
+@settings(max_examples=50)
 @given(st.lists(st.tuples(*[st.integers(0, 1)] * 3), min_size=6, max_size=6))
 def test_ties_and_wins_are_judged_as_by_cycles(counts: list[tuple[int, int, int]]) -> None:
     if not any(tied for _, _, tied in counts):
@@ -57,7 +57,7 @@ def test_ties_and_wins_are_judged_as_by_cycles(counts: list[tuple[int, int, int]
         assert np.abs(top.theta).max() < 20
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(st.lists(st.tuples(st.permutations(range(3)), st.booleans()), min_size=3, max_size=14))
 def test_where_an_order_effect_is_held_it_is_found(trials: list[tuple[list[int], bool]]) -> None:
     """Where it is not, ever wider priors give ever larger numbers."""

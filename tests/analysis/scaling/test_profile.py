@@ -18,6 +18,7 @@ from analysis.scaling import Counts, Scores, fit_model, maximise, score
 from analysis.scaling.penalty import FIRTH
 from analysis.scaling.profile import exchange_p, near_t, signed_roots
 from tests.analysis.slow_profiles import SlowProfile, of_pair
+from tests.choice import nightly
 
 # Heinze and Schemper (2002): neovascularisation, pulsatility index, endometrium height, high grade; 79 patients.
 ENDOMETRIAL = """
@@ -88,7 +89,7 @@ def test_the_twin_equals_logistf(name: str) -> None:
     assert twin.interval(norm.ppf(0.975)) == pytest.approx((low, high), abs=2e-5)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", [0, 1, 3, *nightly(2, 4, 5)])
 def test_tests_and_intervals_equal_the_twin(seed: int) -> None:
     random = np.random.default_rng(seed)
     n = 3 + seed % 3

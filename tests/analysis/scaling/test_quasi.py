@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import minimize
@@ -65,6 +65,7 @@ def test_independent_estimates_keep_their_variances(variances: list[float], shar
     assert found.variances == pytest.approx(variances, rel=1e-6, abs=1e-9 * max(variances))
 
 
+@settings(max_examples=15)
 @given(st.integers(0, 10_000), st.integers(3, 7))
 def test_they_are_the_least_squares_of_the_logarithms(seed: int, n: int) -> None:
     random = np.random.default_rng(seed)

@@ -20,6 +20,7 @@ from analysis.scaling.departure import departure
 from analysis.scaling.robust_tests import WEBB, from_products, score_test
 from analysis.series.just_noticeable import observer_test as step_test
 from runner.cli.main import group as command
+from tests.choice import nightly
 
 Floats = NDArray[np.float64]
 # Of 80 studies at the level 0.05, more are false once in 3000 runs.
@@ -130,6 +131,7 @@ def test_the_statistic_of_departure_is_pearsons(model: Model, order_effect: bool
     assert (tested.df, tested.observers) == (goodness.df, 7)
 
 
+@pytest.mark.nightly
 def test_observers_who_differ_show_no_order_effect_and_one_of_all_is_found() -> None:
     random = np.random.default_rng(7)
     false = plain = found = 0
@@ -202,8 +204,10 @@ def test_circles_beside_an_item_that_always_wins_are_found(tmp_path: Path) -> No
     assert max(plain, own or 0.0) < 0.01
 
 
-@pytest.mark.parametrize("sets", [("abcd", "abd", "abd"), ("abcd", "abd"), ("abcdefg", "cdeg"), ("abcdefg", "acdg")])
-@pytest.mark.parametrize("people", [14, 15])
+@pytest.mark.parametrize(
+    "sets", [("abcd", "abd", "abd"), ("abcdefg", "cdeg"), *nightly((("abcd", "abd"),), (("abcdefg", "acdg"),))]
+)
+@pytest.mark.parametrize("people", [14, *nightly(15)])
 @pytest.mark.parametrize("swapped", [False, True])
 def test_groups_whose_observers_agree_are_not_apart(sets: tuple[str, ...], people: int, swapped: bool) -> None:
     answers = []

@@ -175,6 +175,7 @@ def test_a_spread_of_two_observers_is_a_third_the_scaled_covariance() -> None:
     np.testing.assert_allclose(found.covariance, 2 / 3 * sandwich + found.scale[0] / 3 * model)
 
 
+@pytest.mark.nightly
 def test_two_observers_who_agree_about_a_pair_do_not_set_it_apart() -> None:
     found = decisions(Design(np.zeros(10), 2), studies=300)
     assert found.false_difference < 0.02  # 0.067 by the sandwich

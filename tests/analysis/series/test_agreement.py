@@ -182,16 +182,3 @@ def test_jackknife_limits_hold_for_a_mean() -> None:
     assert found.low == pytest.approx(rows.mean() - half, abs=1e-6)
     assert found.high == pytest.approx(rows.mean() + half, abs=1e-6)
     assert with_jackknife("mean", lambda rows: float(rows.mean()), rows[:3]).low is None
-
-
-@settings(max_examples=30, deadline=None)
-@given(arrays(np.float64, (4, 5), elements=st.integers(1, 4).map(float)), st.permutations(range(4)))
-def test_the_order_of_observers_does_not_matter(values: np.ndarray, order: list[int]) -> None:
-    for coefficient in (
-        kendall_w,
-        lambda rows: krippendorff_alpha(rows, nominal=True),
-        lambda rows: intraclass(rows)[0].value,
-    ):
-        one, other = coefficient(values), coefficient(values[order])
-        assert (one is None) == (other is None)
-        assert one is None or one == pytest.approx(other, abs=1e-9)

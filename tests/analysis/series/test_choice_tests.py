@@ -21,6 +21,7 @@ from analysis.series.paired_tests import (
     rating_test,
     stuart_maxwell,
 )
+from tests.kept import known
 
 Maker = Callable[..., SessionLog]
 # Darwin's maize, crossed less self-fertilised, in eighths of an inch; Fisher (1935, Section 21): 863 of 32,768
@@ -97,8 +98,7 @@ def test_nemenyi_s_critical_difference() -> None:
 def test_ratings_are_tested_within_observers() -> None:
     random = np.random.default_rng(1)
     ratings = random.normal(0, 3, (15, 1)) + np.array([[0.0, 0.0, 1.0]]) + random.normal(0, 0.5, (15, 3))
-    found = rating_test("similarity", ("a", "b", "c"), ratings)
-    assert found is not None
+    found = known(rating_test("similarity", ("a", "b", "c"), ratings))
     statistic, p = friedmanchisquare(*ratings.T)
     assert (found.statistic, found.p) == pytest.approx((statistic, p))
     assert [pair.p_holm < 0.05 for pair in found.pairs] == [False, True, True]
@@ -111,8 +111,7 @@ def test_ratings_are_tested_within_observers() -> None:
 
 
 def test_where_all_rate_alike_nothing_is_claimed() -> None:
-    found = rating_test("similarity", ("a", "b"), np.full((5, 2), 7.0))
-    assert found is not None
+    found = known(rating_test("similarity", ("a", "b"), np.full((5, 2), 7.0)))
     assert (found.statistic, found.p, found.pairs[0].p, found.pairs[0].effect) == (None, None, 1.0, None)
 
 
@@ -147,17 +146,3 @@ def test_neighbours(make_choices: Maker) -> None:
     assert found[1.3, 1.6].chosen == (0, 0)
     assert found[2.0, 2.5].p == 2 / 2**10
     assert found[2.0, 2.5].p_holm == 5 * 2 / 2**10
-
-
-def test_p_values_are_uniform_where_nothing_differs(make_choices: Maker) -> None:
-    """300 studies of eight observers with leanings of their own: at most 5 % and a bit below 0.05."""
-    random = np.random.default_rng(6)
-    low = 0
-    for _ in range(300):
-        odds = random.dirichlet(np.ones(4), 8)
-        counts = np.array([[random.multinomial(5, row) for _ in range(2)] for row in odds], float)
-        differences = counts[:, 0] - counts[:, 1]
-        inverse = np.linalg.pinv(differences.T @ differences, hermitian=True)
-        low += p_by_flips(differences, lambda s, inverse=inverse: ((s @ inverse) * s).sum(axis=1)) <= 0.05  # type: ignore[misc]  # called at once
-    # 5 % of 300 is 15, with a standard error of 3.8.
-    assert 3 <= low <= 26

@@ -46,6 +46,7 @@ def test_a_staircase_that_cannot_start_is_refused(wrong: dict[str, int]) -> None
         Staircase(5, **wrong)
 
 
+@pytest.mark.nightly
 def test_the_median_of_the_standard_prior_is_not_drawn_by_shallow_functions() -> None:
     """Logistic, 40 observers of 100 trials: with unknown slopes the mean lies lower, with the true one it does not."""
     shape, levels = FUNCTIONS["logistic"], np.linspace(-2, 0, 21)
