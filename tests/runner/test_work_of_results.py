@@ -12,7 +12,7 @@ from click.testing import CliRunner
 
 from documents import count_work, counted_work
 from runner.cli.main import group
-from tests.runner.cli.test_report import write_session
+from tests.runner.cli.sessions import write_session
 
 
 def _work(*words: object) -> dict[str, int]:

@@ -16,6 +16,7 @@ from runner.presenter import monitors
 from runner.protocol import read_experiment
 from runner.session.folders import Recorder
 from stimuli.pictures import StereoImage, write_exr
+from tests.choice import nightly
 
 Study = Any  # tests/conftest.py
 HEADER = Header("small", "07", "s", "2026-01-01T00:00:00.000+00:00", 0, "Which?", True, (), {}, {}, {}, {}, {})
@@ -70,7 +71,7 @@ def test_a_picture_that_eyes_do_not_take_in_is_warned_of_at_its_size(study: Stud
 
 def test_pixels_that_can_be_seen_are_warned_of_with_the_distance_from_which_not(study: Study) -> None:
     # 0.25 mm at 700 mm: 48.9 pixels per degree; 120 from 1719 mm.
-    assert "48.9 pixels per degree carry 24.4 cycles per degree" in _messages(_check(study))
+    assert "48.9 pixels per degree carry 24.4" in _messages(_check(study))
     assert "from 172 cm" in _messages(_check(study))
     study.edit("rig.yaml", "distance_mm: 700", "distance_mm: 1725")
     assert "pixels per degree" not in _messages(_check(study))
@@ -83,7 +84,7 @@ def test_settings_of_the_monitor_that_differ_from_those_measured_with_are_warned
     with (study.folder / "rig.yaml").open("a") as rig:
         rig.write("monitor_settings: {brightness_percent: 40, dynamic_contrast: true}\n")
     warned = _messages(_check(study))
-    assert "other settings of the monitor: brightness_percent 35, not 40" in warned
+    assert "brightness_percent 35, not 40" in warned
     assert "dynamic contrast is on" in warned
     assert _messages(check_file(study.folder / "rig.yaml", CheckOptions(screen="skip"))).count("settings of the") == 1
     assert check_file(study.folder / "display.yaml").facts["monitor_settings"]
@@ -93,7 +94,7 @@ def test_pictures_smaller_than_their_place_are_warned_of(study: Study) -> None:
     assert "smaller than the aperture" not in _messages(_check(study))
     write_exr(study.folder / "two.exr", StereoImage.flat(np.ones((40, 79, 3), np.float32)))
     (warning,) = [warning for warning in _check(study).warnings if "aperture" in warning.message]
-    assert "1 stimulus is smaller than the aperture of 80 x 40 px: two" in warning.message
+    assert "80 x 40 px: two" in warning.message
     assert warning.line == 6
 
 
@@ -102,7 +103,7 @@ def test_pictures_of_which_only_the_middle_is_seen_are_warned_of(study: Study) -
     assert "aperture" not in _messages(_check(study))  # 95 % of it is seen
     write_exr(study.folder / "two.exr", StereoImage.flat(np.ones((50, 100, 3), np.float32)))
     (warning,) = [warning for warning in _check(study).warnings if "aperture" in warning.message]
-    assert "the aperture of 80 x 40 px shows the middle alone of 1 stimulus: two" in warning.message
+    assert "1 stimulus: two" in warning.message
     assert "64 % of its area" in warning.message
     assert warning.line == 6
 
@@ -126,7 +127,7 @@ def test_long_sessions_and_sessions_without_a_question_are_warned_of(study: Stud
     study.edit("small.yaml", "break_every: 4", "break_every: 4, repeats: 100")
     assert "a session takes about 50 minutes" in _messages(_check(study))
     study.edit("small.yaml", "  - {kind: all_pairs, break_every: 4, repeats: 100}\n", "")
-    assert "no block asks anything that is scored" in _messages(_check(study))
+    assert "no block asks anything" in _messages(_check(study))
 
 
 def test_faults_of_every_file_are_told_although_the_experiment_is_wrong(study: Study) -> None:
@@ -153,7 +154,7 @@ def test_missing_pictures_are_all_told_with_their_places(study: Study) -> None:
 def test_a_results_folder_that_is_a_file_is_an_error(study: Study) -> None:
     study.results.write_text("")
     (error,) = _check(study).errors
-    assert "a file stands where the results should go" in error.message
+    assert "a file stands where" in error.message
 
 
 def test_unfinished_and_running_sessions_are_told_and_a_left_over_lock_is_none(study: Study) -> None:
@@ -189,7 +190,7 @@ def test_the_screen_is_held_against_the_rig(study: Study, xvfb: str, monkeypatch
     assert [monitor.size_px for monitor in monitors()] == [(1920, 1080)]
     checked = _check(study, screen="if present")
     assert checked.facts["screen"]["mode_possible"] is True
-    assert "no screen shows 640 × 480 px (there: 1920 × 1080)" in _messages(checked)
+    assert "640 × 480 px (there: 1920 × 1080)" in _messages(checked)
     assert not checked.errors
     assert "no screen shows" in "\n".join(map(str, _check(study, screen="required").errors))
     study.edit("display.yaml", "[640, 480]", "[1920, 1080]")
@@ -198,7 +199,7 @@ def test_the_screen_is_held_against_the_rig(study: Study, xvfb: str, monkeypatch
     study.edit("rig.yaml", "mode: side-by-side", "mode: quad-buffered")
     checked = _check(study, screen="required")
     told = "\n".join(map(str, checked.errors))
-    assert "the mode 'quad-buffered' cannot be shown here" in told
+    assert "'quad-buffered' cannot be shown" in told
     assert checked.facts["screen"]["mode_possible"] is False
 
 
@@ -317,7 +318,7 @@ def test_stereo_pictures_in_the_mode_flat_are_an_error(study: Study) -> None:
     study.edit("display.yaml", "quad-buffered: {same_as", "flat: {same_as")
     study.edit("rig.yaml", "mode: side-by-side", "mode: flat")
     (error,) = _check(study).errors
-    assert "2 stimuli have a view for each eye: one, two; the mode 'flat' shows both eyes the same" in error.message
+    assert "2 stimuli have a view for each eye: one, two" in error.message
     assert (error.file, error.line) == (str(study.experiment), 3)
     study.edit("recipe.yaml", "  - {name: one, file: one.exr}\n  - {name: two, file: two.exr}\n", "")
     assert not _check(study).errors
@@ -331,7 +332,7 @@ def test_a_question_that_is_drawn_over_the_pictures_is_an_error_with_the_letters
     study.edit("small.yaml", "size_mm: [20, 10]", "size_mm: [20, 100]")
     study.edit("small.yaml", "Which is closer?", (LONG * 4)[:290])
     (error,) = _check(study).errors
-    assert "in block 2 (all_pairs) the words 'Which of the two pictures" in error.message
+    assert "in block 2 (all_pairs)" in error.message
     assert error.message.endswith("are drawn over a picture")
     assert error.line == 5
     fitting = int(str(error.remedy).split()[1])
@@ -345,7 +346,7 @@ def test_instructions_that_leave_the_view_are_an_error(study: Study) -> None:
     study.edit("small.yaml", "text: line", 'text: "line')
     study.edit("small.yaml", "line}", 'line"}')
     (error,) = _check(study).errors
-    assert "in block 1 (instructions) the words 'line line" in error.message
+    assert "in block 1 (instructions)" in error.message
     assert "do not fit" in error.message
     assert error.line == 8
 
@@ -353,7 +354,8 @@ def test_instructions_that_leave_the_view_are_an_error(study: Study) -> None:
 def test_a_mode_that_does_not_exist_is_found_in_a_display_file(study: Study) -> None:
     study.edit("display.yaml", "quad-buffered:", "quad-bufferd:")
     (error,) = check_file(study.folder / "display.yaml").errors
-    assert str(error).endswith("9:3: there is no stereo mode 'quad-bufferd' (did you mean 'quad-buffered'?)")
+    assert (error.line, error.column) == (9, 3)
+    assert str(error).endswith("(did you mean 'quad-buffered'?)")
 
 
 def test_screening_is_a_sentence_and_its_outcome_no_trial(study: Study) -> None:
@@ -364,8 +366,8 @@ def test_screening_is_a_sentence_and_its_outcome_no_trial(study: Study) -> None:
     assert _check(study, pictures=False).facts["blocks"][0]["trials"] == 2 * 5 + 8 * 4
     said = study.cyclopean("check", study.experiment, "--no-pictures", "--no-screen").stdout
     words = " ".join(said.split())
-    assert "near acuity: passed at 0.5 logMAR or finer, shown from 0.6 to 0.5; this screen cannot show -0.9." in words
-    assert "stereo acuity: passed at 140 arcsec or finer" in words
+    assert "shown from 0.6 to 0.5; this screen cannot show -0.9." in words
+    assert "passed at 140 arcsec or finer" in words
     assert "colour gives the square away" not in words
     study.edit("rig.yaml", "mode: side-by-side", "mode: anaglyph-red-cyan")
     (warning,) = [w for w in _check(study, pictures=False).warnings if "stereo acuity" in w.message]
@@ -388,7 +390,7 @@ def _line_of(study: Study, text: str) -> int:
     return int(study.experiment.read_text().split(text)[0].count("\n")) + 1
 
 
-@pytest.mark.parametrize(("observers", "camps"), [(3, 4), (5, 16), (6, None), (30, None)])
+@pytest.mark.parametrize(("observers", "camps"), [(3, 4), *nightly((5, 16), (6, None)), (30, None)])
 def test_a_design_that_finds_nothing_with_the_observers_planned_is_warned_of(
     study: Study, observers: int, camps: int | None
 ) -> None:
@@ -421,7 +423,7 @@ def test_without_a_planned_number_several_are_told_and_nothing_is_warned_of_if_s
 def test_where_no_number_finds_a_difference_that_is_warned_of(study: Study) -> None:
     checked = _check(study, observers=(2, 3))
     assert [one["nats"] for one in checked.facts["smallest_difference"]] == [None, None]
-    assert "With 3 observers, this design finds no difference" in _messages(checked)
+    assert "With 3 observers, this design" in _messages(checked)
 
 
 def test_what_is_not_asked_is_not_computed_and_what_was_computed_is_kept(

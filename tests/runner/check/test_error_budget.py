@@ -24,6 +24,7 @@ from runner.check.error_budget import SCENE_PX, _scene
 from runner.cli.main import group
 from runner.presenter.compensated_pass import CompensatedPass
 from runner.presenter.surfaces.egl import EglSurface
+from tests.choice import nightly
 
 Study = Any  # tests/conftest.py
 Floats = NDArray[np.float64]
@@ -126,7 +127,7 @@ def test_a_nominal_display_has_no_residual_and_says_so(study: Study) -> None:
     assert (row.words, row.eyes) == ("not measured: nominal sRGB", None)
 
 
-@pytest.mark.parametrize("mode", ["anaglyph-red-cyan", "side-by-side-half", "flat"])
+@pytest.mark.parametrize("mode", ["anaglyph-red-cyan", "side-by-side-half", *nightly("flat")])
 def test_every_kind_of_mode_has_a_budget(mode: str) -> None:
     rig = read_rig(RIG, mode, allow_uncharacterised=True)
     budget = rig_budget(rig)
@@ -218,6 +219,7 @@ def _stated(cells: list[str], budget: ErrorBudget, step: str) -> None:
         assert float(cell) == pytest.approx(getattr(eyes["left"], name), rel=0.05, abs=1e-6), (step, name)
 
 
+@pytest.mark.nightly
 def test_the_page_states_what_the_shipped_rig_costs() -> None:
     shipped, changed = _tables()
     budget = rig_budget(_rig())

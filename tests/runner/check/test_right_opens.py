@@ -27,7 +27,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 # More of them: tests/stress.
 @pytest.mark.promise("check-runs")
 @given(drawn=experiments())
-@settings(max_examples=6, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=4, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_what_check_calls_right_opens(drawn: dict[str, object], folder: Path) -> None:
     what_check_calls_right_opens(drawn, folder, screens=2)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 from click.testing import CliRunner
@@ -41,13 +40,6 @@ def test_warnings_alone_leave_the_status_at_0_and_errors_make_it_2(study: Study)
     assert told.exit_code == 2
     assert "error: " in told.stderr
     assert "did you mean 'question'?" in told.stderr
-
-
-def test_json_holds_everything(study: Study) -> None:
-    (told,) = json.loads(_check(study, "--json").stdout)
-    assert told["findings"] == []
-    assert {"message", "file", "line", "column", "remedy"} == set(told["warnings"][0])
-    assert set(told) >= {"trials", "minutes", "blocks", "keys", "clipped_percent", "picture_deg", "onsets", "results"}
 
 
 def test_one_is_counted_as_one() -> None:

@@ -15,6 +15,7 @@ import pytest
 from documents.text import hidden_character
 from runner.cli.main import COMMANDS
 from runner.session import simulate
+from tests.choice import nightly
 
 Cyclopean = Callable[..., subprocess.CompletedProcess[str]]  # tests/conftest.py
 Study = Any
@@ -41,12 +42,7 @@ def check_printed(done: subprocess.CompletedProcess[str]) -> None:
 
 @pytest.mark.parametrize(
     "options",
-    [
-        (),
-        ("--pairs", "--checks", "--multiverse"),
-        ("--margin", "0.5jnd"),
-        ("--observers", "random"),
-    ],
+    [("--pairs", "--checks", "--multiverse"), *nightly(((),), (("--margin", "0.5jnd"),), (("--observers", "random"),))],
 )
 def test_scores_of_items_with_hostile_names(cyclopean: Cyclopean, tmp_path: Path, options: tuple[str, ...]) -> None:
     names = [f"{HOSTILE} {number}" for number in range(4)]
@@ -64,7 +60,7 @@ def test_scores_of_items_with_hostile_names(cyclopean: Cyclopean, tmp_path: Path
     check_printed(cyclopean("scores", table, *options, expect=None))
 
 
-@pytest.mark.parametrize("command", ["report", "export", "agreement", "verify", "seal", "power"])
+@pytest.mark.parametrize("command", ["report", "export", *nightly("agreement", "verify", "seal", "power")])
 def test_logs_with_hostile_texts(study: Study, unchained: Unchained, cyclopean: Cyclopean, command: str) -> None:
     simulate(study.experiment, study.observers, 2, results=study.results)
     for number, file in enumerate(sorted(study.results.rglob("session.jsonl"))):

@@ -29,20 +29,8 @@ def test_the_help_imports_nothing_heavy() -> None:
     )
     told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     imported = told.stderr
-    heavy = (
-        "numpy",
-        "scipy",
-        "pydantic",
-        "moderngl",
-        "glfw",
-        "OpenImageIO",
-        "matplotlib",
-        "colour",
-        "rich",
-        "yaml",
-        "dask",
-        "distributed",
-    )
+    heavy = {"numpy", "scipy", "pydantic", "moderngl", "glfw", "OpenImageIO", "matplotlib", "colour", "rich", "yaml"}
+    heavy |= {"dask", "distributed"}
     assert "'click'" in imported
     assert [name for name in heavy if f"'{name}'" in imported] == []
 
@@ -60,7 +48,7 @@ def test_a_start_looks_for_no_plugins_and_seldom_for_cycles() -> None:
 def test_an_unknown_command_is_answered_with_the_nearest() -> None:
     result = CliRunner().invoke(group, ["shew"])
     assert result.exit_code == 2
-    assert "There is no command 'shew'. Did you mean 'show'?" in result.output
+    assert "Did you mean 'show'?" in result.output
 
 
 @pytest.mark.parametrize("name", COMMANDS)

@@ -57,14 +57,6 @@ def test_the_options_reach_the_study(tmp_path: Path) -> None:
     assert experiment.spec.question == "Why?"
 
 
-def test_what_cannot_be_written_ends_with_a_line(tmp_path: Path) -> None:
-    folder = draw_flat(tmp_path / "photos", ("a", "b"))
-    (tmp_path / "file").touch()
-    done = _new(tmp_path / "file" / "study", folder, *PANEL)
-    assert done.exit_code == 1
-    assert "the study cannot be written" in done.stderr
-
-
 def test_a_shipped_experiment_is_copied_under_its_own_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     done = _new("--from", "preliminary")

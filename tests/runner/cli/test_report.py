@@ -4,64 +4,16 @@ from __future__ import annotations
 
 import html
 import json
-import random
 import re
 import unicodedata
-from itertools import combinations
 from pathlib import Path
-from typing import Any
 
 import pytest
 from click.testing import CliRunner, Result
 
 from runner.cli import report
 from runner.reports.results import find_browser
-
-NAMES = "abcd"
-
-
-def write_session(folder: Path, observer: str, kind: str = "all_pairs") -> None:
-    """Write a session in which every pair is compared twice."""
-    rng = random.Random(observer)
-    header: dict[str, Any] = {
-        "record": "session",
-        "experiment": "small",
-        "observer": observer,
-        "session": f"s{observer}",
-        "started_utc": "2026-01-02T03:04:05Z",
-        "seed": 1,
-        "question": "Which?",
-        "simulated": True,
-        "stimuli": [{"name": name, "factors": {"size": place}} for place, name in enumerate(NAMES)],
-        "display": {"mode": "flat"},
-        "analysis": {},
-        "hashes": {},
-        "software": {},
-        "presentation": {},
-    }
-    lines = [header]
-    for number, (one, other) in enumerate([*combinations(NAMES, 2)] * 2):
-        chosen, rejected = (one, other) if rng.random() < 0.7 else (other, one)
-        lines.append(
-            {
-                "record": "trial",
-                "block": 0,
-                "trial": number,
-                "kind": kind,
-                "events": [["up" if chosen == one else "down", 1.0]],
-                "response_time_s": 1.0,
-                "utc": "2026-01-02T03:04:05Z",
-                "first": one,
-                "second": other,
-                "answer": "first" if chosen == one else "second",
-                "chosen": chosen,
-                "rejected": rejected,
-                "first_position": "top",
-            }
-        )
-    place = folder / f"sub-{observer}" / "ses-1"
-    place.mkdir(parents=True)
-    (place / "session.jsonl").write_text("".join(f"{json.dumps(line)}\n" for line in [*lines, {"record": "end"}]))
+from tests.runner.cli.sessions import NAMES, write_session
 
 
 @pytest.fixture
@@ -76,17 +28,16 @@ def run(*arguments: object) -> Result:
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_the_page_lies_in_the_first_folder(results: Path) -> None:
-    done = run(results)
-    assert done.exit_code == 0, done.output
-    assert "5 simulated observers, 60 comparisons of 4 stimuli" in done.output
-    assert (results / "report.html").is_file()
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_json_holds_every_part_and_no_nan(results: Path) -> None:
+def test_json_holds_every_part_and_no_nan(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside a study's folder its experiment is found."""
+    asked = []
+    monkeypatch.setattr("runner.reports.results.find_shown", lambda header, file: asked.append(file))
+    study = results.parent / "experiment.yaml"
+    study.touch()
     told = json.loads(run(results, "--json").stdout)
+    assert asked == [study]
     assert told["report"] == str(results / "report.html")
+    assert (results / "report.html").is_file()
     assert told["trials"] == 60
     assert [line["observer"] for line in told["observer_table"]["observers"]] == ["01", "02", "03", "04", "05"]
     assert told["left_out"]["left_out"] == {}
@@ -119,31 +70,26 @@ def test_what_cannot_be_asked_is_told(results: Path, arguments: tuple[str, ...],
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_tables_and_pdf_are_written_beside_the_page(results: Path, tmp_path: Path) -> None:
-    if find_browser() is None:
-        pytest.skip("no Chromium is installed: nothing is printed")
-    done = run(results, "-o", tmp_path / "out.html", "--csv", tmp_path / "tables", "--pdf")
+def test_tables_pdf_and_figures_are_written_and_figures_not_replaced_unasked(results: Path, tmp_path: Path) -> None:
+    figures, pdf = tmp_path / "figures", () if find_browser() is None else ("--pdf",)
+    words = (results, "-o", tmp_path / "out.html", "--figures", figures)
+    done = run(*words, "--csv", tmp_path / "tables", *pdf)
     assert done.exit_code == 0, done.output
-    assert (tmp_path / "out.pdf").read_bytes().startswith(b"%PDF-")
+    assert not pdf or (tmp_path / "out.pdf").read_bytes().startswith(b"%PDF-")
     head = (tmp_path / "tables" / "scores.csv").read_text(encoding="utf-8").splitlines()[0]
     assert head == ("stimulus,class,score,log10_score,log10_score_low,log10_score_high,se_nats,wins,comparisons")
 
-
-@pytest.mark.usefixtures("undrawn")
-def test_figures_are_written_and_not_replaced_unasked(results: Path, tmp_path: Path) -> None:
-    figures = tmp_path / "figures"
-    done = run(results, "--figures", figures)
-    assert done.exit_code == 0, done.output
     assert f"Its figures: {figures}" in done.output
     names = {file.name for file in figures.iterdir()}
     assert {"scores.svg", "scores.pdf", "classes.svg", "classes.pdf"} <= names
-    again = run(results, "--figures", figures)
+    again = run(*words)
     assert again.exit_code != 0
     assert "--replace" in str(again.exception)
-    assert run(results, "--figures", figures, "--replace").exit_code == 0
+    assert run(*words, "--replace").exit_code == 0
     assert "--replace goes with --figures" in run(results, "--replace").output
 
 
+@pytest.mark.nightly
 def test_printed_pages_keep_headings_with_what_follows_and_tables_whole(tmp_path: Path) -> None:
     if find_browser() is None:
         pytest.skip("no Chromium is installed: nothing is printed")
@@ -184,24 +130,16 @@ def test_pictures_are_taken_for_what_they_are_worth(results: Path, monkeypatch: 
     monkeypatch.chdir(results)
     (results / "experiments").mkdir()
     (results / "experiments" / "small.yaml").touch()
-    assert run(results).exit_code == 0
+    done = run(results)
+    assert done.exit_code == 0
     assert asked == [results / "experiments" / "small.yaml"]
-    assert "The page has no pictures of the stimuli" in run(results).output
+    assert "5 simulated observers, 60 comparisons of 4 stimuli" in done.output
+    assert "The page has no pictures" in done.output
     asked.clear()
     silent = run(results, "--no-thumbnails")
     assert silent.exit_code == 0
     assert "no pictures" not in silent.output
     assert not asked
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_the_experiment_of_a_study_s_folder_is_found(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = []
-    monkeypatch.setattr("runner.reports.results.find_shown", lambda header, file: asked.append(file))
-    study = results.parent / "experiment.yaml"
-    study.touch()
-    assert run(results).exit_code == 0
-    assert asked == [study]
 
 
 @pytest.mark.usefixtures("undrawn")

@@ -56,6 +56,7 @@ def test_no_heavy_library_is_imported_that_is_not_needed(study: Study, tmp_path:
     results = str(tmp_path / "results")
     shutil.copytree(RECORDED / "results", results)
     geometry = ["--sensor-mm", "36x24", "--pixels", "7360x4912", "--focal-mm", "105", "--distance-mm", "700"]
+    few = ("--observers", "5", "--replicates", "5")
     reader = {"numpy", "pydantic", "yaml"}
     correlate = (
         "from analysis.agreement.correlations import KINDS, correlation\n"
@@ -79,6 +80,7 @@ def test_no_heavy_library_is_imported_that_is_not_needed(study: Study, tmp_path:
             (("schema", "experiment"), reader | STUDY),
             ("import runner.reports.power, analysis.power; analysis.power.write_page", reader | STUDY),
             (("check", str(study.experiment)), reader | STUDY | {"PIL", "scipy"}),
+            (("power", str(study.experiment), *few), reader | STUDY | {"PIL", "rich", "scipy"}),
         ],
         [
             (("verify", results), {"pydantic", "analysis.records.order"}),

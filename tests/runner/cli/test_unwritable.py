@@ -262,11 +262,15 @@ def egl() -> str | None:
 
 
 def _calls() -> Iterator[Any]:
-    """Yield each option with one refusal; `make stress` tries the others, and the demo, which makes its pictures."""
+    """Yield one option of each command with one refusal; `make nightly` tries the others.
+
+    With each of the other refusals `make stress`; the demo, which makes its pictures, too.
+    """
+    first = {called: option for called, option in reversed(WRITES)}
     for place, option in enumerate(WRITES):
         for turn, number in enumerate(REFUSALS):
             seldom = turn != place % len(REFUSALS) or option[0] == "demo"
-            marks = [pytest.mark.stress] if seldom else []
+            marks = [pytest.mark.stress] if seldom else [pytest.mark.nightly] if first[option[0]] != option[1] else []
             yield pytest.param(option, number, id=f"{' '.join(option)} {errno.errorcode[number]}", marks=marks)
 
 

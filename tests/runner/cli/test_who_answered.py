@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-import random
 from collections.abc import Callable
-from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -16,39 +14,10 @@ from click.testing import CliRunner
 import cyclopean
 from documents import InputError
 from runner.cli import main
+from tests.runner.cli.sessions import NAMES, write_session
 
-NAMES = "abcd"
 PEOPLE, SIMULATED = ("01", "02"), ("01", "91", "92")
 Folder = Callable[..., Path]
-
-
-def _session(folder: Path, observer: str, *, simulated: bool) -> None:
-    rng = random.Random(f"{observer}{simulated}")
-    started = "2026-01-02T03:04:05Z"
-    header: dict[str, Any] = {
-        "record": "session",
-        "experiment": "small",
-        "observer": observer,
-        "session": f"s{observer}{'simulated' if simulated else ''}",
-        "started_utc": started,
-        "seed": 1,
-        "question": "Which?",
-        "simulated": simulated,
-        "stimuli": [{"name": name, "factors": {"size": place}} for place, name in enumerate(NAMES)],
-        **{key: {} for key in ("analysis", "hashes", "software", "presentation")},
-        "display": {"mode": "flat"},
-    }
-    lines = [header]
-    for number, (one, other) in enumerate([*combinations(NAMES, 2)] * 2):
-        chosen, rejected = (one, other) if rng.random() < 0.7 else (other, one)
-        answer = {"first": one, "second": other, "answer": "first" if chosen == one else "second"}
-        place = {"record": "trial", "block": 0, "trial": number, "kind": "all_pairs", "first_position": "top"}
-        press = {"events": [["up" if chosen == one else "down", 1.0]], "response_time_s": 1.0, "utc": started}
-        lines.append({**place, **press, **answer, "chosen": chosen, "rejected": rejected})
-    file = folder / "small" / f"sub-{observer}" / f"ses-{header['session']}"
-    file.mkdir(parents=True)
-    text = "".join(f"{json.dumps(line)}\n" for line in [*lines, {"record": "end"}])
-    (file / "session.jsonl").write_text(text, encoding="utf-8")
 
 
 @pytest.fixture
@@ -56,9 +25,9 @@ def folder(tmp_path: Path) -> Folder:
     def make(people: tuple[str, ...], simulated: tuple[str, ...]) -> Path:
         results = tmp_path / f"results-{len(people)}-{'-'.join(simulated)}"
         for observer in people:
-            _session(results, observer, simulated=False)
+            write_session(results, observer, simulated=False)
         for observer in simulated:
-            _session(results, observer, simulated=True)
+            write_session(results, observer)
         return results
 
     return make
@@ -75,13 +44,16 @@ def _reported(*words: object) -> dict[str, Any]:
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_a_simulated_session_makes_no_person_simulated_and_is_left_out(folder: Folder) -> None:
+def test_simulated_sessions_make_no_person_simulated_and_are_left_out(folder: Folder) -> None:
+    """By the headline, the page and the values; that one of them is named to be left out changes nothing."""
     results = folder(PEOPLE, SIMULATED)
     told = _run("report", results, "--no-thumbnails")
     assert "2 observers, 24 comparisons" in told
-    assert "simulated observer" in told
     assert "--with-simulated" in told
-    values = _reported(results)
+    page = (results / "report.html").read_text(encoding="utf-8")
+    assert "2 observers took part in 2 sessions." in page
+    assert "3 simulated observers left out" in page
+    values = _reported(results, "--without", "91")
     assert (values["observers"], values["trials"], values["simulated"]) == (list(PEOPLE), 24, False)
     assert values["left_out"]["simulated"] == list(SIMULATED)
 
@@ -91,6 +63,7 @@ def test_asked_for_they_count_and_a_shared_code_stays_two_observers(folder: Fold
     results = folder(PEOPLE, SIMULATED)
     told = _run("report", results, "--no-thumbnails", "--with-simulated")
     assert "5 observers, 3 of them simulated, 60 comparisons" in told
+    assert "5 sessions; 3 of them were simulated" in (results / "report.html").read_text(encoding="utf-8")
     values = _reported(results, "--with-simulated")
     assert sorted(values["observers"]) == ["01", "01 (simulated)", "02", "91", "92"]
     assert values["simulated_observers"] == ["01 (simulated)", "91", "92"]
@@ -100,32 +73,12 @@ def test_asked_for_they_count_and_a_shared_code_stays_two_observers(folder: Fold
 @pytest.mark.usefixtures("undrawn")
 def test_simulated_observers_alone_and_people_alone_are_reported_as_such(folder: Folder) -> None:
     alone = folder((), SIMULATED)
-    assert "3 simulated observers, 36 comparisons" in _run("report", alone, "--no-thumbnails")
-    assert _reported(alone)["simulated"] is True
-    page = (alone / "report.html").read_text(encoding="utf-8")
-    assert "all of them were simulated" in page
+    values = _reported(alone)
+    assert (values["trials"], values["simulated"]) == (36, True)
+    assert "all of them were simulated" in (alone / "report.html").read_text(encoding="utf-8")
     people = _run("report", folder(PEOPLE, ()), "--no-thumbnails")
     assert "2 observers, 24 comparisons" in people
     assert "imulated observer" not in people
-    assert "--with-simulated" not in people
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_page_and_methods_say_the_same_as_the_headline(folder: Folder) -> None:
-    results = folder(PEOPLE, SIMULATED)
-    _run("report", results, "--no-thumbnails")
-    page = (results / "report.html").read_text(encoding="utf-8")
-    assert "2 observers took part in 2 sessions." in page
-    assert "3 simulated observers left out" in page
-    _run("report", results, "--no-thumbnails", "--with-simulated")
-    assert "5 observers took part in 5 sessions; 3 of them were simulated" in (results / "report.html").read_text(
-        encoding="utf-8"
-    )
-
-
-def test_one_who_is_left_out_anyway_may_be_named(folder: Folder) -> None:
-    values = _reported(folder(PEOPLE, SIMULATED), "--without", "91")
-    assert values["observers"] == list(PEOPLE)
 
 
 def _scored(answers: Any) -> tuple[str, ...]:

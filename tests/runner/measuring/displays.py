@@ -12,3 +12,9 @@ modes:
     curve: {kind: gog, red: {gamma: 2.1}, green: {gamma: 2.2}, blue: {gamma: 2.3}}
     source: made up for tests
 """
+
+# What a log of measurements begins with, but for its steps.
+HEADER: dict[str, object] = {
+    **{"begun_utc": "2026-01-02T03:04:05+00:00", "instrument": "none", "mode": "flat", "eye": "left"},
+    **{"set": "many", "set_source": "", "seed": 1, "highest_code": 255},
+}

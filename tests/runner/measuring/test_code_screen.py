@@ -14,6 +14,8 @@ from devices.errors import MeasuringError
 from runner.measuring.code_screen import CodeScreen, EyeCodes
 from runner.presenter import MODES, ModeOptions, PresentationError, Surface, find_mode, open_surface
 from runner.presenter.depth import Bits
+from tests.choice import nightly
+from tests.runner.families import by_family
 
 SIZE = (63, 48)  # an odd width: what halves of it do must hold
 OFFSCREEN = [name for name in MODES if name != "quad-buffered"]  # needs a stereo driver: see tests/quad
@@ -35,7 +37,7 @@ def _codes(screen: CodeScreen, *numbers: int) -> Any:
 
 
 @pytest.mark.parametrize("bits", [8, 10])
-@pytest.mark.parametrize("mode", OFFSCREEN)
+@pytest.mark.parametrize("mode", by_family(OFFSCREEN))
 def test_all_pixels_of_an_eye_have_exactly_the_code(mode: str, bits: Bits) -> None:
     with _open(mode, bits) as surface, CodeScreen(surface, find_mode(mode)) as screen:
         top = screen.highest
@@ -46,8 +48,8 @@ def test_all_pixels_of_an_eye_have_exactly_the_code(mode: str, bits: Bits) -> No
             assert np.all(screen.seen_by("right") == right)
 
 
-@pytest.mark.parametrize("mode", [name for name in OFFSCREEN if name != "flat" and "anaglyph" not in name])
-@pytest.mark.parametrize("eye", ["left", "right"])
+@pytest.mark.parametrize("mode", by_family(name for name in OFFSCREEN if name != "flat" and "anaglyph" not in name))
+@pytest.mark.parametrize("eye", ["left", *nightly("right")])
 def test_the_other_eye_sees_black(mode: str, eye: str) -> None:
     with _open(mode) as surface, CodeScreen(surface, find_mode(mode)) as screen:
         screen.show(EyeCodes.of((1.0, 0.2, 0.4), eye))
@@ -57,14 +59,13 @@ def test_the_other_eye_sees_black(mode: str, eye: str) -> None:
 
 
 def test_every_8_bit_code_of_every_channel_comes_back() -> None:
-    for mode in ("flat", "checkerboard"):
-        with _open(mode) as surface, CodeScreen(surface, find_mode(mode)) as screen:
-            for code in range(256):
-                screen.show(EyeCodes.of(_codes(screen, code, 255 - code, code ^ 0x55), "both"))
-                assert np.all(screen.seen_by("left") == (code, 255 - code, code ^ 0x55))
+    with _open("checkerboard") as surface, CodeScreen(surface, find_mode("checkerboard")) as screen:
+        for code in range(256):
+            screen.show(EyeCodes.of(_codes(screen, code, 255 - code, code ^ 0x55), "both"))
+            assert np.all(screen.seen_by("left") == (code, 255 - code, code ^ 0x55))
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(st.sampled_from(OFFSCREEN), st.booleans())
 def test_areas_of_the_two_eyes_tile_what_the_mode_uses(mode: str, swapped: bool) -> None:
     options = ModeOptions(swap_eyes=swapped)

@@ -33,12 +33,14 @@ IN_A_WINDOW = ShowOptions(settle_s=0.0, windowed=True)
 def folder(tmp_path: Path) -> Path:
     (tmp_path / "display.yaml").write_text(DISPLAY)
     (tmp_path / "rig.yaml").write_text(RIG)
+    greys = "".join(f"{code},{code},{code}\n" for code in range(20, 260, 40))
+    (tmp_path / "some.csv").write_text("# codes: 0..255\nred,green,blue\n" + greys)
     return tmp_path
 
 
 def measure(folder: Path, name: str = "m.jsonl", **more: Any) -> dict[str, Any]:
-    """Read the grey patches in a window, and return the log's header."""
-    patches = PatchOptions(("grey",))
+    """Read some greys in a window, and return the log's header."""
+    patches = PatchOptions((str(folder / "some.csv"),))
     measure_display(folder / "rig.yaml", folder / name, SIMULATED, patches, IN_A_WINDOW, **more)
     return dict(read_session(folder / name).header)
 
@@ -90,7 +92,7 @@ def test_a_fit_carries_the_table_into_the_display_file(folder: Path, load_table:
 def test_a_measurement_is_resumed_with_its_own_table_alone(folder: Path, load_table: Load) -> None:
     measure(folder)
     lines = (folder / "m.jsonl").read_text().splitlines(True)
-    (folder / "m.jsonl").write_text("".join(lines[:10]))
+    (folder / "m.jsonl").write_text("".join(lines[:6]))
     load_table(1.0)
     with pytest.raises(MeasuringError, match="began with another gamma table"):
         measure(folder, resume=True)
@@ -104,7 +106,7 @@ def test_a_change_stops_the_measurement_without_the_reading_that_it_spoilt(folde
         if progress.done == 5:
             load_table(0.9)
 
-    patches = PatchOptions(("grey",))
+    patches = PatchOptions((str(folder / "some.csv"),))
     file = folder / "m.jsonl"
     dialogue = Dialogue(on_progress=change)
     report = measure_display(folder / "rig.yaml", file, SIMULATED, patches, IN_A_WINDOW, dialogue=dialogue)
@@ -117,6 +119,7 @@ def test_a_change_stops_the_measurement_without_the_reading_that_it_spoilt(folde
     assert not read_session(file).missing
 
 
+@pytest.mark.nightly
 def test_a_rig_measures_with_the_identity(folder: Path, load_table: Load) -> None:
     (folder / "rig.yaml").write_text(RIG + "gamma_table: identity\n")
     assert measure(folder)["gamma_table"] == GammaTable.identity(256).to_json()
@@ -167,10 +170,6 @@ def test_without_a_window_the_readings_say_why_the_table_is_unknown(folder: Path
     [
         ("{size: 256}", "size and hash"),
         ("{hash: abc, size: 256, departure_codes: 12.0}", "needs its entries"),
-        ("{hash: abc, size: 4, entries: eJxjYBgFIw0AAAEgAAE=}", "does not hold|cannot be read|not that of"),
-        ("{hash: abc, size: 1}", "a whole number from 2"),
-        ("{unknown: nobody looked, size: 256}", "no other key"),
-        ("{loaded: identity}", "loaded"),
     ],
 )
 def test_a_wrong_table_in_a_display_file_is_found_at_its_place(folder: Path, held: str, words: str) -> None:
@@ -180,14 +179,6 @@ def test_a_wrong_table_in_a_display_file_is_found_at_its_place(folder: Path, hel
         read_display(folder / "display.yaml")
     (finding,) = raised.value.findings
     assert finding.line == len(text.splitlines())
-
-
-def test_a_wrong_table_in_a_csv_is_found_at_its_line(tmp_path: Path) -> None:
-    text = "# codes: 0..255\n# gamma_table: hash=abc size=256 departure_codes=30\nred,green,blue,X,Y,Z\n0,0,0,1,1,1\n"
-    (tmp_path / "m.csv").write_text(text)
-    with pytest.raises(InputError, match="needs its entries") as raised:
-        read_measurements(tmp_path / "m.csv")
-    assert raised.value.findings[0].line == 2
 
 
 def test_patches_shown_for_another_instrument_name_their_table(folder: Path, load_table: Load) -> None:
@@ -200,3 +191,11 @@ def test_patches_shown_for_another_instrument_name_their_table(folder: Path, loa
     table = read_measurements(shown).gamma_table
     assert table is not None
     assert table.same_as(power(1.1))
+
+
+def test_a_wrong_table_in_a_csv_is_found_at_its_line(tmp_path: Path) -> None:
+    text = "# codes: 0..255\n# gamma_table: hash=abc size=256 departure_codes=30\nred,green,blue,X,Y,Z\n0,0,0,1,1,1\n"
+    (tmp_path / "m.csv").write_text(text)
+    with pytest.raises(InputError, match="needs its entries") as raised:
+        read_measurements(tmp_path / "m.csv")
+    assert raised.value.findings[0].line == 2

@@ -13,11 +13,13 @@ from analysis.records import check_log
 from devices.measurements import MeasurementLog, read_session
 from documents import InputError
 from runner.presenter import open_surface
+from tests.choice import nightly
 from tests.runner.harms import HARMS
 from tests.runner.measuring.displays import DISPLAY
 
 Cyclopean = Callable[..., Any]
 READINGS = 39  # of the set grey
+SOME = ("removed", "cut off", "edited", "folder moved")
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -60,7 +62,7 @@ def _harm_after(monkeypatch: pytest.MonkeyPatch, readings: int, what: str) -> li
 
 
 @pytest.mark.parametrize("after", [20, *(pytest.param(after, marks=pytest.mark.stress) for after in (1, READINGS))])
-@pytest.mark.parametrize("what", HARMS)
+@pytest.mark.parametrize("what", [*SOME, *nightly(*(what for what in HARMS if what not in SOME))])
 def test_no_reading_is_lost_and_the_measurement_stops(
     folder: Path, cyclopean: Cyclopean, monkeypatch: pytest.MonkeyPatch, what: str, after: int
 ) -> None:

@@ -96,7 +96,7 @@ def test_readings_without_spectra_are_not_compared_with_it(display: Path, tmp_pa
 def test_readings_with_spectra_are_compared_with_it_for_its_observer_and_the_page_says_so(tmp_path: Path) -> None:
     waves = np.arange(380.0, 781.0, 5.0)
     spectra = np.stack([np.exp(-(((waves - mid) / 25) ** 2)) for mid in (620, 535, 460)]) * 2e-3
-    codes = table_c1_codes()
+    codes = table_c1_codes()[::2]  # half of them tell as much here
 
     def readings(blue: float) -> Path:
         light = (0.002 + codes**2.2) * [1.0, 1.0, blue] @ spectra

@@ -23,7 +23,10 @@ from runner.measuring.keys import Keys
 from runner.measuring.take_readings import take_readings
 from runner.ports import KeyPress
 from runner.presenter import MODES, Codes, PresentationError, Surface, find_mode, open_surface
+from tests.choice import nightly
+from tests.runner.families import by_family
 from tests.runner.measuring.displays import DISPLAY as SMALL
+from tests.runner.measuring.displays import HEADER
 
 SIZE = (96, 72)
 OFFSCREEN = [name for name in MODES if name != "quad-buffered"]
@@ -60,8 +63,8 @@ def _measure(folder: Path, *more: str, typed: str | None = None, mode: str = "ro
     return CliRunner().invoke(group, arguments, input=typed)
 
 
-@pytest.mark.parametrize("mode", APART)
-@pytest.mark.parametrize("eye", ["left", "right"])
+@pytest.mark.parametrize("mode", by_family(APART))
+@pytest.mark.parametrize("eye", ["left", *nightly("right")])
 def test_the_other_eye_sees_its_own_codes(mode: str, eye: str) -> None:
     patch = Patch("black@other=red", (0.2, 0.2, 0.2), other=(1.0, 0.0, 0.0), eye="left" if eye == "left" else "right")
     with _open(mode) as surface, CodeScreen(surface, find_mode(mode)) as screen:
@@ -72,8 +75,8 @@ def test_the_other_eye_sees_its_own_codes(mode: str, eye: str) -> None:
     assert (shown.own, shown.other) == (patch.codes, patch.other)
 
 
-@pytest.mark.parametrize("mode", OFFSCREEN)
-@pytest.mark.parametrize("place", [Place(2, 2), Place(1, 3)])
+@pytest.mark.parametrize("mode", by_family(OFFSCREEN))
+@pytest.mark.parametrize("place", [*nightly(Place(2, 2)), Place(1, 3)])
 def test_a_place_is_a_cell_of_the_panel(mode: str, place: Place) -> None:
     """What is lit, once squeezed views are stretched back, is the cell and nothing else."""
     with _open(mode) as surface, CodeScreen(surface, find_mode(mode)) as screen:
@@ -91,7 +94,7 @@ def test_a_place_is_a_cell_of_the_panel(mode: str, place: Place) -> None:
     assert shown.place == place.centre
 
 
-@pytest.mark.parametrize("mode", ["flat", "row-interleaved", "side-by-side-half"])
+@pytest.mark.parametrize("mode", [*nightly("flat"), "row-interleaved", *nightly("side-by-side-half")])
 def test_a_surround_is_around_the_middle(mode: str) -> None:
     with _open(mode) as surface, CodeScreen(surface, find_mode(mode)) as screen:
         screen.show_patch(Patch("grey@on-white", (0.2, 0.2, 0.2), around=WHITE), "both")
@@ -100,8 +103,8 @@ def test_a_surround_is_around_the_middle(mode: str) -> None:
     assert (seen == 51).mean() == pytest.approx(1 / 9, abs=0.02)
 
 
-@pytest.mark.parametrize("mode", ["flat", "checkerboard"])
-@pytest.mark.parametrize("area", [0.04, 0.25, 0.64])
+@pytest.mark.parametrize("mode", ["flat", *nightly("checkerboard")])
+@pytest.mark.parametrize("area", [*nightly(0.04), 0.25, *nightly(0.64)])
 def test_a_patch_fills_its_area_and_black_is_around_it(mode: str, area: float) -> None:
     with _open(mode) as surface, CodeScreen(surface, find_mode(mode)) as screen:
         screen.show_patch(Patch("white", WHITE, area=area), "both")
@@ -137,8 +140,8 @@ def test_eyes_that_share_pixels_cannot_see_different_ones() -> None:
         screen.show(EyeCodes(WHITE, WHITE, (0.0, 0.0, 1.0, 1.0), (WHITE, BLACK)))
 
 
-@pytest.mark.parametrize("mode", ["flat", "side-by-side-half", "checkerboard", "frame-sequential"])
-@pytest.mark.parametrize("bits", [8, 10])
+@pytest.mark.parametrize("mode", ["side-by-side-half", *nightly("flat", "checkerboard", "frame-sequential")])
+@pytest.mark.parametrize("bits", [8, *nightly(10)])
 def test_words_stand_on_the_screen_until_a_key_and_then_no_longer(mode: str, bits: int) -> None:
     try:
         surface = open_surface("egl", (320, 240), bits=8 if bits == 8 else 10)
@@ -171,22 +174,12 @@ def test_words_stand_on_the_screen_until_a_key_and_then_no_longer(mode: str, bit
 
 def test_what_is_special_of_a_patch_comes_back_from_the_log(tmp_path: Path) -> None:
     order = steps(find_sets(("all",)), 1)
-    header = {
-        "begun_utc": "2026-01-02T03:04:05+00:00",
-        "instrument": "none",
-        "mode": "flat",
-        "eye": "left",
-        "set": "many",
-        "set_source": "",
-        "seed": 1,
-        "highest_code": 255,
-        "steps": step_facts(order),
-    }
-    with MeasurementLog.create(tmp_path / "m.jsonl", header):
+    with MeasurementLog.create(tmp_path / "m.jsonl", {**HEADER, "steps": step_facts(order)}):
         pass
     assert read_session(tmp_path / "m.jsonl").steps == order
 
 
+@pytest.mark.nightly
 def test_one_run_of_all_sets_is_judged_by_every_check(folder: Path) -> None:
     faults = ("crosstalk=0.08", "edge_loss=0.5", "surround_gain=0.05", "glasses_loss=0.8", "noise=0.001")
     options = [word for fault in faults for word in ("--instrument-option", fault)]
@@ -200,14 +193,8 @@ def test_one_run_of_all_sets_is_judged_by_every_check(folder: Path) -> None:
     judged = {one.name: one for one in examine([MeasuredSet("m", table)], models=models)}
     # The simulated instrument is done within seconds, of which nobody can tell that a display is warm.
     # Light that depends on the surround goes before what a channel adds to grey.
-    unjudged = {
-        "spectral_overlap",
-        "observer_metamerism",
-        "gamut",
-        "added_channels",
-        "room_light",
-        "standard_primaries",
-    }
+    unjudged = {"spectral_overlap", "observer_metamerism", "gamut", "added_channels", "room_light"}
+    unjudged |= {"standard_primaries"}
     assert {name for name, one in judged.items() if one.passed is None} == {*unjudged, "warm_up"}
     assert table.time_s is not None
     slow = replace(table, time_s=table.time_s * (36000 / table.time_s.max()))
@@ -272,6 +259,7 @@ def test_patches_of_one_area_on_one_grey_are_measured_and_fitted(folder: Path) -
     assert dim.XYZ[np.all(dim.codes == 1, axis=1), 1].mean() == pytest.approx(0.5 * white, rel=0.01)
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("undrawn")
 def test_a_simulated_panel_of_six_bits_is_reported_as_that(folder: Path) -> None:
     planted = ("--instrument-option", "panel_bits=6", "--instrument-option", "picture_level_limit=0.4")

@@ -19,6 +19,7 @@ from runner.measuring.take_readings import Outcome, Progress, take_readings
 from runner.ports import KeyPress, WindowClosed
 from runner.presenter import PresentationError, find_mode
 from runner.presenter.surfaces.egl import EglSurface
+from tests.runner.measuring.displays import HEADER
 
 STEPS = steps(find_patches("grey"), 1)
 
@@ -68,17 +69,7 @@ def desk(tmp_path: Path) -> Iterator[Desk]:
         surface = EglSurface((32, 24))
     except PresentationError as error:
         pytest.skip(str(error))
-    header = {
-        "begun_utc": "2026-01-02T03:04:05+00:00",
-        "instrument": "none",
-        "mode": "flat",
-        "eye": "left",
-        "set": "many",
-        "set_source": "",
-        "seed": 1,
-        "highest_code": 255,
-        "steps": step_facts(STEPS),
-    }
+    header = {**HEADER, "steps": step_facts(STEPS)}
     with (
         surface,
         CodeScreen(surface, find_mode("side-by-side")) as screen,

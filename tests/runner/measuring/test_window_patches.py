@@ -81,6 +81,7 @@ def window(xvfb: str, tmp_path: Path) -> Iterator[Callable[..., Window]]:
         one.process.communicate()
 
 
+@pytest.mark.nightly
 def test_keys_go_on_back_and_stop(window: Callable[..., Window], tmp_path: Path) -> None:
     shown = window("patches", "-o", str(tmp_path / "shown.csv"))
     shown.until("1/39  black: 0 0 0")

@@ -18,6 +18,7 @@ from devices.display import DisplayModel, EyeModels, ToneCurve
 from runner.presenter import PresentationError, Presenter, Surface, find_mode, open_surface
 from runner.presenter.surfaces.egl import EglSurface
 from stimuli.pictures import StereoImage
+from tests.choice import nightly
 
 BACKENDS = ("egl", "null", "window")
 PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
@@ -65,9 +66,12 @@ def random_stereo() -> Callable[..., StereoImage]:
     )
 
 
-@pytest.fixture(params=["doubles", "two-floats"])
+@pytest.fixture(params=["doubles", *nightly("two-floats")])
 def each_arithmetic(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
-    """What the colour passes compute in, in turn: of a module, by ``pytest.mark.usefixtures("each_arithmetic")``."""
+    """What the colour passes compute in, in turn: of a module, by ``pytest.mark.usefixtures("each_arithmetic")``.
+
+    That codes in two floats are those in doubles is shown by test_arithmetic.py.
+    """
     monkeypatch.setenv("CYCLOPEAN_ARITHMETIC", request.param)
     return str(request.param)
 
@@ -208,7 +212,7 @@ def deep_display(xvfb_deep_display: str, monkeypatch: pytest.MonkeyPatch) -> str
     return _use_display(xvfb_deep_display, monkeypatch)
 
 
-@pytest.fixture(params=["egl", "window"])
+@pytest.fixture(params=["egl", *nightly("window")])
 def deep_surface(request: pytest.FixtureRequest) -> Iterator[Surface]:
     """A surface of 640 × 480 with codes of 10 bits, of each backend that can have them."""
     if request.param == "window":
@@ -225,19 +229,21 @@ def deep_surface(request: pytest.FixtureRequest) -> Iterator[Surface]:
         yield opened
 
 
-def on_surfaces(cases: Sequence[str], everywhere: Sequence[str]) -> list[Any]:
-    """Parameters (surface, case): all cases offscreen, ``everywhere`` on the other backends too; the rest: make stress.
+def on_surfaces(cases: Sequence[str], often: Sequence[str], backends: Sequence[str] = ("egl",)) -> list[Any]:
+    """Parameters (surface, case): ``often`` on ``backends``; all offscreen, and those anywhere: nightly; else stress.
 
     For ``surface``, which is to be indirect.
     """
-    return [
-        pytest.param(backend, case, marks=[] if backend == "egl" or case in everywhere else pytest.mark.stress)
-        for backend in BACKENDS
-        for case in cases
-    ]
+
+    def marks(backend: str, case: str) -> list[pytest.MarkDecorator]:
+        if case in often and backend in backends:
+            return []
+        return [pytest.mark.nightly if backend == "egl" or case in often else pytest.mark.stress]
+
+    return [pytest.param(backend, case, marks=marks(backend, case)) for backend in BACKENDS for case in cases]
 
 
-@pytest.fixture(params=BACKENDS)
+@pytest.fixture(params=["egl", *nightly("null", "window")])
 def surface(request: pytest.FixtureRequest) -> Iterator[Surface]:
     """A surface of 640 × 480 of each backend in turn."""
     if request.param == "window":

@@ -24,6 +24,7 @@ from runner.presenter.counters import Work
 from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.windows import WindowSurface
 from stimuli.pictures import StereoImage
+from tests.choice import nightly
 
 Model = Callable[..., DisplayModel]
 Random = Callable[..., NDArray[np.float32]]
@@ -65,10 +66,10 @@ def interrupted(surface: EglSurface, work: InBands[moderngl.Framebuffer]) -> tup
         other.release()
 
 
-@pytest.mark.parametrize("band_px", [1, 61, 61 * 10, 61 * 46])
-@pytest.mark.parametrize("dithering", [None, Dithering("independent")])
-@pytest.mark.parametrize("bits", [8, 10])
-@pytest.mark.parametrize("kind", ["plain", "squeezed across", "squeezed down", "mixed"])
+@pytest.mark.parametrize("band_px", [*nightly(1, 61), 61 * 10, *nightly(61 * 46)])
+@pytest.mark.parametrize("dithering", [*nightly(None), Dithering("independent")])
+@pytest.mark.parametrize("bits", [8, *nightly(10)])
+@pytest.mark.parametrize("kind", [*nightly("plain"), "squeezed across", "squeezed down", "mixed"])
 def test_bands_change_no_code(
     egl: EglSurface, model: Model, random_XYZ: Random, band_px: int, dithering: Dithering | None, bits: Any, kind: str
 ) -> None:
@@ -103,8 +104,7 @@ def test_bands_change_no_code(
     right.release()
 
 
-@pytest.mark.parametrize("dtype", [np.float16, np.float32, np.float64])
-@pytest.mark.parametrize("band_px", [None, 1, 100])
+@pytest.mark.parametrize(("dtype", "band_px"), [(np.float16, 100), (np.float64, None), (np.float32, 1)])
 def test_an_upload_in_bands_is_one_upload(egl: EglSurface, random_XYZ: Random, dtype: Any, band_px: int | None) -> None:
     work = Work()
     view = random_XYZ(47, 122).astype(dtype)[:, ::2]  # with gaps
@@ -135,7 +135,9 @@ def test_a_view_that_is_as_its_texture_holds_it_is_not_copied(random_XYZ: Random
     assert as_uploaded(np.full((1, 1, 3), 1e300))[0, 0, 0] == np.inf
 
 
-@pytest.mark.parametrize("mode", ["side-by-side", "side-by-side-half", "flat", "row-interleaved", "anaglyph-red-cyan"])
+@pytest.mark.parametrize(
+    "mode", ["side-by-side-half", "anaglyph-red-cyan", *nightly("side-by-side", "flat", "row-interleaved")]
+)
 def test_a_picture_made_between_events_is_the_same_and_counts_the_same(
     egl: EglSurface, same_models: EyeModels, random_XYZ: Random, mode: str
 ) -> None:
@@ -186,6 +188,7 @@ def test_what_is_needed_at_once_is_taken_up_where_the_bands_are(
         assert np.abs(presenter.eye_view("right") - codes).max() <= 0.501
 
 
+@pytest.mark.nightly
 @pytest.mark.window
 def test_no_event_waits_for_a_whole_view(display: str, same_models: EyeModels, random_XYZ: Random) -> None:
     """The longest time without events is below a third of what uploading and transforming a view takes at once."""

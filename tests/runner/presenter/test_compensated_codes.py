@@ -13,6 +13,7 @@ from devices.display import EYES, DisplayModel, Eye, EyeModels
 from runner.presenter import Dithering, Picture, PresentationError, Presenter, Scene, find_mode
 from runner.presenter.surfaces.egl import EglSurface
 from stimuli.pictures import StereoImage
+from tests.choice import nightly
 
 pytestmark = pytest.mark.usefixtures("each_arithmetic")
 
@@ -58,7 +59,7 @@ def _sent(
     return codes
 
 
-@pytest.mark.parametrize("mode", VIEWS)
+@pytest.mark.parametrize("mode", ["side-by-side", "checkerboard", *nightly("top-bottom", "row-interleaved")])
 def test_every_pixel_of_a_mode_is_the_nearest_code_at_its_place(
     egl: EglSurface, per_eye: EyeModels, random_stereo: Stereo, mode: str
 ) -> None:

@@ -17,6 +17,7 @@ from runner.presenter.code_pass import release_codes
 from runner.presenter.compensated_pass import CORNER, CompensatedPass
 from runner.presenter.depth import Bits
 from runner.presenter.surfaces.egl import EglSurface
+from tests.choice import nightly
 
 Floats = NDArray[np.float64]
 View = NDArray[np.float32]
@@ -75,7 +76,7 @@ def sent_XYZ(
     return sent
 
 
-@pytest.fixture(params=["same", "per eye"])
+@pytest.fixture(params=["per eye", *nightly("same")])
 def models(request: pytest.FixtureRequest, model: Make) -> EyeModels:
     """One display model for both eyes, or one for each, the right one dimmer and of another gamma."""
     left = model(2.4, 0.1)
@@ -124,26 +125,9 @@ def _codes(
     return found
 
 
-@pytest.mark.parametrize("name", CORRECTIONS)
-def test_codes_are_the_nearest_to_float64(egl: EglSurface, models: EyeModels, colour_ramps: Ramps, name: str) -> None:
-    views = _views(models, colour_ramps)
-    correction = CORRECTIONS[name]
-    sent = sent_XYZ(models, correction, {eye: view.astype(np.float64) for eye, view in views.items()})
-    exact = {eye: models.eye(eye).code(sent[eye]) for eye in EYES}
-    plain = {eye: models.eye(eye).code(views[eye]) for eye in EYES}
-    bit_depths: tuple[Bits, ...] = (8, 10)
-    for bits in bit_depths:
-        levels = 2**bits - 1
-        codes = _codes(egl, models, correction, views, bits=bits)
-        for eye in EYES:
-            assert (np.abs(codes[eye] - exact[eye]) * levels).max() <= 0.501
-            # Something is compensated, unless there is nothing to do.
-            changed = np.abs(codes[eye] - plain[eye]).max() * levels
-            assert (changed > 2.0) == (name != "neither")
-
-
-@pytest.mark.parametrize("name", ["crosstalk", "both", "both, lifted"])
-@pytest.mark.parametrize("gamma", [1.6, 2.9])
+@pytest.mark.parametrize(
+    ("name", "gamma"), [("both, lifted", 2.9), *nightly(("crosstalk", 1.6), ("both", 2.9), ("both, lifted", 1.6))]
+)
 def test_before_rounding_codes_are_those_of_float64(
     egl: EglSurface, model: Make, colour_ramps: Ramps, name: str, gamma: float
 ) -> None:
@@ -159,22 +143,10 @@ def test_before_rounding_codes_are_those_of_float64(
         assert abs(error.mean()) < 1e-4
 
 
-def test_float32_would_not_do(egl: EglSurface, model: Make, colour_ramps: Ramps) -> None:
-    """Why both views are solved in doubles in the pass, not once in a float32 picture: the same, handed on as that."""
-    display = model(2.9, 0.1)
-    models = EyeModels(display, display)
-    views = _views(models, colour_ramps)
-    sent = sent_XYZ(models, CORRECTIONS["crosstalk"], {eye: view.astype(np.float64) for eye, view in views.items()})
-    exact = _codes(egl, models, CORRECTIONS["crosstalk"], views)
-    narrowed = {eye: xyz.astype(np.float32) for eye, xyz in sent.items()}
-    by_picture = _codes(egl, models, Correction(), narrowed)
-    wanted = {eye: display.code(sent[eye]) for eye in EYES}
-    assert max(np.abs(exact[eye] - wanted[eye]).max() * 255 for eye in EYES) <= 0.501
-    assert max(np.abs(by_picture[eye] - wanted[eye]).max() * 255 for eye in EYES) > 0.6
-
-
-@pytest.mark.parametrize("squeeze", [(2, 1), (1, 2), (3, 2)])
-@pytest.mark.parametrize("name", ["crosstalk", "both, lifted"])
+@pytest.mark.parametrize(
+    ("squeeze", "name"),
+    [((2, 1), "both, lifted"), ((1, 2), "crosstalk"), *nightly(((3, 2), "both, lifted"), ((2, 1), "crosstalk"))],
+)
 def test_a_squeezed_signal_is_averaged_first(
     egl: EglSurface, models: EyeModels, colour_ramps: Ramps, squeeze: tuple[int, int], name: str
 ) -> None:
@@ -189,7 +161,7 @@ def test_a_squeezed_signal_is_averaged_first(
 
 @pytest.mark.parametrize(
     "places",
-    [PixelGrid((0.5, 0.5), (1, 1)), PixelGrid((175.5, -30.5), (-1, 1)), PixelGrid((1.0, 250.0), (2, -2))],
+    [*nightly(PixelGrid((0.5, 0.5), (1, 1)), PixelGrid((175.5, -30.5), (-1, 1))), PixelGrid((1.0, 250.0), (2, -2))],
 )
 @pytest.mark.parametrize("gain_map", [CELLS, CORNERS])
 def test_the_gain_is_that_of_the_place_on_the_panel_and_beyond_it_that_of_the_edge(
@@ -203,7 +175,7 @@ def test_the_gain_is_that_of_the_place_on_the_panel_and_beyond_it_that_of_the_ed
         assert np.abs(codes[eye] - models.eye(eye).code(sent[eye])).max() * 255 <= 0.501
 
 
-@pytest.mark.parametrize("masks", ["shared", "independent"])
+@pytest.mark.parametrize("masks", [*nightly("shared"), "independent"])
 def test_dithered_codes_are_those_of_the_twin(
     egl: EglSurface, models: EyeModels, colour_ramps: Ramps, masks: str
 ) -> None:
@@ -222,7 +194,7 @@ def test_dithered_codes_are_those_of_the_twin(
         assert np.abs(shown - twin).max() <= 1
 
 
-@pytest.mark.parametrize("squeeze", [(1, 1), (2, 1)])
+@pytest.mark.parametrize("squeeze", [*nightly(((1, 1),)), (2, 1)])
 def test_bands_change_no_code(
     egl: EglSurface, models: EyeModels, colour_ramps: Ramps, squeeze: tuple[int, int]
 ) -> None:

@@ -17,6 +17,8 @@ from runner.protocol import read_experiment
 from runner.session.station import Station
 from stimuli.build import build_set
 from stimuli.pictures import StereoImage
+from tests.choice import nightly
+from tests.runner.families import by_family
 
 Study = Any  # tests/conftest.py
 PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
@@ -61,10 +63,10 @@ def _before(compensation: Compensation) -> Callable[[StereoImage, tuple[int, int
     return lambda image, place_px: StereoImage(*compensation.apply((image.left, image.right), place_px)[0])
 
 
-@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("mode", by_family(MODES))
 @pytest.mark.parametrize(
     ("leaks", "gain_map", "lift_share"),
-    [(LEAKS, None, 0.0), (LEAKS, None, 0.05), (None, GAIN, 0.0), (LEAKS, GAIN, 0.0)],
+    [(LEAKS, GAIN, 0.0), *nightly((LEAKS, None, 0.0), (LEAKS, None, 0.05), (None, GAIN, 0.0))],
 )
 def test_the_pass_shows_what_was_computed_in_float64_before(
     surface: Surface,
@@ -171,8 +173,8 @@ def test_a_session_compensates_in_its_pass_and_for_each_place(study: Study) -> N
     assert np.count_nonzero(shown != twin) <= MOST_DIFFERENT * np.count_nonzero(twin)
 
 
-@pytest.mark.parametrize("mode", ["side-by-side", "side-by-side-half", "top-bottom-half"])
-@pytest.mark.parametrize("lift_share", [0.0, 0.05])
+@pytest.mark.parametrize("mode", by_family(["side-by-side", "side-by-side-half", "top-bottom-half"]))
+@pytest.mark.parametrize("lift_share", [*nightly(0.0), 0.05])
 def test_what_is_left_of_crosstalk_is_alike_in_blocks_and_at_once(
     picture: StereoImage, mode: str, lift_share: float
 ) -> None:

@@ -19,6 +19,7 @@ from runner.presenter import MODES, PresentationError, find_mode
 from runner.presenter.depth import Bits
 from runner.presenter.surfaces.egl import EglSurface
 from tests.displays import corrections, crosstalks, eye_models
+from tests.runner.families import by_family
 from tests.runner.presenter.drawn_displays import (
     SIZE_PX,
     WITHIN_CODES,
@@ -62,13 +63,13 @@ def test_channels_that_add_up(surface: EglSurface, models: EyeModels, eye: Eye, 
     _check(worst_of_an_eye(surface, models, None, eye, bits, seed))
 
 
-@FEWER
+@TWO
 @given(models=eye_models(plvc=True, residual=False), seed=SEEDS)
 def test_channels_that_act_on_each_other(surface: EglSurface, models: EyeModels, seed: int) -> None:
     _check(worst_of_an_eye(surface, models, None, "left", 10, seed))
 
 
-@FEWER
+@TWO
 @given(models=eye_models(plvc=True, residual=True), seed=SEEDS)
 def test_what_channels_that_act_on_each_other_leave_over(surface: EglSurface, models: EyeModels, seed: int) -> None:
     _check(worst_of_an_eye(surface, models, None, "left", 10, seed))
@@ -101,6 +102,7 @@ def _of_several_knots(models: EyeModels) -> bool:
     return (knots & (knots + 1)) != 0
 
 
+@pytest.mark.nightly
 @TWO
 @given(models=eye_models(plvc=True, residual=True).filter(_of_several_knots), leaks=crosstalks(), seed=SEEDS)
 def test_crosstalk_and_an_uneven_panel_with_what_is_left_over(
@@ -119,8 +121,8 @@ def test_both_views_in_one_picture(surface: EglSurface, models: EyeModels, bits:
     _check(worst_of_a_mixture(surface, models, mixture, bits, seed))
 
 
-@pytest.mark.parametrize("name", MODE_NAMES)
-@settings(FEW, max_examples=3)
+@pytest.mark.parametrize("name", by_family(MODE_NAMES))
+@settings(FEW, max_examples=2)
 @given(models=eye_models(plvc=False), seed=SEEDS)
 def test_every_mode(surface: EglSurface, name: str, models: EyeModels, seed: int) -> None:
     both = EyeModels(models.left, models.left) if name == "flat" else models

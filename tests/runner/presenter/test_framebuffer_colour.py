@@ -12,7 +12,7 @@ from devices.display import EyeModels
 from runner.presenter import Codes, Picture, Presenter, Scene, Surface, find_mode
 from runner.presenter.modes.registry import available
 from stimuli.pictures import StereoImage
-from tests.runner.presenter.conftest import AskedRamps, on_surfaces
+from tests.runner.presenter.conftest import BACKENDS, AskedRamps, on_surfaces
 
 DISPLAYS: dict[str, dict[str, float]] = {
     "gamma 1.6": {"gamma": 1.6},
@@ -36,7 +36,9 @@ def assert_rounded(codes: Codes, reference: NDArray[np.float64]) -> None:
 
 @pytest.mark.promise("framebuffer")
 @pytest.mark.parametrize(
-    ("surface", "name"), on_surfaces(tuple(DISPLAYS), ("gamma 2.8, black, lift, offset",)), indirect=["surface"]
+    ("surface", "name"),
+    on_surfaces(tuple(DISPLAYS), ("gamma 2.8, black, lift, offset",), BACKENDS),
+    indirect=["surface"],
 )
 def test_every_pixel_is_the_rounded_reference_for_both_eyes(
     surface: Surface, name: str, ramps_on: Callable[..., AskedRamps]

@@ -12,6 +12,8 @@ from devices.display import EYES, DisplayModel, EyeModels
 from runner.presenter import MODES, Box, Picture, Presenter, Scene, Text, coverage, find_mode
 from runner.presenter.ground import Ground, Inks, Light
 from stimuli.pictures import StereoImage
+from tests.choice import nightly
+from tests.runner.families import by_family
 
 Make = Callable[..., Presenter]
 Model = Callable[..., DisplayModel]
@@ -36,8 +38,8 @@ def test_a_light_is_of_a_luminance_or_a_share_of_white_and_of_a_colour(model: Mo
     assert pytest.approx((0.34, 0.31, 5.0)) == (X / (X + Y + Z), Y / (X + Y + Z), Y)
 
 
-@pytest.mark.parametrize("ground", GROUNDS)
-@pytest.mark.parametrize("mode", [name for name in MODES if name not in ("quad-buffered", "dual-window")])
+@pytest.mark.parametrize("ground", [*nightly(*GROUNDS[:2]), GROUNDS[2]])
+@pytest.mark.parametrize("mode", by_family(name for name in MODES if name not in ("quad-buffered", "dual-window")))
 def test_every_pixel_of_an_eye_is_the_background_that_was_asked_for(
     make_presenter: Make, model: Model, mode: str, ground: Ground
 ) -> None:
@@ -70,7 +72,7 @@ def test_a_picture_of_the_background_s_light_cannot_be_seen_on_it(make_presenter
         assert (view == view[0, 0]).all()
 
 
-@pytest.mark.parametrize("ground", GROUNDS)
+@pytest.mark.parametrize("ground", [*nightly(*GROUNDS[:2]), GROUNDS[2]])
 def test_edges_of_letters_are_smooth_in_linear_light(make_presenter: Make, model: Model, ground: Ground) -> None:
     """A pixel that a letter covers in part has as much of the letter's light, and the rest of the background's."""
     display = model(2.2)

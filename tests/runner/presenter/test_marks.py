@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import cycle
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +13,7 @@ from devices.display import EyeModels
 from runner.presenter import MODES, Buffer, ModeOptions, Picture, PresentationError, Presenter, Scene, Text, find_mode
 from runner.presenter.surfaces.egl import EglSurface
 from stimuli.pictures import StereoImage
+from tests.runner.families import FAMILIES
 
 CORNERS = {
     "top-left": (slice(0, 30), slice(0, 30)),
@@ -24,10 +24,14 @@ CORNERS = {
 ELSEWHERE = ("quad-buffered", "flat", "dual-window")  # these need other windows, or have one picture for both eyes
 
 
+def _marks(mode: str, its_own: bool) -> tuple[pytest.MarkDecorator, ...]:
+    return (() if mode in FAMILIES else (pytest.mark.nightly,)) if its_own else (pytest.mark.stress,)
+
+
 @pytest.mark.parametrize(
     ("mode", "corner"),
     [
-        pytest.param(mode, corner, marks=() if corner == its_own else pytest.mark.stress)
+        pytest.param(mode, corner, marks=_marks(mode, corner == its_own))
         for mode, its_own in zip((name for name in MODES if name not in ELSEWHERE), cycle(CORNERS))
         for corner in CORNERS
     ],
@@ -93,17 +97,3 @@ def test_quad_buffered_has_a_line_in_each_eyes_buffer() -> None:
 def test_a_line_has_no_place_where_both_eyes_share_a_frame(mode: str) -> None:
     with pytest.raises(PresentationError, match=f"'{mode}' shows both eyes in one frame"):
         find_mode(mode, ModeOptions(sync_line=True))
-
-
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        ({"photodiode_corner": "top left"}, "did you mean 'top-left'"),
-        ({"photodiode_size_px": 0}, "expected a whole number of pixels above 0"),
-        ({"photodiode_size_px": True}, "expected a whole number of pixels above 0"),
-        ({"sync_line": 1}, "expected true or false"),
-    ],
-)
-def test_wrong_marks_are_refused(options: dict[str, Any], said: str) -> None:
-    with pytest.raises(PresentationError, match=said):
-        ModeOptions.parse(options)

@@ -39,6 +39,10 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"right_offset_px": 3}, "expected two whole numbers"),
     ({"left_mirror": "horizontaly"}, "did you mean 'horizontal'"),
     ({"left_mirror": True}, "expected one of: none, horizontal, vertical, both"),
+    ({"photodiode_corner": "top left"}, "did you mean 'top-left'"),
+    ({"photodiode_size_px": 0}, "expected a whole number of pixels above 0"),
+    ({"photodiode_size_px": True}, "expected a whole number of pixels above 0"),
+    ({"sync_line": 1}, "expected true or false"),
 ]
 
 

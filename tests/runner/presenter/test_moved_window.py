@@ -15,6 +15,7 @@ from devices.display import EyeModels
 from runner.presenter import Picture, Presenter, Scene, find_mode
 from runner.presenter.surfaces.windows import WindowSurface
 from stimuli.pictures import StereoImage
+from tests.choice import nightly
 
 pytestmark = pytest.mark.window
 
@@ -39,7 +40,7 @@ def move(window: WindowSurface, left: int, top: int) -> None:
     window.poll_keys()
 
 
-@pytest.mark.parametrize("mode", WEAVES)
+@pytest.mark.parametrize("mode", [*nightly("row-interleaved", "column-interleaved"), "checkerboard"])
 def test_a_moved_window_is_drawn_again_with_the_right_parity(
     display: str,
     mode: str,

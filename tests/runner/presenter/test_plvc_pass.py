@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.compensation import Correction, Crosstalk, GainMap, cancel_crosstalk, dither_thresholds
+from devices.compensation import Crosstalk, cancel_crosstalk, dither_thresholds
 from devices.compensation.dither import dither_tables, tabled_dither_codes
 from devices.display import (
     DisplayModel,
@@ -21,11 +19,10 @@ from devices.display import (
     table_codes,
 )
 from devices.errors import DeviceError
-from runner.presenter import MODES, ColourPass, Dithering, Picture, PresentationError, Presenter, Scene, find_mode
+from runner.presenter import MODES, ColourPass, Dithering, PresentationError, find_mode
 from runner.presenter.colour_pass import ChannelInteraction, channel_interaction
-from runner.presenter.compensated_pass import CompensatedPass
 from runner.presenter.surfaces.egl import EglSurface
-from stimuli.pictures import StereoImage
+from tests.choice import nightly
 
 pytestmark = pytest.mark.usefixtures("each_arithmetic")
 
@@ -62,8 +59,7 @@ def picture(model: Plvc, seed: int = 2) -> NDArray[np.float32]:
     return model.xyz_of_linear(np.concatenate([T, lone, grey, beyond])).astype(np.float32).reshape(100, 100, 3)
 
 
-@pytest.mark.parametrize("black", [0.0, 0.05])
-@pytest.mark.parametrize("seed", [1, 3])
+@pytest.mark.parametrize(("seed", "black"), [(1, 0.05), *nightly((1, 0.0), (3, 0.05))])
 def test_every_pixel_is_within_rounding_of_float64(egl: EglSurface, seed: int, black: float) -> None:
     model = plvc(seed, black)
     asked = picture(model)
@@ -89,14 +85,6 @@ def test_below_a_cut_off_where_the_one_table_errs_by_codes(egl: EglSurface) -> N
     assert np.abs(knotted_codes(model, asked.astype(np.float64)) - expected).max() * 255 < 0.001
 
 
-def test_ten_bits(egl: EglSurface) -> None:
-    model = plvc()
-    asked = picture(model)
-    run = ColourPass(egl.context, model, bits=10)
-    exact = read(run.run(upload(egl, asked), "f4"))
-    assert np.abs(exact - model.code(asked.astype(np.float64))).max() * 1023 < 0.001
-
-
 def test_the_other_models_have_the_one_table_and_nothing_else(egl: EglSurface) -> None:
     model = plvc()
     additive = DisplayModel(model.black_XYZ_cd_m2, model.primaries_XYZ_cd_m2, model.curves)
@@ -108,14 +96,6 @@ def test_the_other_models_have_the_one_table_and_nothing_else(egl: EglSurface) -
         names = set(ColourPass(egl.context, display)._pass._program)
         assert {name for name in names if "plvc" in name or "knots" in name or "table" in name} == {inverse}
     assert any("plvc" in name for name in set(ColourPass(egl.context, model)._pass._program))
-
-
-def test_without_drift_it_gives_the_codes_of_the_additive_model(egl: EglSurface) -> None:
-    model = plvc(bend=0.0, mixed=0.0)
-    additive = DisplayModel(model.black_XYZ_cd_m2, model.primaries_XYZ_cd_m2, model.curves)
-    texture = upload(egl, picture(model))
-    one, other = (read(ColourPass(egl.context, m).run(texture, "f4")) for m in (model, additive))
-    assert np.abs(one - other).max() * 255 < 0.01
 
 
 def test_the_pass_is_what_newton_s_steps_make_of_it(egl: EglSurface) -> None:
@@ -134,36 +114,7 @@ OTHER_SURFACES = ("quad-buffered", "dual-window")
 SHOWN = [name for name in MODES if name not in (*MIXING, *OTHER_SURFACES)]
 
 
-# In doubles in every mode; in two floats in those that differ in what the pass does; the rest: make stress.
-@pytest.mark.parametrize(
-    ("each_arithmetic", "mode"),
-    [
-        pytest.param(
-            word,
-            mode,
-            marks=[] if word == "doubles" or mode in ("side-by-side", "side-by-side-half") else pytest.mark.stress,
-        )
-        for word in ("doubles", "two-floats")
-        for mode in SHOWN
-    ],
-    indirect=["each_arithmetic"],
-)
-def test_what_each_mode_shows_is_what_was_asked(
-    mode: str, make_presenter: Callable[..., Presenter], egl: EglSurface
-) -> None:
-    model = plvc()
-    codes = np.random.default_rng(7).integers(0, 256, (48, 64, 3)) / 255.0
-    asked = np.repeat(np.repeat(model.xyz(codes), 2, axis=0), 2, axis=1).astype(np.float32)
-    presenter = make_presenter({"one": StereoImage.flat(asked)}, mode, EyeModels(model, model))
-    presenter.show(Scene((Picture("one"),)))
-    seen = presenter.eye_view("left").reshape(-1, 3)
-    wanted = {tuple(row) for row in np.rint(255 * codes).astype(int).reshape(-1, 3).tolist()} | {(0, 0, 0)}
-    lit = seen[seen.any(axis=1)]
-    assert len(lit) > 1000
-    assert {tuple(row) for row in lit.tolist()} <= wanted
-
-
-@pytest.mark.parametrize("masks", ["shared", "independent"])
+@pytest.mark.parametrize("masks", [*nightly("shared"), "independent"])
 def test_dithered_codes_are_those_of_the_twin_and_keep_the_mean_light(egl: EglSurface, masks: str) -> None:
     model = plvc()
     dithering = Dithering(masks)  # type: ignore[arg-type]  # one of its words
@@ -178,30 +129,6 @@ def test_dithered_codes_are_those_of_the_twin_and_keep_the_mean_light(egl: EglSu
 
 def leak(share: float) -> Crosstalk:
     return Crosstalk(share * np.eye(3), 0.7 * share * np.eye(3))
-
-
-@pytest.mark.parametrize("same", [True, False])
-def test_crosstalk_and_gain_map_go_through_the_pass(egl: EglSurface, same: bool) -> None:
-    left = plvc()
-    right: DisplayModel = left if same else DisplayModel(left.black_XYZ_cd_m2, 0.9 * PRIMARIES, left.curves)
-    models = EyeModels(left, right)
-    rng = np.random.default_rng(9)
-    views = [model.xyz(rng.uniform(0, 1, (40, 60, 3))).astype(np.float32) for model in (left, right)]
-    gain_map = GainMap(np.array([[90.0, 95.0], [100.0, 97.0]]), (60, 40), "corners", "minimum")
-    for eye, model in (("left", left), ("right", right)):
-        for correction in (Correction(leak(0.02)), Correction(gain_map=gain_map), Correction(leak(0.02), gain_map)):
-            own, other = views if eye == "left" else views[::-1]
-            run = CompensatedPass(egl.context, models, correction, eye)  # type: ignore[arg-type]  # one of its words
-            found = read(run.run(upload(egl, own), upload(egl, other), dtype="f4"))
-            light = own.astype(np.float64)
-            if correction.crosstalk:
-                done = cancel_crosstalk(models, correction.crosstalk, views[0], views[1])
-                sent = done.left_linear if eye == "left" else done.right_linear
-                light = model.black_XYZ_cd_m2 + sent @ model.primaries_XYZ_cd_m2.T
-            if correction.gain_map:
-                x, y = np.meshgrid(np.arange(60) + 0.5, np.arange(40) + 0.5)
-                light = gain_map.corrected(light, gain_map.gain(x, y))
-            assert np.abs(found - model.code(light)).max() * 255 < 0.002
 
 
 def test_cancelled_crosstalk_is_not_seen() -> None:

@@ -14,6 +14,7 @@ from devices.display import EyeModels
 from runner.presenter import PresentationError, Presenter, Scene, Text, find_mode
 from runner.presenter.pointer import Pointer
 from runner.presenter.surfaces.egl import EglSurface
+from tests.choice import nightly
 
 MakePresenter = Callable[..., Presenter]
 SCENE = Scene((Text("Which is closer?", (0, -60), width_px=300),))
@@ -47,7 +48,9 @@ def test_small_motions_add_up_and_the_edge_is_no_spring() -> None:
     assert pointer.place_px == (150, -3)
 
 
-@pytest.mark.parametrize("mode", ["side-by-side", "row-interleaved", "column-interleaved", "top-bottom", "flat"])
+@pytest.mark.parametrize(
+    "mode", ["row-interleaved", "flat", *nightly("side-by-side", "column-interleaved", "top-bottom")]
+)
 def test_both_eyes_see_it_at_the_same_place(make_presenter: MakePresenter, mode: str) -> None:
     presenter = make_presenter({}, mode)
     presenter.show(Scene())

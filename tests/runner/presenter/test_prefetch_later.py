@@ -47,11 +47,7 @@ def test_what_is_wanted_later_follows_what_comes_next(budget: int) -> None:
     with (
         open_surface("egl", (64, 48)) as surface,
         Presenter(
-            surface,
-            find_mode("side-by-side"),
-            display.models("side-by-side"),
-            _load,
-            picture_budget_bytes=budget,
+            surface, find_mode("side-by-side"), display.models("side-by-side"), _load, picture_budget_bytes=budget
         ) as presenter,
     ):
         may = False

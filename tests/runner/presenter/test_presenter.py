@@ -29,33 +29,6 @@ def assert_codes(codes: Codes, reference: NDArray[np.float64]) -> None:
     assert abs(error.mean()) < 0.01
 
 
-def test_each_eye_gets_its_own_view_in_its_own_half(
-    make_presenter: Make, random_stereo: Stereo, same_models: EyeModels
-) -> None:
-    picture = random_stereo(101, 75)
-    presenter = make_presenter({"a": picture})
-    presenter.show(Scene((Picture("a", (7, -20)),)))
-    screen = presenter.capture()["screen"]
-    top, left = (480 - 101) // 2 - 20, (HALF - 75) // 2 + 7
-    assert_codes(screen[top : top + 101, left : left + 75], expected(same_models.left, picture.left))
-    right = left + HALF
-    assert_codes(screen[top : top + 101, right : right + 75], expected(same_models.right, picture.right))
-    screen[top : top + 101, left : left + 75] = 0
-    screen[top : top + 101, right : right + 75] = 0
-    assert not screen.any()
-
-
-def test_swapping_the_views_swaps_the_eyes(make_presenter: Make, random_stereo: Stereo) -> None:
-    picture = random_stereo(40, 50)
-    presenter = make_presenter({"a": picture, "swapped": StereoImage(picture.right, picture.left)})
-    presenter.show(Scene((Picture("a"),)))
-    left, right = presenter.eye_view("left"), presenter.eye_view("right")
-    presenter.show(Scene((Picture("swapped"),)))
-    np.testing.assert_array_equal(presenter.eye_view("left"), right)
-    np.testing.assert_array_equal(presenter.eye_view("right"), left)
-    assert (left != right).any()
-
-
 def test_each_eye_is_shown_through_its_own_model(
     make_presenter: Make, random_XYZ: Callable[..., NDArray[np.float32]], model: Callable[..., DisplayModel]
 ) -> None:
@@ -67,39 +40,6 @@ def test_each_eye_is_shown_through_its_own_model(
     assert_codes(presenter.eye_view("right"), expected(models.right, XYZ))
     assert presenter.counters.uploads == 1
     assert presenter.counters.colour_passes == 2
-
-
-def test_a_picture_larger_than_the_area_is_cropped_about_its_middle(
-    make_presenter: Make, random_stereo: Stereo, same_models: EyeModels
-) -> None:
-    picture = random_stereo(501, 401)
-    presenter = make_presenter({"a": picture})
-    presenter.show(Scene((Picture("a"),)))
-    top, left = -((480 - 501) // 2), -((320 - 401) // 2)
-    for eye in ("left", "right"):
-        cropped = picture.eye(eye)[top : top + 480, left : left + 320]
-        assert_codes(presenter.eye_view(eye), expected(same_models.left, cropped))
-
-
-def test_an_aperture_shows_the_middle_of_the_picture(make_presenter: Make, random_stereo: Stereo) -> None:
-    presenter = make_presenter({"a": random_stereo(100, 80)})
-    presenter.show(Scene((Picture("a", (10, 30)),)))
-    whole = presenter.eye_view("left")
-    presenter.show(Scene((Picture("a", (10, 30), (20, 60)),)))
-    top, left = (480 - 60) // 2 + 30, (320 - 20) // 2 + 10
-    cut = np.zeros_like(whole)
-    cut[top : top + 60, left : left + 20] = whole[top : top + 60, left : left + 20]
-    np.testing.assert_array_equal(presenter.eye_view("left"), cut)
-
-
-def test_no_eye_sees_what_sticks_out_of_the_other_eyes_area(make_presenter: Make, random_stereo: Stereo) -> None:
-    presenter = make_presenter({"a": random_stereo(60, 60)})
-    presenter.show(Scene((Picture("a", (-160, 0)),)))  # half of it lies left of each area
-    left, right = presenter.eye_view("left"), presenter.eye_view("right")
-    assert left[:, :30].any()
-    assert right[:, :30].any()
-    assert not left[:, 30:].any()
-    assert not right[:, 30:].any()
 
 
 def test_later_items_cover_earlier_ones(make_presenter: Make, random_stereo: Stereo) -> None:
@@ -247,7 +187,7 @@ def test_what_is_not_finite_is_refused_by_name_view_and_count(
 
 def test_a_picture_beyond_the_largest_texture_is_refused(make_presenter: Make) -> None:
     presenter = make_presenter({"long": StereoImage.flat(np.zeros((1, 200_000, 3), np.float32))})
-    with pytest.raises(PresentationError, match="'long' is 200000 × 1 px; this driver's textures end at"):
+    with pytest.raises(PresentationError, match="'long' is 200000 × 1 px"):
         presenter.show(Scene((Picture("long"),)))
 
 

@@ -12,6 +12,7 @@ from devices.colour import delta_e_2000, xyz_to_lab
 from devices.display import EYES, read_display
 from runner.presenter import MODES, Dithering, EyeArea, Picture, PresentationError, Presenter, Scene, open_surface
 from stimuli.pictures import StereoImage
+from tests.runner.families import by_family
 
 Floats = NDArray[np.float64]
 ASUS = Path(__file__).parents[3] / "configs/displays/asus_vg248qe.yaml"
@@ -63,7 +64,7 @@ def _difference(asked: Floats, shown: Floats) -> Floats:
 
 
 @pytest.mark.promise("framebuffer")
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", by_family(NAMES))
 def test_eight_bits_cost_what_rounding_costs(name: str) -> None:
     """The thesis's display: mean ΔE00 at most 0.15, 95 % at most 0.35, for either eye."""
     for asked, shown, mine in _shown(name, SIZE_PX, 1, None):
@@ -75,7 +76,7 @@ def test_eight_bits_cost_what_rounding_costs(name: str) -> None:
         assert difference.mean() > 0.02
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", by_family(NAMES))
 def test_dithered_codes_show_the_mean_colour_over_a_period_of_the_mask(name: str) -> None:
     """Patches of one period: ΔE00 of their mean light at most 0.05, of those pixels that the eye sees."""
     patches = 0

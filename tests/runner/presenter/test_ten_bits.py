@@ -12,8 +12,6 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.colour import delta_e_2000, xyz_to_lab
-from devices.compensation import dither_thresholds
-from devices.compensation.dither import dither_tables, tabled_dither_codes
 from devices.display import EYES, DisplayModel, EyeModels, read_display
 from runner.presenter import (
     Buffer,
@@ -28,9 +26,11 @@ from runner.presenter import (
     find_mode,
     open_surface,
 )
+from runner.presenter.depth import given_bits
 from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.words import ink_codes
 from stimuli.pictures import StereoImage
+from tests.choice import nightly
 from tests.runner.presenter.conftest import AskedRamps
 
 Floats = NDArray[np.float64]
@@ -42,9 +42,9 @@ ASUS = Path(__file__).parents[3] / "configs/displays/asus_vg248qe.yaml"
 SCENE = Scene((Picture("a"),))
 FULL_CODE = 1023
 DISPLAYS = [
-    pytest.param({"gamma": 1.6}, id="gamma 1.6"),
+    pytest.param({"gamma": 1.6}, id="gamma 1.6", marks=pytest.mark.nightly),
     pytest.param({"gamma": 2.4, "black": 0.05, "lift": 0.003}, id="gamma 2.4, black, lift"),
-    pytest.param({"gamma": 2.8}, id="gamma 2.8"),
+    pytest.param({"gamma": 2.8}, id="gamma 2.8", marks=pytest.mark.nightly),
 ]
 
 
@@ -105,18 +105,6 @@ def test_every_pixel_is_the_rounded_reference(
         assert_rounded(presenter.capture()["screen"], woven)
 
 
-def test_a_mixture_of_both_views_is_the_rounded_reference(
-    deep_surface: Surface, same_models: EyeModels, random_stereo: Stereo
-) -> None:
-    mode = find_mode("anaglyph-red-cyan")
-    picture = random_stereo(480, 640)
-    mixture = mode.mixture(same_models)
-    assert mixture is not None
-    with Presenter(deep_surface, mode, same_models, lambda _: picture) as presenter:
-        presenter.show(SCENE)
-        assert_rounded(presenter.capture()["screen"], mixture.code(picture.left, picture.right) * FULL_CODE)
-
-
 def test_ten_bits_cost_a_quarter_of_what_eight_cost(deep_surface: Surface) -> None:
     """The thesis's display, the colours that 8 bits are tried with: mean ΔE00 at most 0.04."""
     models = read_display(ASUS).models("side-by-side")
@@ -129,41 +117,6 @@ def test_ten_bits_cost_a_quarter_of_what_eight_cost(deep_surface: Surface) -> No
     difference = delta_e_2000(xyz_to_lab(asked, white), xyz_to_lab(shown, white))
     assert 0.005 < difference.mean() <= 0.04  # rounding cannot be avoided
     assert np.percentile(difference, 95) <= 0.09
-
-
-@pytest.mark.parametrize("masks", ["shared", "independent"])
-def test_dithered_codes_are_the_twin_s(
-    deep_surface: Surface, masks: str, model: MakeModel, colour_ramps: Ramps
-) -> None:
-    display = model(2.2, 0.25, 2.0**-8)
-    picture = StereoImage.flat(colour_ramps(display))
-    models = EyeModels(display, display)
-    tables = dither_tables(display, FULL_CODE)
-    dithering = Dithering(masks)  # type: ignore[arg-type]  # parametrize knows no literals
-    with Presenter(
-        deep_surface, find_mode("side-by-side"), models, lambda _: picture, dithering=dithering
-    ) as presenter:
-        presenter.show(SCENE)
-        for eye in EYES:
-            thresholds = dither_thresholds(480, 320, eye, dithering.masks)
-            twin = tabled_dither_codes(display, picture.left, thresholds, tables)
-            shown = presenter.eye_view(eye)
-            assert shown.dtype == np.uint16
-            assert np.count_nonzero(shown != twin) <= 2  # of 460 800, where float32 ties; llvmpipe has none
-            assert np.abs(shown.astype(int) - twin).max() <= 1
-            rounded = np.floor(display.code(picture.left) * FULL_CODE + 0.5)
-            assert np.count_nonzero(shown != rounded) > 0.05 * shown.size
-
-
-def test_full_ink_is_the_asked_share_of_white_through_each_eyes_model(deep_surface: Surface, model: MakeModel) -> None:
-    models = EyeModels(model(1.8, black=0.05), model(2.6, black=0.1))
-    with Presenter(deep_surface, find_mode("side-by-side"), models, lambda name: pytest.fail(name)) as presenter:
-        presenter.show(Scene((Text("████", height_px=60, luminance_share=0.3),)))
-        for eye in EYES:
-            display = models.eye(eye)
-            brightest = presenter.eye_view(eye).reshape(-1, 3).max(axis=0)
-            expected = display.code(0.3 * display.white_XYZ_cd_m2) * FULL_CODE
-            assert np.abs(brightest - expected).max() <= 0.501
 
 
 def test_words_on_black_are_their_ink(deep_surface: Surface, model: MakeModel) -> None:
@@ -212,7 +165,7 @@ def test_a_screen_without_ten_bits_gets_eight_and_a_remark(
     picture = random_stereo(480, 320)
     with open_surface("window", (640, 480), bits=10) as surface:
         assert surface.bits == surface.facts.bits == 8
-        assert surface.facts.remarks == ("10 bits a channel were asked for, and the driver gives 8: codes have 8 bits",)
+        assert surface.facts.remarks == given_bits(10, 8)[1]
         with Presenter(surface, find_mode("side-by-side"), same_models, lambda _: picture) as presenter:
             presenter.show(SCENE)
             view = presenter.eye_view("left")
@@ -232,6 +185,7 @@ def test_a_window_without_a_screen_has_eight_and_a_remark() -> None:
 
 
 @pytest.mark.window
+@pytest.mark.nightly
 def test_eight_bits_on_a_screen_of_ten_are_the_same_codes(
     deep_display: str, same_models: EyeModels, random_stereo: Stereo
 ) -> None:
@@ -250,6 +204,7 @@ def test_eight_bits_on_a_screen_of_ten_are_the_same_codes(
 
 
 @pytest.mark.window
+@pytest.mark.nightly
 def test_each_of_two_windows_has_ten_bits(deep_display: str, model: MakeModel, random_stereo: Stereo) -> None:
     models = EyeModels(model(2.4, 0.05), model(1.9, 0.2))
     picture = random_stereo(240, 320)
@@ -284,20 +239,7 @@ def test_the_screen_shows_the_ten_bits_that_were_drawn(
     assert len(np.unique(on_screen)) > 900
 
 
-def test_two_offscreen_pictures_have_ten_bits(model: MakeModel, random_stereo: Stereo) -> None:
-    models = EyeModels(model(2.4, 0.05), model(1.9, 0.2))
-    picture = random_stereo(240, 320)
-    with (
-        open_surface("egl", (320, 240), windows=2, bits=10) as surface,
-        Presenter(surface, find_mode("dual-window"), models, lambda _: picture) as presenter,
-    ):
-        presenter.show(SCENE)
-        captured = presenter.capture()
-    for eye in EYES:
-        assert_rounded(captured[eye], models.eye(eye).code(picture.eye(eye)) * FULL_CODE)
-
-
-@pytest.mark.parametrize("levels", [255, 4095])
+@pytest.mark.parametrize("levels", [255, *nightly(4095)])
 def test_dithering_to_other_levels_than_the_surface_s_is_refused(
     deep_egl: EglSurface, same_models: EyeModels, levels: int
 ) -> None:

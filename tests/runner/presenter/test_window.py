@@ -91,19 +91,6 @@ def test_closing_the_window_ends_the_waiting(window: WindowSurface) -> None:
         window.poll_keys()
 
 
-def test_a_still_trial_draws_one_frame_in_a_window(
-    window: WindowSurface, press: Callable[..., None], same_models: EyeModels
-) -> None:
-    scene = Scene((Text("Which is closer?"),))
-    with Presenter(window, find_mode("side-by-side"), same_models, lambda name: pytest.fail(name)) as presenter:
-        presenter.show(scene)
-        press("q")
-        window.wait_key()
-        presenter.show(scene)
-        work = presenter.counters
-    assert (work.frames_drawn, work.frames_redrawn, work.scenes_skipped) == (1, 0, 1)
-
-
 def test_what_another_window_covered_is_drawn_again(
     window: WindowSurface, press: Callable[..., None], same_models: EyeModels
 ) -> None:
@@ -125,17 +112,6 @@ def test_the_screen_shows_what_was_drawn(
         screen = x_screen()
         assert screen.any()
         np.testing.assert_array_equal(screen, presenter.capture()["screen"])
-
-
-def test_a_panel_that_is_no_screens_size_gets_a_window_and_a_remark(display: str) -> None:
-    with WindowSurface((800, 700)) as window:
-        assert window.facts.size_px == (800, 700)
-        assert "no screen shows 800 × 700 px (there: 640 × 480)" in window.facts.remarks[0]
-
-
-def test_a_window_that_was_asked_for_needs_no_remark(display: str) -> None:
-    with WindowSurface((640, 480), windowed=True) as window:
-        assert window.facts.remarks == ()
 
 
 def test_stereo_that_the_driver_has_not_opens_a_plain_window(display: str) -> None:

@@ -36,6 +36,7 @@ def _draw_elsewhere(file: Path, environment: dict[str, str], words: Sequence[str
     return done.stdout.strip()
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("words", [(), pytest.param(("everything",), marks=pytest.mark.stress)])
 def test_every_mode_needs_opengl_3_3_and_no_doubles(tmp_path: Path, words: Sequence[str]) -> None:
     try:

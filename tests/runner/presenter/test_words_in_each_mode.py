@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from devices.display import EYES, Eye
 from runner.presenter import Box, Presenter, Scene, Text
+from tests.runner.families import by_family
 
 Make = Callable[..., Presenter]
 LETTERS = "abcdefghijklmnopqrstuvwxyz0123456789éßüœ"
@@ -64,7 +65,7 @@ def normal(views: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(rows / np.linalg.norm(rows, axis=1, keepdims=True))
 
 
-@pytest.mark.parametrize("mode", SHARED)
+@pytest.mark.parametrize("mode", by_family(SHARED))
 def test_each_eye_can_tell_the_letters_apart(make_presenter: Make, mode: str) -> None:
     """By their correlation with letters drawn plainly, where the two fit best within two pixels."""
     plain = letters(make_presenter({}, mode="flat"), "flat", "left", 0)
@@ -83,7 +84,7 @@ def test_each_eye_can_tell_the_letters_apart(make_presenter: Make, mode: str) ->
                 assert like[number].max() > 0.8, (eye, place_px, letter)
 
 
-@pytest.mark.parametrize("mode", ["row-interleaved", "column-interleaved", "checkerboard"])
+@pytest.mark.parametrize("mode", by_family(["row-interleaved", "column-interleaved", "checkerboard"]))
 def test_a_line_of_one_pixel_is_as_bright_in_both_eyes(make_presenter: Make, mode: str) -> None:
     presenter = make_presenter({}, mode=mode)
     for place_px in (0, 1):

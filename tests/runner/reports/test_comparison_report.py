@@ -14,6 +14,7 @@ from tests.pages import policy_of, works_and_runs_nothing
 from tests.stimuli.comparison.scenes import PLATE, RIG, spots, written
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_page_and_an_experiment_are_written_where_they_are_asked_for(tmp_path: Path) -> None:
     photo = written(tmp_path / "photo.exr", spots())
     options = CompareOptions(viewing=ViewingConditions.on_rig(RIG))

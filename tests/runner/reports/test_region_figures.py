@@ -9,6 +9,7 @@ from runner.reports.comparison.figures import MOST_BARS, chromaticity_figure, de
 from stimuli.comparison import Region, RegionTable
 from stimuli.comparison.areas import AreaMean
 from stimuli.comparison.table import region_table
+from tests.choice import nightly
 
 WHITE = np.array([96.42, 100.0, 82.49])
 SQUARE = np.array([[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0]])
@@ -23,8 +24,9 @@ def table(count: int, times: float = 1.03, saturated: float = 0.0) -> RegionTabl
     return region_table(regions, photo, rendering, WHITE)
 
 
-@pytest.mark.parametrize("count", [0, 1, 24])
-@pytest.mark.parametrize("saturated", [0.0, 1.0])
+@pytest.mark.parametrize(
+    ("count", "saturated"), [(0, 0.0), (24, 1.0), *nightly((0, 1.0), (1, 0.0), (1, 1.0), (24, 0.0))]
+)
 def test_every_figure_stands_for_any_number_of_regions(count: int, saturated: float) -> None:
     one = table(count, saturated=saturated)
     for svg in (luminance_figure(one, "L"), chromaticity_figure(one, "C"), delta_e_figure(one, 1.4, "E")):

@@ -14,6 +14,7 @@ from runner.presenter import Presenter
 from runner.presenter.surfaces.egl import EglSurface
 from runner.reports import preview
 from runner.reports.contact_sheet import ALONE_PX, COLUMNS, PAIR_PX, ROWS, Tile, write_sheets
+from tests.choice import nightly
 
 Study = Any  # tests/conftest.py
 
@@ -52,7 +53,7 @@ def _lit(file: Path) -> bool:
     return bool(np.asarray(Image.open(file))[-1, -1].any())
 
 
-@pytest.mark.parametrize("first", [1, 3, 99])
+@pytest.mark.parametrize("first", [*nightly(1), 3, *nightly(99)])
 def test_the_first_trials_alone_are_drawn_and_written(study: Study, drawn: list[str], first: int) -> None:
     files = preview(study.experiment, study.folder / "out", first=first)
     # The page, the pairs, the break after four, the end after all.
@@ -66,7 +67,9 @@ def test_no_trials_are_refused(study: Study) -> None:
         preview(study.experiment, study.folder / "out", first=0)
 
 
-@pytest.mark.parametrize("mode", ["side-by-side", "row-interleaved", "checkerboard", "side-by-side-half", "flat"])
+@pytest.mark.parametrize(
+    "mode", ["row-interleaved", "flat", *nightly("side-by-side", "checkerboard", "side-by-side-half")]
+)
 def test_a_sheet_holds_each_screen_once_in_the_light_that_the_eye_gets(
     study: Study, mode: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -67,14 +67,6 @@ def test_a_raw_photograph_becomes_absolute_xyz(tmp_path: Path, camera: Path) -> 
     ]
 
 
-def test_twice_the_time_is_half_the_light(tmp_path: Path, camera: Path) -> None:
-    develop(photo(tmp_path / "a.dng", (2, 15)), "--camera", camera, "-o", tmp_path / "a.exr")
-    told = develop(tmp_path / "a.dng", "--camera", camera, "--exposure", "1/15,8,200", "-o", tmp_path / "b.exr")
-    half, whole = (read_exr(tmp_path / name).left for name in ("a.exr", "b.exr"))
-    np.testing.assert_allclose(half, whole / 2, rtol=2e-3)
-    assert told[0]["exposure"]["time_s"] == pytest.approx(1 / 15)
-
-
 def test_without_a_camera_file_it_stays_camera_rgb(tmp_path: Path) -> None:
     (told,) = develop(photo(tmp_path / "a.dng"), "--demosaic", "superpixel", "-o", tmp_path / "a.exr")
     assert (told["width_px"], told["height_px"]) == (32, 24)
@@ -168,16 +160,6 @@ def test_faults_of_camera_and_exposure_are_told(tmp_path: Path, camera: Path) ->
     assert not (tmp_path / "a.exr").exists()
 
 
-def test_an_affine_camera_file_refuses_another_exposure(tmp_path: Path) -> None:
-    offset = np.array([0.1, 0.2, 0.3])
-    affine = CameraModel(MATRIX, offset, np.zeros(3), Exposure(1.0, 8.0, 200.0), form="affine", name="a", source="b")
-    write_camera(affine, tmp_path / "affine.yaml")
-    path = photo(tmp_path / "a.dng")
-    (finding,) = findings(path, "--camera", tmp_path / "affine.yaml", "-o", tmp_path / "a.exr")
-    assert finding.file == str(path)
-    assert "affine" in finding.message
-
-
 def _sparkles() -> np.ndarray:
     """Return 96 × 96 pixels of linear camera RGB: coloured sparkles of 1 pixel standard deviation on a dark plate."""
     rng = np.random.default_rng(2)
@@ -190,6 +172,7 @@ def _sparkles() -> np.ndarray:
     return light
 
 
+@pytest.mark.nightly
 def test_unless_told_otherwise_sparkles_keep_their_light(tmp_path: Path, camera: Path) -> None:
     """The mean light is the plate's, and half the exposure gives half the signal: no choice of directions holds it."""
     tags = exposure_tags((1, 15), (8, 1), 200)

@@ -15,6 +15,7 @@ from devices.colour import XYZ_from_xyY
 from devices.patches import colorchecker_xyY
 from documents import InputError
 from runner.cli.main import group
+from tests.choice import nightly
 from tests.pages import policy_of
 
 M = np.array([[220.0, 37.0, 3.0], [84.0, 146.0, -46.0], [12.0, -35.0, 220.0]])
@@ -62,8 +63,9 @@ def _told(*words: object) -> dict[str, object]:
     return told
 
 
-@pytest.mark.parametrize("form", ["linear", "affine"])
-@pytest.mark.parametrize("loss", ["xyz", "delta-e"])
+@pytest.mark.parametrize(
+    ("form", "loss"), [("linear", "xyz"), ("affine", "delta-e"), *nightly(("linear", "delta-e"), ("affine", "xyz"))]
+)
 def test_a_table_to_a_camera_file_and_a_page(
     tmp_path: Path, form: str, loss: str, request: pytest.FixtureRequest
 ) -> None:
@@ -103,34 +105,12 @@ def test_a_photograph_finds_its_chart(tmp_path: Path) -> None:
     assert np.array(chart["corners_px"]) == pytest.approx(np.array([[80, 80], [485, 80], [485, 347], [80, 347]]), abs=3)
 
 
-def test_corners_given_the_wrong_way_round_are_turned_and_said(tmp_path: Path) -> None:
-    photo, reference = _photo(tmp_path / "chart.tif"), _reference(tmp_path / "reference.csv")
-    corners = ["--corners", "485,347", "80,347", "80,80", "485,80"]
-    result = _fit(photo, "--reference", reference, "--linear", *corners)
-    assert result.exit_code == 0, (result.output, result.exception)
-    assert "Note: the chart lies upside down; its patches were named accordingly." in result.output
-    told = _told(photo, "--reference", reference, "--linear", *corners)
-    assert np.array(told["matrix_XYZ_cd_m2"]) == pytest.approx(M, abs=0.5)
-
-
 def test_the_white_patch_alone_with_published_colours(tmp_path: Path) -> None:
     photo = _photo(tmp_path / "chart.tif")
     white = ",".join(str(value) for value in XYZ[18])
     told = _told(photo, "--white", white, "--linear")
     # The light of the made-up chart is D50, that of the published colours.
     assert np.array(told["matrix_XYZ_cd_m2"]) == pytest.approx(M, abs=1.0)
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_saturated_and_specular_patches_are_told(tmp_path: Path) -> None:
-    rgb = RGB.copy()
-    rgb[18] = 1.0
-    rgb[3] *= 1.6
-    result = _fit(_table(tmp_path / "chart.csv", rgb), "--report", tmp_path / "page.html")
-    assert "Left out: white 9.5: saturated: red and green and blue" in result.output
-    assert "Left out: foliage: specular: the camera saw 1.60 ×" in result.output
-    assert "2 of 24 patches were left out" in result.output
-    assert "specular: the camera saw 1.60" in (tmp_path / "page.html").read_text()
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -201,11 +181,3 @@ def test_mistakes_in_the_command(words: list[str], told: str) -> None:
     result = _fit(*words)
     assert result.exit_code == 2
     assert told in result.output
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_a_page_that_cannot_be_written(tmp_path: Path) -> None:
-    (tmp_path / "page.html").mkdir()
-    result = _fit(_table(tmp_path / "chart.csv"), "--report", tmp_path / "page.html")
-    assert result.exit_code == 1
-    assert "cannot be written" in result.output

@@ -39,7 +39,7 @@ def test_the_third_follows_from_two() -> None:
         (("--focal-mm", 50, "--distance-mm", 700, "--px-per-mm", 3), "give two of"),
         (
             ("--focal-mm", 50, "--distance-mm", 700, "--size-mm", "15cm"),
-            "'15cm'; write width and height as 150x100",
+            "'15cm'; ",
         ),
         (("--focal-mm", 50, "--distance-mm", 700, "--pixels", "7360.5x10"), "pixels are whole"),
     ],
