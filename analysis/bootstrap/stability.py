@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, get_args
 
 import numpy as np
@@ -13,18 +14,20 @@ from numpy.typing import NDArray
 from analysis.bootstrap.influence import influences
 from analysis.bootstrap.replicates import BLOCK_NUMBERS, Replicates
 from analysis.classes.classes import check_level, labelled, letter_display, numbered
-from analysis.classes.multiplicity import ADJUSTMENTS, MAXZ_SEED, Adjust, corrected, single_step, two_sided_p
+from analysis.classes.multiplicity import ADJUSTMENTS, MAXZ_SEED, Adjust, significant_pairs, single_step_end
 from analysis.errors import ResultsError
 from analysis.scaling.counts import Counts
+from analysis.scaling.deciding import Verdicts, verdicts
 from analysis.scaling.laplacian import contrast_variances, pseudo_inverse
 from analysis.scaling.newton import maximise
 from analysis.scaling.penalty import FIRTH
-from analysis.scaling.profile import MOST_ITEMS_PROFILED, deciding_t, near_t
+from analysis.scaling.profile import MOST_ITEMS_PROFILED
 from analysis.scaling.result import CovarianceKind
 from analysis.scaling.shrinkage import Clustered, Spread, shrink
 from documents import Finding, one_blas_thread
 
 Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 MAXZ_SAMPLES = 10_000
 
 
@@ -196,35 +199,31 @@ def _differing(
             else:
                 clustered = spreads(replicates.by_observer, weights, theta, kind)
                 spread, df = clustered.covariance, clustered.degrees_of_freedom()
-            least, most = (critical, critical) if critical else deciding_t(alpha, len(first), df)
-            most = np.inf if adjust == "maxz" and critical is None else most  # p of a single step needs all t
-            t = np.abs(_tested(replicates.by_observer, weights, theta, spread, least, most))
             if critical is not None:
-                significant[chosen] = t >= critical
+                differ = partial(np.less_equal, critical)
             elif adjust == "maxz":
-                rows = [single_step(row, own, MAXZ_SAMPLES) <= alpha for row, own in zip(t, spread, strict=True)]
-                significant[chosen] = rows
+                ends = [single_step_end(own, alpha, MAXZ_SAMPLES) for own in spread]
+                differ = partial(np.less, np.array(ends)[:, None])
             else:
-                significant[chosen] = corrected(two_sided_p(t, df), adjust) <= alpha
+                differ = partial(significant_pairs, df=df, adjust=adjust, alpha=alpha)
+            significant[chosen] = _tested(replicates.by_observer, weights, theta, spread, differ)
         for row in significant:
             differs = np.zeros((n, n), dtype=bool)
             differs[first, second] = differs[second, first] = row
             yield differs
 
 
-def _tested(
-    by_observer: Floats, weights: Floats, theta: Floats, covariance: Floats, least: float, most: float
-) -> Floats:
-    """Return t of every two items of each replicate, shape (B, P), as `near_t` has it."""
+def _tested(by_observer: Floats, weights: Floats, theta: Floats, covariance: Floats, differ: Verdicts) -> Flags:
+    """Return which pairs of each replicate ``differ`` by their |t|, shape (B, P)."""
     people, n, _ = by_observer.shape
     first, second = np.triu_indices(n, 1)
     own = contrast_variances(covariance)[:, first, second]
     if n > MOST_ITEMS_PROFILED:
-        apart, error = theta[:, first] - theta[:, second], np.sqrt(own)
-        return np.divide(apart, error, out=np.zeros_like(own), where=error > 0)  # no spread is no evidence
+        apart, error = np.abs(theta[:, first] - theta[:, second]), np.sqrt(own)
+        return differ(np.divide(apart, error, out=np.zeros_like(own), where=error > 0))  # no spread is no evidence
     counts = Counts.from_wins((weights @ by_observer.reshape(people, n * n)).reshape(-1, n, n))
     model = contrast_variances(model_covariances(by_observer, weights, theta))[:, first, second]
-    return near_t(counts, maximise(counts, penalty=FIRTH, start=theta).theta, own / model, least, most)
+    return verdicts(counts, maximise(counts, penalty=FIRTH, start=theta).theta, own / model, differ)
 
 
 def _critical(replicates: Replicates, alpha: float, kind: Clustered) -> float:

@@ -96,6 +96,29 @@ def two_sided_p(absolute_z: Floats, df: Floats | float | None = None) -> Floats:
     return np.asarray(2 * stdtr(df, -absolute_z))
 
 
+def significant_pairs(
+    absolute_t: Floats, df: Floats | None, adjust: Adjust, alpha: float, exact: Floats | None = None
+) -> NDArray[np.bool_]:
+    """Return which pairs of each row differ at ``alpha`` by ``none``, ``holm`` or ``bh``, shape (B, P).
+
+    Parameters
+    ----------
+    absolute_t, df
+        Shape (B, P): |t| and its degrees of freedom; None for the normal distribution.
+    exact
+        Shape (B, P): p values of a second test, of which the smaller counts.
+    """
+    from scipy.special import ndtri, stdtrit
+
+    # Nothing differs by a p above alpha, everything by one of alpha by the number of pairs: p is needed between only.
+    none, all_ = 1 - alpha / 2, 1 - alpha / (2 * absolute_t.shape[1])
+    least, most = ndtri([none, all_]) if df is None else (stdtrit(df.max(), none), stdtrit(df.min(), all_))
+    p = (absolute_t < least).astype(np.float64)
+    between = (absolute_t >= least) & (absolute_t <= most)
+    p[between] = two_sided_p(absolute_t[between], None if df is None else df[between])
+    return corrected(p if exact is None else np.minimum(p, exact), adjust) <= alpha
+
+
 def holm(p: Floats) -> Floats:
     """Return Holm's step-down adjusted p values of each row. Shapes (..., m) to (..., m)."""
     return _holm(p.copy())
@@ -136,6 +159,19 @@ def single_step(absolute_z: Floats, covariance: Floats, most_samples: int = MAXZ
     same value. With 200,000 draws the standard error is at most 0.0005 at p = 0.05; above 20 items there are fewer
     draws (at least 10,000, standard error 0.0022), to keep the work within a few seconds.
     """
+    largest = _largest(covariance, most_samples)
+    return 1 - np.searchsorted(largest, absolute_z, side="left") / len(largest)
+
+
+def single_step_end(covariance: Floats, alpha: float, most_samples: int = MAXZ_SAMPLES) -> float:
+    """Return the absolute z above which `single_step` is at most ``alpha``; 0 to 1."""
+    largest = _largest(covariance, most_samples)
+    beyond = 1 - np.arange(1, len(largest) + 1) / len(largest) <= alpha
+    return float(largest[np.argmax(beyond)])
+
+
+def _largest(covariance: Floats, most_samples: int) -> Floats:
+    """Return draws of the largest |z| of all pairs, ascending."""
     first, second = np.triu_indices(len(covariance), 1)
     values, vectors = np.linalg.eigh(covariance)
     root = vectors * np.sqrt(np.maximum(values, 0))
@@ -150,8 +186,7 @@ def single_step(absolute_z: Floats, covariance: Floats, most_samples: int = MAXZ
     for start in range(0, samples, block):
         draws = random.standard_normal((min(block, samples - start), len(root)))
         largest[start : start + block] = np.abs(draws @ contrasts.T).max(axis=1)
-    largest.sort()
-    return 1 - np.searchsorted(largest, absolute_z, side="left") / samples
+    return np.sort(largest)
 
 
 def maxz_draws(pairs: int, most: int = MAXZ_SAMPLES, *, clustered: bool = False) -> int:

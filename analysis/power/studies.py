@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.bootstrap.fits import fit_each
-from analysis.classes.multiplicity import corrected, two_sided_p
+from analysis.classes.multiplicity import significant_pairs
 from analysis.power.plan import Interval, Plan
 from analysis.scaling.counts import Counts
+from analysis.scaling.deciding import verdicts
 from analysis.scaling.laplacian import contrast_variances, pseudo_inverse, without_rounding
 from analysis.scaling.laws import probabilities
 from analysis.scaling.newton import maximise
@@ -19,9 +20,7 @@ from analysis.scaling.penalty import FIRTH
 from analysis.scaling.profile import (
     MOST_ITEMS_PROFILED,
     MOST_OBSERVERS_EXCHANGED,
-    deciding_t,
     exchange_p,
-    near_t,
     scaled,
     signed_roots,
 )
@@ -75,35 +74,35 @@ class Studies:
 
     def significant(self, critical_z: float) -> Flags:
         """Return which pairs differ at the plan's level, shape (B, P); ``critical_z`` is `Plan.critical_z`'s."""
-        pairs, freedom = self.spread.shape[1], self.freedom
-        freedom = None if freedom is None else freedom[:, :pairs]
-        if self.plan.adjust == "maxz":
-            return np.asarray(np.abs(self.statistics(deciding=(critical_z, critical_z))) >= critical_z)
-        deciding = deciding_t(self.plan.alpha, pairs, freedom)
-        p = two_sided_p(np.abs(self.statistics(deciding=deciding)), freedom)
-        wins = self._wins
-        if wins is not None:
-            p = np.minimum(p, exchange_p(wins, most=self.plan.alpha))
-        return np.asarray(corrected(p, self.plan.adjust) <= self.plan.alpha)
+        freedom = None if self.freedom is None else self.freedom[:, : self.spread.shape[1]]
+        wins = None if self.plan.adjust == "maxz" else self._wins
+        exact = None if wins is None else exchange_p(wins, most=self.plan.alpha)
 
-    def statistics(self, bounds: Floats | float = 0.0, deciding: tuple[float, float] | None = None) -> Floats:
-        """Return t of the hypotheses that differences are ``bounds`` (P,) in nats, shape (B, P), as in a report.
+        def differ(t: Floats) -> Flags:
+            if self.plan.adjust == "maxz":
+                return np.asarray(t >= critical_z)
+            return significant_pairs(t, freedom, self.plan.adjust, self.plan.alpha, exact)
 
-        With two numbers ``deciding``, and without ``bounds``, exact only where they may hold |t|, as `near_t` has it.
-        """
+        if len(self.plan.items) > MOST_ITEMS_PROFILED:
+            return differ(np.abs(self.statistics()))
+        return verdicts(*self._penalised, self.spread, differ)
+
+    def statistics(self, bounds: Floats | float = 0.0) -> Floats:
+        """Return t of the hypotheses that differences are ``bounds`` (P,) in nats, shape (B, P), as in a report."""
         first, second = self.plan.pairs
-        n = len(self.plan.items)
-        if n <= MOST_ITEMS_PROFILED:
-            totals = np.broadcast_to(self.plan.totals(self.observers).astype(np.float64), self.spread.shape)
-            won = self.won.sum(axis=1)
-            counts = Counts(n, first, second, won, totals - won, np.zeros_like(won))
-            top = maximise(counts, penalty=FIRTH, start=self.theta).theta
-            if deciding is not None:
-                return near_t(counts, top, self.spread, *deciding)
-            return scaled(signed_roots(counts, top, bounds), self.spread)
+        if len(self.plan.items) <= MOST_ITEMS_PROFILED:
+            return scaled(signed_roots(*self._penalised, bounds), self.spread)
         error = np.sqrt(contrast_variances(self.covariance)[:, first, second])
         apart = self.theta[:, first] - self.theta[:, second] - bounds
         return np.divide(apart, error, out=np.zeros_like(apart), where=error > 0)
+
+    @property
+    def _penalised(self) -> tuple[Counts, Floats]:
+        """The counts of each study, and the strengths (B, n) where their penalised likelihood is largest."""
+        totals = np.broadcast_to(self.plan.totals(self.observers).astype(np.float64), self.spread.shape)
+        won = self.won.sum(axis=1)
+        counts = Counts(len(self.plan.items), *self.plan.pairs, won, totals - won, np.zeros_like(won))
+        return counts, maximise(counts, penalty=FIRTH, start=self.theta).theta
 
     @property
     def exchanged(self) -> Floats:

@@ -48,9 +48,6 @@ COARSE_STEP = 0.02  # nats; what is left is far less, and the likelihood exact t
 LONG_STEP = 0.5  # nats; only after longer ones is the likelihood compared
 SMALL_ROOT = 1e-8  # from the end of an interval, in standard deviations
 LEAST_WITHIN_ONE_SD = 0.1
-MOST_ITEMS_EXACT = 10
-NEARLY_LINEAR = 0.5  # nats, up to which the root of the likelihood ratio is d / √variance but for 2 %
-PENALTY_SLACK = 1.25  # what Firth's term, of about half an answer each way, may add to the bounds of the likelihood
 RIDGE = 1e-14
 FARTHEST = 30.0  # nats beyond which an interval has no end: a chance of 1 less 1e-13
 
@@ -227,54 +224,14 @@ def scaled(roots: Floats, spread: Floats) -> Floats:
     return np.asarray(np.divide(roots, np.sqrt(spread), out=np.zeros_like(roots), where=spread > 0))
 
 
-def near_t(counts: Counts, top: Floats, spread: Floats, least: float, most: float) -> Floats:
-    """Return t(0) of every two items in B sets of counts, shape (B, P), exact where |t| may lie between two numbers.
-
-    Where it surely does not, |t| is on the same side of them. Along a difference d no other changes more than d does,
-    so that the likelihood's curvature stays within factors e^±|d| of that at the top [Bach2010]: r lies between
-    √(2 (e^∓|d| ± |d| − 1)) / √variance. With more than ten items a difference below half a nat counts as surely near
-    d / √variance, which is then off by 2 % at most.
-
-    Parameters
-    ----------
-    counts, top
-        As `signed_roots` has them.
-    spread
-        Shape (B, P): κ.
-    least, most
-        Between which |t| decides whether two items differ.
-    """
-    n = top.shape[1]
-    first, second = np.triu_indices(n, 1)
-    restricted = _Restricted.of(counts, top, None)
-    apart = top[:, first] - top[:, second]
-    error = np.sqrt(contrast_variances(restricted.inverse)[:, first, second])
-    size = np.clip(np.abs(apart), 1e-3, 50.0)
-    low, high = (np.sqrt(2 * (np.expm1(side * size) - side * size)) / size for side in (-1, 1))
-    t = scaled(apart / error, spread)
-    near = (np.abs(t) * high * PENALTY_SLACK >= least) & (np.abs(t) * low <= most * PENALTY_SLACK)
-    if n > MOST_ITEMS_EXACT:
-        near &= size >= NEARLY_LINEAR
-    row, pair = np.nonzero(near)
-    roots = np.empty(len(row))
-    for own in _parts(len(row), n * n):
-        contrasts = differences_of(n, first[pair[own]], second[pair[own]])
-        roots[own] = restricted.roots(row[own], contrasts, np.zeros(len(contrasts)), small=COARSE_STEP)[0]
-    t[row, pair] = scaled(roots, spread[row, pair])
-    return t
-
-
-def deciding_t(alpha: float, pairs: int, freedom: Floats | None) -> tuple[float, float]:
-    """Return the least |t| by which one of so many pairs may differ at ``alpha``, and that by which it surely does."""
-    from scipy.special import ndtri, stdtrit
-
-    tails = 1 - alpha / 2, 1 - alpha / (2 * pairs)
-    if freedom is None:
-        return float(ndtri(tails[0])), float(ndtri(tails[1]))
-    return float(stdtrit(freedom.max(), tails[0])), float(stdtrit(freedom.min(), tails[1]))
-
-
-def signed_roots(counts: Counts, top: Floats, bounds: Floats | float = 0.0) -> Floats:
+def signed_roots(
+    counts: Counts,
+    top: Floats,
+    bounds: Floats | float = 0.0,
+    *,
+    chosen: Flags | None = None,
+    small: float = SMALL_STEP,
+) -> Floats:
     """Return r(δ) of every two items in B sets of counts, shape (B, P).
 
     Parameters
@@ -285,22 +242,28 @@ def signed_roots(counts: Counts, top: Floats, bounds: Floats | float = 0.0) -> F
         Shape (B, n): the strengths that maximise the penalised likelihood.
     bounds
         Shape (B, P): δ of each pair i < j, in nats; or one of all.
+    chosen
+        Shape (B, P): which are wanted; 0 is returned of the others.
+    small
+        Steps below so many nats are the last.
     """
     batch, n = top.shape
     first, second = np.triu_indices(n, 1)
-    row, pair = np.divmod(np.arange(batch * len(first)), len(first))
-    bounds = np.broadcast_to(np.asarray(bounds, dtype=np.float64), (batch, len(first))).ravel()
+    chosen = np.ones((batch, len(first)), dtype=np.bool_) if chosen is None else chosen
+    row, pair = np.nonzero(chosen)
+    bounds = np.broadcast_to(np.asarray(bounds, dtype=np.float64), chosen.shape)[chosen]
     restricted = _Restricted.of(counts, top, None)
-    roots = np.empty(len(row))
-    for own in _parts(len(row), n * n):
+    roots, found = np.zeros(chosen.shape), np.empty(len(row))
+    for own in parts(len(row), n * n):
         contrasts = differences_of(n, first[pair[own]], second[pair[own]])
-        roots[own] = restricted.roots(row[own], contrasts, bounds[own])[0]
-    return roots.reshape(batch, len(first))
+        found[own] = restricted.roots(row[own], contrasts, bounds[own], small=small)[0]
+    roots[chosen] = found
+    return roots
 
 
-def _parts(number: int, size: int) -> Iterator[slice]:
-    """Yield so many of ``number`` tasks at a time that with ``size`` numbers each they stay small."""
-    many = max(1, MOST_NUMBERS // size)
+def parts(number: int, size: int, most: int = MOST_NUMBERS) -> Iterator[slice]:
+    """Yield so many of ``number`` tasks at a time that with ``size`` numbers each they are at most ``most``."""
+    many = max(1, most // size)
     for start in range(0, number, many):
         yield slice(start, start + many)
 
@@ -343,7 +306,7 @@ class _Restricted:
         """
         n = self.counts.n
         roots, found = np.empty(len(row)), np.empty((len(row), n))
-        for own in _parts(len(row), max(len(self.counts.first), n * n)):
+        for own in parts(len(row), max(len(self.counts.first), n * n)):
             theta = self.top[row[own]] if start is None else start[own]
             roots[own], found[own] = self._block(row[own], contrasts[own], bounds[own], theta, small)
         return roots, found

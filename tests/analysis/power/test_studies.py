@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from analysis.bootstrap import intervals
 from analysis.bootstrap.replicates import resample_counts
 from analysis.classes import Adjust
+from analysis.classes.multiplicity import corrected, two_sided_p
 from analysis.comparisons import Answer, from_answers
 from analysis.errors import ResultsError
 from analysis.power import Plan, differing_pairs
@@ -23,6 +24,7 @@ from analysis.report.estimate import Estimate
 from analysis.scaling import fit, probabilities
 from analysis.scaling.result import COVARIANCE_CHOICES, Method
 from benchmarks.simulated_studies import Design
+from documents import counted_work
 from tests.choice import nightly
 from tests.kept import known
 
@@ -167,19 +169,21 @@ def test_right_classes_part_what_shares_no_label_and_what_is_not_equal() -> None
     assert differing_pairs(theta, ["1", "", "2"]).tolist() == [True, True, False]
 
 
-@pytest.mark.parametrize(
-    ("adjust", "observers"),
-    [("holm", 5), ("maxz", 20), *nightly(("none", 5), ("bh", 20), ("holm", 20), ("maxz", 5))],
-)
-def test_statistics_that_are_only_bounded_change_no_verdict(
-    plan_of: MakePlan, adjust: Adjust, observers: int, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(("adjust", "observers"), [("holm", 5), ("holm", 20), *nightly(("none", 5), ("bh", 20))])
+def test_verdicts_are_those_of_all_profiles_of_which_few_are_computed(
+    plan_of: MakePlan, adjust: Adjust, observers: int
 ) -> None:
-    studies = run(plan_of(*STRENGTHS, observer_sd=0.7, adjust=adjust), observers, 200, np.random.default_rng(3))
-    exact, bounded = np.abs(studies.statistics()), np.abs(studies.statistics(deciding=(2.0, 3.0)))
-    inside = (exact > 2.0) & (exact < 3.0)
-    assert bounded[inside] == pytest.approx(exact[inside], rel=1e-3)
-    assert (np.abs(bounded - exact) > 1e-3).any()
-    verdicts = studies.significant(2.5)
-    assert verdicts.any()
-    monkeypatch.setattr("analysis.power.studies.deciding_t", lambda *_: (0.0, np.inf))
-    assert (studies.significant(2.5) == verdicts).all()
+    plan = plan_of(*STRENGTHS, observer_sd=0.7, adjust=adjust)
+    studies = run(plan, observers, 200, np.random.default_rng(3))
+    with counted_work() as work:
+        verdicts = studies.significant(2.5)
+    assert 0 < work["profiles_climbed"] < verdicts.size / (2 if observers == 5 else 8)
+    freedom = None if studies.freedom is None else studies.freedom[:, : studies.spread.shape[1]]
+    p = np.minimum(two_sided_p(np.abs(studies.statistics()), freedom), studies.exchanged)
+    assert (verdicts == (corrected(p, adjust) <= plan.alpha)).all()
+    assert 0.05 < verdicts.mean() < 0.9
+
+
+def test_verdicts_by_the_maximum_of_z_are_those_of_all_profiles(plan_of: MakePlan) -> None:
+    studies = run(plan_of(*STRENGTHS, observer_sd=0.7, adjust="maxz"), 20, 200, np.random.default_rng(3))
+    assert (studies.significant(2.5) == (np.abs(studies.statistics()) >= 2.5)).all()
