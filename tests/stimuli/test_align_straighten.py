@@ -57,9 +57,8 @@ def view(
 @pytest.mark.parametrize(
     ("roll_deg", "scale", "shift"),
     [
-        pytest.param(0.1, 1.0, (3.3, 0.4), marks=pytest.mark.stress),
         (-0.5, 0.998, (25.2, 1.2)),
-        (1.5, 1.01, (40.0, 3.0)),
+        pytest.param(1.5, 1.01, (40.0, 3.0), marks=pytest.mark.nightly),
     ],
 )
 def test_a_known_roll_and_scale_come_back_and_are_undone(
@@ -78,16 +77,6 @@ def test_a_known_roll_and_scale_come_back_and_are_undone(
     assert json.loads(json.dumps(made.steps)) == [dict(one) for one in made.steps]
 
 
-def test_the_report_of_an_aligned_pair_tells_roll_and_scale() -> None:
-    found = align_pair(view(), view(0.2, 1.001)).disparity.roll_scale
-    assert found is not None
-    assert found.certain
-    assert found.roll_deg == pytest.approx(0.2, abs=4 * found.roll_se_deg)
-    assert found.scale == pytest.approx(1.001, abs=4 * found.scale_se)
-    assert found.roll_se_deg < 0.02
-    assert found.corner_px == pytest.approx(np.radians(0.2) * (SIDE - 1) / 2 + 0.001 * (SIDE - 1) / 2, rel=0.1)
-
-
 def test_depth_and_noise_are_taken_for_no_roll() -> None:
     left, right = view(noise=0.01, seed=3), view(depth_px=0.5, noise=0.01, seed=4)
     made = straighten(left, right)
@@ -96,14 +85,6 @@ def test_depth_and_noise_are_taken_for_no_roll() -> None:
     np.testing.assert_array_equal(made.right, right)
     assert made.crop == (0, 0, SIDE, SIDE)
     assert made.roll_scale.roll_deg == pytest.approx(0.0, abs=4 * made.roll_scale.roll_se_deg)
-
-
-def test_swapping_the_eyes_turns_the_roll_round() -> None:
-    left, right = view(), view(0.4, 1.003, (5.0, 0.5))
-    one, other = straighten(left, right), straighten(right, left)
-    assert one.roll_scale.roll_deg == pytest.approx(-other.roll_scale.roll_deg, abs=1e-3)
-    assert one.roll_scale.scale == pytest.approx(1 / other.roll_scale.scale, abs=1e-5)
-    assert np.abs(one.left - other.right).max() < 0.02 * left.max()
 
 
 @settings(max_examples=40, deadline=None)
@@ -122,6 +103,7 @@ def test_a_few_blocks_that_are_wrong_draw_nothing(roll: float, growth: float, mi
     assert found.scale == pytest.approx(np.hypot(1 + growth, roll), abs=2e-4)
 
 
+@pytest.mark.nightly
 def test_the_standard_error_is_the_scatter() -> None:
     rng = np.random.default_rng(5)
     places = np.stack(np.meshgrid(np.arange(32, 600, 64.0), np.arange(32, 400, 64.0)), axis=-1).reshape(-1, 2)
@@ -140,18 +122,6 @@ def test_a_shift_can_be_given() -> None:
     assert made.roll_scale.roll_deg == pytest.approx(0.4, abs=ROUNDS_DEG)
     with pytest.raises(StimulusError, match="too little in common"):
         straighten(left, right, offset_px=(280.0, 0.0))
-
-
-def test_large_views_are_averaged_to_measure(monkeypatch: pytest.MonkeyPatch) -> None:
-    left, right = view(), view(0.4, 1.002, (6.0, 1.0))
-    whole = straighten(left, right).roll_scale
-    monkeypatch.setattr("stimuli.align.straightening.MOST_PIXELS", SIDE**2 // 4)
-    monkeypatch.setattr("stimuli.align.straightening.BLOCK_PX", 36)
-    halved = straighten(left, right, offset_px=(6.0, 1.0), region=(0, 0, SIDE, SIDE))
-    assert halved.roll_scale.blocks <= 16  # of 36 averaged pixels
-    assert halved.roll_scale.roll_deg == pytest.approx(0.4, abs=5 * ROUNDS_DEG)
-    assert halved.roll_scale.corner_px == pytest.approx(whole.corner_px, rel=0.05)
-    assert halved.left.shape == straighten(left, right).left.shape
 
 
 def test_views_that_agree_to_the_last_bit_are_level_and_one_wrong_block_is_not_believed() -> None:

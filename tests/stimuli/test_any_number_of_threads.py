@@ -12,11 +12,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.colour import ciede2000, delta_e_2000, delta_e_2000_of_xyz, delta_e_2000_parts
+from devices.colour import ciede2000, delta_e_2000, delta_e_2000_parts
 from devices.compensation import clipping, eye_clip_costs
 from devices.display import DisplayModel, EyeModels, ToneCurve
 from documents import at_most_threads
-from runner.presenter import ModeOptions, find_mode
 from stimuli.develop import demosaic
 from stimuli.develop.demosaic import Mosaic
 from stimuli.measures import SeenPicture, difference_map
@@ -26,7 +25,6 @@ from stimuli.recipes import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
 from stimuli.sparkle import scatter_flakes
 from stimuli.sparkle.studio import sparkle_map
-from tests.compiled_loops import compiled_if_there
 
 RNG = np.random.default_rng(0)
 WHITE = np.array([95.0, 100.0, 109.0])
@@ -37,18 +35,9 @@ MODEL = DisplayModel(np.array([0.03, 0.03, 0.04]), PRIMARIES, (ToneCurve(gamma=2
 MODELS = EyeModels(MODEL, MODEL)
 
 
-def seen() -> NDArray[Any]:
-    return np.asarray(SeenPicture(XYZ[0], 300.0, WHITE)[0:60])
-
-
 def seen_difference() -> NDArray[Any]:
     first, second = (SeenPicture(picture, 40.0, WHITE) for picture in XYZ)
     return difference_map(first, second, WHITE, filtered=True)
-
-
-def compiled_difference() -> NDArray[Any]:
-    with compiled_if_there():
-        return difference_map(XYZ[0], XYZ[1], WHITE)
 
 
 def resampled() -> NDArray[Any]:
@@ -72,13 +61,6 @@ def clip_costs() -> NDArray[Any]:
     return np.array([list(costs[eye].values()) for eye in ("left", "right")])
 
 
-def filtered_clip_costs() -> NDArray[Any]:
-    mixture = find_mode("anaglyph-red-cyan", ModeOptions.parse({})).mixture(MODELS)
-    assert mixture is not None
-    costs = eye_clip_costs(MODELS, mixture, 0.6 * XYZ[0], 0.5 * XYZ[1])
-    return np.array([list(costs[eye].values()) for eye in ("left", "right")])
-
-
 def sparkles() -> NDArray[Any]:
     recipe, _ = read_recipe(Path("configs/stimuli/manitoba_gray.yaml"))
     assert isinstance(recipe, SparklePlateRecipe)
@@ -89,16 +71,12 @@ def sparkles() -> NDArray[Any]:
 
 USERS: tuple[Callable[[], NDArray[Any]], ...] = (
     lambda: delta_e_2000(LABS[0], LABS[1]),
-    lambda: delta_e_2000_of_xyz(XYZ[0], XYZ[1], WHITE),
     lambda: delta_e_2000_parts(LABS[0], LABS[1]).S_H,
     lambda: difference_map(XYZ[0], XYZ[1], WHITE),
-    compiled_difference,
-    seen,
     seen_difference,
     resampled,
     developed,
     clip_costs,
-    filtered_clip_costs,
     sparkles,
 )
 

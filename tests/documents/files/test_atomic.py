@@ -104,6 +104,7 @@ def killed(path: Path, kind: str, when: str) -> None:
     assert subprocess.run(command, check=False, cwd=root).returncode == -signal.SIGKILL
 
 
+@pytest.mark.nightly
 @posix
 def test_what_a_killed_process_left_goes_with_the_next_writing(tmp_path: Path) -> None:
     file, folder = tmp_path / "report.html", tmp_path / "data[1]"
@@ -118,6 +119,7 @@ def test_what_a_killed_process_left_goes_with_the_next_writing(tmp_path: Path) -
     assert sorted(path.name for path in tmp_path.iterdir()) == ["data[1]", "report.html"]
 
 
+@pytest.mark.nightly
 @posix
 def test_what_killed_processes_left_goes_whatever_is_written_into_the_folder(tmp_path: Path) -> None:
     replaced = tmp_path / "dataset"

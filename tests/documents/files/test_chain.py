@@ -166,7 +166,7 @@ def test_an_old_log_is_chained_from_where_it_was_resumed(file: Path) -> None:
 
 def test_a_reading_that_goes_on_names_every_place(file: Path) -> None:
     rng = random.Random(18)
-    for _ in range(200):
+    for _ in range(30):
         lines = write(file)
         changed = sorted(rng.sample(range(len(lines)), 3))
         for at in changed:

@@ -12,6 +12,7 @@ import pytest
 from documents import InputError
 from tests.stress.mutants import Format, difference, edited, formats, keys_of, mutant, read_all
 
+pytestmark = pytest.mark.nightly
 MODULE = "tests.stress.foreign_formats"
 
 

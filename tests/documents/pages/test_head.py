@@ -61,10 +61,12 @@ def test_scripts_and_fetching_are_not_allowed(page: str) -> None:
     assert not policy_of(page.replace("<head>\n", '<head>\n<meta charset="utf-8">\n'))
 
 
+@pytest.mark.nightly
 def test_a_page_is_drawn_and_what_was_injected_does_not_run(page: str, tmp_path: Path) -> None:
     works_and_runs_nothing(page, tmp_path)
 
 
+@pytest.mark.nightly
 def test_without_the_policy_it_would_run(page: str, tmp_path: Path) -> None:
     bare = tmp_path / "bare.html"
     bare.write_text(re.sub("<meta http-equiv.*?>", "", page).replace("</body>", f"{INJECTED}</body>"))

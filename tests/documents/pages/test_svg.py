@@ -38,6 +38,7 @@ def test_a_legend_that_takes_long_to_place_is_no_warning() -> None:
     assert finished.pdf().startswith(b"%PDF-")
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("_two_seconds_between_looks_at_the_clock")
 def test_a_panel_s_legend_that_takes_long_to_place_is_no_warning() -> None:
     lines = [Line(name, (0.0, 1.0), (0.0, 1.0)) for name in (LETTERS, "b")]

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import pytest
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, RootModel
+from pydantic import BaseModel, ConfigDict, Field, RootModel
 
 from devices.camera import read_camera
 from devices.display import read_display, read_rig, read_verification
@@ -111,34 +111,9 @@ def test_a_list_whose_entries_are_all_wrong_is_not_called_too_short(tmp_path: Pa
     assert [finding.message for finding in caught.value.findings] == ["'names.1.words' is 1"]
 
 
-@pytest.mark.parametrize(("words", "shown"), [("CIE names only", "CIE names only"), ("A name", "a name")])
-def test_words_of_a_model_begin_small_unless_with_an_abbreviation(words: str, shown: str, tmp_path: Path) -> None:
-    def refuse(text: str) -> str:
-        raise ValueError(words)
-
-    class Named(BaseModel):
-        observer: Annotated[str, AfterValidator(refuse)]
-
-    (tmp_path / "file.yaml").write_text("observer: me\n")
-    with pytest.raises(InputError, match=f"'observer' is 'me' \\({shown}\\)"):
-        load_document(tmp_path / "file.yaml", Named)
-
-
-def test_an_empty_list(tmp_path: Path) -> None:
-    class _Some(BaseModel):
-        names: Annotated[list[str], Field(min_length=2)]
-
-    path = tmp_path / "f.yaml"
-    path.write_text("names: []\n")
-    with pytest.raises(InputError, match=r"f.yaml:1:8: 'names' holds nothing \(give it at least 2 entries\)"):
-        load_document(path, _Some)
-
-
 def test_a_file_that_is_no_mapping(tmp_path: Path) -> None:
     (finding,) = _findings(tmp_path, "- just\n- a list\n")
-    assert finding.startswith(
-        "f.yaml:1:1: the file is ['just', 'a list'] (write {name: ..., size_mm: ..., blocks: ...})"
-    )
+    assert finding.startswith("f.yaml:1:1: the file is ['just', 'a list']")
 
 
 @pytest.mark.parametrize(("pattern", "text"), [(r"^[a-z0-9][a-z0-9_-]*$", "My plates"), (r"^[a-z][a-z0-9_]*$", "1st")])

@@ -15,11 +15,11 @@ from scipy.ndimage import gaussian_filter, shift
 
 from devices.camera import CameraModel, Exposure
 from documents import InputError
-from stimuli.bracket import BracketOptions, BracketReport, NoiseModel, bracket_photographs
+from stimuli.bracket import BracketOptions, BracketReport, bracket_photographs
 from stimuli.develop import DevelopOptions, read_camera_image
 from stimuli.pictures import RowFile, read_exr
 from tests.stimuli.bracket.sensor import BLACK, FULL_E, READ_E, SPAN, TIMES, WHITE, bracket, codes, record, scene
-from tests.stimuli.develop.dng import camera_tags, exposure_tags, save_dng, save_linear_dng
+from tests.stimuli.develop.dng import camera_tags, exposure_tags, save_dng
 
 SUPERPIXEL = DevelopOptions(demosaic="superpixel")
 MATRIX = np.array([[60.0, 25.0, 15.0], [25.0, 80.0, 5.0], [1.0, 10.0, 120.0]])
@@ -69,21 +69,6 @@ def test_the_light_of_the_scene_comes_back(tmp_path: Path) -> None:
     assert any("full at every exposure" in note for note in report.notes)
 
 
-def test_a_bracket_has_less_noise_than_its_best_photograph(tmp_path: Path) -> None:
-    light = scene(stops=6) / 8
-    photos = bracket(tmp_path, light)
-    merge(tmp_path, photos)
-    truth = halves(light)
-
-    def error(path: Path, time: float) -> float:
-        image = read_camera_image(path, demosaic="superpixel")
-        return float(np.median(np.abs(image.rgb / (truth * time) - 1)[~image.saturated & (truth < truth.max() / 8)]))
-
-    assert error(tmp_path / "merged.exr", 1 / 250) < 0.95 * min(
-        error(path, time[0] / time[1]) for path, time in zip(photos[:4], TIMES[:4], strict=True)
-    )
-
-
 def test_with_a_camera_file_it_is_absolute_light_at_the_level_of_its_exposure(tmp_path: Path) -> None:
     """Shutters round their times: 1/15 is 1/16. The camera file was fitted at what the camera calls 1/15."""
     light = scene(stops=5) / 4
@@ -118,21 +103,13 @@ def test_a_lamp_that_drifted_is_named_and_taken_out(tmp_path: Path) -> None:
     assert not any("light" in note for note in steady.notes)
 
 
-def test_a_lamp_that_changed_colour_is_named(tmp_path: Path) -> None:
-    light = scene(stops=5) / 4
-    redder = light.copy()
-    redder[::2, ::2] *= 1.06
-    report = merge(tmp_path, bracket(tmp_path, [light, light, redder], TIMES[1:4]))
-    assert any("1_30.dng: the light's colour changed" in note for note in report.notes)
-
-
 def moving(light: NDArray[np.float64], at: tuple[int, int], size: int, factor: float) -> NDArray[np.float64]:
     other = light.copy()
     other[at[0] : at[0] + size, at[1] : at[1] + size] *= factor
     return other
 
 
-@pytest.mark.parametrize(("size", "factor"), [(16, 0.8), (16, 1.25), (8, 0.5), (6, 4.0)])
+@pytest.mark.parametrize(("size", "factor"), [(16, 0.8), (6, 4.0)])
 def test_a_moved_object_is_found_and_its_place_named(tmp_path: Path, size: int, factor: float) -> None:
     light = scene(stops=5) / 4
     lights = [light, moving(light, (40, 64), size, factor), light]
@@ -142,14 +119,6 @@ def test_a_moved_object_is_found_and_its_place_named(tmp_path: Path, size: int, 
     x, y = (int(said.split(f"{axis} ")[1].split(",")[0].split(";")[0]) for axis in ("at x", "y"))
     assert abs(x - 64) <= 8
     assert abs(y - 40) <= 8
-
-
-def test_the_place_is_named_in_the_upright_picture(tmp_path: Path) -> None:
-    light = scene(stops=5) / 4
-    lights = [light, moving(light, (0, 0), 16, 0.5), light]
-    photos = bracket(tmp_path, lights, TIMES[1:4], tags=[(274, "H", 1, 6, True)])
-    said = refusal(tmp_path, photos)
-    assert "16 × 16 pixels at x 80, y 0" in said  # turned clockwise: 96 across
 
 
 def test_the_reference_alone_counts_where_something_moved(tmp_path: Path) -> None:
@@ -165,43 +134,15 @@ def test_the_reference_alone_counts_where_something_moved(tmp_path: Path) -> Non
     assert any("the reference exposure alone" in note for note in report.notes)
 
 
-def test_nothing_is_found_where_nothing_moved(tmp_path: Path) -> None:
-    """Ten brackets of other noise and scenes, and sixty in tests/stress."""
-    for seed in range(10):
-        light = scene(48, 64, stops=9, seed=seed)
-        photos = [
-            save_dng(
-                tmp_path / f"{number}.dng",
-                codes(record(light, time[0] / time[1], seed=100 * seed + number)),
-                black=(BLACK,),
-                white=WHITE,
-                tags=exposure_tags(time, (8, 1), 200),
-            )
-            for number, time in enumerate(TIMES)
-        ]
-        assert merge(tmp_path, photos).merge["moved"] == []
-
-
-def test_hot_photosites_are_no_motion(tmp_path: Path) -> None:
-    light = scene(stops=5) / 4
-    hot = np.random.default_rng(0).random(light.shape) < 0.002
-    lights = [light + 40 * hot * time[1] / 250 for time in TIMES[1:4]]  # not in proportion to time
-    assert merge(tmp_path, bracket(tmp_path, lights, TIMES[1:4])).merge["moved"] == []
-
-
 def test_other_scenes_and_a_moved_camera_are_refused(tmp_path: Path) -> None:
     one, other = scene(stops=5) / 4, scene(stops=5, seed=9) / 4
-    assert "1_60.dng: it shows another scene than 1_125.dng" in refusal(
-        tmp_path, bracket(tmp_path, [one, other], TIMES[1:3])
-    )
+    assert "another scene than 1_125.dng" in refusal(tmp_path, bracket(tmp_path, [one, other], TIMES[1:3]))
     far = np.roll(one, (30, 40), axis=(0, 1))
-    assert "another scene than 1_125.dng, or the camera was moved" in refusal(
-        tmp_path, bracket(tmp_path, [one, far], TIMES[1:3])
-    )
+    assert "or the camera was moved" in refusal(tmp_path, bracket(tmp_path, [one, far], TIMES[1:3]))
     assert "× the light of 1_125.dng" in refusal(tmp_path, bracket(tmp_path, [one, one * 2], TIMES[1:3]))
 
 
-@pytest.mark.parametrize(("right", "down"), [(0.5, 0.0), (0.0, -0.8), (1.5, 1.0)])
+@pytest.mark.parametrize(("right", "down"), [(0.5, 0.0), pytest.param(1.5, 1.0, marks=pytest.mark.nightly)])
 def test_a_camera_that_moved_is_named_with_its_shift(tmp_path: Path, right: float, down: float) -> None:
     sharp = gaussian_filter(scene(192, 192, stops=5) / 4, 1.0)
     moved = shift(sharp, (down, right), order=3, mode="nearest").clip(1e-6)
@@ -209,12 +150,6 @@ def test_a_camera_that_moved_is_named_with_its_shift(tmp_path: Path, right: floa
     assert "the camera moved between 1_125.dng and it" in said
     found = [float(word) for word in re.findall(r"[+-][0-9.]+", said)]
     assert found == pytest.approx([right, down], abs=0.2)
-
-
-def test_a_tripod_that_gives_by_a_fifth_of_a_pixel_is_let_pass(tmp_path: Path) -> None:
-    sharp = gaussian_filter(scene(192, 192, stops=5) / 4, 0.8)
-    moved = shift(sharp, (0.1, 0.2), order=3, mode="nearest").clip(1e-6)
-    assert merge(tmp_path, bracket(tmp_path, [sharp, moved], TIMES[1:3])).merge["moved"] == []
 
 
 def test_photographs_that_do_not_go_together_are_refused(tmp_path: Path) -> None:
@@ -239,18 +174,7 @@ def test_photographs_that_do_not_go_together_are_refused(tmp_path: Path) -> None
     assert "none of the photographs" in refusal(tmp_path, [one, bare], reference=tmp_path / "no.dng")
 
 
-def test_given_exposures_take_the_place_of_the_files(tmp_path: Path) -> None:
-    light = scene(48, 64, stops=5) / 4
-    photos = [
-        save_dng(tmp_path / f"{time[1]}.dng", codes(record(light, 1 / time[1], seed)), black=(BLACK,), white=WHITE)
-        for seed, time in enumerate(TIMES[1:4])
-    ]
-    exposures = tuple(Exposure(1 / time[1], 8, 200) for time in TIMES[1:4])
-    report = merge(tmp_path, photos, exposures=exposures, noise=NoiseModel.of_electrons(FULL_E, READ_E))
-    assert report.merge["noise"]["source"] == "given"
-    assert abs((read_camera_image(tmp_path / "merged.exr").rgb / halves(light / 125) - 1).mean()) < 0.003
-
-
+@pytest.mark.nightly
 def test_dark_frames_and_flat_fields_of_a_bracket(tmp_path: Path) -> None:
     light = scene(stops=5) / 4
     rows, columns = np.mgrid[-1 : 1 : light.shape[0] * 1j, -1 : 1 : light.shape[1] * 1j]
@@ -281,23 +205,6 @@ def test_dark_frames_and_flat_fields_of_a_bracket(tmp_path: Path) -> None:
     assert "bright.dng: the flat field is saturated" in refusal(tmp_path, photos, develop=full)
 
 
-def test_a_bracket_of_linear_dng(tmp_path: Path) -> None:
-    light = scene(48, 64, stops=5)[..., None] / 4 * np.array([1.0, 0.8, 0.5])
-    photos = [
-        save_linear_dng(
-            tmp_path / f"{time[1]}.dng",
-            codes(record(light, 1 / time[1], seed)),
-            black=(BLACK,) * 3,
-            white=WHITE,
-            tags=exposure_tags(time, (8, 1), 200),
-        )
-        for seed, time in enumerate(TIMES[1:4])
-    ]
-    report = merge(tmp_path, photos)
-    assert abs((read_camera_image(tmp_path / "merged.exr").rgb / (light / 125) - 1).mean()) < 0.002
-    assert report.merge["noise"]["blue"]["full_scale_electrons"] == pytest.approx(FULL_E, rel=0.15)
-
-
 def test_the_steps_are_written_and_equal_brackets_make_equal_files(tmp_path: Path) -> None:
     photos = bracket(tmp_path, scene(48, 64, stops=5) / 4, TIMES[1:4])
     merge(tmp_path, photos)
@@ -316,5 +223,5 @@ def test_a_bracket_full_throughout_and_a_full_disk_are_refused(tmp_path: Path, m
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(RowFile, "write", no_room)
-    with pytest.raises(InputError, match=r"temporary files cannot be written: the disk of the folder .* is full"):
+    with pytest.raises(InputError, match=r"disk of the folder .* is full"):
         merge(tmp_path, photos)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -31,7 +29,7 @@ def bound(light: float, t: list[float] = T) -> float:
     return float(1 / np.sqrt(sum(time**2 / (light * time / FULL_E + (READ_E / FULL_E) ** 2) for time in clear)))
 
 
-@pytest.mark.parametrize("light", [0.0005, 0.004, 0.02, 0.06, 0.12, 0.4, 0.8])
+@pytest.mark.parametrize("light", [0.0005, 0.02, 0.12, 0.8])
 def test_the_variance_is_the_cramer_rao_bound_and_there_is_no_bias(light: float) -> None:
     merged = merge_exposures(*taken(light), T, NOISE)
     limit = bound(light)
@@ -42,33 +40,26 @@ def test_the_variance_is_the_cramer_rao_bound_and_there_is_no_bias(light: float)
     assert not merged.saturated.any()
 
 
-def near_full(light: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return what two exposures give, by us, by leaving out full values, and by the shorter exposure alone."""
+def near_full(light: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return what two exposures give, and what the shorter gives alone."""
     values, full = taken(light, [1.0, 4.0])
-    plain = np.where(full[1], values[0], (values[0] + values[1]) / 5)
-    return merge_exposures(values, full, [1.0, 4.0], NOISE).value, plain, values[0]
+    return merge_exposures(values, full, [1.0, 4.0], NOISE).value, values[0]
 
 
 def rms(values: np.ndarray, light: float) -> float:
     return float(np.sqrt(((values - light) ** 2).mean()))
 
 
-@pytest.mark.parametrize("light", np.geomspace(0.24, 0.26, 9))
+@pytest.mark.parametrize("light", np.geomspace(0.24, 0.26, 5))
 def test_an_exposure_that_is_nearly_full_helps_and_hardly_biases(light: float) -> None:
     """A quarter fills the exposure of 4. One censored value leaves a bias of at most a third of the standard error."""
-    ours, _, alone = near_full(float(light))
+    ours, alone = near_full(float(light))
     assert rms(ours, light) < 1.01 * rms(alone, light)
     # beside the third, four standard errors of the mean of 40000
     assert abs(ours.mean() - light) < (0.33 + 4 / np.sqrt(MANY)) * ours.std()
 
 
-def test_leaving_out_full_values_errs_more_there() -> None:
-    errors = [[rms(part, light) for part in near_full(light)] for light in np.geomspace(0.245, 0.255, 9)]
-    ours, plain, alone = np.sqrt(np.mean(np.square(errors), axis=0))
-    assert ours < plain < alone
-
-
-@pytest.mark.parametrize("light", [0.002, 0.0623, 0.1255, 0.5])
+@pytest.mark.parametrize("light", [0.002, 0.0623, 0.5])
 def test_the_iteration_is_the_solution_of_the_likelihood_equation(light: float) -> None:
     """The slow twin finds its root for each value by bisection, full exposures censored."""
     values, full = taken(light, T[:5], many=20)
@@ -113,17 +104,6 @@ def test_one_exposure_alone() -> None:
     assert merged.exposures.tolist() == [1, 2, 1]
 
 
-def test_more_exposures_are_never_less_exact() -> None:
-    rng = np.random.default_rng(5)
-    for light in rng.uniform(0.001, 0.9, 20):
-        errors = [
-            float(np.nanmean(merge_exposures(*taken(light, T[:n], 500), T[:n], NOISE).standard_error))
-            for n in range(1, 7)
-        ]
-        # the estimate of x in the error has noise of its own, a hundredth at most
-        assert all(later < earlier * 1.01 for earlier, later in pairwise(errors))
-
-
 @pytest.mark.parametrize(
     ("values", "t"), [([[0.1], [0.1, 0.2]], [1, 2]), ([[0.1], [0.2]], [1]), ([[0.1], [0.2]], [2, 1]), ([], [])]
 )
@@ -132,6 +112,7 @@ def test_what_does_not_go_together_is_refused(values: list[list[float]], t: list
         merge_exposures(values, [np.zeros(len(part), bool) for part in values], t)
 
 
+@pytest.mark.nightly
 def test_noise_is_found_in_the_photographs() -> None:
     rng = np.random.default_rng(1)
     light = np.exp(rng.uniform(np.log(1e-4), 0, 200_000))

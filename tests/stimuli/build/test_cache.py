@@ -20,6 +20,7 @@ def count_up(folder: Path, times: int) -> None:
             number.write_text(str(int(number.read_text()) + 1))
 
 
+@pytest.mark.nightly
 def test_processes_take_turns_though_each_removes_the_file(tmp_path: Path) -> None:
     (tmp_path / "number").write_text("0")
     other = multiprocessing.get_context("spawn").Process(target=count_up, args=(tmp_path, 200))

@@ -25,16 +25,15 @@ def noisy(picture: Floats32, share: float, seed: int = 3) -> Floats32:
     return np.asarray(picture * (1 + share * np.random.default_rng(seed).standard_normal(picture.shape)), np.float32)
 
 
-@pytest.mark.parametrize("sd_px", [2.0, 4.0, 8.0])
-@pytest.mark.parametrize("share", [0.0, 0.01])
-def test_a_blur_is_measured_by_its_size_and_way(sd_px: float, share: float) -> None:
+@pytest.mark.parametrize("sd_px", [2.0, 8.0])
+def test_a_blur_is_measured_by_its_size_and_way(sd_px: float) -> None:
     photo = spots(size=(400, 300), count=2500)
-    soft = noisy(blurred(photo, sd_px), share)[..., 1]
+    soft = noisy(blurred(photo, sd_px), 0.01)[..., 1]
     assert blur_between(photo[..., 1], soft) == pytest.approx(sd_px, rel=0.06)
     assert blur_between(soft, photo[..., 1]) == pytest.approx(-sd_px, rel=0.06)
 
 
-@pytest.mark.parametrize("share", [0.0, 0.01, 0.1, 0.5])
+@pytest.mark.parametrize("share", [0.0, 0.5])
 def test_noise_or_other_flakes_are_no_blur(share: float) -> None:
     photo, other = spots(size=(400, 300), count=2500), spots(size=(400, 300), count=2500, seed=9)
     assert blur_between(noisy(photo, share)[..., 1], photo[..., 1]) == 0.0
@@ -43,14 +42,7 @@ def test_noise_or_other_flakes_are_no_blur(share: float) -> None:
 
 @pytest.mark.parametrize(
     ("sd_px", "way"),
-    [
-        (2.0, "rendering"),
-        (8.0, "photograph"),
-        *(
-            pytest.param(sd_px, way, marks=pytest.mark.stress)
-            for sd_px, way in [(4.0, "rendering"), (8.0, "rendering"), (2.0, "photograph"), (4.0, "photograph")]
-        ),
-    ],
+    [(2.0, "rendering"), pytest.param(8.0, "photograph", marks=pytest.mark.nightly)],
 )
 def test_a_blurred_picture_is_registered(sd_px: float, way: str) -> None:
     photo, moved = spots(size=(400, 300), count=2500), spots(3.3, -1.7, size=(400, 300), count=2500)
@@ -68,14 +60,13 @@ def test_a_blurred_rendering_fails_for_its_blur(tmp_path: Path) -> None:
     result = compare_pictures(files[0], files[1], PLATE)
     assert result.verdict.decision == "not validated"
     assert any("sparkle density" in reason.sentence for reason in result.verdict.having("fails"))
-    said = "the rendering is blurrier than the photograph, as if by a Gaussian of 4.0 px"
-    assert any(said in line for line in result.lines())
+    assert any("blurrier" in line and "4.0 px" in line for line in result.lines())
     same = compare_pictures(files[0], files[0], PLATE)
     assert same.verdict.decision == "validated"
     assert not any("blurrier" in line for line in same.lines())
 
 
-@pytest.mark.parametrize("moved", [0.0, 0.4])
+@pytest.mark.parametrize("moved", [pytest.param(0.0, marks=pytest.mark.nightly), 0.4])
 def test_pixels_of_a_blurred_plate_count(tmp_path: Path, moved: float) -> None:
     """Few of its sparkles lie on one of the photograph's, and its flakes are the same all the same."""
     photo, other = spots(size=SIZE, count=3300), spots(moved, size=SIZE, count=3300, seed=9)

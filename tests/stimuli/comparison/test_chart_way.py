@@ -14,7 +14,6 @@ from stimuli.comparison.by_region import check_charts
 from stimuli.comparison.regions import Chart
 from stimuli.comparison.regions_file import RegionsFile
 from stimuli.errors import StimulusError
-from stimuli.pictures import rows
 
 Draw = Callable[..., NDArray[np.float64]]
 Write = Callable[..., RegionsFile]
@@ -45,11 +44,6 @@ def test_each_way_round_is_told_with_the_right_corners(chart_picture: Draw, way:
 def test_another_white_and_a_camera_of_its_own_do_not_matter(chart_picture: Draw) -> None:
     matrix = np.array([[0.5, 0.3, 0.1], [0.2, 0.9, -0.2], [0.0, 0.1, 0.6]])
     assert check_charts(chart_picture() @ matrix.T, [chart(CORNERS)], "rendering") == ()
-
-
-def test_bands_do_not_matter(chart_picture: Draw, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(rows, "BAND_PIXELS", 700)
-    assert check_charts(chart_picture(), [chart(CORNERS)], "photograph") == ()
 
 
 def test_what_is_no_chart_is_told(chart_picture: Draw) -> None:

@@ -33,11 +33,6 @@ def test_bands_make_the_map_of_the_whole(monkeypatch: pytest.MonkeyPatch) -> Non
     assert len(done) == 19
 
 
-def test_a_picture_does_not_differ_from_itself() -> None:
-    photo, _ = pair()
-    assert not difference_map(photo, photo, WHITE).any()
-
-
 def test_light_below_none_counts_as_none() -> None:
     dark = np.full((2, 2, 3), -0.5)
     assert not difference_map(dark, np.zeros((2, 2, 3)), WHITE).any()
@@ -95,6 +90,7 @@ def test_a_profile_follows_its_line() -> None:
     np.testing.assert_allclose(profile(plane, (5, 5), (5, 6.0)), [55, 65])
 
 
+@pytest.mark.nightly
 def test_figures_say_what_they_show() -> None:
     delta_e = np.full((30, 40), 2.0, dtype=np.float32)
     shown = overview(delta_e)

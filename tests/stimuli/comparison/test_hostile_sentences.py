@@ -13,7 +13,7 @@ from stimuli.comparison.by_pixel import DifferenceSummary
 from stimuli.comparison.evidence import RegistrationEvidence, sparkle_reasons
 from stimuli.comparison.verdict import Limits
 
-HOSTILE = (math.nan, math.inf, 0.0, 1e-9, 0.37, 113.2, 1e12)
+HOSTILE = (math.nan, math.inf, 0.0, 0.37, 1e12)
 # What no sentence has: a number that is none, an exponent, a number without its own decimals, a space too many.
 NO_SENTENCE = re.compile(r"\bnan\b|\binf\b|\d[eE][+-]?\d|-0\.0*\b(?!\d)|  | [,.:;]")
 
@@ -28,10 +28,8 @@ def test_what_is_looked_for_is_found() -> None:
     assert not wrong("sparkle width is unknown in the rendering and 2.2881 ± 0.0074 px in the photograph")
 
 
-@pytest.mark.parametrize("photo", HOSTILE)
-@pytest.mark.parametrize("rendering", HOSTILE)
-def test_sparkle_of_any_numbers(photo: float, rendering: float) -> None:
-    for photo_se, rendering_se in itertools.product(HOSTILE, repeat=2):
+def test_sparkle_of_any_numbers() -> None:
+    for photo, photo_se, rendering, rendering_se in itertools.product(HOSTILE, repeat=4):
         for together in (None, *HOSTILE):
             pair = SparklePair("width", photo, photo_se, rendering, rendering_se, "px", "plate", together)
             (reason,) = sparkle_reasons([pair], Limits())

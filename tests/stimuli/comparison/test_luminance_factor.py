@@ -27,7 +27,7 @@ def test_a_factor_comes_back() -> None:
 
 
 @given(lights)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_what_scaling_changes_and_what_not(pairs: list[tuple[float, float]]) -> None:
     rendering = np.array([light for light, _ in pairs])
     photo = rendering * np.array([share for _, share in pairs])

@@ -103,12 +103,6 @@ def test_faults_in_outlines_are_told_at_their_line(regions_of: Write, entry: str
     assert finding.line == 4
 
 
-def test_a_region_outside_the_rendering_is_told(regions_of: Write) -> None:
-    regions = regions_of("{kind: rectangle, name: box, box: [90, 20, 30, 40]}")
-    with pytest.raises(StimulusError, match="the rendering has 100 × 100"):
-        place_regions(regions, SHAPE, (100, 100, 3))
-
-
 def test_all_faults_are_told_at_once(regions_of: Write) -> None:
     bad = [f"{{kind: rectangle, name: box{n}, box: [190, 20, 30, 40]}}" for n in range(3)]
     with pytest.raises(StimulusError) as caught:

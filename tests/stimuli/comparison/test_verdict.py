@@ -57,14 +57,8 @@ def test_all_within_is_validated() -> None:
     verdict = judge(evidence)
     assert verdict.decision == "validated"
     assert {reason.outcome for reason in verdict.reasons} == {"passes"}
-    assert {reason.subject.split()[0] for reason in verdict.reasons} == {
-        "regions",
-        "as",
-        "per",
-        "sparkle",
-        "registration",
-        "disparity",
-    }
+    subjects = {reason.subject.split()[0] for reason in verdict.reasons}
+    assert subjects == {"regions", "as", "per", "sparkle", "registration", "disparity"}
     json.dumps(verdict.to_json(), allow_nan=False)
 
 
@@ -139,24 +133,11 @@ def test_a_few_bad_pixels_do_not_fail_and_many_do() -> None:
     assert only(judge(Evidence(seen=many)), "fails").measure == "share above the limit"
 
 
-def test_a_map_of_another_limit_is_not_judged() -> None:
-    assert judge(Evidence(seen=SMALL), Limits(delta_e=1.0)).decision == "cannot say"
-
-
 def test_pictures_that_lie_apart_say_nothing_of_pixels() -> None:
     verdict = judge(Evidence(table(1.0), LARGE, LARGE, registration=RegistrationEvidence(0.4)))
     assert verdict.decision == "cannot say"
     reason = only(verdict, "cannot say")
     assert (reason.measure, reason.value, reason.limit) == ("residual", 0.4, 0.25)
-
-
-def test_how_the_pictures_lay_is_noted() -> None:
-    lay = RegistrationEvidence(0.02, (0.4, 0.0), (0.01, 0.01), 2.0)
-    said = [reason.sentence for reason in judge(Evidence(table(1.0), registration=lay)).having("noted")]
-    assert "(0.40, 0.00) px" in said[0]
-    assert "2.00°" in said[1]
-    within = RegistrationEvidence(0.02, (0.4, 0.0), (0.2, 0.2), 0.0)
-    assert not judge(Evidence(table(1.0), registration=within)).having("noted")
 
 
 @pytest.mark.parametrize(
@@ -187,13 +168,6 @@ def test_sparkle_must_differ_by_more_than_chance_and_by_more_than_matters(
     assert reason.outcome == outcome
     assert (reason.subject, reason.measure) == ("sparkle on 'plate'", "density")
     json.dumps([verdict.to_json(), pair.to_json()], allow_nan=False)
-
-
-def test_the_right_mean_colour_and_the_wrong_sparkle_fail() -> None:
-    pairs = (SparklePair("density", 400.0, 20.0, 520.0, 22.8), SparklePair("contrast", 3.0, 0.1, 3.01, 0.1))
-    verdict = judge(Evidence(table(1.0), SMALL, SMALL, pairs))
-    assert verdict.decision == "not validated"
-    assert "30.0 ± 8.6 % more" in only(verdict, "fails").sentence
 
 
 def test_a_ratios_error_is_that_of_repetition() -> None:

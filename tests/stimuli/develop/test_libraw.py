@@ -59,6 +59,7 @@ def test_what_a_header_asks_for_is_not_taken(
         read_raw(path)
 
 
+@pytest.mark.nightly
 def test_a_process_that_was_killed_is_another_for_the_next_file(tmp_path: Path) -> None:
     path = save_dng(tmp_path / "a.dng", CODES)
     read_by_libraw(path)
@@ -91,9 +92,3 @@ def test_threads_read_side_by_side(tmp_path: Path) -> None:
         contents = list(pool.map(read_by_libraw, paths))
     for n, content in enumerate(contents):
         np.testing.assert_array_equal(content.codes, CODES + np.uint16(n))
-
-
-def test_a_filter_that_is_not_known_is_refused(tmp_path: Path) -> None:
-    path = save_dng(tmp_path / "a.dng", CODES, pattern=(3, 5, 1, 2))
-    with pytest.raises(StimulusError, match=r"colour filter|raw file"):
-        read_raw(path)

@@ -82,15 +82,6 @@ def test_the_display_clips_what_the_short_exposure_has_kept(models: EyeModels) -
     assert shown[0] == pytest.approx(sparkle / base - 1, rel=1e-5)
 
 
-def test_pictures_are_brought_to_one_mean_which_leaves_contrast_as_it_is() -> None:
-    plain, calibrated = over(0.05, 1.0), over(0.05, 1.0, mean_cd_m2=5.0)
-    for before, after in zip(plain.rows, calibrated.rows, strict=True):
-        assert after.mean_cd_m2 == pytest.approx(5, rel=1e-6)
-        assert after.factor == pytest.approx(5 / before.mean_cd_m2, rel=1e-6)
-        assert after.as_photographed.contrast.value == pytest.approx(before.as_photographed.contrast.value, rel=1e-5)
-        assert after.exposed_background_cd_s_m2 == pytest.approx(before.exposed_background_cd_s_m2, rel=1e-5)
-
-
 def test_table_4_3_shows_a_full_sensor_and_the_plate_made_after_it_does_as_figures_4_10_and_4_11_say() -> None:
     held = [time * most for time, most in TABLE_4_3]
     # 13.7, 13.1 and 15.7 cd·s/m²: the brightest pixels hold the same while the exposure grows by 15.

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from devices.colour import xyY_from_XYZ
 from stimuli.errors import StimulusError
 from stimuli.luminance import factor_to, mean_luminance_cd_m2, scaled_picture, white_luminance_cd_m2
-from stimuli.luminance.scale import factor_series, grey_picture, greyscale, max_luminance_cd_m2, scaled
+from stimuli.luminance.scale import factor_series, greyscale, scaled
 from stimuli.pictures import StereoImage, XYZImage
 
 
@@ -65,18 +65,6 @@ def test_grey_keeps_luminance_and_has_one_chromaticity(x: float, y: float, seed:
     np.testing.assert_allclose(xyY_from_XYZ(after)[..., :2], np.broadcast_to((x, y), (3, 4, 2)), rtol=0, atol=1e-6)
 
 
-def test_flat_pictures_stay_flat() -> None:
-    flat = StereoImage.flat(pixels(3))
-    assert scaled_picture(flat, 2.0).is_flat
-    assert grey_picture(flat, (0.3127, 0.329)).is_flat
-
-
-def test_scaling_and_grey_commute(pair: StereoImage) -> None:
-    one = scaled_picture(grey_picture(pair, (0.31, 0.33)), 1.33)
-    other = grey_picture(scaled_picture(pair, 1.33), (0.31, 0.33))
-    np.testing.assert_allclose(one.right, other.right, rtol=3e-7)
-
-
 @pytest.mark.parametrize("factor", [0.0, -1.0, math.nan, math.inf, 1e300, 1e38])
 def test_factors_that_cannot_be(pair: StereoImage, factor: float) -> None:
     with pytest.raises(StimulusError, match="luminance factor"):
@@ -103,7 +91,3 @@ def test_series_of_factors() -> None:
     for step, count, first in ((33, 0, 1.0), (-100, 2, 1.0), (10, 2, 0.0), (math.nan, 2, 1.0)):
         with pytest.raises(StimulusError, match="no series"):
             factor_series(step, count, first)
-
-
-def test_maximum_is_of_either_eye(pair: StereoImage) -> None:
-    assert max_luminance_cd_m2(pair) == max(pair.left[..., 1].max(), pair.right[..., 1].max())

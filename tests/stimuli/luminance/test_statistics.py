@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from devices.display import EyeModels, read_display
-from stimuli.luminance import factor_to, picture_statistics, scaled_picture
-from stimuli.luminance.statistics import DynamicRange, _ends, _mean_and_deviation
+from stimuli.luminance import factor_to, picture_statistics
+from stimuli.luminance.statistics import _ends, _mean_and_deviation
 from stimuli.pictures import StereoImage
 from stimuli.sparkle import PixelScale, Threshold
 
@@ -63,16 +63,6 @@ def test_a_flat_picture_is_looked_at_once(pair: StereoImage, models: EyeModels) 
     assert told.eyes["left"].sparkles is None
 
 
-def test_contrasts_and_ranges_do_not_depend_on_the_factor(pair: StereoImage) -> None:
-    one = picture_statistics(pair, threshold=Threshold()).eyes["right"]
-    two = picture_statistics(scaled_picture(pair, 0.37), threshold=Threshold()).eyes["right"]
-    assert two.rms_contrast == pytest.approx(one.rms_contrast, rel=1e-6)
-    assert two.robust_range.ratio == pytest.approx(one.robust_range.ratio, rel=1e-6)
-    assert one.sparkles is not None
-    assert two.sparkles is not None
-    assert two.sparkles.contrast.value == pytest.approx(one.sparkles.contrast.value, rel=1e-5)
-
-
 def test_the_manifest_holds_no_infinity(models: EyeModels) -> None:
     dark = np.zeros((20, 20, 3), np.float32)
     told = picture_statistics(StereoImage.flat(dark), models, threshold=Threshold(0, 1), scale=PixelScale(10, 50))
@@ -82,11 +72,6 @@ def test_the_manifest_holds_no_infinity(models: EyeModels) -> None:
     told = picture_statistics(StereoImage.flat(dark), models)
     assert told.to_json()["eyes"]["left"]["dynamic_range"]["stops"] is None
     assert told.eyes["left"].dynamic_range.ratio == math.inf
-
-
-def test_ten_stops() -> None:
-    assert DynamicRange(0.1, 102.4).to_json()["stops"] == pytest.approx(10)
-    assert DynamicRange(0.1, 100.0).to_json()["log10"] == pytest.approx(3)
 
 
 @pytest.mark.shared_data
@@ -108,7 +93,7 @@ def test_what_of_table_4_3_can_be_recomputed(shared_data: Path) -> None:
     assert full_well == pytest.approx([13.69, 13.09, 15.65], abs=0.005)
 
 
-@pytest.mark.parametrize("size", [1, 2, 63, 64, 500, 501, 560, 1000, 12345])
+@pytest.mark.parametrize("size", [1, 63, 64, 501, 12345])
 @pytest.mark.parametrize("kind", ["random", "even", "steps", "rising", "one sample of it the most"])
 def test_the_ends_are_those_of_all_values_sorted(size: int, kind: str) -> None:
     rng = np.random.default_rng(size)

@@ -70,15 +70,6 @@ def test_order_statistic_equals_bisection(seed: int, limit_percent: float, black
     assert count <= found.allowed_pixels < saturated_pixels_plain(xyz, model, found.factor * (1 + 1e-6))
 
 
-def test_pictures_of_many_blocks() -> None:
-    xyz = sparkling(5, (700, 900))
-    found = largest_factor(xyz, with_black(), 0.3)
-    assert found.allowed_pixels == 1890
-    onsets = saturation_factors(xyz, with_black())
-    assert onsets.shape == (700, 900)
-    assert found.factor == np.sort(onsets.ravel())[1890]
-
-
 def test_saturation_equals_the_display_model() -> None:
     xyz, model = sparkling(2), with_black()
     for factor in (0.3, 3.0, 30.0):
@@ -120,6 +111,7 @@ def test_white_that_the_display_shows_is_not_saturated() -> None:
     assert (counts.red, counts.green, counts.blue) == (30, 0, 30)
 
 
+@pytest.mark.nightly
 def test_channels_that_act_on_each_other_saturate_by_their_own_light() -> None:
     own = np.tile(thesis().primaries_XYZ_cd_m2.T[:, np.newaxis], (1, 4, 1))
     mixtures = np.zeros((10, 3))
@@ -135,15 +127,6 @@ def test_channels_that_act_on_each_other_saturate_by_their_own_light() -> None:
         assert found.pixels_transformed < 12 * 2000
     assert measure_saturation(xyz, model, 3.0).any_channel == saturated_pixels_plain(xyz, model, 3.0)
     assert largest_factor(np.zeros((4, 5, 3), np.float32), model, 0.0).factor == math.inf
-
-
-def test_a_limit_in_whole_pixels() -> None:
-    """0.3 % of 1000 pixels are three of them, and a channel that is just full is not saturated."""
-    white = thesis().shown_white_XYZ_cd_m2
-    xyz = (white * np.linspace(0.001, 1.0, 1000)[:, None]).astype(np.float32)[None]
-    found = largest_factor(xyz, thesis(), 0.3)
-    assert found.allowed_pixels == 3
-    assert found.factor == pytest.approx(1 / 0.997, rel=1e-6)
 
 
 # Table 4.3
@@ -200,14 +183,6 @@ def test_one_factor_held_back_by_the_eye_that_saturates_first() -> None:
     np.testing.assert_allclose(shown.right, 1.4 * shown.left.astype(np.float64), rtol=5e-7)
     # Float32 rounds: the presenter's count has room for it.
     assert models.right.clipping(shown.right).above_full == 14
-
-
-def test_a_flat_picture_on_one_model_is_transformed_once() -> None:
-    one = sparkling(1)
-    model = thesis()
-    assert tone_mapping(StereoImage.flat(one), 50.0, EyeModels(model, model)).pixels_transformed == 4800
-    both = tone_mapping(StereoImage.flat(one), 50.0, EyeModels(model, with_black()))
-    assert both.pixels_transformed == 9600
 
 
 def test_the_step_says_both_factors_and_is_json() -> None:

@@ -44,6 +44,7 @@ def equal_to_the_reference(
     assert table["pu-ssim"].eyes[eye].value == pytest.approx(float(theirs), abs=1e-6)
 
 
+@pytest.mark.nightly
 def test_two_stimuli_of_the_shipped_study() -> None:
     pytest.importorskip("flip_evaluator")
     viewing = ViewingConditions.on_rig(ROOT / "configs" / "rigs" / "asus_vg248qe_3dvision.yaml")

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from devices.colour import xyY_from_XYZ
 from stimuli.errors import StimulusError
 from stimuli.measures import SeenPicture, difference_map
 from stimuli.measures.scielab import GAUSSIANS, opponent_from_xyz
@@ -44,7 +43,7 @@ def seen_plain(xyz: NDArray[np.float64], pixels_per_degree: float) -> NDArray[np
     return np.asarray(out @ np.linalg.inv(OPPONENT).T)
 
 
-@pytest.mark.parametrize("pixels_per_degree", [12.0, 44.1, 178.0, 300.0])
+@pytest.mark.parametrize("pixels_per_degree", [12.0, 44.1, pytest.param(300.0, marks=pytest.mark.nightly)])
 def test_against_full_size_blurs(pixels_per_degree: float) -> None:
     """Noise of single bright pixels is the hardest: within 3e-6 of the brightest, with cells and without."""
     xyz = np.random.default_rng(1).gamma(0.3, 10.0, (50, 80, 3))
@@ -53,62 +52,18 @@ def test_against_full_size_blurs(pixels_per_degree: float) -> None:
 
 
 @given(st.floats(1.0, 2000.0), st.lists(st.floats(0.01, 500.0), min_size=3, max_size=3))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=8, deadline=None)
 def test_a_uniform_field_stays_as_it_is(pixels_per_degree: float, colour: list[float]) -> None:
     xyz = np.broadcast_to(np.array(colour), (37, 23, 3))
     np.testing.assert_allclose(SeenPicture(xyz, pixels_per_degree, WHITE)[:], xyz, rtol=0, atol=2e-5 * max(colour))
 
 
 @given(st.integers(0, 59), st.integers(1, 60))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=8, deadline=None)
 def test_any_rows_are_those_of_the_whole(start: int, count: int) -> None:
     xyz = np.random.default_rng(2).gamma(1.0, 10.0, (60, 40, 3))
     seen = SeenPicture(xyz, 60.0, WHITE)
     np.testing.assert_allclose(seen[start : start + count], seen[:][start : start + count], rtol=0, atol=1e-5)
-
-
-def test_a_fine_pattern_is_seen_near_and_not_far() -> None:
-    """A checkerboard of single pixels beside its mean: at arm's length a difference, across the room none."""
-    board = np.indices((64, 64)).sum(axis=0) % 2
-    pattern = (0.2 + 0.6 * board)[..., None] * WHITE
-    mean = np.broadcast_to(0.5 * WHITE, pattern.shape)
-    point_by_point = difference_map(pattern, mean, WHITE).mean()
-    near = difference_map(SeenPicture(pattern, 15, WHITE), SeenPicture(mean, 15, WHITE), WHITE, filtered=True)[
-        16:-16, 16:-16
-    ].mean()
-    far = difference_map(SeenPicture(pattern, 240, WHITE), SeenPicture(mean, 240, WHITE), WHITE, filtered=True)[
-        16:-16, 16:-16
-    ].mean()
-    assert point_by_point > 15
-    assert near > 5
-    assert far < 0.05
-
-
-def test_colour_is_lost_before_lightness() -> None:
-    """Stripes of 12 cycles per degree, in lightness and in colour: those in colour fade more."""
-    stripes = (np.arange(240) // 4 % 2 * 2 - 1)[None, :, None] * np.ones((32, 1, 1))
-    grey = 0.4 * WHITE
-    red_green = np.linalg.inv(OPPONENT) @ np.array([0.0, 1.0, 0.0])
-    flat = np.broadcast_to(grey, stripes.shape[:2] + (3,))
-    left = []
-    for pattern in (grey * (1 + 0.2 * stripes), grey + 3.0 * stripes * red_green):
-        seen = difference_map(SeenPicture(pattern, 96, WHITE), SeenPicture(flat, 96, WHITE), WHITE, filtered=True)
-        left.append(float(seen.mean() / difference_map(pattern, flat, WHITE).mean()))
-    assert left[0] > 3 * left[1]
-
-
-def test_a_grey_pattern_gets_no_colour() -> None:
-    grey = np.random.default_rng(4).gamma(0.5, 30.0, (60, 60, 1)) * (WHITE / WHITE[1])
-    seen = xyY_from_XYZ(SeenPicture(grey, 60, WHITE)[:])
-    np.testing.assert_allclose(seen[..., :2], np.broadcast_to(xyY_from_XYZ(WHITE)[:2], seen[..., :2].shape), atol=1e-4)
-
-
-def test_farther_away_is_finer() -> None:
-    """Twice the distance blurs a picture as much as one of pixels half the size blurs at the first distance."""
-    coarse = np.random.default_rng(3).gamma(1.0, 10.0, (40, 40, 3))
-    fine = coarse.repeat(2, axis=0).repeat(2, axis=1)
-    seen = SeenPicture(fine, 120, WHITE)[:].reshape(40, 2, 40, 2, 3).mean(axis=(1, 3))
-    np.testing.assert_allclose(seen, SeenPicture(coarse, 60, WHITE)[:], rtol=0, atol=0.06 * coarse.max())
 
 
 def test_a_difference_in_the_dark_beside_a_highlight_is_not_lost() -> None:

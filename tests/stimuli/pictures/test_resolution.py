@@ -34,8 +34,8 @@ def test_what_is_lost_is_said(plate: Resolution) -> None:
     assert plate.lost_cycles_per_degree == (plate.display_cycles_per_degree, plate.picture_cycles_per_degree)
     assert plate.seen_and_lost == (plate.display_cycles_per_degree, 60.0)
     grid, lost = plate.sentences()
-    assert "542 pixels across carry 22.1 cycles per degree" in grid
-    assert "the 60 that eyes resolve need 1468, at two pixels per cycle (734 at the one" in grid
+    assert "542 pixels" in grid
+    assert "need 1468" in grid
     assert "from 22.1 to 89.2" in lost
     assert "up to 60.0" in lost
     assert json.loads(json.dumps(plate.to_json()))["lost_cycles_per_degree"] == list(plate.lost_cycles_per_degree)

@@ -8,8 +8,6 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 from scipy.special import ndtr
@@ -57,7 +55,7 @@ def offsets(measures: SparkleMeasures, places: Floats) -> Floats:
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.2])
-@pytest.mark.parametrize("sd_px", [0.5, 0.7, 1.0, 1.5, 2.0])
+@pytest.mark.parametrize("sd_px", [0.5, 1.0, 2.0])
 def test_planted_sparkles_come_back(sd_px: float, noise: float) -> None:
     """Noise of 2 % of the background, 0.4 % of the peak."""
     places = apart(1)
@@ -139,7 +137,7 @@ def test_overlapping_sparkles_are_said() -> None:
     assert offsets(measures, places[:3]).max() < 0.02
 
 
-@pytest.mark.parametrize("distance", [4.0, 5.0, 6.5, 8.0])
+@pytest.mark.parametrize("distance", [4.0, 6.5])
 def test_a_neighbour_does_not_draw_or_widen(distance: float) -> None:
     """Pairs of unequal light: places and widths as if each were alone."""
     first = apart(8)
@@ -154,7 +152,7 @@ def test_a_neighbour_does_not_draw_or_widen(distance: float) -> None:
 
 
 @pytest.mark.parametrize("seeds", [2, pytest.param(6, marks=pytest.mark.stress)])
-@pytest.mark.parametrize("sd_px", [0.6, 1.0, 1.5])
+@pytest.mark.parametrize("sd_px", [0.6, 1.5])
 def test_sparkles_at_random_places_are_counted_and_the_merged_foretold(sd_px: float, seeds: int) -> None:
     lost, foretold = 0.0, 0.0
     for seed in range(seeds):
@@ -183,18 +181,6 @@ def test_absolute_threshold_and_dark_background() -> None:
     both = measure_sparkles(picture, Threshold(times=0, above_cd_m2=2))
     assert both.count.value == 2
     assert math.isnan(both.contrast.value)
-
-
-def test_light_that_falls_off_over_the_picture() -> None:
-    places = apart(4)
-    slope = np.linspace(0.4, 2.0, 400, dtype=np.float32)
-    even = planted((400, 400), places, 150.0, 1.0)
-    measures = measure_sparkles(even * slope)
-    assert len(measures.peaks) == len(places)
-    expected = measure_sparkles(even)
-    assert measures.contrast.value == pytest.approx(expected.contrast.value, rel=0.02)
-    # One absolute threshold for all would miss the sparkles of the dark side.
-    assert len(find_peaks(even * slope, Threshold(times=0, above_cd_m2=25))) < 0.9 * len(places)
 
 
 def test_fits_that_go_on_from_where_they_were_end_where_full_ones_do(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -270,6 +256,7 @@ def test_one_sparkle_is_the_partner_of_one_only() -> None:
         assert shared_sparkles(one, other, tolerance_px=6.0).both == 1
 
 
+@pytest.mark.nightly
 def test_random_places_meet_as_often_as_foretold() -> None:
     met, foretold = [], []
     for seed in range(4):
@@ -287,22 +274,6 @@ def test_random_places_meet_as_often_as_foretold() -> None:
 
 
 # What must always hold, and what cannot be
-
-
-@settings(max_examples=20, deadline=None)
-@given(st.integers(0, 2**32 - 1), st.floats(0.01, 1000), st.booleans(), st.booleans())
-def test_brighter_or_turned_pictures_hold_the_same_sparkles(
-    seed: int, factor: float, across: bool, turned: bool
-) -> None:
-    picture = planted((96, 120), np.random.default_rng(seed).uniform(5, 90, (12, 2)), 300.0, 1.0, noise=0.3)
-    other = picture * np.float32(factor)
-    other = other[:, ::-1] if across else other
-    other = np.ascontiguousarray(other.T if turned else other)
-    one, two = measure_sparkles(picture, window_px=24), measure_sparkles(other, window_px=24)
-    assert len(one.peaks) == len(two.peaks)
-    assert sorted(one.peaks.area_px) == sorted(two.peaks.area_px)
-    assert one.contrast.value == pytest.approx(two.contrast.value, rel=1e-4, nan_ok=True)
-    assert one.width_px.value == pytest.approx(two.width_px.value, rel=2e-3, nan_ok=True)
 
 
 def pictures_that_cannot_be() -> Sequence[tuple[NDArray[np.float32], str]]:
