@@ -209,6 +209,17 @@ class Study:
         """Where sessions are to go."""
         return self.folder / "results"
 
+    def run(self, *more: object, observer: str = "01", expect: int | None = 0, **other: Path) -> Any:
+        """Run a simulated observer's session by the command, with ``more`` words and ``other`` files or results."""
+        files = {"results": self.results, "simulate": self.observers} | other
+        named = [word for name, path in files.items() for word in (f"--{name}", path)]
+        return self.cyclopean("run", self.experiment, "--observer", observer, *named, *more, expect=expect)
+
+    def log_file(self) -> Path:
+        """Return the only log of the results."""
+        (file,) = session_files(self.results)
+        return file
+
     def edit(self, file: str, old: str, new: str) -> None:
         """Replace ``old``, which must be there, in one of the study's files."""
         path = self.folder / file

@@ -15,9 +15,7 @@ from analysis.errors import ResultsError
 from analysis.records import FILE_NAME, check_log, read_session
 from runner.session import Session
 from runner.session.folders import Recorder
-from tests.runner.every_kind import Fickle, blocks_of
-from tests.runner.killing_sessions import HEADER
-from tests.runner.test_report_every_kind import Stage
+from tests.runner.every_kind import HEADER, Fickle, Stage, blocks_of
 
 
 def recorded(folder: Path, kind: str, variant: int, observer: str, *, end: bool = True) -> list[bytes]:

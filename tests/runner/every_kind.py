@@ -6,16 +6,19 @@ A kind that is new needs an entry here; `test_every_kind.py` fails until it has 
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import MappingProxyType
+from typing import Any
 
+from analysis.records import Header, Mark, Note, PooledBatch, Trial
 from runner.blocks import Block, Choose, Compare
 from runner.observers.simulated import key_for, plain_key
-from runner.ports import Ask, KeyPress
+from runner.ports import Ask, Holding, KeyPress
+from runner.presenter import Scene
 from runner.protocol import Experiment, read_experiment
 
 ROOT = Path(__file__).parents[2]
@@ -83,6 +86,11 @@ BLOCKS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
     }
 )
+STIMULI = tuple(
+    {"name": name, "factors": {"scene": scene, "codec": codec}}
+    for name, scene, codec in zip("abcdef", ("beach",) * 3 + ("church",) * 3, (1, 2, 3) * 2, strict=True)
+)
+HEADER = Header("e", "01", "s", "2026-01-01T00:00:00.000+00:00", 0, "Which?", True, STIMULI, {}, {}, {}, {}, {})
 # The pages of words record no trial; the number of trials of these hangs on the answers.
 OPEN_ENDED = ("practice", "screening")
 
@@ -133,6 +141,50 @@ def of_kind(kind: str, variant: int = 0) -> Experiment:
 def blocks_of(kind: str, variant: int = 0, observer: str = "01") -> tuple[Block, ...]:
     """Return its blocks, new ones at each call."""
     return of_kind(kind, variant).blocks(observer)
+
+
+@dataclass
+class Stage:
+    """A screen on which nothing is drawn, a sheet that keeps what is recorded, and all that they got to see."""
+
+    shown: list[Scene] = field(default_factory=list)
+    prefetched: list[Scene] = field(default_factory=list)
+    trials: list[Trial] = field(default_factory=list)
+    pooled: list[PooledBatch] = field(default_factory=list)
+    notes: list[Note] = field(default_factory=list)
+    marks: list[Mark] = field(default_factory=list)
+    shown_at_record: list[int] = field(default_factory=list)
+    asks: list[Ask] = field(default_factory=list)
+    ends: list[Mapping[str, Any]] = field(default_factory=list)
+
+    def show(self, scene: Scene) -> float:
+        self.shown.append(scene)
+        return float(len(self.shown))
+
+    def prefetch(self, scene: Scene) -> None:
+        self.prefetched.append(scene)
+
+    def hold(self, scene: Scene, seconds: float) -> Holding:
+        return Holding(self.show(scene), round(seconds * 60), 1 / 60)
+
+    def append(self, trial: Trial) -> None:
+        self.trials.append(trial)
+        self.shown_at_record.append(len(self.shown))
+
+    def note(self, note: Note) -> None:
+        self.notes.append(note)
+
+    def mark(self, mark: Mark) -> None:
+        self.marks.append(mark)
+
+    def pool(self, batch: PooledBatch) -> None:
+        self.pooled.append(batch)
+
+    def answers(self) -> Sequence[Trial]:
+        return self.trials
+
+    def end(self, facts: Mapping[str, Any]) -> None:
+        self.ends.append(facts)
 
 
 @dataclass(slots=True)

@@ -18,34 +18,15 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from analysis.records import FILE_NAME, Header, Trial, check_log, read_session
+from analysis.records import FILE_NAME, Trial, check_log, read_session
 from documents.files import Mirror, compare_copy
 from runner.blocks import Block
-from runner.ports import Ask, Holding, KeyPress
-from runner.presenter import Scene
+from runner.ports import Ask, KeyPress
 from runner.session import Session
 from runner.session.folders import Recorder
-from tests.runner.every_kind import Fickle, blocks_of
+from tests.runner.every_kind import HEADER, Fickle, Stage, blocks_of
 
-STIMULI = tuple(
-    {"name": name, "factors": {"scene": scene, "codec": codec}}
-    for name, scene, codec in zip("abcdef", ("beach",) * 3 + ("church",) * 3, (1, 2, 3) * 2, strict=True)
-)
-HEADER = Header("e", "01", "s", "2026-01-01T00:00:00.000+00:00", 0, "Which?", True, STIMULI, {}, {}, {}, {}, {})
 MOST_ROUNDS = 60
-
-
-class Screen:
-    """A screen on which everything is shown at once."""
-
-    def show(self, scene: Scene) -> float:
-        return time.monotonic()
-
-    def prefetch(self, scene: Scene) -> None:
-        pass
-
-    def hold(self, scene: Scene, seconds: float) -> Holding:
-        return Holding(self.show(scene), 1, seconds)
 
 
 class _Slow(Fickle):
@@ -65,19 +46,10 @@ def _sit(folder: Path, blocks: tuple[Block, ...], seed: int, told: int, waits_af
     if (folder / FILE_NAME).exists():
         recorder, log = Recorder.reopen(folder)
         known = {(answer.place, answer.attempt) for answer in log.answers}
-        session = Session(
-            blocks,
-            Screen(),
-            _Slow(seed),
-            recorder,
-            logged=log.first_attempts,
-            pending=log.pending,
-            batches=log.pooled,
-        )
+        more: Any = {"logged": log.first_attempts, "pending": log.pending, "batches": log.pooled}
     else:
-        known = set()
-        recorder = Recorder.create(folder, HEADER)
-        session = Session(blocks, Screen(), _Slow(seed), recorder)
+        known, more, recorder = set(), {}, Recorder.create(folder, HEADER)
+    session = Session(blocks, Stage(), _Slow(seed), recorder, **more)
 
     def on_trial(trial: Trial) -> None:
         if (trial.place, trial.attempt) in known:

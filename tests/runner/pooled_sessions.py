@@ -9,35 +9,17 @@ from pathlib import Path
 from typing import Any
 
 from analysis.records import FILE_NAME, Header, SessionLog, read_session
-from runner.ports import Ask, Holding, KeyPress, Pool
-from runner.presenter import Scene
+from runner.ports import Ask, KeyPress, Pool
 from runner.protocol import Experiment
 from runner.session import Session
 from runner.session.folders import Recorder
 from runner.session.header import planned
 from runner.session.pooling import ResultsPool
 from runner.session.session import Left
-from tests.runner.every_kind import Fickle
+from tests.runner.every_kind import Fickle, Stage
 
 Stop = Callable[[int], None]
 _NUMBERS = itertools.count()
-
-
-class Screen:
-    """A screen on which nothing is drawn."""
-
-    def __init__(self) -> None:
-        self.shown: list[Scene] = []
-
-    def show(self, scene: Scene) -> float:
-        self.shown.append(scene)
-        return float(len(self.shown))
-
-    def prefetch(self, scene: Scene) -> None:
-        pass
-
-    def hold(self, scene: Scene, seconds: float) -> Holding:
-        return Holding(self.show(scene), 1, seconds)
 
 
 class Person(Fickle):
@@ -97,7 +79,7 @@ def sit(
         recorder = Recorder.create(folder, header_of(design, observer, label, **more))
     pool = pool or ResultsPool(design, results, own=label)
     with recorder:
-        session = Session(design.blocks(observer), Screen(), Person(seed, before), recorder, pool=pool, **known)
+        session = Session(design.blocks(observer), Stage(), Person(seed, before), recorder, pool=pool, **known)
         if isinstance(pool, ResultsPool):
             pool.look()  # as a station does before it begins
             pool.note = lambda words: session.note(words, "program")

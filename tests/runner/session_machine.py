@@ -42,13 +42,12 @@ from documents.files import durable_log
 from runner.blocks import Block
 from runner.errors import SessionError
 from runner.observers.simulated import key_for, plain_key
-from runner.ports import MOST_IGNORED, Ask, Holding, Ignored, KeyPress, WindowClosed
-from runner.presenter import Scene
+from runner.ports import MOST_IGNORED, Ask, Ignored, KeyPress, WindowClosed
 from runner.session import Session
 from runner.session.clocks import SteadyClock
 from runner.session.folders import Recorder
 from runner.session.session import Left
-from tests.runner.every_kind import VARIANTS, Fickle, experiment, written
+from tests.runner.every_kind import VARIANTS, Fickle, Stage, experiment, written
 
 MOST_ASKS = 3000
 START = datetime(2026, 3, 1, 12, tzinfo=UTC)
@@ -172,23 +171,6 @@ class Kept:
 
 
 @dataclass
-class Screen:
-    """A screen on which nothing is drawn."""
-
-    shown: int = 0
-
-    def show(self, scene: Scene) -> float:
-        self.shown += 1
-        return float(self.shown)
-
-    def prefetch(self, scene: Scene) -> None:
-        pass
-
-    def hold(self, scene: Scene, seconds: float) -> Holding:
-        return Holding(self.show(scene), 1, seconds)
-
-
-@dataclass
 class Sitting:
     """A session that runs in a thread of its own until it is over; ``ask`` is what it waits for."""
 
@@ -263,19 +245,11 @@ class SessionMachine(RuleBasedStateMachine):
         self._sit(Recorder.create(self.folder, header), clock)
 
     def _sit(self, recorder: Recorder, clock: SteadyClock, log: SessionLog | None = None) -> None:
+        known: Any = (
+            {"logged": log.first_attempts, "pending": log.pending, "batches": log.pooled} if log is not None else {}
+        )
         kept = Kept(recorder, self.acknowledged)
-        session = Session(self.blocks, Screen(), self.person, kept, utc=clock)
-        if log:
-            session = Session(
-                self.blocks,
-                Screen(),
-                self.person,
-                kept,
-                logged=log.first_attempts,
-                pending=log.pending,
-                batches=log.pooled,
-                utc=clock,
-            )
+        session = Session(self.blocks, Stage(), self.person, kept, utc=clock, **known)
         self.sitting = Sitting(session, recorder)
         self.sitting.start()
         self._settle()
@@ -467,7 +441,7 @@ class SessionMachine(RuleBasedStateMachine):
         attempts = Counter(answer.place for answer in log.answers if answer.attempt)
         assert all(attempts[place] >= count for place, count in marks.items())
         undisturbed = _Script(log)
-        Session(self.blocks, Screen(), undisturbed, undisturbed).run()
+        Session(self.blocks, Stage(), undisturbed, undisturbed).run()
         assert undisturbed.ended
         assert not undisturbed.presses
         assert undisturbed.said == [_said(trial) for trial in log.first_attempts]

@@ -10,13 +10,15 @@ from typing import Any
 
 import pytest
 
-from analysis.records import session_files
 from documents.files import DurableLog, LogDisturbedError
 from documents.platform import state_folder
 
 Study = Any  # tests/conftest.py
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such modes")
+pytestmark = [
+    pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such modes"),
+    pytest.mark.usefixtures("undrawn"),
+]
 
 
 @pytest.fixture(autouse=True)
@@ -40,9 +42,7 @@ def _everything(study: Study) -> list[Path]:
     backup = study.folder / "backup"
     backup.mkdir(mode=0o700)
     study.edit("rig.yaml", "distance_mm: 700", "distance_mm: 700\nresults_mirror: backup")
-    study.cyclopean(
-        "run", study.experiment, "--observer", "01", "--results", study.results, "--simulate", study.observers
-    )
+    study.run()
     study.cyclopean("seal", study.results)
     out = study.folder / "out"
     tables = ["--csv", out / "tables", "--figures", out / "figures"]
@@ -57,6 +57,7 @@ def test_results_reports_and_exports_are_for_their_owner(study: Study) -> None:
 
 
 @pytest.mark.parametrize(("access", "folders", "files"), [("group", 0o750, 0o640), ("all", 0o755, 0o644)])
+@pytest.mark.nightly
 def test_others_may_read_where_it_is_asked_for(
     study: Study, monkeypatch: pytest.MonkeyPatch, access: str, folders: int, files: int
 ) -> None:
@@ -70,17 +71,15 @@ def test_an_access_that_means_nothing_is_refused_before_anything_is_written(
     study: Study, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("CYCLOPEAN_ACCESS", "everyone")
-    run = ["run", study.experiment, "--observer", "01", "--results", study.results, "--simulate", study.observers]
-    assert "CYCLOPEAN_ACCESS" in study.cyclopean(*run, expect=2).stderr
+    assert "CYCLOPEAN_ACCESS" in study.run(expect=2).stderr
     assert not study.results.exists()
 
 
 def test_what_a_power_cut_tore_off_and_what_was_saved_is_for_its_owner(study: Study) -> None:
-    run = ["run", study.experiment, "--observer", "01", "--results", study.results, "--simulate", study.observers]
-    study.cyclopean(*run)
-    (file,) = session_files(study.results)
+    study.run()
+    file = study.log_file()
     file.write_bytes(b"".join(file.read_bytes().splitlines(keepends=True)[:4]) + b'{"record":"tri')
-    study.cyclopean(*run, "--resume")
+    study.run("--resume")
     assert [path.name[:5] for path in file.parent.glob("torn*")] == ["torn-"]
     assert _modes(study.results) == ({0o700}, {0o600})
     other = study.folder / "gone" / "session.jsonl"
@@ -97,8 +96,7 @@ def test_what_a_power_cut_tore_off_and_what_was_saved_is_for_its_owner(study: St
 
 def test_folders_that_were_there_stay_as_they_were(study: Study) -> None:
     study.results.mkdir(mode=0o755)
-    run = ["run", study.experiment, "--observer", "01", "--results", study.results, "--simulate", study.observers]
-    study.cyclopean(*run)
+    study.run()
     assert study.results.stat().st_mode & 0o777 == 0o755
     assert _modes(*study.results.iterdir()) == ({0o700}, {0o600})
 

@@ -50,6 +50,7 @@ def _sit_down_at_a_terminal(person: Person) -> tuple[int, list[bytes]]:
     return keyboard, shown
 
 
+@pytest.mark.nightly
 def test_notes_and_marks_are_typed_while_the_observer_answers(person: Person) -> None:
     keyboard, shown = _sit_down_at_a_terminal(person)
 

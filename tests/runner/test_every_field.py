@@ -129,11 +129,16 @@ def listed(sessions: Sequence[SessionLog], kind: str) -> set[str]:
     return said
 
 
+# One of each class of records here, the others nightly.
+HERE = ("questionnaire", "rating", "preference")
+EACH = [kind if kind in HERE else pytest.param(kind, marks=pytest.mark.nightly) for kind in EVERY.BLOCKS]
+
+
 def variants(kind: str) -> range:
     return range(len(EVERY.BLOCKS[kind]))
 
 
-@pytest.mark.parametrize("kind", EVERY.BLOCKS)
+@pytest.mark.parametrize("kind", EACH)
 def test_what_is_listed_as_not_reported_changes_nothing(kind: str) -> None:
     for variant in variants(kind)[: 3 if kind != "practice" else 1]:
         sessions = recorded(kind, variant)
@@ -143,7 +148,7 @@ def test_what_is_listed_as_not_reported_changes_nothing(kind: str) -> None:
         assert told(changed, page=True) == told(sessions, page=True)
 
 
-@pytest.mark.parametrize("kind", EVERY.BLOCKS)
+@pytest.mark.parametrize("kind", EACH)
 def test_every_other_field_is_in_the_report(kind: str) -> None:
     """Changed, it changes what JSON or the page says, in one of the ways in which the kind is written."""
     missing: set[str] = set()

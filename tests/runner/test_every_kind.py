@@ -3,69 +3,27 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, get_args
 
 import pytest
 
-from analysis.records import Header, Mark, Note, PooledBatch, Trial, read_session
+from analysis.records import PooledBatch, Trial, read_session
 from analysis.records.trial_kinds import KINDS, PRACTICE
 from documents import InputError
 from runner.blocks import AnyBlockSpec, Block
 from runner.observers.simulated import plain_key
-from runner.ports import Ask, Holding, KeyPress
-from runner.presenter import Scene
+from runner.ports import Ask, KeyPress
 from runner.session import Session
 from tests.runner import every_kind as EVERY
-from tests.runner.every_kind import VARIANTS
+from tests.runner.every_kind import HEADER, VARIANTS, Stage
 
 MOST_ASKS = 5_000
 
 
 WORDS = ("instructions", "break")
-
-
-@dataclass
-class Play:
-    """A presenter, a sink and what they got to see of a session."""
-
-    shown: list[Scene] = field(default_factory=list)
-    trials: list[Trial] = field(default_factory=list)
-    shown_at_record: list[int] = field(default_factory=list)
-    asks: list[Ask] = field(default_factory=list)
-    pooled: list[PooledBatch] = field(default_factory=list)
-    ended: bool = False
-
-    def show(self, scene: Scene) -> float:
-        self.shown.append(scene)
-        return float(len(self.shown))
-
-    def prefetch(self, scene: Scene) -> None:
-        pass
-
-    def hold(self, scene: Scene, seconds: float) -> Holding:
-        return Holding(self.show(scene), round(seconds * 60), 1 / 60)
-
-    def append(self, trial: Trial) -> None:
-        self.trials.append(trial)
-        self.shown_at_record.append(len(self.shown))
-
-    def note(self, note: Note) -> None:
-        raise AssertionError
-
-    def mark(self, mark: Mark) -> None:
-        raise AssertionError
-
-    def pool(self, batch: PooledBatch) -> None:
-        self.pooled.append(batch)
-
-    def answers(self) -> Sequence[Trial]:
-        return self.trials
-
-    def end(self, facts: Mapping[str, Any]) -> None:
-        self.ended = True
 
 
 class Plain:
@@ -77,8 +35,8 @@ class Plain:
 
 def _play(
     blocks: Sequence[Block], observer: Any, logged: Sequence[Trial] = (), batches: Sequence[PooledBatch] = ()
-) -> Play:
-    play = Play()
+) -> Stage:
+    play = Stage()
 
     class _Watched:
         def respond(self, ask: Ask, onset_s: float) -> KeyPress:
@@ -89,7 +47,7 @@ def _play(
 
     utc = "2026-01-01T00:00:00.000+00:00"
     Session(blocks, play, _Watched(), play, logged=logged, batches=batches, utc=lambda: utc).run()
-    assert play.ended
+    assert play.ends
     return play
 
 
@@ -130,19 +88,13 @@ def test_records_are_of_its_kind_plain_and_timed(kind: str, variant: int) -> Non
     block = EVERY.blocks_of(kind, variant)[1]
     play = _play((block,), EVERY.Fickle(7))
     assert {trial.kind for trial in play.trials} == {kind}
+    assert play.shown_at_record[-1] == len(play.shown)  # no scene comes after the last record
+    assert sorted(play.shown_at_record) == play.shown_at_record
     for trial in play.trials:
         assert json.loads(json.dumps(trial.data, allow_nan=False)) == trial.data
         assert 0 <= trial.response_time_s <= sum(seconds for _, seconds in trial.events) + 1e-9
     names = {name for ask in play.asks for name in ask.scene.stimuli} | {n for s in play.shown for n in s.stimuli}
     assert names <= {*"abcdef", *block.pictures}
-
-
-def _header() -> Header:
-    stimuli = tuple(
-        {"name": name, "factors": {"scene": scene, "codec": codec}}
-        for name, scene, codec in zip("abcdef", ("beach",) * 3 + ("church",) * 3, (1, 2, 3) * 2, strict=True)
-    )
-    return Header("every_kind", "01", "s", "2026-01-01T00:00:00Z", 0, "Which?", True, stimuli, {}, {}, {}, {}, {})
 
 
 @pytest.mark.parametrize(("kind", "variant"), VARIANTS)
@@ -151,7 +103,7 @@ def test_what_it_records_is_read_as_it_was(kind: str, variant: int, seed: int, t
     """The reader defines the format: each kind's records have the fields of `analysis.records.trial_kinds`."""
     play = _play(EVERY.blocks_of(kind, variant), EVERY.Fickle(seed))
     file = tmp_path / "session.jsonl"
-    lines = [_header().to_json(), *(record.to_json() for record in _in_order(play.trials, play.pooled))]
+    lines = [HEADER.to_json(), *(record.to_json() for record in _in_order(play.trials, play.pooled))]
     file.write_text("".join(json.dumps(line) + "\n" for line in lines))
     assert read_session(file).answers == tuple(play.trials)
     assert read_session(file).pooled == tuple(play.pooled)
@@ -168,14 +120,6 @@ def _in_order(trials: Sequence[Trial], pooled: Sequence[PooledBatch]) -> list[Tr
 
 def test_every_kind_has_a_record() -> None:
     assert set(EVERY.BLOCKS) == {*KINDS, PRACTICE}, "give each kind a line in analysis/records/trial_kinds.py"
-
-
-@pytest.mark.parametrize(("kind", "variant"), VARIANTS)
-def test_no_scene_comes_after_its_last_record(kind: str, variant: int) -> None:
-    for seed in range(3):
-        play = _play(EVERY.blocks_of(kind, variant)[1:2], EVERY.Fickle(seed))
-        assert play.shown_at_record[-1] == len(play.shown)
-        assert sorted(play.shown_at_record) == play.shown_at_record
 
 
 @pytest.mark.promise("no-answer-lost")

@@ -20,6 +20,7 @@ from runner.protocol import read_experiment
 from runner.session.station import Station
 from stimuli.build import build_set
 
+pytestmark = pytest.mark.nightly
 ROOT = Path(__file__).parents[2]
 OBSERVERS = 15
 PAINTS = ("GM1", "BC")

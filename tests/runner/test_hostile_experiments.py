@@ -44,12 +44,13 @@ def test_more_trials_than_a_life_has_are_refused_at_their_place(study: Study, bl
     assert told.startswith(f"small.yaml:9:{block.replace('{{', '{').index('{}') + 5}: "), told
 
 
+@pytest.mark.nightly
 def test_as_many_trials_as_a_block_may_have_are_right(study: Study) -> None:
     study.edit("small.yaml", "break_every: 4", f"break_every: 4, repeats: {MOST_TRIALS // 6}")
     assert _findings(study) == []
     study.edit("small.yaml", f"repeats: {MOST_TRIALS // 6}", f"repeats: {MOST_TRIALS // 6 + 1}")
     (told,) = _findings(study)
-    assert "these are 100002 trials (a block has 100000 at most)" in told
+    assert "100002 trials (a block has 100000" in told
 
 
 @pytest.mark.parametrize(

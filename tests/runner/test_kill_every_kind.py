@@ -5,51 +5,14 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from analysis.records import FILE_NAME, Note, PooledBatch, Trial, read_session
-from runner.ports import Ask, Holding, KeyPress
-from runner.presenter import Scene
+from analysis.records import FILE_NAME, Trial, read_session
 from runner.session import Session
 from tests.runner import every_kind as EVERY
 from tests.runner.every_kind import VARIANTS
 from tests.runner.killing import Kill, check_rounds, killer
-
-
-class _Nobody:
-    """A screen, an observer and a sink of which nothing may be wanted any more."""
-
-    def show(self, scene: Scene) -> float:
-        raise AssertionError("a scene is shown although the log holds everything")
-
-    def prefetch(self, scene: Scene) -> None:
-        raise AssertionError("a scene is prefetched although the log holds everything")
-
-    def hold(self, scene: Scene, seconds: float) -> Holding:
-        raise AssertionError("a scene is held although the log holds everything")
-
-    def respond(self, ask: Ask, onset_s: float) -> KeyPress:
-        raise AssertionError("something is asked although the log holds everything")
-
-    def append(self, trial: Trial) -> None:
-        raise AssertionError("a trial is recorded although the log holds everything")
-
-    def note(self, note: Note) -> None:
-        raise AssertionError
-
-    def mark(self, mark: Any) -> None:
-        raise AssertionError
-
-    def pool(self, batch: PooledBatch) -> None:
-        raise AssertionError("a batch is chosen although the log holds everything")
-
-    def answers(self) -> Sequence[Trial]:
-        return ()
-
-    def end(self, facts: Any) -> None:
-        pass
 
 
 @pytest.fixture(scope="module")
@@ -61,13 +24,13 @@ def kill(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Kill]:
         yield killed
 
 
-# The others: make stress.
-FEW = [*((kind, 0) for kind in EVERY.BLOCKS), ("all_pairs", 2), ("active_pairs", 3)]
+# A kill in plain trials, with catches and ratings, and in batches; the others nightly.
+FEW = [("rating", 0), ("all_pairs", 2), ("active_pairs", 3)]
 
 
 @pytest.mark.promise("no-answer-lost")
 @pytest.mark.parametrize(
-    ("kind", "variant"), [one if one in FEW else pytest.param(*one, marks=pytest.mark.stress) for one in VARIANTS]
+    ("kind", "variant"), [pytest.param(*one, marks=[] if one in FEW else pytest.mark.nightly) for one in VARIANTS]
 )
 def test_killed_again_and_again(kind: str, variant: int, tmp_path: Path, kill: Kill) -> None:
     rounds = kill(tmp_path, kind, variant, 100 * VARIANTS.index((kind, variant)))
@@ -78,9 +41,9 @@ def test_killed_again_and_again(kind: str, variant: int, tmp_path: Path, kill: K
     assert len(set(rounds[-1]["notes"])) == len(rounds[-1]["notes"])
     _is_whole(log.first_attempts, log.answers)
     # Read again from its log alone, the session asks nothing more.
-    nobody = _Nobody()
-    blocks = EVERY.blocks_of(kind, variant)
-    Session(blocks, nobody, nobody, nobody, logged=log.first_attempts, batches=log.pooled).run()
+    blocks, stage = EVERY.blocks_of(kind, variant), EVERY.Stage()
+    Session(blocks, stage, stage, stage, logged=log.first_attempts, batches=log.pooled).run()  # type: ignore[arg-type]
+    assert (stage.shown, stage.trials, stage.pooled, len(stage.ends)) == ([], [], [], 1)
 
 
 def _is_whole(first: Sequence[Trial], answers: Sequence[Trial]) -> None:

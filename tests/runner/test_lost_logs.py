@@ -15,12 +15,18 @@ from documents.files.chain import sealed
 from runner.errors import SessionError, SessionStoppedError
 from runner.session import SessionOptions, run_session, simulate
 from runner.session.folders import Recorder
-from tests.runner.harms import HARMS, TO_FILE, Harm
+from tests.runner.harms import HARMS, Harm
 
 Study = Any  # tests/conftest.py
 
 
-AFTER = [1, 3, 6]  # of six answers
+AFTER = (1, 3, 6)  # of six answers
+# Each harm at one of these moments, at the others nightly.
+WHEN = [
+    pytest.param(what, after, marks=[] if number % 3 == place else pytest.mark.nightly)
+    for number, what in enumerate(HARMS)
+    for place, after in enumerate(AFTER)
+]
 
 
 def _run(study: Study, harm: Harm | None, after: int, **more: Any) -> list[str]:
@@ -32,7 +38,7 @@ def _run(study: Study, harm: Harm | None, after: int, **more: Any) -> list[str]:
         nonlocal given
         given += 1
         if given == after and harm:
-            (file,) = session_files(study.results)
+            file = study.log_file()
             before.extend(answer.utc for answer in read_session(file).answers)
             harm(file)
 
@@ -42,8 +48,7 @@ def _run(study: Study, harm: Harm | None, after: int, **more: Any) -> list[str]:
     return before
 
 
-@pytest.mark.parametrize("after", AFTER)
-@pytest.mark.parametrize("what", HARMS)
+@pytest.mark.parametrize(("what", "after"), WHEN)
 def test_no_answer_is_lost_and_the_session_stops(study: Study, what: str, after: int) -> None:
     seen: list[bytes] = []
 
@@ -100,13 +105,16 @@ def test_where_nothing_can_be_written_it_says_so(study: Study, tmp_path: Path, m
     assert "is saved" not in str(stopped.value)
 
 
+LATE = ("removed", "last line taken", "emptied", "added to")
+
+
 def test_an_undisturbed_session_says_nothing(study: Study) -> None:
     def look(file: Path) -> None:
         os.utime(file)  # as a backup that reads it, and changes its times
         os.link(file, file.with_name("link"))
 
     _run(study, look, 3)
-    (file,) = session_files(study.results)
+    file = study.log_file()
     assert read_session(file).complete
     assert list(file.parent.glob("*.bin")) == []
 
@@ -123,7 +131,7 @@ def test_a_note_that_finds_it_stops_the_next_answer(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "what", [what if what in ("replaced", "edited") else pytest.param(what, marks=pytest.mark.stress) for what in HARMS]
+    "what", [pytest.param(what, marks=[] if what == "edited" else pytest.mark.nightly) for what in HARMS]
 )
 def test_simulated_observers_stop_with_one_error(study: Study, monkeypatch: pytest.MonkeyPatch, what: str) -> None:
     """The second observer's log is harmed after the third answer; the first observer's session stays whole."""
@@ -149,7 +157,7 @@ def test_simulated_observers_stop_with_one_error(study: Study, monkeypatch: pyte
         assert logs["sub-01"].complete
 
 
-@pytest.mark.parametrize("what", [what for what in TO_FILE if what != "replaced"])
+@pytest.mark.parametrize("what", ["cut off", "edited", *(pytest.param(one, marks=pytest.mark.nightly) for one in LATE)])
 def test_what_is_done_after_the_log_was_closed_is_found_before_it_is_said_where_answers_are(
     study: Study, monkeypatch: pytest.MonkeyPatch, what: str
 ) -> None:
@@ -161,10 +169,9 @@ def test_what_is_done_after_the_log_was_closed_is_found_before_it_is_said_where_
         HARMS[what](self.folder / FILE_NAME)
 
     monkeypatch.setattr(Recorder, "close", then_harmed)
-    words = "run", study.experiment, "--observer", "01", "--simulate", study.observers, "--results", study.results
-    told = study.cyclopean(*words, expect=1)
+    told = study.run(expect=1)
     assert "answers are in" not in told.stdout
-    (file,) = session_files(study.results)
+    file = study.log_file()
     assert str(file) in told.stderr
     assert "The session was complete" in told.stderr
     assert len(read_session(file).answers) == 7
@@ -181,10 +188,8 @@ def test_a_line_that_was_not_written_as_it_was_meant_is_found_when_the_log_is_re
         return (data.replace(b'"response_time_s":', b'"response_time_s":1', 1) if number == 4 else data), digest
 
     monkeypatch.setattr(durable_log, "sealed", wrong)
-    words = "run", study.experiment, "--observer", "01", "--simulate", study.observers, "--results", study.results
-    told = study.cyclopean(*words, expect=1)
-    (file,) = session_files(study.results)
-    assert f"read back, and it is not as it was recorded: {file}:4" in told.stderr
+    told = study.run(expect=1)
+    assert f": {study.log_file()}:4" in told.stderr
     assert "answers are in" not in told.stdout
 
 
@@ -201,15 +206,6 @@ def test_a_second_process_is_refused_though_the_locks_were_removed(study: Study)
 
     _run(study, harm, 3)
     assert f"process {os.getpid()} on " in refused[0]
-    (file,) = session_files(study.results)
-    assert read_session(file).complete
-    assert check_log(file).findings == ()
-
-
-def test_a_session_whose_record_was_removed_stops_and_is_resumed(study: Study) -> None:
-    with pytest.raises(SessionStoppedError):
-        _run(study, lambda file: file.with_name(".lock.owner").unlink(), 3)
-    _run(study, None, 0, resume=True)
-    (file,) = session_files(study.results)
+    file = study.log_file()
     assert read_session(file).complete
     assert check_log(file).findings == ()

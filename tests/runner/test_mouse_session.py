@@ -47,7 +47,7 @@ def _changed(person: Person, do: Callable[[], object]) -> None:
     person.until(lambda: bool(np.any(person.look() != seen)), "another screen")
 
 
-@pytest.mark.parametrize("mode", ["side-by-side", "row-interleaved"])
+@pytest.mark.parametrize("mode", ["side-by-side", pytest.param("row-interleaved", marks=pytest.mark.nightly)])
 def test_all_pairs_by_click(person: Person, mode: str) -> None:
     """The upper picture's middle is 30 px above the middle of each eye's view, in any mode."""
     _mode(person, mode)
@@ -69,7 +69,7 @@ def test_all_pairs_by_click(person: Person, mode: str) -> None:
     assert all(0.0 < trial.response_time_s < 30.0 for trial in pairs)
 
 
-@pytest.mark.parametrize("mode", ["side-by-side", "row-interleaved"])
+@pytest.mark.parametrize("mode", ["side-by-side", pytest.param("row-interleaved", marks=pytest.mark.nightly)])
 def test_the_pointer_stands_at_one_place_for_both_eyes(person: Person, mode: str) -> None:
     _mode(person, mode)
     person.sit_down()
@@ -92,7 +92,7 @@ def test_the_pointer_stands_at_one_place_for_both_eyes(person: Person, mode: str
     person.leave()
 
 
-@pytest.mark.parametrize("mode", ["side-by-side", "row-interleaved"])
+@pytest.mark.parametrize("mode", ["side-by-side", pytest.param("row-interleaved", marks=pytest.mark.nightly)])
 def test_a_questionnaire_by_mouse_wheel_and_typing(person: Person, mode: str) -> None:
     _mode(person, mode)
     text = person.study.experiment.read_text()

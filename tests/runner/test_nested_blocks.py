@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from documents import InputError
-from documents.yaml import load_document
 from runner.blocks.practice import Practice
 from runner.blocks.questionnaire import Questionnaire
 from runner.protocol import read_experiment
-from runner.protocol.experiment import ExperimentSpec
 
 Study = Any  # tests/conftest.py
 HEAD = """\
@@ -108,25 +104,9 @@ def test_faults_of_questions_are_placed(study: Study, old: str, new: str, line: 
     assert f"small.yaml:{line}:" in findings[0], findings
 
 
-def test_an_unknown_key_is_told_the_nearest_of_its_own_kind(study: Study) -> None:
-    (finding,) = _findings(study, PRACTICE.replace("break_every", "brake_every"))
-    assert "did you mean 'break_every'?" in finding
-    (finding,) = _findings(study, HEAD + QUESTIONS.replace("whole", "hole"))
-    assert "did you mean 'whole'?" in finding
-
-
 def test_practice_in_practice_is_refused_however_deep(study: Study) -> None:
     inner = "{kind: all_pairs}"
     for _ in range(40):
         inner = f"{{kind: practice, trials: 2, block: {inner}}}"
     findings = _findings(study, f"{HEAD}  - {inner}\n")
     assert all("'practice' has no trials to practise" in finding for finding in findings)
-
-
-def test_the_published_schema_holds_a_block_within_a_block(tmp_path: Path) -> None:
-    schema = json.dumps(ExperimentSpec.model_json_schema())
-    assert "PracticeSpec" in schema
-    file = tmp_path / "e.yaml"
-    file.write_text(PRACTICE + QUESTIONS)
-    spec, _ = load_document(file, ExperimentSpec)
-    assert [block.kind for block in spec.blocks] == ["practice", "questionnaire"]

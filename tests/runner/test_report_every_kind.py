@@ -4,60 +4,20 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from analysis.errors import ResultsError
-from analysis.records import Header, Mark, Note, PooledBatch, SessionLog, Trial
+from analysis.records import Header, SessionLog
 from analysis.report import describe, write_report
 from analysis.report.report import KIND_WORDS
-from runner.ports import Holding
-from runner.presenter import Scene
 from runner.protocol import Experiment
 from runner.session import Session
 from tests.runner import every_kind as EVERY
 from tests.runner.every_kind import VARIANTS
-
-
-@dataclass
-class Stage:
-    """Shows nothing and keeps the trials."""
-
-    shown: int = 0
-    trials: list[Trial] = field(default_factory=list)
-
-    def show(self, scene: Scene) -> float:
-        self.shown += 1
-        return float(self.shown)
-
-    def prefetch(self, scene: Scene) -> None:
-        pass
-
-    def hold(self, scene: Scene, seconds: float) -> Holding:
-        return Holding(self.show(scene), round(seconds * 60), 1 / 60)
-
-    def append(self, trial: Trial) -> None:
-        self.trials.append(trial)
-
-    def note(self, note: Note) -> None:
-        raise AssertionError
-
-    def mark(self, mark: Mark) -> None:
-        raise AssertionError
-
-    def pool(self, batch: PooledBatch) -> None:
-        pass
-
-    def answers(self) -> Sequence[Trial]:
-        return self.trials
-
-    def end(self, facts: Mapping[str, Any]) -> None:
-        pass
 
 
 class Words(HTMLParser):
@@ -73,34 +33,21 @@ class Words(HTMLParser):
 
 
 def log_of(experiment: Experiment, observer: str) -> SessionLog:
-    stage = Stage()
+    stage = EVERY.Stage()
     Session(experiment.blocks(observer), stage, EVERY.Fickle(int(observer)), stage).run()
-    kept = tuple(Trial(**{**vars_of(trial), "data": json.loads(json.dumps(trial.data))}) for trial in stage.trials)
+    kept = tuple(replace(trial, data=json.loads(json.dumps(trial.data))) for trial in stage.trials)
     stimuli = tuple({"name": name, "factors": {}, "flat": True} for name in "abcdef")
     header = Header("every_kind", observer, "s", "t", 0, "Which?", True, stimuli, {}, {}, {}, {}, {})
     return SessionLog(Path(f"{observer}.jsonl"), header, kept, complete=True)
 
 
-def vars_of(trial: Trial) -> dict[str, Any]:
-    return {name: getattr(trial, name) for name in Trial.__slots__}
-
-
-# Their reports are much like those of the variants before them.
-ALIKE = {("all_pairs", 3), ("all_pairs", 5), ("all_pairs", 6), *(("active_pairs", variant) for variant in (1, 2, 4))}
-
-
 # All, each with its figures, and by one observer: tests/stress.
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize(
-    ("kind", "variant", "observers"),
-    [(*one, count) for one in VARIANTS if one not in ALIKE for count in ((4,) if one[1] else (1, 4))],
+    ("kind", "variant"), [pytest.param(*one, marks=pytest.mark.nightly if one[1] else []) for one in VARIANTS]
 )
-def test_sessions_of_every_kind_make_a_page_or_a_clear_refusal(
-    kind: str, variant: int, observers: int, tmp_path: Path, request: pytest.FixtureRequest
-) -> None:
-    """Figures are drawn of the first variant of each, by four observers."""
-    if variant or observers == 1:
-        request.getfixturevalue("undrawn")
-    make_a_page(kind, variant, observers, tmp_path)
+def test_sessions_of_every_kind_make_a_page_or_a_clear_refusal(kind: str, variant: int, tmp_path: Path) -> None:
+    make_a_page(kind, variant, 3, tmp_path)
 
 
 def make_a_page(kind: str, variant: int, observers: int, tmp_path: Path) -> None:

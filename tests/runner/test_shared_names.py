@@ -45,7 +45,7 @@ AROUND = ("{kind: all_pairs}", ONE, OTHER)
 def test_series_of_one_name_with_other_pictures_are_refused(study: Study) -> None:
     write(study, *AROUND)
     (error,) = findings(study)
-    assert error.startswith("small.yaml:10:37: the series 'one' means two, four here and one, two, three in block 2 ")
+    assert error.startswith("small.yaml:10:37: the series 'one' means two, four here")
     assert "(line 9)" in error
     assert "such as 'one_2'" in error
     for begin in (
@@ -103,7 +103,8 @@ def test_series_that_factors_give_one_name_are_refused(study: Study) -> None:
     factors(study)
     write(study, BY)
     (error,) = findings(study)
-    assert error.startswith("small.yaml:8:37: two of the series that the factors make are called 'a-b-c'")
+    assert error.startswith("small.yaml:8:37: ")
+    assert "'a-b-c'" in error
     assert "list the series by name" in error
 
 

@@ -21,6 +21,7 @@ from runner.protocol import read_experiment
 from runner.session.station import Station
 from stimuli.build import build_set
 
+pytestmark = pytest.mark.nightly
 ROOT = Path(__file__).parents[2]
 SMALL_MM = [12, 8]
 SMALL_PIXELS = 43 * 29  # at the panel's 0.2768 mm per pixel
@@ -81,21 +82,6 @@ def check_series(log: SessionLog) -> list[dict[str, Any]]:
     return choices
 
 
-def check_preference(log: SessionLog) -> list[dict[str, Any]]:
-    """Check one session of the preliminary test and return what its answers recorded."""
-    assert Counter(trial.kind for trial in log.trials) == {"instructions": 1, "preference": 12}
-    answers = [dict(trial.data) for trial in log.trials if trial.kind == "preference"]
-    shown = Counter((answer["first"], answer["second"]) for answer in answers)
-    names = [f"GM1-base-{exposure_s:g}" for exposure_s in EXPOSURES_S]
-    both_ways = [(f"{name}-{one}", f"{name}-{other}") for name in names for one, other in (VIEWS, VIEWS[::-1])]
-    assert shown == Counter(both_ways)
-    assert all(answer["chosen"].endswith(answer["chosen_view"]) for answer in answers)
-    return answers
-
-
-VIEWS = ("stereo", "flat")
-
-
 @pytest.fixture(autouse=True)
 def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Keep what is built here to itself."""
@@ -108,27 +94,6 @@ def test_the_first_experiment_in_small(tmp_path: Path, monkeypatch: pytest.Monke
     monkeypatch.setattr(Drawing, "frame", lambda *_, **__: None)  # the other's frames would have the same pictures
     other = check_series(simulated(file, "figure_4_14", "02"))
     assert [choice["series"] for choice in one] != [choice["series"] for choice in other]
-
-
-def test_the_preliminary_test_in_small(tmp_path: Path) -> None:
-    file = copied(tmp_path, "preliminary", small=True)
-    answers = [
-        answer for observer in ("01", "02") for answer in check_preference(simulated(file, "preliminary", observer))
-    ]
-    # The stereo picture is chosen with 20 to 1: 22.9 of 24 on average, 19 or fewer with a probability of 0.5 %.
-    assert sum(answer["chosen_view"] == "stereo" for answer in answers) > 19
-
-
-def test_the_pairs_within_paints_in_small(tmp_path: Path) -> None:
-    file = copied(tmp_path, "paints", small=True)
-    logs = [simulated(file, "paints", observer) for observer in ("01", "02")]
-    for log in logs:
-        compared = [trial.data for trial in log.trials if trial.kind == "all_pairs"]
-        assert Counter(data["group"] for data in compared) == dict.fromkeys(("GM1", "GM2", "HI", "BC", "BR"), 6)
-        assert all(data["first"].split("-")[0] == data["second"].split("-")[0] == data["group"] for data in compared)
-        assert all(one["group"] != other["group"] for one, other in pairwise(compared))
-    firsts = [{(t.data["first"], t.data["second"]) for t in log.trials if t.kind == "all_pairs"} for log in logs]
-    assert firsts[0] != firsts[1]
 
 
 @pytest.mark.stress

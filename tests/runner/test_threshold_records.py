@@ -17,9 +17,7 @@ from runner.observers import BradleyTerryObserver
 from runner.observers.behaviour import BehaviourSpec, PsychometricSpec
 from runner.session import Session
 from tests.runner.changed_logs import recorded
-from tests.runner.every_kind import blocks_of
-from tests.runner.killing_sessions import HEADER
-from tests.runner.test_report_every_kind import Stage
+from tests.runner.every_kind import HEADER, Stage, blocks_of
 
 Line = dict[str, Any]
 PLACES, STAIRS, SCENES, CATCH = range(4)
@@ -109,7 +107,7 @@ def test_a_report_has_each_observer_and_the_mean(tmp_path: Path) -> None:
     (question,) = report.to_json()["thresholds"]
     numbers = {each["observer"]: each for each in question["observers"]}
     assert numbers["03"]["threshold"] is None
-    assert numbers["03"]["reason"] == "all answers are right: the threshold lies below the levels"
+    assert numbers["03"]["reason"].startswith("all answers are right")
     own = [numbers[observer]["threshold"] for observer in ("01", "02")]
     assert all(1.2 < value < 2.8 for value in own)
     mean = question["over_observers"]["threshold"]

@@ -154,7 +154,7 @@ def test_an_anaglyph_of_greys_is_named_and_not_warned_of(tried: Any) -> None:
     assert "coloured filter" in page["methods"]
 
 
-@pytest.mark.parametrize("mode", ["flat", "side-by-side"])
+@pytest.mark.parametrize("mode", [pytest.param("flat", marks=pytest.mark.nightly), "side-by-side"])
 @pytest.mark.usefixtures("undrawn")
 def test_without_filters_nothing_is_said_of_them(tried: Any, mode: str) -> None:
     study = tried(RED_CUP, mode)
@@ -169,7 +169,9 @@ def test_without_filters_nothing_is_said_of_them(tried: Any, mode: str) -> None:
     assert study.log.display["filters"] is None
 
 
-@pytest.mark.parametrize(("mode", "said"), [("anaglyph-red-cyan", True), ("side-by-side", False)])
+@pytest.mark.parametrize(
+    ("mode", "said"), [("anaglyph-red-cyan", True), pytest.param("side-by-side", False, marks=pytest.mark.nightly)]
+)
 def test_agreement_says_where_what_is_measured_is_not_what_was_seen(tried: Any, mode: str, said: bool) -> None:
     study = tried(RED_CUP, mode)
     words = ("--experiment", study.experiment, "--measures", "delta-e-2000", "--photograph", "one")

@@ -51,14 +51,14 @@ def taken(drawn: Drawn, folder: Path, *, page: bool) -> bool:
 # More of both: tests/stress.
 @pytest.mark.promise("check-runs")
 @given(drawn=mixed_experiments())
-@settings(max_examples=6, suppress_health_check=UNCHECKED)
+@settings(max_examples=3, suppress_health_check=UNCHECKED)
 def test_experiments_of_all_kinds_mixed(drawn: Drawn, folder: Path) -> None:
     taken(drawn, folder, page=False)
 
 
 @pytest.mark.promise("check-runs")
 @given(drawn=mutants())
-@settings(max_examples=12, suppress_health_check=UNCHECKED)
+@settings(max_examples=6, suppress_health_check=UNCHECKED)
 def test_experiments_that_were_edited_without_rules(drawn: Drawn, folder: Path) -> None:
     taken(drawn, folder, page=False)
 
@@ -82,6 +82,7 @@ WAYS: dict[str, list[dict[str, Any]]] = {
 }
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("undrawn")
 def test_thresholds_of_few_answers(folder: Path) -> None:
     stimuli = {f"{scene}{level}": {"scene": scene, "level": level} for scene in "xy" for level in (1, 2, 3)}
@@ -94,12 +95,14 @@ def test_thresholds_of_few_answers(folder: Path) -> None:
     assert taken({**PLAIN, "stimuli": stimuli, "blocks": blocks}, folder, page=True)
 
 
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize("way", WAYS)
 def test_what_has_gone_wrong(way: str, folder: Path) -> None:
     assert taken({**PLAIN, "blocks": WAYS[way]}, folder, page=True)
 
 
-@pytest.mark.parametrize("law", ["davidson", "rao_kupper"])
+@pytest.mark.usefixtures("undrawn")
+@pytest.mark.parametrize("law", ["davidson", pytest.param("rao_kupper", marks=pytest.mark.nightly)])
 def test_ties_alone_have_no_scores(law: str, folder: Path) -> None:
     behaviour = {"ties": {"law": law, "width": 1e9}}
     assert taken(

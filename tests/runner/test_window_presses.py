@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from functools import partial
 from typing import Any
 
 import pytest
@@ -80,48 +79,12 @@ def test_a_key_that_is_held_answers_one_trial_and_must_be_pressed_again(person: 
     person.leave()
 
 
-def test_the_least_response_time_is_the_block_s(person: Person) -> None:
-    person.study.edit("small.yaml", "break_every: 4", "stimuli: [one, two], least_response_time_ms: 2000")
-    begin(person)
-    shown_s = time.monotonic()
-    person.press("Down")
-    while not person.answers():
-        assert time.monotonic() - shown_s < 60
-        time.sleep(1.0)
-        person.press("Up")  # a press a second, of which none counts before the second
-        time.sleep(0.1)
-    assert "1 answer is in" in person.leave()
-    (trial,) = pairs(person)
-    assert trial.response_time_s >= 2.0
-    assert trial.data["ignored"][0][::2] == ["down", "early"]
-
-
-def test_a_double_press_of_space_skips_no_page(person: Person) -> None:
-    pages = "".join(f"  - {{kind: instructions, text: Page {number}.}}\n" for number in range(3))
-    person.study.edit("small.yaml", "  - {kind: instructions, text: Look at the two pictures.}\n", pages)
-    person.before = SLOW_DISK
-    person.sit_down()
-    for number in range(1, 4):
-        time.sleep(READY_S)
-        person._xdotool("key", "--delay", "0", "space", "sleep", "0.04", "key", "--delay", "0", "space")
-        person.until(partial(_read, person, number), "the page to be on disk")
-        time.sleep(READY_S)
-        assert len(person.log().trials) == number
-    person.press("Escape", "Escape")
-    time.sleep(READY_S)
-    person.press("s")  # the second Escape did not close the menu
-    assert "Stopped by the observer" in person.leave()
-
-
-def _read(person: Person, pages: int) -> bool:
-    return len(person.log().trials) >= pages
-
-
 # Two seconds of presses of both arrows, 50 a second: quicker than anyone looks.
 STORM = ["key", "--delay", "20", *["Up", "Down"] * 100]
 
 
 @pytest.mark.promise("press")
+@pytest.mark.nightly
 def test_a_storm_of_presses_answers_nothing_as_long_as_it_lasts(person: Person) -> None:
     begin(person)
     time.sleep(READY_S)

@@ -14,7 +14,7 @@ import pytest
 from analysis.records import read_results
 from documents.files import sha256_of_file
 from documents.fonts import font_runs, undrawable
-from documents.pages import drawing, drawn
+from documents.pages import Drawing, drawing, drawn
 from runner.check import CheckOptions, CheckReport, check_file
 from runner.presenter import Text, coverage, text_area
 from runner.protocol import read_experiment
@@ -135,35 +135,31 @@ def test_an_experiment_without_a_font_has_the_digest_that_it_always_had(study: S
     )
 
 
-def names_drawn(names: str) -> tuple[str, str]:
-    """Return the SVG and the text of the PDF of a figure with ``names`` in a label, a tick and a legend."""
-    from pypdf import PdfReader
-
+def names_drawn(names: str) -> Drawing:
+    """Return a figure with ``names`` in a label, a tick and a legend."""
     with drawing("names", 4.0, 3.0) as (figure, axes):
         axes.plot([0, 1], [0, 1], label=names)
         axes.set_xticks([0, 1], [names, "plate"])
         axes.set_xlabel(names, fontweight="bold")
         axes.legend()
-        finished = drawn(figure, "Names")
-    return finished.svg, PdfReader(io.BytesIO(finished.pdf())).pages[0].extract_text()
+        return drawn(figure, "Names")
 
 
 def test_names_in_figures_are_drawn_by_installed_fonts(
     tmp_path: Path, install_fonts: Install, caplog: pytest.LogCaptureFixture
 ) -> None:
-    svg, text = names_drawn(f"plate {ASKED}")
-    assert "Squares" not in svg
+    from pypdf import PdfReader
+
+    assert "Squares" not in names_drawn(f"plate {ASKED}").svg
     install_fonts(tiny_font(tmp_path / "squares.ttf", ASKED, "Squares"))
-    svg, text = names_drawn(f"plate {ASKED}")
-    assert text.count(ASKED) == 3
-    assert svg.count("Squares") == 3
-    assert svg.count("'DejaVu Sans', 'Squares'") == 3
-    plain, _ = names_drawn("plate")
-    assert "Squares" not in plain
+    finished = names_drawn(f"plate {ASKED}")
+    assert PdfReader(io.BytesIO(finished.pdf())).pages[0].extract_text().count(ASKED) == 3
+    assert finished.svg.count("Squares") == finished.svg.count("'DejaVu Sans', 'Squares'") == 3
+    assert "Squares" not in names_drawn("plate").svg
     assert not caplog.messages
 
 
-@pytest.mark.parametrize("installed", [True, False])
+@pytest.mark.parametrize("installed", [pytest.param(True, marks=pytest.mark.nightly), False])
 def test_a_report_says_which_letters_are_boxes_in_its_figures(
     study: Study, install_fonts: Install, cyclopean: Callable[..., Any], tmp_path: Path, installed: bool
 ) -> None:
@@ -174,8 +170,7 @@ def test_a_report_says_which_letters_are_boxes_in_its_figures(
         study.edit("recipe.yaml", f"name: {name}, ", f"name: {name}, {factors}, ")
     study.edit("small.yaml", "{kind: all_pairs, break_every: 4}", "{kind: all_pairs, within: scene}")
     simulate(study.experiment, study.observers, 2, results=study.results)
-    words = ("report", study.results, "--figures", tmp_path / "figures", "--no-thumbnails")
-    said = cyclopean(*words).stdout
-    assert (f"empty boxes: {ASKED}." in said) is not installed
-    found = json.loads(cyclopean(*words, "--replace", "--json").stdout)
+    words = ("report", study.results, "--no-thumbnails")
+    found = json.loads(cyclopean(*words, "--json").stdout)
     assert found.get("empty_boxes") == (None if installed else ASKED)
+    assert any(ASKED in note for note in found["notes"]) is not installed

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import random
 from collections.abc import Callable
 from dataclasses import replace
@@ -15,11 +14,10 @@ from pydantic import ValidationError
 
 from analysis.comparisons import from_sessions
 from analysis.records import Header, SessionLog
+from analysis.scaling import fit
 from runner.blocks import ActivePairs, ActivePairsSpec, Compare, Stimuli
 from runner.blocks.layout import PairLayout
 from runner.observers import BradleyTerryObserver
-from runner.observers.simulated import plain_key
-from runner.ports import Ask
 
 Play = Callable[..., Any]
 NAMES = tuple(f"p{number:02d}" for number in range(12))
@@ -34,17 +32,9 @@ BLOCKS = {
 }
 
 
-def at_random(seed: int) -> Callable[[Ask], str]:
-    rng = random.Random(seed)
-    return lambda ask: rng.choice(list(ask.keys)) if isinstance(ask.task, Compare) else plain_key(ask)
-
-
 @pytest.mark.parametrize("block", BLOCKS.values(), ids=BLOCKS)
-def test_it_keeps_what_every_block_promises(play: Play, block: ActivePairs) -> None:
-    whole = play(block, at_random(1))
-    assert len(whole.trials) == block.trials
-    assert {trial.kind for trial in whole.trials} == {"active_pairs"}
-    assert whole.shown_at_record[-1] == len(whole.shown)
+def test_it_keeps_what_every_block_promises(play: Play, promised: Play, block: ActivePairs) -> None:
+    whole = promised(block, "active_pairs")  # a batch of six is left at each of its places
     for ask in whole.asks:
         if isinstance(ask.task, Compare):
             assert ask.keys == block.keys
@@ -52,25 +42,13 @@ def test_it_keeps_what_every_block_promises(play: Play, block: ActivePairs) -> N
             assert bool(block.exposure_s) != (ask.scene.stimuli == (ask.task.first, ask.task.second))
     for trial in whole.trials:
         data = trial.data
-        assert json.loads(json.dumps(data)) == data
         assert data["first_position"] == "top"
         if data["answer"] in ("first", "second"):
             other = "second" if data["answer"] == "first" else "first"
             assert (data["chosen"], data["rejected"]) == (data[data["answer"]], data[other])
         else:
             assert "chosen" not in data
-    for answered in range(0, len(whole.trials) + 1, 7):  # a batch of six is left at each of its places
-        later = at_random(1)
-        for ask in whole.asks[: _asks_before(whole, answered)]:
-            later(ask)  # the random answers go on where they stopped
-        rest = play(block, later, logged=whole.trials[:answered])
-        told = [(t.trial, t.data["first"], t.data["second"], t.data["answer"]) for t in rest.trials]
-        assert told == [(t.trial, t.data["first"], t.data["second"], t.data["answer"]) for t in whole.trials[answered:]]
     assert len(play(block).trials) == block.trials
-
-
-def _asks_before(whole: Any, answered: int) -> int:
-    return sum(len(trial.events) for trial in whole.trials[:answered])
 
 
 def test_the_next_pair_of_a_batch_is_made_ready(play: Play) -> None:
@@ -95,8 +73,6 @@ def test_known_scores_come_back_through_the_analysis(play: Play) -> None:
     comparisons = from_sessions([log])
     assert comparisons.items == NAMES
     assert comparisons.wins.sum() == 600
-    from analysis.scaling import fit
-
     fitted = fit(comparisons.wins)
     truth = 0.3 * (np.arange(12) - 5.5)
     errors = (fitted.theta - truth) / np.sqrt(np.diag(fitted.covariance))

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import random
-import subprocess
-import sys
 from itertools import pairwise
 
 import numpy as np
@@ -142,28 +139,6 @@ def test_answers_that_are_all_alike_leave_everything_finite(share: float, gain: 
         found = gains(updated_posterior(chooser.wins), gain)
         assert np.isfinite(found).all()
         assert found[np.triu_indices(9, 1)].min() >= 0
-
-
-_HUNDRED = """
-import random, time
-from runner.blocks.pair_choice import PairChooser
-chooser, rng = PairChooser(100, 50, random.Random(1)), random.Random(2)
-chooser.next_batch(99)
-start_s, done = time.process_time(), 0
-while done < 500:
-    pairs = chooser.next_batch(500 - done)
-    for first, second in pairs:
-        chooser.learn(first, second, first_share=float(rng.random() * 100 < 50 + first - second))
-    done += len(pairs)
-print((time.process_time() - start_s) / done)
-"""
-
-
-def test_a_choice_among_a_hundred_takes_little_time() -> None:
-    """Half a millisecond a choice of one core's time; the rest of 20 ms is for slower machines."""
-    alone = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
-    told = subprocess.run([sys.executable, "-c", _HUNDRED], capture_output=True, text=True, env=alone, check=True)
-    assert float(told.stdout) < 0.02
 
 
 def _error(wins: Floats, theta: Floats) -> float:

@@ -53,7 +53,7 @@ def test_with_four_stimuli_as_few_as_can_be_come_twice_running(repeats: int, see
     assert _neighbours_sharing(order) == repeats * fewest
 
 
-@pytest.mark.parametrize(("count", "within_s"), [(100, 1.0), (300, 10.0)])
+@pytest.mark.parametrize(("count", "within_s"), [(100, 1.0), pytest.param(300, 10.0, marks=pytest.mark.nightly)])
 def test_the_order_of_many_stimuli_is_soon_drawn(count: int, within_s: float) -> None:
     """A processor's seconds, so that others at work on the machine do not count."""
     began_s = time.process_time()

@@ -6,7 +6,6 @@ import random
 from collections import Counter
 from dataclasses import replace
 from functools import cache
-from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -14,10 +13,9 @@ import pytest
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from analysis.scaling import learnt_posterior, updated_posterior
+from analysis.scaling import updated_posterior
 from documents import InputError
 from runner.blocks import ActivePairs, ActivePairsSpec, Stimuli
-from runner.blocks.incomplete_pairs import designs
 from runner.blocks.pair_choice import gains
 from runner.blocks.pooled_choice import GRAIN, PooledChooser, pooled_batch
 from runner.ports import PooledAnswers
@@ -146,33 +144,6 @@ def test_a_practice_is_not_pooled(tmp_path: Path) -> None:
         experiment(tmp_path, "kind: practice, trials: 3, block: {kind: active_pairs, trials: 14, pool: results}")
     (finding,) = refused.value.findings
     assert (finding.message, finding.remedy) == ("a practice's answers are not pooled", "leave 'pool' out")
-
-
-def errors(observers: int, studies: int, *, pooled: bool) -> Floats:
-    """Return the root mean square error of the scores of studies, in nats: 40 stimuli, ten trials for each."""
-    found = np.zeros(studies)
-    pairs = list(combinations(range(40), 2))
-    for study in range(studies):
-        rng = np.random.default_rng([study, 40])
-        theta = rng.normal(0, 2, 40)
-        theta -= theta.mean()
-        if pooled:
-            wins = pooled_study(np.tile(theta, (observers, 1)), 200, seed=str(study), batch=20).sum(axis=0)
-        else:
-            wins = np.zeros((40, 40))
-            for part in designs(40, pairs, 200, str(study), observers):
-                for i, j in (pairs[index] for index in part):
-                    won = rng.random() < 1 / (1 + np.exp(theta[j] - theta[i]))
-                    wins[(i, j) if won else (j, i)] += 1
-        found[study] = np.sqrt(((learnt_posterior(wins).theta - theta) ** 2).mean())
-    return found
-
-
-def test_the_error_is_below_that_of_a_balanced_design() -> None:
-    """Of large batches, which cost little; `tests/stress/test_pooled_pairs_stress.py` has what is promised."""
-    pooled, balanced = (np.sqrt((errors(3, 3, pooled=way) ** 2).mean()) for way in (True, False))
-    print(f"{pooled:.3f} against {balanced:.3f} nats")
-    assert pooled < 0.85 * balanced
 
 
 @pytest.mark.parametrize(("more", "batch"), [("pool: results", 3), ("pool: results, batch: 2", 2), ("batch: 2", 2)])

@@ -1,8 +1,7 @@
-"""What holds for every kind of block: replayed from anywhere, ended by its last record, right in what it says."""
+"""Ratings and series: what holds for every block, right in what they say, by the mouse alone."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -38,32 +37,9 @@ BLOCKS: dict[str, tuple[Rating | BestOfSeries, set[type]]] = {
 
 
 @pytest.mark.parametrize("name", BLOCKS)
-def test_it_is_the_same_again_and_resumes_from_anywhere(name: str, play: Play) -> None:
-    block, _ = BLOCKS[name]
-    whole, again = play(block), play(replace(block))
-    assert again.shown == whole.shown
-    assert again.trials == whole.trials
-    assert len(whole.trials) == block.trials
-    assert whole.shown_at_record[-1] == len(whole.shown)
-    for answered in range(len(whole.trials) + 1):
-        rest = play(block, logged=whole.trials[:answered])
-        assert [_told(trial) for trial in rest.trials] == [_told(trial) for trial in whole.trials[answered:]]
-        # What the log holds is not shown again.
-        before = whole.shown_at_record[answered - 1] if answered else 0
-        assert len(rest.shown) <= len(whole.shown) - before
-        assert rest.shown == whole.shown[len(whole.shown) - len(rest.shown) :]
-
-
-@pytest.mark.parametrize("name", BLOCKS)
-def test_its_records_and_tasks_say_what_they_are(name: str, play: Play) -> None:
+def test_it_keeps_what_every_block_promises(name: str, promised: Play) -> None:
     block, tasks = BLOCKS[name]
-    whole = play(block)
-    kind = "rating" if isinstance(block, Rating) else "best_of_series"
-    assert {trial.kind for trial in whole.trials} == {kind}
-    for trial in whole.trials:
-        assert json.loads(json.dumps(trial.data)) == trial.data
-        pressed_s = sum(seconds for _, seconds in trial.events)
-        assert 0 < trial.response_time_s <= pressed_s
+    whole = promised(block, "rating" if isinstance(block, Rating) else "best_of_series")
     assert {type(ask.task) for ask in whole.asks} == tasks
     reference = block.reference
     for ask in whole.asks:
@@ -86,8 +62,3 @@ def test_everything_can_be_answered_with_the_mouse_alone(name: str, play: Play) 
     clicked = play(BLOCKS[name][0], click)
     assert len(clicked.trials) == BLOCKS[name][0].trials
     assert all(key.startswith("click ") for trial in clicked.trials for key, _ in trial.events)
-
-
-def _told(trial: Any) -> Any:
-    """Return what a record says but for what hung on when it was made."""
-    return trial.place, trial.kind, trial.events, trial.response_time_s, {**trial.data, "timed": None}

@@ -79,12 +79,6 @@ def test_fatigue_makes_more_lapses_later() -> None:
     assert _within(answers[2000:].count("second"), 4000, 0.25)
 
 
-def test_noise_of_fatigue_halves_the_differences() -> None:
-    fatigue = FatigueSpec(over_trials=1, noise=2)
-    answers = _answers(_observer(fatigue=fatigue), _compare("d", "a"), 4001)[1:]
-    assert _within(answers.count("first"), 4000, 1 / (1 + math.exp(-math.log(12) / 2)))
-
-
 def test_ties_follow_davidsons_law_where_they_may_be_answered() -> None:
     ties = TiesSpec(width=0.8, not_sure_share=0.25)
     told = Counter(_answers(_observer(ties=ties), _compare("c", "b", RELAXED), 6000))
@@ -125,13 +119,6 @@ def test_a_series_is_seen_whole_and_chosen_from_by_luces_law() -> None:
         chosen[choice] += 1
     for name, score in SCORES.items():
         assert _within(chosen[name], 3000, score / 9.5)
-
-
-def test_lapses_choose_any_picture_of_a_series() -> None:
-    observer = _observer(scores={"a": 1.0, "b": 1e12, "c": 1.0, "d": 1.0}, lapse_rate=0.4)
-    chosen = Counter(_leaf(observer, tuple(SCORES), 0)[0] for _ in range(2000))
-    assert _within(chosen["b"], 2000, 0.6 + 0.1)
-    assert _within(chosen["c"], 2000, 0.1)
 
 
 def _number(observer: BradleyTerryObserver, task: Rate, keys: dict[str, str]) -> int:
@@ -196,12 +183,6 @@ def test_right_answers_follow_the_psychometric_function() -> None:
         assert _within(right, 3000, 0.25 + 0.75 / (1 + (60 / strength) ** 2))
     assert _answers(observer, _choose(None), 50).count("left") == 50
     assert _answers(_observer(), _choose(0.1), 50).count("left") == 50
-
-
-def test_without_a_right_answer_any_option_will_do() -> None:
-    told = Counter(_answers(_observer(), _choose(None, None), 4000))
-    assert len(told) == 4
-    assert all(_within(count, 4000, 0.25) for count in told.values())
 
 
 def test_pages_and_questions_are_got_on_with() -> None:

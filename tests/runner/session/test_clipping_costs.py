@@ -11,14 +11,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import runner.session.clipping_costs
 from analysis.records import read_session, session_files
 from devices.compensation import Compensation, Correction, eye_clip_costs
 from devices.display import EyeModels
 from runner.check import CheckOptions, check_file
-from runner.cli.main import group
 from runner.protocol import Experiment, read_experiment
 from runner.session.clipping_costs import COST_VERSION, COSTS, ClippingCosts, clipping_record
 from stimuli.build import build_set
@@ -137,7 +135,14 @@ CHANGES: dict[str, Callable[[Study], None]] = {
 }
 
 
-@pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
+# The rest is the same for every part of what costs depend on.
+HERE = ("crosstalk and lift", "primary", "aperture", "picture")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [pytest.param(CHANGES[name], id=name, marks=[] if name in HERE else pytest.mark.nightly) for name in CHANGES],
+)
 def test_all_is_computed_again_where_anything_that_it_depends_on_changed(
     study: Study, change: Callable[[Study], None]
 ) -> None:
@@ -161,6 +166,7 @@ def test_on_an_uneven_panel_the_places_count_and_on_an_even_one_they_do_not(stud
     assert described == _slow(study)
 
 
+@pytest.mark.nightly
 def test_what_an_anaglyph_s_filters_pass_counts(study: Study) -> None:
     _anaglyph(study)
     _opened(study)
@@ -209,9 +215,7 @@ def test_one_picture_that_needs_more_lift_changes_the_costs_of_all(study: Study)
 
 
 def _session(study: Study, results: Path) -> tuple[Any, dict[str, int]]:
-    words = ["run", study.experiment, "--observer", "01", "--simulate", study.observers, "--results", results]
-    result = CliRunner().invoke(group, [str(word) for word in words], catch_exceptions=False)
-    assert result.exit_code == 0, result.output
+    study.run(results=results)
     (file,) = session_files(results)
     end = json.loads(file.read_text().splitlines()[-1])
     costs = [trial.data.get("clipping") for trial in read_session(file).trials]

@@ -74,6 +74,7 @@ def test_a_clock_that_was_set_back_leaves_times_rising(study: Study, monkeypatch
     assert any("the clock had been set back" in note for note in describe([log]).notes)
 
 
+@pytest.mark.nightly
 def test_a_clock_that_was_set_forward_is_stated(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
     log, (remark,) = resumed(study, monkeypatch, timedelta(days=365))
     assert remark.startswith("the session was resumed 365 days")

@@ -13,7 +13,7 @@ from analysis.bids import export_dataset
 from analysis.records import kept_experiments, kept_files, read_session, session_files
 from runner.errors import SessionError
 from runner.protocol import copy_experiment, read_experiment, shipped_experiment
-from runner.reports import ReportOptions, report_results
+from runner.reports import report_results
 from runner.session import SessionOptions, build_stimuli, run_session, simulate
 from runner.session.configuration import configuration_of
 
@@ -86,16 +86,6 @@ def test_a_changed_file_is_kept_in_a_folder_of_its_own(study: Path, tmp_path: Pa
     after = {file.parent.name: file.read_bytes() for file in kept(results)}
     assert len(after) == 2
     assert first.items() <= after.items()
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_a_comment_is_no_change_that_the_report_notes(study: Path, tmp_path: Path) -> None:
-    results = tmp_path / "results"
-    simulate(study, OBSERVERS, ["01"], results=results)
-    study.write_text(study.read_text(encoding="utf-8") + "# a comment\n", encoding="utf-8")
-    simulate(study, OBSERVERS, ["02"], results=results)
-    report = report_results([results], options=ReportOptions(pictures=False)).report
-    assert not [note for note in report.notes if "changed between sessions" in note]
 
 
 @pytest.mark.usefixtures("undrawn")

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import yaml
 
 from analysis.records import SessionLog, read_session, session_files
 from devices.display import GammaTable, gamma_table_lines
@@ -23,7 +22,6 @@ from runner.session import SessionOptions, SessionStatus, run_session, station
 
 Study = Any  # tests/conftest.py
 Load = Callable[[float], None]
-Cyclopean = Callable[..., "subprocess.CompletedProcess[str]"]
 pytestmark = pytest.mark.window
 
 
@@ -66,32 +64,30 @@ def test_the_measured_table_lets_a_session_run_and_is_recorded(study: Study, loa
     assert 1 <= end["work"]["gamma_table_reads"] <= 1 + len(log.trials) + 2
 
 
-def test_another_table_is_refused_and_accepted_where_asked(
-    study: Study, load_table: Load, cyclopean: Cyclopean
-) -> None:
+def test_another_table_is_refused_and_accepted_where_asked(study: Study, load_table: Load) -> None:
     measured_with(study, 1.0)
-    with pytest.raises(SessionError, match="is not the one that the display was measured with"):
+    with pytest.raises(SessionError, match="is not the one"):
         run_session(study.experiment, "01", options(study))
     assert not list(session_files(study.results)) if study.results.exists() else True
-    command = ["run", study.experiment, "--observer", "01", "--simulate", study.observers, "--backend", "window"]
-    told = cyclopean(*command, "--windowed", "--results", study.results, expect=2)
-    assert "--accept-gamma-table" in told.stderr
-    told = cyclopean(*command, "--windowed", "--results", study.results, "--accept-gamma-table")
-    assert "warning: the gamma table loaded on 'screen'" in told.stderr
+    window = ("--backend", "window", "--windowed")
+    assert "--accept-gamma-table" in study.run(*window, expect=2).stderr
+    assert "warning: the gamma table loaded" in study.run(*window, "--accept-gamma-table").stderr
     header = log_of(study).header
     assert header.presentation["gamma_table"]["accepted"] is True
     assert any("is not the one" in remark for remark in header.remarks)
 
 
+@pytest.mark.nightly
 def test_what_is_not_known_is_a_warning(study: Study, load_table: Load) -> None:
     measured_with(study, None)
     said: list[str] = []
     run_session(study.experiment, "01", options(study, notify=said.append))
     (warning,) = [line for line in said if "gamma" in line]
-    assert "is not known: nobody looked; loaded on 'screen' is not the identity" in warning
+    assert "is not known: nobody looked" in warning
     assert log_of(study).header.presentation["gamma_table"]["measured"] == {"both": {"unknown": "nobody looked"}}
 
 
+@pytest.mark.nightly
 def test_check_refuses_the_table_that_a_session_would(study: Study, load_table: Load) -> None:
     def checked(**more: Any) -> tuple[str, str]:
         report = check_file(study.experiment, CheckOptions(results=study.results, pictures=False, **more))
@@ -99,10 +95,10 @@ def test_check_refuses_the_table_that_a_session_would(study: Study, load_table: 
         errors, warnings = ("\n".join(map(str, found)) for found in (report.errors, report.warnings))
         return errors, warnings
 
-    assert "measured with is not known: the display file does not state it" in checked()[1]
+    assert "is not known" in checked()[1]
     measured_with(study, 1.0)
     errors, warnings = checked()
-    assert "is not the one that the display was measured with" in errors
+    assert "is not the one" in errors
     errors, warnings = checked(accept_gamma_table=True)
     assert (errors, "is not the one" in warnings) == ("", True)
     load_table(1.0)
@@ -114,6 +110,7 @@ def test_check_refuses_the_table_that_a_session_would(study: Study, load_table: 
     assert "gamma" not in errors + warnings
 
 
+@pytest.mark.nightly
 def test_check_looks_once_the_table_that_a_killed_session_left_is_restored(study: Study, load_table: Load) -> None:
     measured_with(study, 1.1)
     code = (
@@ -123,7 +120,7 @@ def test_check_looks_once_the_table_that_a_killed_session_left_is_restored(study
     assert subprocess.run([sys.executable, "-c", code]).returncode == -9
     report = check_file(study.experiment, CheckOptions(results=study.results, pictures=False))
     assert "gamma" not in "\n".join(map(str, report.errors))
-    assert "a session that was killed left the identity" in "\n".join(map(str, report.warnings))
+    assert "that was killed" in "\n".join(map(str, report.warnings))
 
 
 @pytest.fixture
@@ -161,39 +158,15 @@ def test_a_change_stops_the_session_loses_nothing_and_is_resumed(
     assert log.complete
 
 
-def test_an_accepted_change_is_noted_once_where_it_came(study: Study, load_table: Load, at_every_trial: None) -> None:
-    measured_with(study, 1.1)
-    accepted = options(study, on_trial=change_at(3, load_table, 0.9), accept_gamma_table=True)
-    assert run_session(study.experiment, "01", accepted).ending == "completed"
-    log = log_of(study)
-    (note,) = log.notes
-    assert "changed" in note.text
-    assert sum(trial.kind == "all_pairs" for trial in log.trials) == 6
-
-
-def test_a_session_is_not_resumed_with_another_table_though_none_was_measured(
-    study: Study, load_table: Load, at_every_trial: None
-) -> None:
-    with pytest.raises(SessionStoppedError):
-        run_session(study.experiment, "01", options(study, on_trial=change_at(2, load_table, 0.9)))
-    with pytest.raises(SessionError, match="began with another gamma table"):
-        run_session(study.experiment, "01", options(study, resume=True))
-    done = run_session(study.experiment, "01", options(study, resume=True, accept_gamma_table=True))
-    assert done.ending == "completed"
-    (resumption,) = log_of(study).resumptions
-    assert set(resumption.accepted_changes) == {"gamma_table"}
-
-
+@pytest.mark.nightly
 def test_on_a_nominal_display_another_table_is_noted_and_refuses_nothing(
     study: Study, load_table: Load, at_every_trial: None
 ) -> None:
     """Not in mid-session, and not when it is resumed; nobody measured it with any."""
     panel = "panel: {resolution_px: [640, 480], pixel_pitch_mm: 0.25}"
     study.edit("rig.yaml", "display: display.yaml", f"display: {{nominal: srgb, white_cd_m2: 100, {panel}}}")
-    assert (
-        run_session(study.experiment, "01", options(study, on_trial=change_at(2, load_table, 0.9))).ending
-        == "completed"
-    )
+    changed = options(study, on_trial=change_at(2, load_table, 0.9))
+    assert run_session(study.experiment, "01", changed).ending == "completed"
     log = log_of(study)
     assert [note.by for note in log.notes] == ["program"]
     log.file.write_bytes(b"".join(log.file.read_bytes().splitlines(keepends=True)[:5]))  # killed
@@ -203,7 +176,7 @@ def test_on_a_nominal_display_another_table_is_noted_and_refuses_nothing(
     assert done.ending == "completed"
     (resumption,) = log_of(study).resumptions
     assert set(resumption.accepted_changes) == {"gamma_table"}
-    assert [line for line in said if "began with another gamma table" in line]
+    assert [line for line in said if "another gamma table" in line]
 
 
 def test_a_rig_sets_the_identity_for_its_sessions(study: Study, load_table: Load) -> None:
@@ -218,6 +191,7 @@ def test_a_rig_sets_the_identity_for_its_sessions(study: Study, load_table: Load
         run_session(study.experiment, "02", options(study))
 
 
+@pytest.mark.nightly
 def test_without_a_window_nothing_is_said_or_refused(study: Study, load_table: Load) -> None:
     measured_with(study, 1.0)
     study.edit("rig.yaml", "distance_mm: 700\n", "distance_mm: 700\ngamma_table: identity\n")
@@ -243,10 +217,3 @@ def test_another_table_in_the_display_file_is_another_display(study: Study, tmp_
     assert {name for name, digest in stated.items() if digest != plain[name]} == {"display"}
     study.edit("rig.yaml", "distance_mm: 700\n", "distance_mm: 700\ngamma_table: identity\n")
     assert {name for name, digest in digests().items() if digest != stated[name]} == {"rig"}
-
-
-def test_a_rig_knows_no_other_table(study: Study, cyclopean: Cyclopean) -> None:
-    study.edit("rig.yaml", "distance_mm: 700\n", "distance_mm: 700\ngamma_table: linear\n")
-    told = cyclopean("check", study.folder / "rig.yaml", "--no-screen", expect=2)
-    assert "identity" in told.stderr
-    assert yaml.safe_load((study.folder / "rig.yaml").read_text())["gamma_table"] == "linear"

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from click.testing import CliRunner
-
-from analysis.records import read_session, session_files
-from runner.cli.main import group
+from analysis.records import read_session
 
 Study = Any  # tests/conftest.py
 
@@ -16,10 +13,8 @@ def test_the_header_has_both_and_the_remarks_say_what_differs(study: Study) -> N
     study.edit("display.yaml", "    source:", "    monitor_settings: {brightness_percent: 35}\n    source:")
     with (study.folder / "rig.yaml").open("a") as rig:
         rig.write("monitor_settings: {brightness_percent: 40, local_dimming: true}\n")
-    words = ["run", study.experiment, "--observer", "01", "--results", study.results, "--simulate", study.observers]
-    done = CliRunner().invoke(group, [str(word) for word in words])
-    assert done.exit_code == 0, done.output
-    header = read_session(*session_files(study.results)).header
+    study.run()
+    header = read_session(study.log_file()).header
     assert header.display["monitor_settings"] == {
         "measured": {"brightness_percent": 35.0},
         "used": {"brightness_percent": 40.0, "local_dimming": True},

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from analysis.records import SessionLog, read_session, session_files
+from analysis.records import read_session
 from analysis.report import describe
 from analysis.report.notes import on_sessions
 from runner.presenter import MODES
@@ -28,16 +28,6 @@ def nominal(study: Study) -> Study:
     return study
 
 
-def _simulate(study: Study, *more: object, expect: int = 0) -> Any:
-    words = ("run", study.experiment, "--observer", "01", "--simulate", study.observers, "--results", study.results)
-    return study.cyclopean(*words, *more, expect=expect)
-
-
-def _log(study: Study) -> SessionLog:
-    (file,) = session_files(study.results)
-    return read_session(file)
-
-
 @pytest.mark.promise("said")
 @pytest.mark.usefixtures("undrawn")
 def test_every_record_says_that_the_display_was_not_measured(nominal: Study, tmp_path: Path) -> None:
@@ -45,9 +35,9 @@ def test_every_record_says_that_the_display_was_not_measured(nominal: Study, tmp
     assert checked.stdout.count(SAID) == 2
     assert "measure it: cyclopean display measure" in checked.stdout
     assert WORDS in " ".join(checked.stdout.split())
-    ran = _simulate(nominal)
+    ran = nominal.run()
     assert SAID in ran.stderr
-    log = _log(nominal)
+    log = read_session(nominal.log_file())
     assert log.trials
     assert all(trial.nominal == "srgb" and "uncharacterised" not in trial.data for trial in log.trials)
     assert log.header.nominal["kind"] == "srgb"
@@ -95,15 +85,15 @@ def test_it_serves_every_mode_without_permission(mode: str, nominal: Study) -> N
 
 
 def test_a_display_measured_since_is_noticed_when_the_session_is_resumed(nominal: Study) -> None:
-    _simulate(nominal)
-    (file,) = session_files(nominal.results)
+    nominal.run()
+    file = nominal.log_file()
     file.write_bytes(b"\n".join(file.read_bytes().split(b"\n")[:4]) + b"\n")
     nominal.edit("rig.yaml", f"display: {NOMINAL}", "display: display.yaml")
-    refused = _simulate(nominal, "--resume", expect=2)
+    refused = nominal.run("--resume", expect=2)
     assert "display" in refused.stderr
     assert "changed since this session began" in refused.stderr
-    _simulate(nominal, "--resume", "--accept-changes")
-    log = _log(nominal)
+    nominal.run("--resume", "--accept-changes")
+    log = read_session(nominal.log_file())
     assert {trial.nominal for trial in log.trials} == {"srgb", None}
     assert "display" in log.resumptions[0].accepted_changes
     (note,) = [note for note in on_sessions([log]) if SAID in note]
@@ -128,31 +118,21 @@ def test_only_the_same_nominal_display_is_the_same(nominal: Study) -> None:
     assert digest() != before
 
 
-def test_a_session_is_replayed_with_its_stamps(nominal: Study) -> None:
-    _simulate(nominal)
-    (file,) = session_files(nominal.results)
-    again = nominal.folder / "again"
-    words = ("run", nominal.experiment, "--observer", "01", "--replay", file, "--results", again)
-    nominal.cyclopean(*words)
-    (copy,) = session_files(again)
-    assert [trial.nominal for trial in read_session(copy).trials] == ["srgb"] * len(read_session(file).trials)
-
-
 def test_without_a_monitor_the_panel_is_asked_for(nominal: Study, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     nominal.edit("rig.yaml", ", panel: {resolution_px: [640, 480], pixel_pitch_mm: 0.3}", "")
     for command in ("check", "run"):
         words = ("check", nominal.experiment) if command == "check" else ()
-        refused = nominal.cyclopean(*words, expect=2) if words else _simulate(nominal, expect=2)
+        refused = nominal.cyclopean(*words, expect=2) if words else nominal.run(expect=2)
         assert "rig.yaml:2:10" in refused.stderr
         assert "panel: {resolution_px: [1920, 1080]" in refused.stderr
     assert not nominal.results.exists()
 
 
 def test_sessions_before_and_after_a_measurement_are_told_apart(nominal: Study) -> None:
-    _simulate(nominal)
-    log = _log(nominal)
+    nominal.run()
+    log = read_session(nominal.log_file())
     measured = replace(
         log,
         header=replace(log.header, display={k: v for k, v in log.header.display.items() if k != "nominal"}, remarks=()),
@@ -196,7 +176,7 @@ def test_where_the_panel_is_the_monitors_a_report_elsewhere_shows_the_pictures(
     )
     simulate(nominal.experiment, nominal.observers, 1, results=nominal.results)
     monkeypatch.setattr(experiment.read_experiment, "__kwdefaults__", defaults | {"ask_monitor": lambda names=(): None})
-    header = _log(nominal).header
+    header = read_session(nominal.log_file()).header
     assert header.nominal["panel_from"] == "the monitor 'DP-1', 192 x 146 mm"
     found = find_shown(header, nominal.experiment)
     assert found is not None

@@ -149,17 +149,6 @@ def test_what_was_answered_is_not_read_to_resume(study: Study) -> None:
     assert _costs(read_session(file)) == _plain(study)
 
 
-def test_costs_that_a_killed_session_did_not_come_to_follow_when_it_is_resumed(study: Study) -> None:
-    _of_two(study)
-    with _open(study) as station:
-        file = _run(study, station)
-    file.write_text("".join(file.read_text().splitlines(keepends=True)[:-2]))
-    assert {name for name, costs in _costs(read_session(file)).items() if costs} == {"one", "two"}
-    _resume(study)
-    assert _kinds(file)[-2:] == ["clipping", "end"]
-    assert _costs(read_session(file)) == _plain(study)
-
-
 def test_of_a_picture_that_was_taken_out_since_no_costs_are_said(study: Study) -> None:
     _of_two(study)
     _leave(study, 1)

@@ -1,4 +1,4 @@
-"""What Python can call in place of a command: a session, simulated observers, a preview, a picture on the screen."""
+"""What Python can call in place of a command: a session, simulated observers."""
 
 from __future__ import annotations
 
@@ -14,10 +14,7 @@ from analysis.report import write_report
 from documents import InputError
 from runner.blocks import Block, Draw
 from runner.errors import SessionError, SessionStoppedError
-from runner.presenter import show_picture
-from runner.presenter.show import ShowOptions
 from runner.protocol import Experiment
-from runner.reports import preview
 from runner.session import SessionOptions, run_session, simulate
 from runner.session.folders import Recorder
 
@@ -114,26 +111,8 @@ def test_observers_without_a_valid_code_are_refused_before_anything_is_made(stud
     assert not study.results.exists()
 
 
-def test_every_screen_is_previewed_for_each_eye(study: Study) -> None:
-    files = preview(study.experiment, study.folder / "screens")
-    assert len(files) == len(set(files)) == 2 * (1 + 6 + 1 + 1)  # instructions, six pairs, a break, the end
-    assert all(file.is_file() for file in files)
-    assert files[0].name == "block-01_screen-001_left.png"
-
-
-def test_a_picture_is_shown_and_what_it_costs_reported(study: Study) -> None:
-    shots: list[Any] = []
-    options = ShowOptions(screenshot=study.folder / "codes.png", backend="egl", on_shown=shots.append)
-    shown = show_picture(study.folder / "one.exr", study.folder / "display.yaml", "side-by-side", options)
-    assert shots[0].to_json() == shown.to_json()
-    assert shown.picture_px == (80, 40)
-    assert not shown.flat
-    assert set(shown.clipping) == {"left", "right"}
-    assert shown.work.colour_passes == 2
-    assert [Path(file).is_file() for file in shown.screenshots] == [True]
-
-
 @pytest.mark.usefixtures("undrawn")
+@pytest.mark.nightly
 def test_records_with_the_former_names_of_the_counts_are_read_and_reported_alike(
     study: Study, unchained: Callable[[Path], None]
 ) -> None:

@@ -109,6 +109,7 @@ def test_a_report_in_the_folder_is_no_change(results: Path) -> None:
 
 
 @pytest.mark.usefixtures("undrawn")
+@pytest.mark.nightly
 def test_a_report_says_that_logs_are_not_as_sealed(results: Path) -> None:
     seal_results(results)
     cut(results)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from analysis.records import Header, Mark, Note, PooledBatch, SessionLog, Trial
+from analysis.records import SessionLog, Trial
 from runner.blocks import FULL_HD_HALF, Block
 from runner.blocks.all_pairs import AllPairs
 from runner.blocks.layout import PairLayout
@@ -21,8 +21,8 @@ from runner.ports import Ask, Holding, KeyPress
 from runner.presenter import Scene
 from runner.session import Session
 from runner.session.session import Left
+from tests.runner.every_kind import HEADER, Stage
 
-HEADER = Header("e", "01", "s", "2026-01-01T00:00:00+00:00", 0, "Which?", True, (), {}, {}, {}, {}, {})
 NAMES = ("a", "b", "c", "d", "e")
 LAYOUT = PairLayout("vertical", (0, -60), (0, 60), (100, 80), (0, -140), 400)
 
@@ -32,76 +32,45 @@ def _blocks(break_every: int | None = None, seed: str = "o") -> tuple[Block, ...
     return (Message("instructions", "Look."), pairs, Message("break", "Rest."))
 
 
-@dataclass
-class Screen:
-    """A presenter that remembers what it was asked to show."""
+class Screen(Stage):
+    """Shows a scene every ``pace_s``, with frames of half a second."""
 
-    shown: list[Scene] = field(default_factory=list)
-    prefetched: list[Scene] = field(default_factory=list)
-    pace_s: float = 1.0
+    pace_s = 1.0
 
     def show(self, scene: Scene) -> float:
-        self.shown.append(scene)
-        return self.pace_s * len(self.shown)
-
-    def prefetch(self, scene: Scene) -> None:
-        self.prefetched.append(scene)
+        return self.pace_s * super().show(scene)
 
     def hold(self, scene: Scene, seconds: float) -> Holding:
         return Holding(self.show(scene), round(seconds * 2), 0.5)
 
 
-@dataclass
-class Paper:
-    """A sink that keeps trials, and can break after some."""
+class Paper(Stage):
+    """Keeps trials, and can break before one is kept."""
 
-    trials: list[Trial] = field(default_factory=list)
-    ended: bool = False
-    before_append: Callable[[], None] = lambda: None
-    notes: list[Note] = field(default_factory=list)
-    marks: list[Mark] = field(default_factory=list)
+    before_append: Callable[[], None] = staticmethod(lambda: None)
 
     def append(self, trial: Trial) -> None:
         self.before_append()
-        self.trials.append(trial)
-
-    def note(self, note: Note) -> None:
-        self.notes.append(note)
-
-    def mark(self, mark: Mark) -> None:
-        self.marks.append(mark)
-
-    def pool(self, batch: PooledBatch) -> None:
-        pass
-
-    def answers(self) -> Sequence[Trial]:
-        return self.trials
-
-    def end(self, facts: Mapping[str, Any]) -> None:
-        self.ended = True
+        super().append(trial)
 
 
 def _simulated(seed: int = 1) -> BradleyTerryObserver:
     return BradleyTerryObserver({name: 1.0 + index for index, name in enumerate(NAMES)}, random.Random(seed))
 
 
-def _run(session: Session) -> None:
-    session.run()
-
-
 def test_every_answer_is_recorded_before_the_next_scene() -> None:
     screen, paper = Screen(), Paper()
     shown_at_append: list[int] = []
     paper.before_append = lambda: shown_at_append.append(len(screen.shown))
-    _run(Session(_blocks(), screen, _simulated(), paper))
-    assert paper.ended
+    Session(_blocks(), screen, _simulated(), paper).run()
+    assert paper.ends
     assert len(paper.trials) == 1 + 10 + 1
     assert shown_at_append == list(range(1, 13))
 
 
 def test_records_say_what_was_shown_and_chosen() -> None:
     screen, paper = Screen(), Paper()
-    _run(Session(_blocks(), screen, _simulated(), paper, clip_costs={name: {"of": name} for name in NAMES}))
+    Session(_blocks(), screen, _simulated(), paper, clip_costs={name: {"of": name} for name in NAMES}).run()
     pairs = [trial for trial in paper.trials if trial.kind == "all_pairs"]
     for trial, scene in zip(pairs, screen.shown[1:], strict=False):
         assert (trial.data["first"], trial.data["second"]) == scene.stimuli
@@ -117,56 +86,23 @@ def test_records_say_what_was_shown_and_chosen() -> None:
 
 def test_the_next_pair_is_prefetched() -> None:
     screen = Screen()
-    _run(Session(_blocks(break_every=4), screen, _simulated(), Paper()))
+    Session(_blocks(break_every=4), screen, _simulated(), Paper()).run()
     pairs_shown = [scene for scene in screen.shown if scene.stimuli]
     assert list(dict.fromkeys(screen.prefetched)) == pairs_shown[1:]
 
 
-@pytest.mark.parametrize("answered", range(13))
-def test_a_session_stopped_anywhere_resumes_exactly(answered: int) -> None:
-    whole = Paper()
-    _run(Session(_blocks(break_every=3), Screen(), _simulated(), whole))
-
-    class _Gone(Exception):
-        pass
-
-    first_part, screen = Paper(), Screen()
-
-    def stop() -> None:
-        if len(first_part.trials) == answered:
-            raise _Gone
-
-    first_part.before_append = stop
-    session = Session(_blocks(break_every=3), screen, _simulated(), first_part)
-    if answered < 12:
-        with pytest.raises(_Gone):
-            session.run()
-    else:
-        session.run()
-    rest, later = Paper(), Screen()
-    resumed = Session(_blocks(break_every=3), later, _simulated(2), rest, logged=first_part.trials)
-    resumed.run()
-    asked = [(t.block, t.trial, t.kind, t.data.get("first"), t.data.get("second")) for t in whole.trials]
-    done = first_part.trials + rest.trials
-    assert [(t.block, t.trial, t.kind, t.data.get("first"), t.data.get("second")) for t in done] == asked
-    # What the log holds is not shown again.
-    breaks = 3
-    assert len(later.shown) <= len(whole.trials) + breaks - answered
-    assert rest.ended
-
-
 def test_a_log_of_another_order_is_refused() -> None:
     paper = Paper()
-    _run(Session(_blocks(seed="one"), Screen(), _simulated(), paper))
+    Session(_blocks(seed="one"), Screen(), _simulated(), paper).run()
     with pytest.raises(SessionError, match="not the one the experiment now asks"):
-        _run(Session(_blocks(seed="two"), Screen(), _simulated(), Paper(), logged=paper.trials))
+        Session(_blocks(seed="two"), Screen(), _simulated(), Paper(), logged=paper.trials).run()
 
 
 def test_a_log_longer_than_the_experiment_is_refused() -> None:
     paper = Paper()
-    _run(Session(_blocks(), Screen(), _simulated(), paper))
+    Session(_blocks(), Screen(), _simulated(), paper).run()
     with pytest.raises(SessionError, match="1 more trials"):
-        _run(Session(_blocks()[:2], Screen(), _simulated(), Paper(), logged=paper.trials))
+        Session(_blocks()[:2], Screen(), _simulated(), Paper(), logged=paper.trials).run()
 
 
 @dataclass
@@ -190,9 +126,9 @@ def test_escape_pauses_and_shows_the_pair_again() -> None:
     observer, screen = _person(keys)
     paper = Paper()
     with pytest.raises(Left):
-        _run(Session(_blocks(), screen, observer, paper))
+        Session(_blocks(), screen, observer, paper).run()
     assert [trial.data.get("answer") for trial in paper.trials] == [None, "first", "second"]
-    assert not paper.ended
+    assert not paper.ends
     menu = pause_menu(FULL_HD_HALF, can_repeat=True).scene
     assert screen.shown.count(menu) == 2
     asked_again = screen.shown.index(menu) + 1
@@ -207,21 +143,13 @@ def test_keys_that_mean_nothing_and_keys_before_the_onset_are_no_answers() -> No
     assert person.respond(ask, 1.0) == KeyPress("down", 1.2)
 
 
-def test_simulated_answers_follow_the_law() -> None:
-    observer = BradleyTerryObserver({"a": 3.0, "b": 1.0}, random.Random(5))
-    block = AllPairs(("a", "b"), "Which?", LAYOUT, "s", "o", repeats=4000)
-    paper = Paper()
-    _run(Session((block,), Screen(), observer, paper))
-    share = sum(trial.data["chosen"] == "a" for trial in paper.trials) / 4000
-    assert share == pytest.approx(0.75, abs=0.025)
-
-
 @pytest.mark.parametrize("pace_s", [1.0, 1.25])
 def test_timed_scenes_are_recorded_with_the_frames_that_were_missed(pace_s: float) -> None:
     """The screen shows a scene every ``pace_s``, with frames of half a second."""
-    screen, paper = Screen(pace_s=pace_s), Paper()
+    screen, paper = Screen(), Paper()
+    screen.pace_s = pace_s
     block = AllPairs(("a", "b", "c"), "Which?", LAYOUT, "s", "o", fixation_s=1.0, exposure_s=0.5, blank_s=2.0)
-    _run(Session((block,), screen, _simulated(), paper))
+    Session((block,), screen, _simulated(), paper).run()
     first, second, _third = (trial.data["timed"] for trial in paper.trials)
     assert [(held["what"], held["frames"], held["missed_frames"]) for held in first] == [
         ("fixation", 2, 0),
@@ -245,9 +173,9 @@ def test_a_timed_session_resumes_without_showing_what_was_answered() -> None:
         return AllPairs(NAMES, "Which?", LAYOUT, "s", "o", fixation_s=1.0, exposure_s=0.5)
 
     whole = Paper()
-    _run(Session((block(),), Screen(), _simulated(), whole))
+    Session((block(),), Screen(), _simulated(), whole).run()
     screen, rest = Screen(), Paper()
-    _run(Session((block(),), screen, _simulated(), rest, logged=whole.trials[:7]))
+    Session((block(),), screen, _simulated(), rest, logged=whole.trials[:7]).run()
     assert len(rest.trials) == 3
     assert len(screen.shown) == 3 * 3
 
@@ -256,8 +184,8 @@ def test_the_last_trial_can_be_repeated_and_the_last_attempt_counts() -> None:
     keys = ["space", "up", "up", "escape", "r", "down", "up", *["up"] * 7, "space"]
     observer, screen = _person(keys)
     paper = Paper()
-    _run(Session(_blocks(), screen, observer, paper))
-    assert paper.ended
+    Session(_blocks(), screen, observer, paper).run()
+    assert paper.ends
     pairs = [trial for trial in paper.trials if trial.kind == "all_pairs"]
     assert [(trial.trial, trial.attempt) for trial in pairs] == [
         (0, 0),
@@ -282,7 +210,7 @@ def test_a_trial_marked_by_the_experimenter_comes_again_after_its_block() -> Non
             assert session.mark("experimenter") is None
 
     session = Session(_blocks(), Screen(), _simulated(), paper, on_trial=mark)
-    _run(session)
+    session.run()
     places = [(trial.place, trial.attempt) for trial in paper.trials]
     assert places[-2:] == [((1, 4), 1), ((2, 0), 0)]
     assert len(paper.trials) == 1 + 10 + 1 + 1
@@ -320,7 +248,7 @@ def test_a_session_with_repeats_resumes_exactly(answered: int) -> None:
         paper.before_append = lambda: None
         log = SessionLog(Path(), HEADER, tuple(paper.trials), False, marks=tuple(paper.marks))
         session(logged=log.first_attempts, pending=log.pending).run()
-    assert paper.ended
+    assert paper.ends
     again = [trial.place for trial in paper.trials if trial.attempt]
     assert sorted(again) == [(1, 2), (1, 7)]
     first = [trial.place for trial in paper.trials if not trial.attempt]
@@ -334,7 +262,7 @@ def test_a_note_is_typed_in_the_pause_and_kept_with_its_place() -> None:
     keys = ["space", "up", "escape", "n", *(f"text {c}" for c in "too  brighx"), "backspace", "text t", "enter", "c"]
     observer, screen = _person([*keys, *["up"] * 9, "space"])
     paper = Paper()
-    _run(Session(_blocks(), screen, observer, paper))
+    Session(_blocks(), screen, observer, paper).run()
     (note,) = paper.notes
     assert (note.text, note.by, note.block, note.trial) == ("too  bright", "observer", 1, 1)
     assert len(paper.trials) == 12
@@ -343,7 +271,7 @@ def test_a_note_is_typed_in_the_pause_and_kept_with_its_place() -> None:
 def test_escape_gives_a_note_up() -> None:
     observer, screen = _person(["space", "escape", "n", "text a", "escape", "c", *["up"] * 10, "space"])
     paper = Paper()
-    _run(Session(_blocks(), screen, observer, paper))
+    Session(_blocks(), screen, observer, paper).run()
     assert not paper.notes
     assert len(paper.trials) == 12
 
@@ -353,10 +281,10 @@ def test_a_trial_marked_after_its_block_is_asked_again_at_the_end() -> None:
     paper = Paper()
     session = Session(_blocks(), screen, observer, paper)
     session.on_trial = lambda trial: None if trial.kind != "break" else _mark(session)
-    _run(session)
+    session.run()
     assert [(trial.place, trial.attempt) for trial in paper.trials[-2:]] == [((2, 0), 0), ((1, 9), 1)]
     assert paper.trials[-1].data["answer"] == "second"
-    assert paper.ended
+    assert paper.ends
 
 
 def _mark(session: Session) -> None:

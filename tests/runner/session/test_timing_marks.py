@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -18,6 +17,7 @@ from analysis.records import SessionLog, check_results, read_session, session_fi
 from devices.timing_marks import Code, LslMarksSpec, Marked, MarkError, PortLostError, SerialMarksSpec, open_mark_port
 from documents import Finding, InputError
 from documents.platform import pseudo_terminal
+from runner.check import CheckOptions, check_file
 from runner.session import SessionOptions, run_session, simulate
 from runner.session import timing_marks as module
 from runner.session.timing_marks import OpenMarks, Shown, TimingMarks
@@ -101,13 +101,6 @@ def test_a_session_without_its_marks_says_so(study: Study) -> None:
     assert f"warning: {words}" in said
 
 
-def test_events_without_a_code_send_nothing(study: Study) -> None:
-    with serial_line(study, ", onset: null") as (_, read):
-        log, _ = run(study)
-        assert read(5.0) == bytes([2]) * SCREENS
-    assert {mark["mark"] for mark in marks_of(log)} == {"answer"}
-
-
 FAULTS = {
     "{kind: serial, port: /dev/no_such_port}": (5, "serial /dev/no_such_port: there is no such serial port"),
     "{kind: parallel, port: /dev/parport9}": (5, "parallel /dev/parport9: there is no such parallel port"),
@@ -121,8 +114,7 @@ def test_a_port_that_cannot_be_opened_is_refused_before_anything_is_written(
 ) -> None:
     monkeypatch.setitem(sys.modules, "pylsl", None)
     with_marks(study, entry)
-    words = ("run", study.experiment, "--observer", "01", "--results", study.results, "--marks")
-    told = study.cyclopean(*words, "--simulate", study.observers, expect=2)
+    told = study.run("--marks", expect=2)
     line, what = FAULTS[entry]
     assert told.stderr.splitlines()[-1].startswith(f"error: {study.folder / 'rig.yaml'}:{line}:")
     assert what in told.stderr
@@ -150,51 +142,27 @@ def test_a_port_in_use_is_refused_and_the_others_are_closed_again(study: Study) 
     ] * 2
 
 
-def test_ports_before_one_that_cannot_be_opened_are_closed(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
-    with_marks(study, "{kind: serial, port: COM7}", "{kind: serial, port: COM8}")
-    port = Failing({})
-
-    def open_first(spec: SerialMarksSpec) -> Failing:
-        if spec.port == "COM8":
-            raise MarkError(Finding("there is no such serial port", "COM8"))
-        return port
-
-    monkeypatch.setattr(module, "open_mark_port", open_first)
-    with pytest.raises(MarkError, match="serial COM8: there is no such serial port"):
-        run(study)
-    assert port.closed
-
-
-def test_one_port_twice_is_a_fault_of_the_file(study: Study) -> None:
-    with_marks(study, "{kind: lsl}", "{kind: serial, port: COM3}", "{kind: serial, port: COM3, onset: 4}")
-    told = study.cyclopean("check", study.folder / "rig.yaml", expect=2)
-    assert "marks go to serial COM3 twice (remove one)" in told.stderr
-
-
-WRONG = {
-    "{kind: usb}": "'timing_marks.kind' is 'usb'",
-    "{kind: serial}": "the key 'timing_marks.port' is missing",
-    "{kind: serial, port: COM3, onset: 256}": "write a whole number from 1 to 255",
-    "{kind: serial, port: COM3, onset: 0}": "write a whole number from 1 to 255",
-    "{kind: parallel, pulse_ms: 0}": "write a number from 0.1 to 1000",
-    "{kind: lsl, baud: 9600}": "'timing_marks.baud'",
-    "{kind: lsl, onset: 1}": "this is text: put quotes around it",
-    "{kind: serial, port: COM3, codes: {light=sun: 3}}": "'timing_marks.codes.light=sun' is",
-    "{kind: serial, port: COM3, codes: {block=1: 0}}": "write a whole number from 1 to 255",
-    "{kind: lsl, codes: {block=1: 3}}": "'timing_marks.codes'",
-    "{kind: lsl, wait_s: -1}": "write a number from 0 to 3600",
-    "[]": "'timing_marks' holds nothing",
-    "COM3": "'timing_marks' is 'COM3'",
-}
+WRONG = (
+    *(
+        "{kind: usb}",
+        "{kind: serial}",
+        "{kind: serial, port: COM3, onset: 256}",
+        "{kind: serial, port: COM3, onset: 0}",
+    ),
+    *("{kind: parallel, pulse_ms: 0}", "{kind: lsl, baud: 9600}", "{kind: lsl, onset: 1}", "{kind: lsl, wait_s: -1}"),
+    "{kind: serial, port: COM3, codes: {light=sun: 3}}",
+    "{kind: serial, port: COM3, codes: {block=1: 0}}",
+    "{kind: lsl, codes: {block=1: 3}}",
+    "[{kind: serial, port: COM3}, {kind: serial, port: COM3, onset: 4}]",
+    *("[]", "COM3"),
+)
 
 
 @pytest.mark.parametrize("entry", WRONG)
 def test_wrong_entries_are_located(study: Study, entry: str) -> None:
     study.edit("rig.yaml", "distance_mm: 700", f"distance_mm: 700\ntiming_marks: {entry}")
-    told = study.cyclopean("check", study.folder / "rig.yaml", expect=2)
-    (fault,) = [line for line in told.stderr.splitlines() if line.startswith("error")]
-    assert f"{study.folder / 'rig.yaml'}:5:" in fault
-    assert WRONG[entry] in fault
+    (error,) = check_file(study.folder / "rig.yaml", CheckOptions(screen="skip")).errors
+    assert (error.file, error.line) == (str(study.folder / "rig.yaml"), 5)
 
 
 @pytest.mark.parametrize(
@@ -271,33 +239,6 @@ def test_a_port_that_blocks_is_tried_again(study: Study, failing: Any) -> None:
     assert said == ["warning: 3 timing marks were not sent on serial COM7: each trial's record says which"]
 
 
-def test_the_experimenter_is_told_in_the_line_of_the_session(study: Study, failing: Any) -> None:
-    failing({3: MarkError(Finding("full", "COM7"))})
-    lines: list[str] = []
-    run(study, on_trial=lambda status: lines.append(status.line()))
-    told = ["CHECK: timing marks are not sent on serial COM7" in line for line in lines]
-    assert told == [False, True] + [False] * (RECORDS - 2)
-
-
-def test_a_full_line_stops_no_session(study: Study) -> None:
-    with serial_line(study) as (port, read):
-        descriptor = os.open(port, os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY)
-        refusals = 0
-        while refusals < 5:  # the kernel makes room once more while it hands on what it has
-            try:
-                os.write(descriptor, bytes(1000))
-                refusals = 0
-            except BlockingIOError:
-                refusals += 1
-                time.sleep(0.05)
-        os.close(descriptor)
-        log, _ = run(study)
-        assert log.complete
-        assert len(log.trials) == RECORDS
-        assert {mark.get("failed") for mark in marks_of(log)} == {"the port takes no more bytes: nothing reads them"}
-        assert set(read(1.0)) == {0}
-
-
 def test_a_resumed_session_goes_on_with_its_marks(study: Study) -> None:
     with serial_line(study) as (port, read):
         log, _ = run(study)
@@ -316,6 +257,7 @@ def test_a_resumed_session_goes_on_with_its_marks(study: Study) -> None:
     assert {mark["port"] for mark in new} == {f"serial {port}"}
 
 
+@pytest.mark.nightly
 def test_a_replay_sends_its_own_marks_if_asked(study: Study) -> None:
     with serial_line(study) as (_, read):
         log, _ = run(study)
@@ -365,6 +307,7 @@ def test_the_export_describes_the_marks(study: Study) -> None:
 
 
 @pytest.mark.usefixtures("undrawn")
+@pytest.mark.nightly
 def test_the_report_counts_trials_without_their_marks(study: Study, failing: Any) -> None:
     failing({5: MarkError(Finding("full", "COM7")), 6: MarkError(Finding("full", "COM7"))})
     run(study)

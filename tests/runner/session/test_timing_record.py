@@ -17,7 +17,7 @@ from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.records import read_session, session_files
+from analysis.records import read_session
 from devices.display import read_verification
 from runner.cli.main import group
 from runner.presenter import IntervalSummary
@@ -138,18 +138,11 @@ def test_onsets_are_verified_only_where_the_record_holds(tmp_path: Path) -> None
     assert judge(None, "side-by-side", HERE, 60.0).words == NOT_VERIFIED
 
 
-def _simulate(study: Study) -> Any:
-    words = ["run", study.experiment, "--observer", "01", "--results", study.results, "--simulate", study.observers]
-    return CliRunner().invoke(group, [str(word) for word in words])
-
-
 def test_a_session_s_header_holds_the_record_and_says_that_it_does_not_hold_without_a_screen(study: Study) -> None:
     record = _record(study.folder)
     study.edit("rig.yaml", "mode: side", "photodiode_verification: photodiode.yaml\nmode: side")
-    done = _simulate(study)
-    assert done.exit_code == 0, done.output
-    assert "there is no screen here" in done.stderr
-    header = read_session(*session_files(study.results)).header
+    assert "there is no screen here" in study.run().stderr
+    header = read_session(study.log_file()).header
     timing = header.presentation["timing"]
     assert timing["verification"] == NOT_VERIFIED
     kept = timing["verification_record"]
@@ -159,8 +152,8 @@ def test_a_session_s_header_holds_the_record_and_says_that_it_does_not_hold_with
 
 
 def test_a_session_without_a_record_says_so_and_remarks_nothing(study: Study) -> None:
-    assert _simulate(study).exit_code == 0
-    header = read_session(*session_files(study.results)).header
+    study.run()
+    header = read_session(study.log_file()).header
     assert header.presentation["timing"]["verification"] == NOT_VERIFIED
     assert "verification_record" not in header.presentation["timing"]
     assert header.remarks == ()
@@ -197,14 +190,7 @@ def test_check_and_run_refuse_a_missing_and_a_wrong_record(study: Study) -> None
 
 
 @pytest.mark.window
-def test_doctor_measures_a_real_window(xvfb: str, cyclopean: Cyclopean, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("DISPLAY", xvfb)
-    told = cyclopean("doctor", "--timing", "--seconds", "0.5")
-    assert "median" in told.stdout
-    assert "X11 without a compositing manager" in told.stdout
-
-
-@pytest.mark.window
+@pytest.mark.nightly
 def test_doctor_says_that_a_record_of_another_machine_does_not_hold(
     xvfb: str, study: Study, monkeypatch: pytest.MonkeyPatch
 ) -> None:

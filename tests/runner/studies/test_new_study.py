@@ -30,8 +30,14 @@ def _errors(study: NewStudy, *, pictures: bool = True) -> list[str]:
     return [str(error) for error in report.errors]
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("stereo", [False, True], ids=["flat", "stereo"])
+@pytest.mark.parametrize(
+    ("kind", "stereo"),
+    [
+        pytest.param(kind, stereo, marks=[] if stereo == (kind == "pairs") else pytest.mark.nightly)
+        for kind in KINDS
+        for stereo in (False, True)
+    ],
+)
 def test_a_new_study_passes_the_check_and_runs(tmp_path: Path, kind: Kind, stereo: bool) -> None:
     pictures = (draw_pairs if stereo else draw_flat)(tmp_path / "photos", NAMES)
     study = new_study(tmp_path / "my_study", [pictures], StudyOptions(kind, panel=PANEL))
@@ -43,6 +49,7 @@ def test_a_new_study_passes_the_check_and_runs(tmp_path: Path, kind: Kind, stere
     assert (done.folders[0] / "session.jsonl").read_text(encoding="utf-8").count('"nominal"') >= study.trials
 
 
+@pytest.mark.nightly
 def test_choices_of_a_new_study_are_scored_by_the_quality_that_is_asked(tmp_path: Path) -> None:
     pictures = draw_flat(tmp_path / "photos", NAMES)
     study = new_study(tmp_path / "my_study", [pictures], StudyOptions("best", panel=PANEL))
@@ -64,8 +71,14 @@ def test_pictures_of_several_sizes_are_brought_to_one_or_warned_of(tmp_path: Pat
     assert any("differ in size" in str(warning) for warning in report.warnings) == (fit is False)
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("reference", ["physical", "old_church_dim", "another"])
+@pytest.mark.parametrize(
+    ("kind", "reference"),
+    [
+        pytest.param(kind, reference, marks=[] if kind == "best" and reference == "another" else pytest.mark.nightly)
+        for kind in KINDS
+        for reference in ("physical", "old_church_dim", "another")
+    ],
+)
 def test_pictures_are_compared_with_a_reference(tmp_path: Path, kind: Kind, reference: str) -> None:
     names = (*NAMES, "old_church_mid")
     folder = draw_flat(tmp_path / "photos", names)
@@ -252,6 +265,7 @@ def test_profiles_are_kept(tmp_path: Path) -> None:
     assert _errors(study) == []
 
 
+@pytest.mark.nightly
 def test_shipped_experiments_are_copied_whole(tmp_path: Path) -> None:
     for name in shipped_studies():
         copied = copy_shipped(name, tmp_path / name)
