@@ -22,12 +22,12 @@ from analysis.scaling.shrinkage import Spread
 from documents import Finding, count_work
 
 Floats = NDArray[np.float64]
-Items = NDArray[np.intp]
-Pairs: TypeAlias = tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.uint64]]
+Items: TypeAlias = list[int]
+Pairs: TypeAlias = list[tuple[int, int]]
+Column: TypeAlias = tuple[int, Items]  # its items as bits, and in order
 Letters: TypeAlias = tuple[frozenset[int], ...]
 # Largest groups of items that are all alike can be exponentially many; nobody reads as many classes as this.
 MOST_CLASSES = 2000
-WORD = 64  # bits
 TIED = 1e-10  # of the largest value
 
 
@@ -215,7 +215,7 @@ def letter_display(differs: NDArray[np.bool_]) -> Letters:
         if len(columns) > MOST_CLASSES:
             what = f"{n} items overlap in more than {MOST_CLASSES} classes"
             raise TooManyClasses(Finding(what, remedy="collect more answers, or compare fewer items"))
-    return _swept([_items(column, n) for column in columns], n)
+    return _swept(columns, n)
 
 
 def classes_if_few(
@@ -246,58 +246,51 @@ def _largest(groups: list[int]) -> list[int]:
     return kept
 
 
-def _swept(columns: list[Items], n: int) -> Letters:
+def _swept(sets: list[int], n: int) -> Letters:
     """Drop columns that no pair needs, the smallest first, then single memberships that no pair needs."""
-    columns = sorted(columns, key=lambda column: (len(column), column.tolist()))
+    columns = sorted(((bits, _items(bits, n)) for bits in sets), key=lambda column: (len(column[1]), column[1]))
     last = _last(columns, n)
     kept = _needed(columns, last, n, whole=True)
     if len(kept) < len(columns):
         last = _last(kept, n)
-    return tuple(frozenset(column.tolist()) for column in _needed(kept, last, n, whole=False))
+    return tuple(frozenset(items) for _, items in _needed(kept, last, n, whole=False))
 
 
-def _last(columns: list[Items], n: int) -> list[Pairs]:
+def _last(columns: list[Column], n: int) -> list[Pairs]:
     """Return for each column the pairs of items that no column after it has; an item is a pair with itself.
 
-    They are rows of bits: the items, which word of their rows, and its bits.
+    They are the items with pairs, and with which others each of them, as bits.
     """
-    after = np.zeros((n, -(-n // WORD)), dtype=np.uint64)
-    last = []
-    for column in reversed(columns):
-        members, met = _bits(column, n), after[column]
-        after[column] = met | members
-        new = members & ~met
-        row, word = np.nonzero(new)
-        last.append((column[row].astype(np.int32), word.astype(np.int32), new[row, word]))
+    after, last = [0] * n, []
+    for bits, items in reversed(columns):
+        last.append([(item, new) for item in items if (new := bits & ~after[item])])
+        for item, new in last[-1]:
+            after[item] |= new
     return last[::-1]
 
 
-def _needed(columns: list[Items], last: list[Pairs], n: int, *, whole: bool) -> list[Items]:
+def _needed(columns: list[Column], last: list[Pairs], n: int, *, whole: bool) -> list[Column]:
     """Return the columns without the items that no pair needs there, or ``whole``; a column without items is dropped.
 
     A pair needs the ``last`` column that has both, unless they are in what is left of one before it.
     """
-    kept, before = [], np.zeros((n, -(-n // WORD)), dtype=np.uint64)
-    for column, (item, word, pairs) in zip(columns, last, strict=True):
-        needed = np.unique(item[pairs & ~before[item, word] != 0])
-        left = column if whole and len(needed) else needed
-        before[left] |= _bits(left, n)
-        if len(left):
-            kept.append(left)
+    kept, before = [], [0] * n
+    for column, pairs in zip(columns, last, strict=True):
+        needed = [item for item, others in pairs if others & ~before[item]]
+        if not needed:
+            continue
+        bits, left = column if whole or len(needed) == len(column[1]) else (sum(1 << item for item in needed), needed)
+        for item in left:
+            before[item] |= bits
+        kept.append((bits, left))
     return kept
-
-
-def _bits(column: Items, n: int) -> NDArray[np.uint64]:
-    """Return the items of a column as bits."""
-    here = np.zeros(-(-n // WORD) * WORD, dtype=np.uint8)
-    here[column] = 1
-    return np.packbits(here, bitorder="little").view(np.uint64)
 
 
 def _items(column: int, n: int) -> Items:
     """Return the items of a column, in order."""
     data = np.frombuffer(column.to_bytes(-(-n // 8), "little"), dtype=np.uint8)
-    return np.flatnonzero(np.unpackbits(data, bitorder="little"))
+    items: Items = np.flatnonzero(np.unpackbits(data, bitorder="little")).tolist()
+    return items
 
 
 def labelled(members: tuple[tuple[int, ...], ...], n: int) -> tuple[str, ...]:
