@@ -19,8 +19,6 @@ from analysis.errors import ResultsError
 from analysis.scaling.counts import Counts
 from analysis.scaling.deciding import Verdicts, verdicts
 from analysis.scaling.laplacian import contrast_variances, pseudo_inverse
-from analysis.scaling.newton import maximise
-from analysis.scaling.penalty import FIRTH
 from analysis.scaling.profile import MOST_ITEMS_PROFILED
 from analysis.scaling.result import CovarianceKind
 from analysis.scaling.shrinkage import Clustered, Spread, shrink
@@ -28,6 +26,7 @@ from documents import Finding, one_blas_thread
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+Indices = NDArray[np.intp]
 MAXZ_SAMPLES = 10_000
 
 
@@ -200,17 +199,24 @@ def _differing(
                 clustered = spreads(replicates.by_observer, weights, theta, kind)
                 spread, df = clustered.covariance, clustered.degrees_of_freedom()
             if critical is not None:
-                differ = partial(np.less_equal, critical)
+                differ = partial(_beyond, np.full(len(theta), critical))
             elif adjust == "maxz":
-                ends = [single_step_end(own, alpha, MAXZ_SAMPLES) for own in spread]
-                differ = partial(np.less, np.array(ends)[:, None])
+                differ = partial(_beyond, np.array([single_step_end(own, alpha, MAXZ_SAMPLES) for own in spread]))
             else:
-                differ = partial(significant_pairs, df=df, adjust=adjust, alpha=alpha)
+                differ = partial(_significant, df, adjust, alpha)
             significant[chosen] = _tested(replicates.by_observer, weights, theta, spread, differ)
         for row in significant:
             differs = np.zeros((n, n), dtype=bool)
             differs[first, second] = differs[second, first] = row
             yield differs
+
+
+def _beyond(ends: Floats, t: Floats, rows: Indices) -> Flags:
+    return np.asarray(t >= ends[rows, None])
+
+
+def _significant(df: Floats | None, adjust: Adjust, alpha: float, t: Floats, rows: Indices) -> Flags:
+    return significant_pairs(t, None if df is None else df[rows], adjust, alpha)
 
 
 def _tested(by_observer: Floats, weights: Floats, theta: Floats, covariance: Floats, differ: Verdicts) -> Flags:
@@ -220,10 +226,11 @@ def _tested(by_observer: Floats, weights: Floats, theta: Floats, covariance: Flo
     own = contrast_variances(covariance)[:, first, second]
     if n > MOST_ITEMS_PROFILED:
         apart, error = np.abs(theta[:, first] - theta[:, second]), np.sqrt(own)
-        return differ(np.divide(apart, error, out=np.zeros_like(own), where=error > 0))  # no spread is no evidence
+        t = np.divide(apart, error, out=np.zeros_like(own), where=error > 0)  # no spread is no evidence
+        return differ(t, np.arange(len(t)))
     counts = Counts.from_wins((weights @ by_observer.reshape(people, n * n)).reshape(-1, n, n))
     model = contrast_variances(model_covariances(by_observer, weights, theta))[:, first, second]
-    return verdicts(counts, maximise(counts, penalty=FIRTH, start=theta).theta, own / model, differ)
+    return verdicts(counts, theta, own / model, differ)
 
 
 def _critical(replicates: Replicates, alpha: float, kind: Clustered) -> float:

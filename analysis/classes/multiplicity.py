@@ -164,10 +164,10 @@ def single_step(absolute_z: Floats, covariance: Floats, most_samples: int = MAXZ
 
 
 def single_step_end(covariance: Floats, alpha: float, most_samples: int = MAXZ_SAMPLES) -> float:
-    """Return the absolute z above which `single_step` is at most ``alpha``; 0 to 1."""
+    """Return the least absolute z of which `single_step` says at most ``alpha``, which is 0 to 1."""
     largest = _largest(covariance, most_samples)
     beyond = 1 - np.arange(1, len(largest) + 1) / len(largest) <= alpha
-    return float(largest[np.argmax(beyond)])
+    return float(np.nextafter(largest[np.argmax(beyond)], np.inf))
 
 
 def _largest(covariance: Floats, most_samples: int) -> Floats:

@@ -29,6 +29,7 @@ from analysis.scaling.shrinkage import Clustered, Spread, shrink
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+Indices = NDArray[np.intp]
 BOOTSTRAPS = 1000
 
 
@@ -78,31 +79,33 @@ class Studies:
         wins = None if self.plan.adjust == "maxz" else self._wins
         exact = None if wins is None else exchange_p(wins, most=self.plan.alpha)
 
-        def differ(t: Floats) -> Flags:
+        def differ(t: Floats, rows: Indices) -> Flags:
             if self.plan.adjust == "maxz":
                 return np.asarray(t >= critical_z)
-            return significant_pairs(t, freedom, self.plan.adjust, self.plan.alpha, exact)
+            own, second = (None if part is None else part[rows] for part in (freedom, exact))
+            return significant_pairs(t, own, self.plan.adjust, self.plan.alpha, second)
 
         if len(self.plan.items) > MOST_ITEMS_PROFILED:
-            return differ(np.abs(self.statistics()))
-        return verdicts(*self._penalised, self.spread, differ)
+            return differ(np.abs(self.statistics()), np.arange(len(self.spread)))
+        return verdicts(self._counts, self.theta, self.spread, differ)
 
     def statistics(self, bounds: Floats | float = 0.0) -> Floats:
         """Return t of the hypotheses that differences are ``bounds`` (P,) in nats, shape (B, P), as in a report."""
         first, second = self.plan.pairs
         if len(self.plan.items) <= MOST_ITEMS_PROFILED:
-            return scaled(signed_roots(*self._penalised, bounds), self.spread)
+            counts = self._counts
+            return scaled(
+                signed_roots(counts, maximise(counts, penalty=FIRTH, start=self.theta).theta, bounds), self.spread
+            )
         error = np.sqrt(contrast_variances(self.covariance)[:, first, second])
         apart = self.theta[:, first] - self.theta[:, second] - bounds
         return np.divide(apart, error, out=np.zeros_like(apart), where=error > 0)
 
     @property
-    def _penalised(self) -> tuple[Counts, Floats]:
-        """The counts of each study, and the strengths (B, n) where their penalised likelihood is largest."""
+    def _counts(self) -> Counts:
         totals = np.broadcast_to(self.plan.totals(self.observers).astype(np.float64), self.spread.shape)
         won = self.won.sum(axis=1)
-        counts = Counts(len(self.plan.items), *self.plan.pairs, won, totals - won, np.zeros_like(won))
-        return counts, maximise(counts, penalty=FIRTH, start=self.theta).theta
+        return Counts(len(self.plan.items), *self.plan.pairs, won, totals - won, np.zeros_like(won))
 
     @property
     def exchanged(self) -> Floats:

@@ -26,42 +26,50 @@ from numpy.typing import NDArray
 
 from analysis.scaling.counts import Counts
 from analysis.scaling.laplacian import contrast_variances
-from analysis.scaling.profile import COARSE_STEP, parts, scaled, signed_roots
+from analysis.scaling.laws import probabilities
+from analysis.scaling.profile import COARSE_STEP, differences_of, parts, penalised_top, scaled, signed_roots
 from analysis.scaling.shrinkage import pseudo_inverses
 from documents import count_work
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Indices = NDArray[np.intp]
-Verdicts = Callable[[Floats], Flags]
+Verdicts = Callable[[Floats, Indices], Flags]
 
 IN_CACHE = 100_000  # numbers of an array that stays in a processor's cache beside some others
-NEAR = (0.05, 0.1, 0.2, 0.4, 0.8)  # nats
+NEAR = (0.05, 0.1, 0.2, 0.3, 0.45, 0.7)  # nats
+LEAST = 1e-6
 BEYOND = 1.1  # how many times the difference two other strengths may change by
 
 
-def verdicts(counts: Counts, top: Floats, spread: Floats, differ: Verdicts) -> Flags:
+def verdicts(counts: Counts, start: Floats, spread: Floats, differ: Verdicts) -> Flags:
     """Return which of every two items ``differ`` in B sets of counts by |t(0)|, shape (B, P).
 
     Parameters
     ----------
-    counts, top
-        As `analysis.scaling.profile.signed_roots` has them.
+    counts
+        Without ties or order, the items linked by comparisons.
+    start
+        Shape (B, n): strengths near those of largest penalised likelihood.
     spread
         Shape (B, P): κ.
     differ
-        Says by |t| (B, P) which pairs differ, of each set by itself, and of no fewer where |t| are larger.
+        Says by |t| (K, P) of K of the sets (K,) which pairs differ, of no fewer where |t| are larger.
     """
-    bounds = _Bounds.of(counts, top)
+    bounds = _Bounds.of(counts, penalised_top(counts, start))
     low, high = (scaled(root, spread) for root in bounds.wide())
-    sure, possible = differ(low), differ(high)
+    every = np.arange(len(low))
+    sure, possible = differ(low, every), differ(high, every)
 
     def narrow(left: Flags, ends: Callable[[Flags], tuple[Floats, Floats]]) -> None:
-        ends_of = (scaled(root, spread[left]) for root in ends(left))
-        low[left], high[left] = np.maximum(low[left], next(ends_of)), next(ends_of)
-        sure[:], possible[:] = differ(low), differ(high)
+        near, far = ends(left)
+        low[left], high[left] = np.maximum(low[left], scaled(near, spread[left])), scaled(far, spread[left])
+        rows = np.flatnonzero(left.any(axis=1))
+        sure[rows], possible[rows] = differ(low[rows], rows), differ(high[rows], rows)
 
-    narrow(possible & ~sure, bounds.close)
+    for ends in (bounds.near, bounds.close):
+        if (left := possible & ~sure).any():
+            narrow(left, ends)
     while (left := possible & ~sure).any():
         inexact = low < high
         if not (left & inexact).any():  # their verdicts hang on those of the pairs beside them
@@ -78,89 +86,104 @@ class _Bounds:
     ----------
     counts, top
         The counts, and the strengths (B, n) where the penalised likelihood is largest.
-    leverage
-        Shape (B, n, n): h at the top.
-    wins, totals
-        Shapes (B, n) and (B, n, n): wins of each item and answers of each two, by the counts of S.
+    chances, totals, leverage
+        Shape (B, n, n): at the top, p of each item against each, answers by the counts of S, and h.
     inverse, variance
         Shape (B, n, n): the inverse information of S at the top, and its variances of differences.
     widest
         Shape (B,): the largest of these, and of those by the counts themselves.
-    logs, value
-        Shape (B, n, n): log(exp θ_i + exp θ_j) at the top; (B,), S there.
     """
 
     counts: Counts
     top: Floats
-    leverage: Floats
-    wins: Floats
+    chances: Floats
     totals: Floats
+    leverage: Floats
     inverse: Floats
     variance: Floats
     widest: Floats
-    logs: Floats
-    value: Floats
 
     @classmethod
     def of(cls, counts: Counts, top: Floats) -> _Bounds:
-        wins = counts.wins()
-        totals, logs = wins + wins.transpose(0, 2, 1), _logs(top)
-        chances = np.exp(_sums(top) - 2 * logs)
-        apart = contrast_variances(_inverses(totals * chances))
-        leverage = totals * chances * apart
+        chances = probabilities(top)
+        varied = chances * chances.transpose(0, 2, 1)
+        totals = counts.matrix(counts.total)
+        apart = contrast_variances(_inverses(totals * varied))
+        leverage = totals * varied * apart
         totals = totals + leverage
-        inverse = _inverses(totals * chances)
+        inverse = _inverses(totals * varied)
         variance = contrast_variances(inverse)
-        won = wins.sum(axis=2) + leverage.sum(axis=2) / 2
         widest = np.maximum(variance.max(axis=(1, 2)), apart.max(axis=(1, 2)))
-        value = _likelihood(won, totals, top, logs)
-        return cls(counts, top, leverage, won, totals, inverse, variance, widest, logs, value)
+        return cls(counts, top, chances, totals, leverage, inverse, variance, widest)
 
     def wide(self) -> tuple[Floats, Floats]:
         """Return bounds of |r(0)| of every two items, shapes (B, P), by their difference and its variance."""
         first, second = np.triu_indices(self.counts.n, 1)
         apart, variance = self.top[:, first] - self.top[:, second], self.variance[:, first, second]
-        size = np.clip(np.abs(apart), 1e-3, 50.0)
+        size = np.minimum(np.abs(apart), 50.0)
         far = BEYOND * size
-        rise = (np.expm1(size) - size) / size**2
-        fall = (np.expm1(-far) + far) / far**2 - np.exp(2 * far) / 4 * self.widest[:, None]
-        return _root(apart**2 / variance * fall), _root(apart**2 / variance * rise)
+        fall = _fall(-far) - np.exp(2 * far) / 4 * self.widest[:, None]
+        return _root(apart**2 / variance * fall), _root(apart**2 / variance * _fall(size))
+
+    def near(self, chosen: Flags) -> tuple[Floats, Floats]:
+        """Return bounds of |r(0)| of the K pairs ``chosen`` (B, P), shapes (K,), one step of Newton's from the top.
+
+        Of the likelihood's terms only those with one of the two items are computed: others change less.
+        """
+        return self._started(chosen, 2 * self.counts.n, every=False)
 
     def close(self, chosen: Flags) -> tuple[Floats, Floats]:
-        """Return bounds of |r(0)| of the K pairs ``chosen`` (B, P), shapes (K,), one step of Newton's from the top."""
+        """As `near`, by all terms."""
+        return self._started(chosen, self.counts.n * (self.counts.n - 1) // 2, every=True)
+
+    def _started(self, chosen: Flags, terms: int, *, every: bool) -> tuple[Floats, Floats]:
         row, pair = np.nonzero(chosen)
-        first, second = (items[pair] for items in np.triu_indices(self.counts.n, 1))
         count_work("profiles_bounded", len(row))
         low, high = np.empty(len(row)), np.empty(len(row))
-        for own in parts(len(row), self.counts.n**2, most=IN_CACHE):
-            low[own], high[own] = self._close(row[own], first[own], second[own])
+        for own in parts(len(row), terms, most=IN_CACHE):
+            low[own], high[own] = self._begun(row[own], pair[own], every=every)
         return low, high
 
-    def _close(self, row: Indices, first: Indices, second: Indices) -> tuple[Floats, Floats]:
-        each, top, inverse, totals = np.arange(len(row)), self.top[row], self.inverse[row], self.totals[row]
-        variance, widest = self.variance[row, first, second], self.widest[row]
-        apart = (top[each, first] - top[each, second]) / variance
-        moved = apart[:, None] * (inverse[each, second] - inverse[each, first])
-        theta = top + moved
-        logs = _logs(theta)
-        fallen = self.value[row] - _likelihood(self.wins[row], totals, theta, logs)
-        change = _sums(moved) - 2 * (logs - self.logs[row])
-        weighted = self.leverage[row] * change
-        scatter = (weighted * change).sum(axis=(1, 2)) / 2 - (weighted.sum(axis=(1, 2)) / 2) ** 2 / (self.counts.n - 1)
-        slope = self.wins[row] - (totals * np.exp(theta[:, :, None] - logs)).sum(axis=2)
-        step = (inverse @ slope[:, :, None])[:, :, 0]
-        steep = (slope * step).sum(axis=1) - (step[each, first] - step[each, second]) ** 2 / variance
-        least = change.min(axis=(1, 2))
-        span, steep, scatter = change.max(axis=(1, 2)) - least, np.maximum(steep, 0), np.maximum(scatter, 0)
-        gained = np.full(len(row), np.inf)
-        for near in NEAR:  # the end of the profile is looked for no farther than so many nats from its start
-            jensen = np.exp(span + 2 * near) / 4
-            bend = np.exp(least) * (np.exp(-near) + near - 1) / near**2 - jensen * widest
-            pull = np.sqrt(steep) + 2 * jensen * np.sqrt(scatter * widest)
-            sure = pull * np.sqrt(widest) < 2 * bend * near
-            gain = jensen * scatter + pull**2 / np.where(sure, 4 * bend, 1.0)
-            gained = np.where(sure, np.minimum(gained, gain), gained)
-        return _root(fallen - gained), _root(fallen)
+    def _begun(self, row: Indices, pair: Indices, *, every: bool) -> tuple[Floats, Floats]:
+        n, each, widest = self.counts.n, np.arange(len(row)), self.widest[row]
+        one, two = np.triu_indices(n, 1)
+        first, second = one[pair], two[pair]
+        toward = (self.top[row, first] - self.top[row, second]) / self.variance[row, first, second]
+        moved = toward[:, None] * (self.inverse[row, second] - self.inverse[row, first])
+        length = toward**2 * self.variance[row, first, second]
+        if every:
+            change = moved[:, one] - moved[:, two]
+        else:
+            one, two = np.repeat(np.stack([first, second], axis=1), n, axis=1), np.tile(np.arange(n), 2)
+            change = np.take_along_axis(moved, one, axis=1) - moved[:, two]
+        cells = row[:, None], one * n + two
+        totals, leverage, p = (part.reshape(-1, n * n)[cells] for part in (self.totals, self.leverage, self.chances))
+        if not every:
+            totals[each, n + first] = leverage[each, n + first] = 0  # the pair itself, a second time
+        odds = np.exp(change)
+        ratio = 1 + p * (odds - 1)
+        logs = np.log(ratio)
+        bent = change - 2 * logs
+        fallen = (totals * (logs - p * change)).sum(axis=1)
+        flow, scatter = p * (odds / ratio - 1), (leverage * bent**2).sum(axis=1)
+        if every:
+            far, rest = np.zeros(len(row)), np.zeros(len(row))
+            slope = (totals * flow) @ differences_of(n, one, two)
+            step = (self.inverse[row] @ slope[:, :, None])[:, :, 0]
+            across = (step[each, first] - step[each, second]) ** 2 / self.variance[row, first, second]
+            steep = np.maximum((slope * step).sum(axis=1) - across, 0)
+            scatter = np.maximum(scatter - (leverage * bent).sum(axis=1) ** 2 / (n - 1), 0)
+        else:
+            far = _range_of_others(moved, first, second)
+            rest = np.maximum(length - (totals * p * (1 - p) * change**2).sum(axis=1), 0)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                strain = totals * (flow - p * (1 - p) * change) ** 2 / (p * (1 - p))
+            strain[each, second] = 0
+            steep = strain.sum(axis=1) + rest * (far * _fall(far)) ** 2
+            scatter = scatter + widest * rest
+        least, most = np.minimum(bent.min(axis=1), -far), np.maximum(bent.max(axis=1), far)
+        gained = _gained(steep, scatter, least, most - least, widest)
+        return _root(fallen + rest * _fall(-far) - gained), _root(fallen + rest * _fall(far))
 
     def exact(self, chosen: Flags) -> tuple[Floats, Floats]:
         """Return |r(0)| of the K pairs ``chosen`` (B, P) by their profiles, shape (K,), twice."""
@@ -171,21 +194,40 @@ class _Bounds:
         return roots, roots
 
 
+def _gained(steep: Floats, scatter: Floats, least: Floats, span: Floats, widest: Floats) -> Floats:
+    """Return by how much more than at its start the likelihood may be at the end of a profile, shape (K,).
+
+    ``steep`` is at least the square of the slope of S at the start, by the inverse information at the top, of which the
+    information there is exp(``least``) at least; ``scatter`` is Q and ``widest`` R; changes c have the range ``span``.
+    """
+    gained = np.full(len(steep), np.inf)
+    for near in NEAR:  # the end is looked for no farther than so many nats from the start
+        jensen = np.exp(span + 2 * near) / 4
+        bend = np.exp(least) * _fall(-near) - jensen * widest
+        pull = np.sqrt(steep) + 2 * jensen * np.sqrt(scatter * widest)
+        sure = pull * np.sqrt(widest) < 2 * bend * near
+        gain = jensen * scatter + pull**2 / np.where(sure, 4 * bend, 1.0)
+        gained = np.where(sure, np.minimum(gained, gain), gained)
+    return gained
+
+
+def _fall(change: Floats | float) -> Floats:
+    """Return (exp x − 1 − x) / x²."""
+    x = np.where(np.abs(change) < LEAST, LEAST, change)
+    return np.asarray((np.expm1(x) - x) / x**2)
+
+
+def _range_of_others(values: Floats, first: Indices, second: Indices) -> Floats:
+    """Return the range of K rows of values without those of two items, shape (K,); 0 if there are no others."""
+    each, high, low = np.arange(len(values)), values.copy(), values.copy()
+    high[each, first] = high[each, second] = -np.inf
+    low[each, first] = low[each, second] = np.inf
+    return np.asarray(np.maximum(high.max(axis=1) - low.min(axis=1), 0))
+
+
 def _root(fallen: Floats) -> Floats:
     """Return |r| where the likelihood is lower by so much."""
     return np.asarray(np.sqrt(np.maximum(2 * fallen, 0)))
-
-
-def _sums(values: Floats) -> Floats:
-    return np.asarray(values[:, :, None] + values[:, None, :])
-
-
-def _logs(theta: Floats) -> Floats:
-    return np.log(_sums(np.exp(theta)))
-
-
-def _likelihood(won: Floats, totals: Floats, theta: Floats, logs: Floats) -> Floats:
-    return np.asarray((won * theta).sum(axis=1) - np.einsum("kij,kij->k", totals, logs) / 2)
 
 
 def _inverses(weights: Floats) -> Floats:

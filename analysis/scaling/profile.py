@@ -219,6 +219,11 @@ def profiled(counts: Counts, model: Model) -> bool:
     return model == "bradley-terry" and not counts.ordered and counts.n <= MOST_ITEMS_PROFILED
 
 
+def penalised_top(counts: Counts, start: Floats) -> Floats:
+    """Return where B penalised likelihoods are largest, to about a millionth of a nat; shapes (B, n)."""
+    return _climbed(counts, start, None, None)[1]
+
+
 def scaled(roots: Floats, spread: Floats) -> Floats:
     """Return t = r / √κ, shape (B, P); 0 where κ is 0: no variance is no evidence of how much observers vary."""
     return np.asarray(np.divide(roots, np.sqrt(spread), out=np.zeros_like(roots), where=spread > 0))
