@@ -79,44 +79,36 @@ def test_a_mode_without_them_has_none() -> None:
             asked("anaglyph")
 
 
+SAME = "    crosstalk: {left: [[1, 0, 0], [0, 1, 0], [0, 0, 1]], right: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}\n"
+
+
 @pytest.mark.parametrize(
-    ("parts", "place", "message"),
+    ("more", "place", "message"),
     [
-        ((MODEL, CROSSTALK.replace("[[0.03", "[[0.03, 1")), ":9:14: ", "crosstalk.left.1"),
-        ((MODEL, CROSSTALK.replace("[[0.03", "[[.nan")), ":9:15: ", "finite number"),
-        (
-            (MODEL, CROSSTALK.replace("      right", "      wrong")),
-            ":10:7: ",
-            "unknown key 'modes.flat.crosstalk.wrong'",
-        ),
-        ((MODEL, CROSSTALK.replace("0, 0.03, 0]", "0, -1.4, 0]")), ":8:5: ", "loses"),
-        ((MODEL, CROSSTALK.replace("0, 0.04, 0]", "0, 1.4, 0]")), ":8:5: ", "more than all of it"),
-        (
-            (
-                MODEL,
-                "    crosstalk: {left: [[1, 0, 0], [0, 1, 0], [0, 0, 1]], right: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}\n",
-            ),
-            ":8:5",
-            "cannot be undone",
-        ),
-        ((MODEL, GAIN_MAP.replace("[3, 4]", "[3]")), ":8:5: ", "hold 2, 1 readings"),
-        ((MODEL, GAIN_MAP.replace("[3, 4]", "[3, 0]")), ":8:40: ", "a number above 0"),
-        ((MODEL, GAIN_MAP.replace("cells", "cell")), ":8:56: ", "did you mean 'cells'?"),
-        ((MODEL, GAIN_MAP.replace(", normalise: centre", "")), ":8:15: ", "normalise' is missing"),
-        (
-            (MODEL, "    gain_map: {luminance: [[1, 2]], positions: corners, normalise: centre}\n"),
-            ":8:5",
-            "at least 2 × 2",
-        ),
-        ((MODEL, "    gain_map: {luminance: [], positions: cells, normalise: centre}\n"), ":8:27: ", "at least 1"),
-        ((PER_EYE.replace("curve:", "gain_map: 1\n      curve:", 1),), ":8:7: ", "unknown key"),
+        (CROSSTALK.replace("[[0.03", "[[0.03, 1"), ":9:14: ", "crosstalk.left.1"),
+        (CROSSTALK.replace("[[0.03", "[[.nan"), ":9:15: ", "finite number"),
+        (CROSSTALK.replace("      right", "      wrong"), ":10:7: ", "unknown key 'modes.flat.crosstalk.wrong'"),
+        (CROSSTALK.replace("0, 0.03, 0]", "0, -1.4, 0]"), ":8:5: ", "loses"),
+        (CROSSTALK.replace("0, 0.04, 0]", "0, 1.4, 0]"), ":8:5: ", "more than all of it"),
+        (SAME, ":8:5", "cannot be undone"),
+        (GAIN_MAP.replace("[3, 4]", "[3]"), ":8:5: ", "hold 2, 1 readings"),
+        (GAIN_MAP.replace("[3, 4]", "[3, 0]"), ":8:40: ", "a number above 0"),
+        (GAIN_MAP.replace("cells", "cell"), ":8:56: ", "did you mean 'cells'?"),
+        (GAIN_MAP.replace(", normalise: centre", ""), ":8:15: ", "normalise' is missing"),
+        ("    gain_map: {luminance: [[1, 2]], positions: corners, normalise: centre}\n", ":8:5", "at least 2 × 2"),
+        ("    gain_map: {luminance: [], positions: cells, normalise: centre}\n", ":8:27: ", "at least 1"),
     ],
 )
-def test_faults_are_placed(tmp_path: Path, parts: tuple[str, ...], place: str, message: str) -> None:
+def test_faults_are_placed(tmp_path: Path, more: str, place: str, message: str) -> None:
     with pytest.raises(InputError) as caught:
-        read_display(_file(tmp_path, *parts))
+        read_display(_file(tmp_path, MODEL, more))
     assert message in str(caught.value)
     assert f"d.yaml{place}" in str(caught.value)
+
+
+def test_an_eye_has_no_gain_map_of_its_own(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"d.yaml:8:7: unknown key"):
+        read_display(_file(tmp_path, PER_EYE.replace("curve:", "gain_map: 1\n      curve:", 1)))
 
 
 def test_a_fault_is_told_once_though_two_modes_share_it(tmp_path: Path) -> None:

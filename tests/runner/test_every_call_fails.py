@@ -179,8 +179,9 @@ def each_fails(study: Study, state: Path, some: int | None, fault: int) -> None:
     assert len(given) == 7
     total = len(calls.made)
     assert total > 100
-    step = 1 if some is None else max(1, total // some)
-    for number in range(fault % step, total, step):
+    # All calls: each fails in one way, which in turn is one of `FAULTS`.
+    step = len(FAULTS) if some is None else max(1, total // some)
+    for number in range(FAULTS.index(fault) if some is None else fault % step, total, step):
         results = study.folder / f"failing_{number}"
         shutil.rmtree(state, ignore_errors=True)
         failing = Calls((results, state), number, fault)

@@ -99,16 +99,6 @@ def test_more_stimuli_than_a_bootstrap_is_made_for() -> None:
     assert found.measures[0].decision == "agrees"
 
 
-@pytest.mark.parametrize("scale", [1e-300, 1e-12, 1.0, 1e12, 1e150])
-@pytest.mark.parametrize("kind", KINDS)
-def test_the_unit_of_the_measure_changes_nothing(scale: float, kind: str) -> None:
-    scores, errors = study(np.linspace(-1, 1, 6), 8, 0.5, np.random.default_rng(3))
-    values = np.array([-1.0, 0.2, -0.3, 0.4, 0.5, 1.0])
-    plain = correlation_interval(scores, errors, 8, values, kind)  # type: ignore[arg-type]
-    scaled = correlation_interval(scores, errors, 8, scale * values, kind)  # type: ignore[arg-type]
-    assert scaled == pytest.approx(plain, abs=1e-6)
-
-
 @pytest.mark.parametrize(
     "values",
     [
@@ -130,18 +120,3 @@ def test_values_that_are_hard_to_rank(values: list[float]) -> None:
             assert one.high is not None
             assert -1 <= one.low <= one.value <= one.high <= 1 + 1e-12
     json.dumps(found.to_json(), allow_nan=False)
-
-
-def test_twenty_groups_of_other_sizes() -> None:
-    random = np.random.default_rng(2)
-    groups, measures, photographs = [], [], []
-    for number in range(20):
-        quality = np.linspace(0, 4, int(random.integers(3, 9)))
-        group = rated(quality, 6, seed=number)
-        groups.append(group)
-        photographs.append(group.stimuli[-1])
-        measures.append(quality + random.normal(0, 0.5, len(quality)))
-    found = agree(groups, photographs, [Predicted("near", "Near", "", "higher", tuple(measures))])
-    assert found.measures[0].decision == "agrees"
-    small = sum(len(group.stimuli) < 4 for group in groups)
-    assert len(found.groups) == 20 - small

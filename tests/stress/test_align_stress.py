@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,9 +13,11 @@ from scipy.special import ndtr
 from stimuli.align import align_pair, measure_disparity, register, straighten
 from stimuli.align.registration import Registration
 from stimuli.errors import StimulusError
+from tests.stress.memory import run_alone
 
 pytestmark = pytest.mark.stress
-ROOT = Path(__file__).parents[2]
+
+
 Floats = NDArray[np.float64]
 Maker = Callable[[np.random.Generator], Floats]
 SIDE = 128
@@ -179,9 +178,7 @@ sys.exit(peak - before > 3 * 2**20)
 
 def test_36_megapixels() -> None:
     """Beyond the two views: the two aligned ones (0.75 GiB), and planes for what is compared."""
-    told = subprocess.run([sys.executable, "-c", CODE], capture_output=True, text=True, cwd=ROOT, check=False)
-    print(told.stdout, told.stderr)
-    assert told.returncode == 0, told.stdout + told.stderr
+    run_alone(CODE)
 
 
 def turned(roll_deg: float, scale: float, seed: int, own: float = 0.15, side: int = 448) -> NDArray[np.float32]:

@@ -11,10 +11,8 @@ import pytest
 
 from analysis.records import Header, SessionLog, Trial
 from analysis.series import summarise_series
-from analysis.series.agreement import intraclass, kendall_w, krippendorff_alpha
 from analysis.series.just_noticeable import Matches, fit, interval
 from analysis.series.observer_means import bounded_means, means
-from analysis.series.paired_tests import rating_test
 from tests.stress.how_many import how_many
 
 pytestmark = pytest.mark.stress
@@ -62,23 +60,6 @@ def test_means_hold_the_truth(observers: int) -> None:
         held += found.low is not None and found.high is not None and found.low <= truth <= found.high
     print(f"{observers} observers: {held} of 1000 held")
     assert held >= (925 if observers == 30 else 915)
-
-
-@pytest.mark.parametrize("size", [1e-3, 1.0, 1e9])
-def test_units_change_nothing(size: float) -> None:
-    random = np.random.default_rng(1)
-    ratings = random.integers(1, 11, (15, 12)).astype(float)
-    plain, scaled = intraclass(ratings), intraclass(size * ratings)
-    for one, other in zip(plain, scaled, strict=True):
-        assert (one.value, one.low, one.high) == pytest.approx((other.value, other.low, other.high), rel=1e-9)
-    assert kendall_w(ratings) == kendall_w(size * ratings)
-    alphas = [krippendorff_alpha(values, nominal=False) for values in (ratings, size * ratings)]
-    assert alphas[0] == pytest.approx(alphas[1], rel=1e-12)
-    tests = [rating_test("x", ("a", "b", "c"), values[:, :3]) for values in (ratings, size * ratings)]
-    assert tests[0] is not None
-    assert tests[1] is not None
-    assert [pair.p for pair in tests[0].pairs] == [pair.p for pair in tests[1].pairs]
-    assert tests[0].statistic == tests[1].statistic
 
 
 def _session(observer: int, series: int, pictures: int) -> SessionLog:

@@ -89,13 +89,3 @@ def test_records_of_ten_thousand_keys_stay_one_column(tmp_path: Path) -> None:
     described = json.loads((done.folder / "task-big_beh.json").read_text())
     assert "by_name" in described
     assert len(described) < 60
-
-
-def test_a_megabyte_of_words_is_one_cell(tmp_path: Path) -> None:
-    words = "\u202e\t\n" * 350_000
-    _leave(tmp_path / "results", 1, 2, comment=words)
-    export_dataset([tmp_path / "results"], tmp_path / "bids")
-    (file,) = (tmp_path / "bids").glob("sub-*/ses-*/beh/*_beh.tsv")
-    header, *rows = file.read_text().split("\n")[:-1]
-    assert len(rows) == 2
-    assert rows[0].split("\t")[header.split("\t").index("comment")] == "\\u202e\\t\\n" * 350_000

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from devices.camera import Correspondences, Loss, ReferenceColours, fit_camera, read_correspondences
+from devices.camera import Correspondences, Loss, ReferenceColours, fit_camera
 from devices.chart import COLORCHECKER, perspective, project
 from devices.colour import XYZ_from_xyY, delta_e_2000, xyz_to_lab
 from devices.patches import colorchecker_xyY
 from documents import InputError
 from stimuli.chart.camera_fit import read_chart
+from tests.stress.how_many import how_many
 
 pytestmark = pytest.mark.stress
 
@@ -27,7 +27,7 @@ def _camera(seed: int) -> np.ndarray:
     return np.asarray(PLAIN * rng.uniform(0.8, 1.2, (3, 3)) * 10 ** rng.uniform(-2, 3))
 
 
-@pytest.mark.parametrize("seed", range(100))
+@pytest.mark.parametrize("seed", range(how_many(40, 100)))
 def test_any_camera_with_any_outliers(seed: int) -> None:
     """Half a percent of noise, up to four outliers: each is found, hardly anything else is left out."""
     rng = np.random.default_rng(seed)
@@ -62,38 +62,7 @@ def test_thousands_of_colours(loss: Loss) -> None:
     assert time.process_time() - start < 120
 
 
-def test_a_thousand_hostile_tables_are_read_or_refused(tmp_path: Path) -> None:
-    rng = np.random.default_rng(3)
-    rgb = XYZ @ np.linalg.inv(PLAIN).T
-    rows = [",".join(f"{value:.6g}" for value in (*one, *other)) for one, other in zip(rgb, XYZ, strict=True)]
-    good = "R,G,B,X,Y,Z\n" + "\n".join(rows) + "\n"
-    letters = "0123456789.,-+eE#\"'\n\r\t nanif\x00µ→"
-    path = tmp_path / "chart.csv"
-    outcomes = {"fitted": 0, "refused": 0}
-    for _ in range(1000):
-        text = list(good)
-        for _ in range(rng.integers(1, 4)):
-            place = int(rng.integers(0, len(text)))
-            action = rng.integers(0, 3)
-            if action == 0:
-                text[place] = letters[rng.integers(0, len(letters))]
-            elif action == 1:
-                del text[place : place + int(rng.integers(1, 40))]
-            else:
-                text.insert(place, letters[rng.integers(0, len(letters))])
-        path.write_text("".join(text), encoding="utf-8")
-        try:
-            found = fit_camera(read_correspondences(path), "affine" if rng.random() < 0.5 else "linear")
-        except InputError:
-            outcomes["refused"] += 1
-        else:
-            outcomes["fitted"] += 1
-            assert np.all(np.isfinite(found.model.matrix))
-    print(outcomes)
-    assert min(outcomes.values()) > 20
-
-
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", range(how_many(15, 30)))
 def test_charts_at_every_angle_are_read_right_or_refused(seed: int) -> None:
     """A chart turned, tilted and sized at random: what is read is right to noise, or the photograph is refused."""
     rng = np.random.default_rng(seed)

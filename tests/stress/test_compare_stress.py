@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,20 +11,10 @@ import pytest
 from documents import InputError
 from stimuli.comparison.registering import align
 from stimuli.pictures import RowFile
-from tests.stimuli.comparison.scenes import PLATE, RIG, ROOT, spots, written
+from tests.stimuli.comparison.scenes import PLATE, RIG, spots, written
+from tests.stress.memory import command_alone
 
 pytestmark = pytest.mark.stress
-
-_MEASURED = """
-import sys
-from tests.stress.memory import peak_kb
-from runner.cli.main import main
-sys.argv = ["cyclopean", *sys.argv[1:]]
-try:
-    main()
-finally:
-    print("peak", peak_kb(), file=sys.stderr)
-"""
 
 
 def test_thirty_six_megapixels_in_two_gigabytes(tmp_path: Path) -> None:
@@ -49,19 +36,9 @@ def test_thirty_six_megapixels_in_two_gigabytes(tmp_path: Path) -> None:
         files.append(written(tmp_path / f"{name}.exr", whole, np.roll(whole, 3, axis=1)))
     del whole
     words = ["compare", *map(str, files), "--regions", str(PLATE), "--rig", str(RIG), "-o", "o.html", "--json"]
-    ran = subprocess.run(
-        [sys.executable, "-c", _MEASURED, *words],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        check=False,
-    )
-    assert ran.returncode == 0, ran.stderr
-    peak_kb = int(ran.stderr.split("peak ")[1].split()[0])
-    print(f"peak {peak_kb / 1024:.0f} MB")
-    assert peak_kb * 1024 <= 2e9
-    found = json.loads(ran.stdout)
+    said, _, peak_mb = command_alone(*words, cwd=tmp_path)
+    assert peak_mb * 2**20 <= 2e9
+    found = json.loads(said)
     assert len(found["eyes"]) == 2
     for eye in found["eyes"].values():
         assert eye["registration"]["shift_px"] == pytest.approx([shift_px, 0.0], abs=0.02)

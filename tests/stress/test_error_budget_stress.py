@@ -16,7 +16,7 @@ pytestmark = pytest.mark.stress
 
 
 @given(models=eye_models(), data=st.data())
-@settings(max_examples=how_many(60, 150), suppress_health_check=list(HealthCheck), deadline=None)
+@settings(max_examples=how_many(30, 150), suppress_health_check=list(HealthCheck), deadline=None)
 def test_finer_tables_and_codes_never_cost_more_and_touch_no_other_step(models: EyeModels, data: st.DataObject) -> None:
     """Beyond the gamut, in the dark and at every light between: finite, at least 0, and each step by itself."""
     correction = data.draw(corrections((96, 64), lifts=models.left.additive and models.right.additive))

@@ -8,20 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from PIL import Image
 
 from devices.colour import rgb_to_xyz_matrix
-from documents import Finding, InputError
-from stimuli.pictures import REC709, CodedPicture, Decoding, Region, read_coded, read_exr, read_ordinary
-from stimuli.pictures.exr_views import MAX_PIXELS
-from tests.stimuli.pictures.exr_bytes import Part, decimated, floats, strings, write_bytes
-from tests.stress.memory import forget_peak, peak_kb
+from stimuli.pictures import REC709, Region, read_exr
+from tests.stimuli.pictures.exr_bytes import Part, decimated, floats, write_bytes
 
 pytestmark = pytest.mark.stress
 
 DECLARED = ("chromaticities", "chromaticities", floats(*REC709.ravel()))
 WEIGHTS = rgb_to_xyz_matrix(*REC709)[1]
-STEREO = ("multiView", "stringvector", strings("left", "right"))
 
 
 def chroma_of(grey: NDArray[Any], red: float, blue: float) -> tuple[dict[str, NDArray[Any]], dict[str, int]]:
@@ -76,69 +71,3 @@ def test_windows_and_regions_at_random(tmp_path: Path) -> None:
         part = read_exr(tmp_path / "a.exr", region=at)
         np.testing.assert_array_equal(part.left, image.left[at.top : at.bottom, at.left : at.right])
         np.testing.assert_array_equal(part.right, image.right[at.top : at.bottom, at.left : at.right])
-
-
-def changed(whole: bytes, rng: np.random.Generator) -> bytes:
-    data = bytearray(whole)
-    if rng.integers(3) == 0:
-        return bytes(data[: rng.integers(len(data))])
-    for place in rng.integers(0, len(data) if rng.integers(2) else min(len(data), 500), 1 + rng.integers(6)):
-        data[place] = rng.integers(256)
-    return bytes(data)
-
-
-def kinds() -> dict[str, tuple[Part, ...]]:
-    grey = np.random.default_rng(1).uniform(0.5, 2, (24, 32)).astype("<f2")
-    half, steps = chroma_of(grey, 0.3, -0.2)
-    full = {name: np.resize(values, grey.shape) for name, values in half.items()}
-    return {
-        "grey pair": (Part({"Y": grey, "right.Y": grey}, [STEREO, DECLARED]),),
-        "half chroma": (Part(half, [DECLARED], steps=steps),),
-        "full chroma": (Part(full, [DECLARED]),),
-        "parts": tuple(Part({"Y": grey}, [("view", "string", eye), DECLARED]) for eye in (b"left", b"right")),
-    }
-
-
-@pytest.mark.parametrize("kind", list(kinds()))
-def test_files_cut_and_changed_at_random(tmp_path: Path, kind: str) -> None:
-    """A picture comes out finite, or one StimulusError that names the file; nothing hangs, and no memory is taken."""
-    whole = write_bytes(tmp_path / "a.exr", *kinds()[kind]).read_bytes()
-    rng = np.random.default_rng(3)
-    findings: list[Finding] = []
-    file = tmp_path / "b.exr"
-    before_kb = forget_peak()
-    for _ in range(1000):
-        file.write_bytes(changed(whole, rng))
-        try:
-            image = read_exr(file, negative="clip")
-        except InputError as error:
-            findings += error.findings
-        else:
-            assert np.isfinite(image.left).all()
-    assert len(findings) > 100
-    assert {finding.file for finding in findings} == {str(file)}
-    assert all(finding.remedy and "\n" not in finding.message for finding in findings)
-    assert (peak_kb() - before_kb) * 1024 < 40 * MAX_PIXELS
-
-
-def test_kept_files_cut_and_changed_at_random(tmp_path: Path) -> None:
-    """What is loaded are the codes that were built, or the file is refused."""
-    codes = np.random.default_rng(0).integers(0, 256, (6, 8, 3), dtype=np.uint8)
-    for eye in "LR":
-        Image.fromarray(codes).resize((64, 48)).save(tmp_path / f"a_{eye}.jpg")
-    picture = read_ordinary([tmp_path / "a_L.jpg", tmp_path / "a_R.jpg"], Decoding("srgb", 100.0)).held
-    assert isinstance(picture, CodedPicture)
-    picture.save(tmp_path / "a.own")
-    whole, rng = (tmp_path / "a.own").read_bytes(), np.random.default_rng(4)
-    findings: list[Finding] = []
-    for _ in range(400):
-        (tmp_path / "b.own").write_bytes(changed(whole, rng))
-        try:
-            again = read_coded(tmp_path / "b.own")
-        except InputError as error:
-            findings += error.findings
-        else:
-            assert np.array_equal(again.left, picture.left)
-            assert np.array_equal(again.right, picture.right)
-    assert len(findings) > 200
-    assert {finding.file for finding in findings} == {str(tmp_path / "b.own")}

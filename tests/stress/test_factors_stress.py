@@ -10,9 +10,9 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.comparisons import Answer, Comparisons, from_answers
-from analysis.comparisons.comparisons import from_arrays
 from analysis.factors import factor_effects
 from analysis.scaling import fit
+from tests.stress.answered import answered
 
 Floats = NDArray[np.float64]
 
@@ -39,19 +39,7 @@ def study(rng: np.random.Generator, beta: Floats, observers: int, observer_sd: f
     who = np.repeat(np.arange(observers), len(PAIRS))
     won = rng.random(len(one)) < 1 / (1 + np.exp(theta[who, other] - theta[who, one]))
     winner, loser = np.where(won, one, other), np.where(won, other, one)
-    nothing = np.zeros(len(one), dtype=bool)
-    people = tuple(f"{number}" for number in range(observers))
-    unknown = np.full(len(one), -1, dtype=np.int8)
-    return from_arrays(
-        ITEMS,
-        people,
-        winner=winner,
-        loser=loser,
-        observer=who,
-        count=np.ones(len(one)),
-        winner_was_first=unknown,
-        tie=nothing,
-    )
+    return answered(ITEMS, winner, loser, observers, observer=who)
 
 
 @pytest.mark.parametrize("observers", [30, 15])
@@ -86,12 +74,12 @@ def test_only_robust_intervals_hold_where_observers_differ() -> None:
 
 
 def test_p_values_are_uniform_where_nothing_is_there() -> None:
-    """Tests of factors without effect, of the interaction, and of lack of fit reject 5 % of 1000 studies at 0.05."""
+    """Tests of factors without effect, of the interaction, and of lack of fit reject 5 % of 500 studies at 0.05."""
     from scipy.stats import kstest
 
     rng = np.random.default_rng(11)
     p = []
-    for _ in range(1000):
+    for _ in range(500):
         found = factor_effects(study(rng, np.zeros(5), 30, 0.0), FACTORS)
         assert found.explained is not None
         image, view = found.tests
@@ -99,9 +87,9 @@ def test_p_values_are_uniform_where_nothing_is_there() -> None:
         robust = image.robust_p, view.robust_p
         p.append([image.p, view.p, interaction.p, found.explained.lack_of_fit_p, *robust])
     table = np.array(p, dtype=np.float64)
-    # 5 % of 1000 has a standard error of 0.7 %.
-    assert ((table < 0.05).mean(axis=0) < 0.071).all(), (table < 0.05).mean(axis=0)
-    assert ((table < 0.05).mean(axis=0) > 0.029).all(), (table < 0.05).mean(axis=0)
+    # 5 % of 500 has a standard error of 1 %.
+    assert ((table < 0.05).mean(axis=0) < 0.08).all(), (table < 0.05).mean(axis=0)
+    assert ((table < 0.05).mean(axis=0) > 0.02).all(), (table < 0.05).mean(axis=0)
     for column in table.T:
         assert kstest(column, "uniform").pvalue > 1e-3
 
@@ -117,16 +105,7 @@ def test_two_thousand_items_on_a_sparse_design() -> None:
     won = rng.random(links) < 1 / (1 + np.exp(theta[other] - theta[one]))
     winner, loser = np.where(won, one, other), np.where(won, other, one)
     names = tuple(f"item {place}" for place in range(n))
-    comparisons = from_arrays(
-        names,
-        tuple(f"{place}" for place in range(50)),
-        winner=winner,
-        loser=loser,
-        observer=rng.integers(0, 50, links),
-        count=np.ones(links),
-        winner_was_first=np.full(links, -1, dtype=np.int8),
-        tie=np.zeros(links, dtype=bool),
-    )
+    comparisons = answered(names, winner, loser, 50, observer=rng.integers(0, 50, links))
     told = {
         name: {"paint": f"{paint[i]}", "view": "stereo" if view[i] else "flat", "scale": float(scale[i])}
         for i, name in enumerate(names)
@@ -138,22 +117,6 @@ def test_two_thousand_items_on_a_sparse_design() -> None:
     for effect in found.effects:
         assert abs(effect.estimate - truth[effect.level]) < 4.5 * effect.se
         assert effect.se < 0.12
-
-
-@pytest.mark.parametrize("size", [1e-3, 1.0, 1e9])
-@pytest.mark.parametrize("slope", [0.1, 1.0, 3.0])
-def test_a_slope_is_found_again_from_expected_counts(size: float, slope: float) -> None:
-    """Eleven items on a line, the ends up to 30 nats apart, every pair compared."""
-    from scipy.special import expit
-
-    answers = [
-        Answer(f"{i}", f"{j}", size * float(expit(slope * (i - j)))) for i in range(11) for j in range(11) if i != j
-    ]
-    found = factor_effects(from_answers(answers), {f"{i}": {"x": float(i)} for i in range(11)})
-    assert found.converged
-    assert found.effects[0].estimate == pytest.approx(slope, rel=1e-9)
-    assert found.explained is not None
-    assert found.explained.r_squared == pytest.approx(1, abs=1e-9)
 
 
 def test_the_free_model_is_reached_on_random_designs() -> None:

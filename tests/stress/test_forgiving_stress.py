@@ -12,7 +12,6 @@ import pytest
 from analysis.records import Header, Trial
 from runner.errors import SessionError
 from runner.presenter import IntervalSummary
-from runner.presenter.surfaces.screens import NOT_READ, Monitor, place_two_windows, place_window
 from runner.session.folders import Recorder, observer_folder, to_resume
 
 pytestmark = pytest.mark.stress
@@ -44,13 +43,3 @@ def test_a_day_of_intervals_is_counted_to_the_frame() -> None:
         summary = IntervalSummary.of(intervals, refresh_hz)
         assert summary.late == sum(each > 1 for each in refreshes)
         assert summary.missed == pytest.approx(sum(refreshes) - len(refreshes), rel=1e-4)  # the median is not exact
-
-
-def test_sixteen_monitors_of_one_size_are_told_apart_by_number() -> None:
-    there = tuple(Monitor("wall", (1920, 1080), 60.0, NOT_READ, (1920 * n, 0), number=n + 1) for n in range(16))
-    for number in range(1, 17):
-        assert place_window((1920, 1080), there, (str(number),)).monitors[0].number == number
-    assert [each.number for each in place_two_windows((1920, 1080), there, ("16", "2")).monitors] == [16, 2]
-    whole = place_window((16 * 1920, 1080), there)
-    assert (whole.full_screen, whole.too_large) == (False, False)
-    assert place_window((16 * 1920 + 1, 1080), there).too_large

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import random
 from pathlib import Path
-from time import process_time
 
 import numpy as np
 import pytest
 
 from devices.characterise.display_yaml import model_lines
-from devices.characterise.mode_file import ModeLines, set_keys, write_mode
+from devices.characterise.mode_file import ModeLines, write_mode
 from devices.display import DisplayModel, PanelSpec, TableCurve, ToneCurve, read_display
 from devices.errors import DeviceError
 from documents.yaml import parse_yaml
@@ -75,20 +74,3 @@ def test_any_run_of_changes_leaves_what_the_changes_say(tmp_path: Path, seed: in
         models = display.models(mode)
         for eye, model in (("left", models.left), ("right", models.right)):
             assert model.white_XYZ_cd_m2[1] == pytest.approx(10 * whites.get(eye, whites.get("both", 0)), rel=1e-9)
-
-
-def test_a_file_of_many_modes_is_changed_in_time_that_grows_with_it() -> None:
-    def text(count: int) -> str:
-        block = "".join(f"    {line}\n" for line in model_lines(_model(3, True), "one"))
-        return "modes:\n" + "".join(f"  mode{number}:   # {number}\n{block}" for number in range(count))
-
-    def taken(count: int) -> float:
-        whole = text(count)
-        start = process_time()
-        after, _ = set_keys(whole, ("modes", f"mode{count // 2}"), {"source": ["source: two"]}, "d.yaml")
-        assert after.count("source: two") == 1
-        assert len(after.splitlines()) == len(whole.splitlines())
-        return process_time() - start
-
-    small = min(taken(50) for _ in range(3))
-    assert taken(800) < 40 * small

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from scipy.stats import kstest
 
 from analysis.comparisons import Comparisons
-from analysis.comparisons.comparisons import from_arrays
 from analysis.observers import observers_in_comparisons
 from analysis.observers.concordance import kendall_u
 from analysis.observers.consistency import consistencies
 from analysis.observers.fit_to_rest import fits_to_rest
 from analysis.observers.tails import Tail
+from tests.stress.answered import answered
 from tests.stress.how_many import how_many
 
 pytestmark = pytest.mark.stress
@@ -32,16 +32,7 @@ def answers(theta: NDArray[np.float64], observers: int, random: np.random.Genera
     kept = random.random(len(one)) >= gaps
     one, other, observer = one[kept], other[kept], observer[kept]
     won = random.random(len(one)) < 1 / (1 + np.exp(theta[other] - theta[one]))
-    return from_arrays(
-        tuple(f"i{item}" for item in range(n)),
-        tuple(f"{person}" for person in range(observers)),
-        winner=np.where(won, one, other),
-        loser=np.where(won, other, one),
-        observer=observer,
-        count=np.ones(len(one)),
-        winner_was_first=np.full(len(one), -1, dtype=np.int8),
-        tie=np.zeros(len(one), dtype=np.bool_),
-    )
+    return answered(n, np.where(won, one, other), np.where(won, other, one), observers, observer=observer)
 
 
 def check_uniform(tails: Sequence[Tail], random: np.random.Generator, slack: float = 0.0) -> None:

@@ -10,11 +10,11 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 from numpy.typing import NDArray
-from PIL import Image, ImageCms
+from PIL import Image
 
 from devices.colour import srgb_encoded
-from documents import Finding, InputError
-from stimuli.pictures import PACKINGS, Packing, StereoImage, find_pictures, read_picture
+from documents import InputError
+from stimuli.pictures import PACKINGS, Packing, find_pictures, read_picture
 from stimuli.pictures.colour_spaces import NAMED_SPACES, NamedSpace, named_encoding
 from tests.stress.memory import forget_peak, peak_kb
 
@@ -100,51 +100,6 @@ def test_every_packing_turned_every_way(tmp_path: Path, packing: Packing, orient
     for eye, grey in ((image.left, 80), (image.right, 200)):
         middle = eye[8:-8, 8:-8, 1] / 100
         assert np.allclose(255 * srgb_encoded(middle), grey, atol=0.01)
-
-
-def _hostile(whole: bytes, rng: np.random.Generator) -> bytes:
-    data = bytearray(whole)
-    match rng.integers(3):
-        case 0:
-            return bytes(data[: rng.integers(len(data))])
-        case 1:
-            for place in rng.integers(0, len(data), 1 + rng.integers(8)):
-                data[place] = rng.integers(256)
-        case _:
-            at, size = rng.integers(0, len(data)), rng.integers(1, 64)
-            data[at : at + size] = rng.bytes(int(size))
-    return bytes(data)
-
-
-@pytest.mark.parametrize("kind", ["png", "jpg", "tif", "webp", "mpo", "jps"])
-def test_files_cut_and_changed_at_random(tmp_path: Path, kind: str) -> None:
-    """A picture comes out finite, or one StimulusError that names the file: nothing else, and nothing hangs."""
-    picture = Image.fromarray(codes_of(8, (32, 48, 3)))
-    profile = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
-    more: dict[str, Any] = {"save_all": True, "append_images": [picture]} if kind == "mpo" else {}
-    picture.save(tmp_path / f"a.{kind}", format="JPEG" if kind == "jps" else None, icc_profile=profile, **more)
-    whole = (tmp_path / f"a.{kind}").read_bytes()
-    rng = np.random.default_rng(7)
-    findings: list[Finding] = []
-    file = tmp_path / f"b.{kind}"
-
-    def read() -> object:
-        return read_picture(
-            file, "declared", white_luminance_cd_m2=100, alpha_background_cd_m2=1, negative="clip", flat_eye="left"
-        )
-
-    for _ in range(400):
-        file.write_bytes(_hostile(whole, rng))
-        for work in (read, lambda: find_pictures([file])):
-            try:
-                made = work()
-            except InputError as error:
-                findings += error.findings
-            else:
-                assert not isinstance(made, StereoImage) or np.isfinite(made.left).all()
-    assert len(findings) > 100
-    assert {finding.file for finding in findings} == {str(file)}
-    assert not [finding for finding in findings if "\n" in finding.message]
 
 
 def test_a_hundred_megapixels_and_no_more(tmp_path: Path) -> None:

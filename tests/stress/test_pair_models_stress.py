@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from analysis.comparisons import Answer, Comparisons, from_answers
-from analysis.comparisons.comparisons import from_arrays
 from analysis.scaling import MODELS, Model, fit_model, score
 from analysis.scaling.laws import Davidson, RaoKupper
+from tests.stress.answered import answered
 from tests.stress.memory import peak_kb
 
 pytestmark = pytest.mark.stress
@@ -121,16 +121,8 @@ def test_errors_of_the_tie_parameter_and_order_effect_cover_the_truth() -> None:
         kept = count > 0
         winner = np.where(outcome == 1, second[cells], first[cells])[kept]
         loser = np.where(outcome == 1, first[cells], second[cells])[kept]
-        comparisons = from_arrays(
-            tuple("abcd"),
-            ("",),
-            winner=winner,
-            loser=loser,
-            observer=np.zeros(kept.sum(), dtype=np.intp),
-            count=count[kept],
-            winner_was_first=(outcome != 1)[kept].astype(np.int8),
-            tie=(outcome == 2)[kept],
-        )
+        first_won, tie = (outcome != 1)[kept].astype(np.int8), (outcome == 2)[kept]
+        comparisons = answered(tuple("abcd"), winner, loser, count=count[kept], winner_was_first=first_won, tie=tie)
         for place, (parameter, truth) in enumerate(
             zip(fit_model(comparisons, "davidson", order_effect=True).parameters, (k, order), strict=True)
         ):
@@ -148,16 +140,7 @@ def test_thousands_of_items_fit_into_memory(n: int, with_classes: bool) -> None:
     second = np.r_[(ring + 1) % n, (first[n:] + random.integers(1, n, size=10 * n)) % n]
     won = random.binomial(20, 1 / (1 + np.exp(theta[second] - theta[first]))).astype(float)
     count = np.r_[won + 0.5, 20.5 - won]
-    comparisons = from_arrays(
-        tuple(map(str, range(n))),
-        ("",),
-        winner=np.r_[first, second],
-        loser=np.r_[second, first],
-        observer=np.zeros(len(count), dtype=np.intp),
-        count=count,
-        winner_was_first=np.full(len(count), -1, dtype=np.int8),
-        tie=np.zeros(len(count), dtype=bool),
-    )
+    comparisons = answered(n, np.r_[first, second], np.r_[second, first], count=count)
     fitted = fit_model(comparisons, method="map")
     assert fitted.converged
     assert np.corrcoef(fitted.theta, theta)[0, 1] > 0.9

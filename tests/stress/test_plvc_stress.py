@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from devices.display import DisplayModel, Plvc, TableCurve, knotted_codes
+from devices.display import Plvc, TableCurve
 from devices.errors import DeviceError
-from runner.presenter import ColourPass, PresentationError
-from runner.presenter.surfaces.egl import EglSurface
 
 pytestmark = pytest.mark.stress
 
@@ -65,45 +63,3 @@ def test_colours_however_far_outside_have_finite_codes(far: float) -> None:
     codes = model.code(XYZ)
     assert np.all((codes >= 0) & (codes <= 1))
     assert model.clipping(XYZ).any_channel == 1000
-
-
-def test_the_pass_is_exact_on_many_displays() -> None:
-    try:
-        surface = EglSurface((64, 64))
-    except PresentationError as error:
-        pytest.skip(str(error))
-    worst, served = 0.0, 0
-    with surface:
-        for seed in range(60):
-            model = display(seed)
-            if refused(model):
-                continue
-            served += 1
-            rng = np.random.default_rng(seed)
-            T = np.concatenate([rng.uniform(0, 1, (1500, 3)), 10 ** rng.uniform(-9, 0, (1500, 3))])
-            T = np.concatenate([T, rng.uniform(-0.5, 1.5, (600, 3))])
-            asked = model.xyz_of_linear(T).astype(np.float32).reshape(60, 60, 3)
-            texture = surface.context.texture((60, 60), 3, asked.tobytes(), alignment=1, dtype="f4")
-            expected = 255 * model.code(asked.astype(np.float64))
-            assert np.abs(255 * knotted_codes(model, asked.astype(np.float64)) - expected).max() < 0.02
-            shown = ColourPass(surface.context, model).run(texture)
-            found = np.frombuffer(shown.read(components=3, alignment=1), np.uint8).reshape(60, 60, 3)[::-1]
-            worst = max(worst, float(np.abs(found - expected).max()))
-    assert served > 20
-    assert worst <= 0.501
-
-
-def test_a_display_that_adds_up_is_as_the_additive_model_has_it() -> None:
-    for seed in range(20):
-        model = display(seed)
-        still = Plvc(
-            model.black_XYZ_cd_m2,
-            model.primaries_XYZ_cd_m2,
-            model.curves,
-            np.repeat(model.primaries_XYZ_cd_m2.T[:, np.newaxis], 4, axis=1),
-            np.zeros((10, 3)),
-        )
-        additive = DisplayModel(model.black_XYZ_cd_m2, model.primaries_XYZ_cd_m2, model.curves)
-        XYZ = additive.xyz_of_linear(np.random.default_rng(seed).uniform(-0.5, 1.5, (2000, 3)))
-        np.testing.assert_allclose(still.linear(XYZ), additive.linear(XYZ), atol=1e-12)
-        assert still.clipping(XYZ) == additive.clipping(XYZ)

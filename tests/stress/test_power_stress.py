@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
-import subprocess
 import sys
 from multiprocessing import active_children
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,10 +16,11 @@ from analysis.power.results import Power
 from analysis.power.studies import run
 from benchmarks.power import by_report
 from tests.analysis.power.test_studies import report_on
+from tests.stress.memory import run_alone
 
 pytestmark = pytest.mark.stress
 
-ROOT = Path(__file__).parents[2]
+
 STUDIES = 300
 
 MANY = """
@@ -54,8 +53,7 @@ def numbers(found: Power) -> list[bytes]:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells the peak of a process's memory so")
 def test_a_hundred_stimuli_and_two_hundred_observers_fit_into_half_a_gigabyte() -> None:
-    told = subprocess.run([sys.executable, "-c", MANY], capture_output=True, text=True, check=True, cwd=ROOT)
-    assert int(told.stdout) < 512
+    assert int(run_alone(MANY)) < 512
 
 
 @pytest.mark.parametrize("nats", [0.0, 12.0, 30.0])

@@ -93,24 +93,6 @@ def test_any_size_in_any_size_is_centred_by_floor_and_exact(
             assert np.abs(presenter.eye_view(eye) - expected).max() <= 0.501
 
 
-@pytest.mark.parametrize("gamma", [1.6, 2.0, 2.4, 2.9])
-@pytest.mark.parametrize("black", [0.0, 1e-4, 0.3, 5.0])
-@pytest.mark.parametrize("lift", [0.0, 1e-5, 0.02])
-def test_the_colours_hold_for_every_sort_of_panel(open_egl: Open, gamma: float, black: float, lift: float) -> None:
-    display = model(gamma, black, lift)
-    surface = open_egl((600, 400))
-    rng = np.random.default_rng(5)
-    magnitude = 10.0 ** rng.uniform(-7, 3, (400, 300, 1))
-    near_black = display.black_XYZ_cd_m2 + rng.random((400, 300, 3)) * magnitude
-    one_channel = rng.permuted(np.concatenate([magnitude, 0 * magnitude, 0 * magnitude], axis=2), axis=2)
-    saturated = display.black_XYZ_cd_m2 + one_channel / 20 @ display.primaries_XYZ_cd_m2.T
-    picture = StereoImage(near_black.astype(np.float32), saturated.astype(np.float32))
-    with Presenter(surface, find_mode("side-by-side"), EyeModels(display, display), lambda _: picture) as presenter:
-        presenter.show(Scene((Picture("a"),)))
-        for eye in ("left", "right"):
-            assert np.abs(presenter.eye_view(eye) - display.code(picture.eye(eye)) * 255.0).max() <= 0.501
-
-
 def test_light_far_beyond_the_panel_is_full_drive_or_black(open_egl: Open) -> None:
     values = np.array([1e30, -1e30, 3.4e38, -3.4e38, 1e-38, 1e-45, -1e-45, 0.0], np.float32)
     XYZ = np.repeat(values[:, np.newaxis], 3, axis=1)[np.newaxis]
@@ -185,19 +167,6 @@ def test_a_session_far_larger_than_the_budget_runs(open_egl: Open) -> None:
     assert grown_bytes < 100e6
 
 
-def test_opening_and_closing_many_surfaces_leaves_nothing_behind(open_egl: Open) -> None:
-    picture = random_picture(50, 50)
-    for _ in range(3):
-        surface = open_egl((200, 100))
-    memory_before = forget_peak()
-    for _ in range(40):
-        surface = open_egl((200, 100))
-        with Presenter(surface, find_mode("side-by-side"), BOTH, lambda _: picture) as presenter:
-            presenter.show(Scene((Picture("a"),)))
-    memory_after = peak_kb()
-    assert memory_after - memory_before < 200_000  # kB
-
-
 @pytest.mark.parametrize(
     "mode", ["side-by-side", "top-bottom-half", "checkerboard", "anaglyph-red-cyan", "frame-sequential"]
 )
@@ -236,12 +205,3 @@ def test_a_picture_that_is_given_up_between_two_bands_leaves_nothing(open_egl: O
     objects_after = live_objects(surface)
     assert objects_after.pop("Program") <= objects_before.pop("Program") + 1  # the last one in use goes later
     assert objects_after == objects_before
-
-
-def test_a_text_of_a_whole_book_page_is_drawn(open_egl: Open) -> None:
-    surface = open_egl((1920, 1080))
-    words = "Lorem ipsum dolor sit amet, consectetur adipiscing elit. " * 200
-    with Presenter(surface, find_mode("side-by-side"), BOTH, lambda name: pytest.fail(name)) as presenter:
-        presenter.show(Scene((Text(words, height_px=14, width_px=900),)))
-        np.testing.assert_array_equal(presenter.eye_view("left"), presenter.eye_view("right"))
-        assert presenter.eye_view("left").any()

@@ -22,7 +22,7 @@ def _slow(file):
     time.sleep({delay_s})
 os.fsync = _slow
 """
-PRESSES = 60
+PRESSES = 30
 READY_S = 0.5
 AGAIN_S = 10.0  # a busy machine may show a pair so late that what was pressed came too soon: then press again
 
@@ -36,9 +36,9 @@ def begin(person: Person, repeats: int) -> None:
 
 
 @pytest.mark.parametrize("delay_s", [0.0, 0.03, 0.15])
-def test_of_sixty_double_presses_none_answers_twice(person: Person, delay_s: float) -> None:
+def test_of_thirty_double_presses_none_answers_twice(person: Person, delay_s: float) -> None:
     person.before = SLOW_DISK.format(delay_s=delay_s)
-    begin(person, 11)
+    begin(person, 6)
     pressed = 0
     for number, gap_s in zip(range(1, PRESSES + 1), cycle([0.02, 0.04, 0.06]), strict=False):
         second = "Up" if number % 2 else "Down"
@@ -55,12 +55,12 @@ def test_of_sixty_double_presses_none_answers_twice(person: Person, delay_s: flo
     assert {trial.data["answer"] for trial in trials} == {"first"}
 
 
-@pytest.mark.parametrize("delay_ms", [5, 20, 45, 150])
-def test_a_storm_of_1400_presses_does_not_complete_a_session_unnoticed(person: Person, delay_ms: int) -> None:
+@pytest.mark.parametrize(("delay_ms", "pairs"), [(5, 700), (20, 700), (45, 350), (150, 150)])
+def test_a_storm_of_presses_does_not_complete_a_session_unnoticed(person: Person, delay_ms: int, pairs: int) -> None:
     begin(person, 50)  # 300 trials
     time.sleep(READY_S)
-    person._xdotool("key", "--delay", str(delay_ms), *["Up", "Down"] * 700)
+    person._xdotool("key", "--delay", str(delay_ms), *["Up", "Down"] * pairs)
     answered = person.answers()
-    print(f"a press every {delay_ms} ms: {answered} of 300 answered")
+    print(f"{2 * pairs} presses, one every {delay_ms} ms: {answered} of 300 answered")
     haste = Haste.of(person.log().trials)
     assert answered < 10 or haste.striking

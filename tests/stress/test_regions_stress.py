@@ -12,7 +12,7 @@ from devices.chart import COLORCHECKER, WAYS, patch_quadrangles
 from devices.colour import XYZ_from_xyY
 from devices.patches import colorchecker_xyY
 from stimuli.comparison import Evidence, Region, compare_regions, judge, place_regions, read_regions
-from stimuli.comparison.areas import AreaMean, area_means, crosses_itself, inside, window
+from stimuli.comparison.areas import AreaMean, crosses_itself, inside, window
 from stimuli.comparison.by_region import check_charts
 from stimuli.comparison.regions import Chart
 from stimuli.comparison.regions_file import MOST_AREAS
@@ -116,12 +116,3 @@ def test_charts_from_anywhere_any_way_round() -> None:
                 check_charts(picture, [chart], "photograph")
         else:
             assert check_charts(picture, [chart], "photograph") == ()
-
-
-def test_means_do_not_lose_digits_over_a_large_offset() -> None:
-    picture = (1e6 + np.random.default_rng(3).normal(0, 1, (2000, 1500, 3))).astype(np.float32)
-    outline = np.array([[0.0, 0.0], [1500.0, 0.0], [1500.0, 2000.0], [0.0, 2000.0]])
-    (area,) = area_means(picture, [("all", outline)])
-    exact = picture.astype(np.longdouble)
-    np.testing.assert_allclose(area.XYZ, exact.mean(axis=(0, 1)).astype(np.float64), rtol=1e-14)
-    np.testing.assert_allclose(area.sd_XYZ, exact.std(axis=(0, 1), ddof=1).astype(np.float64), rtol=1e-9)

@@ -52,17 +52,6 @@ def test_the_default_plate_culled_and_by_brute_force() -> None:
     assert max(ratios) > 10
 
 
-def test_five_near_lamps_culled_and_by_brute_force() -> None:
-    recipe = recipe_of("solux_cabin")
-    plate, camera = recipe.plate.plate(), recipe.camera.camera()
-    flakes = scatter_flakes(replace(plate, flakes_per_mm2=40.0), recipe.seed)
-    for one in (recipe.lamp, *recipe.further_lamps):
-        fast, slow = (sparkle_map(plate, one.lamp(), camera, "right", flakes, cull=cull) for cull in (True, False))
-        assert fast.shaded < 0.25 * slow.shaded
-        peak = float(slow.luminance_cd_m2.max())
-        assert np.abs(fast.luminance_cd_m2 - slow.luminance_cd_m2).max() <= 1e-3 * peak
-
-
 def test_no_flake_that_matters_is_dropped_in_ten_thousand_scenes() -> None:
     recipe = recipe_of("manitoba_gray")
     random = np.random.default_rng(7)

@@ -3,26 +3,16 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.stress.memory import command_alone
+
 pytestmark = pytest.mark.stress
 
 ITEMS, PAIRS, COMPARISONS = 2000, 10_000, 20
-SCORES = """
-import sys, time
-from runner.cli.main import main
-from tests.stress.memory import peak_kb
-try:
-    main()
-finally:
-    print(time.process_time(), peak_kb() / 1024, file=sys.stderr)
-"""
 
 
 @pytest.mark.parametrize("options", [(), ("--json",), ("--method", "map"), ("--model", "thurstone")])
@@ -36,19 +26,11 @@ def test_few_pairs_of_many_items_take_little_memory_and_time(tmp_path: Path, opt
     lines = [f"{i},{j},{w}\n{j},{i},{COMPARISONS - w}\n" for i, j, w in zip(first, second, won, strict=True)]
     table = tmp_path / "table.csv"
     table.write_text("winner,loser,count\n" + "".join(lines), encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, "-c", SCORES, "scores", str(table), *options],
-        capture_output=True,
-        text=True,
-        check=False,
-        env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
-    )
-    assert done.returncode == 0, done.stderr
-    seconds, megabytes = map(float, done.stderr.split()[-2:])
+    said, seconds, megabytes = command_alone("scores", table, *options)
     assert megabytes <= 200
     assert seconds <= 6
     if "--json" in options:
-        items = json.loads(done.stdout)["items"]
+        items = json.loads(said)["items"]
         estimate = np.array([item["theta"] for item in sorted(items, key=lambda item: int(item["name"]))])
         error = np.array([item["se"] for item in sorted(items, key=lambda item: int(item["name"]))])
         assert np.abs((estimate - theta + theta.mean()) / error).std() < 1

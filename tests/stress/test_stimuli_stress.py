@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import random
 import signal
-import struct
 import subprocess
 import sys
 import time
@@ -15,11 +14,9 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from devices.colour import delta_e_2000, xyz_to_lab
 from stimuli.build import build_set
 from stimuli.errors import StimulusError
 from stimuli.pictures import StereoImage, read_exr, write_exr
-from stimuli.pictures.exr_views import read_views
 
 pytestmark = pytest.mark.stress
 ROOT = Path(__file__).parents[2]
@@ -62,15 +59,6 @@ def test_a_whole_picture_of_what_cannot_be(tmp_path: Path, value: float) -> None
         assert "9 pixels" in refusal(tmp_path / "b.exr")
 
 
-def test_the_smallest_and_largest_half_floats(tmp_path: Path) -> None:
-    pixels = np.array([0.0, 2.0**-24, 2.0**-14, 1.0, 65504.0, 65519.0], np.float32).reshape(1, 2, 3)
-    with pytest.raises(StimulusError):
-        write_exr(tmp_path / "a.exr", StereoImage.flat(pixels))
-    pixels[0, 1, 2] = 65504.0
-    write_exr(tmp_path / "a.exr", StereoImage.flat(pixels))
-    np.testing.assert_array_equal(read_exr(tmp_path / "a.exr").left, pixels)
-
-
 def test_every_cut_of_a_file_is_refused(tmp_path: Path) -> None:
     source = np.random.default_rng(0).uniform(0, 100, (2, 9, 7, 3)).astype(np.float32)
     write_exr(tmp_path / "whole.exr", StereoImage(source[0], source[1]))
@@ -81,73 +69,6 @@ def test_every_cut_of_a_file_is_refused(tmp_path: Path) -> None:
         refusal(path)
     path.write_bytes(content)
     read_exr(path)
-
-
-def test_damaged_bytes_are_refused_or_read_as_a_sound_picture(tmp_path: Path) -> None:
-    """A flipped byte may still make a valid file; what is read then must be fit for an eye."""
-    source = np.random.default_rng(0).uniform(0, 100, (9, 7, 3)).astype(np.float32)
-    write_exr(tmp_path / "whole.exr", StereoImage.flat(source))
-    content = (tmp_path / "whole.exr").read_bytes()
-    path = tmp_path / "damaged.exr"
-    refused = 0
-    for place in range(len(content)):
-        damaged = bytearray(content)
-        damaged[place] ^= 0xFF
-        path.write_bytes(damaged)
-        try:
-            image = read_exr(path)
-        except StimulusError:
-            refused += 1
-        else:
-            assert np.isfinite(image.left).all()
-            assert (image.left >= 0).all()
-    assert refused > 0
-
-
-def test_a_header_that_asks_for_all_memory_is_refused(tmp_path: Path) -> None:
-    write_exr(tmp_path / "a.exr", StereoImage.flat(np.ones((4, 4, 3), np.float32)))
-    content = (tmp_path / "a.exr").read_bytes()
-    for window in (b"dataWindow\x00box2i\x00", b"displayWindow\x00box2i\x00"):
-        place = content.index(window) + len(window) + 4
-        huge = content[:place] + struct.pack("<4i", 0, 0, 200_000, 200_000) + content[place + 16 :]
-        (tmp_path / "huge.exr").write_bytes(huge)
-        refusal(tmp_path / "huge.exr")
-
-
-def test_hundreds_of_views_and_parts_are_refused(tmp_path: Path) -> None:
-    names = [f"view{i}" for i in range(200)]
-    channels = [*"RGB", *(f"{name}.{channel}" for name in names[1:] for channel in "RGB")]
-    spec = oiio.ImageSpec(1, 1, len(channels), "half")
-    spec.channelnames = tuple(channels)
-    spec.attribute("multiView", f"string[{len(names)}]", tuple(names))
-    output = oiio.ImageOutput.create(str(tmp_path / "views.exr"))
-    assert output is not None
-    assert output.open(str(tmp_path / "views.exr"), spec)
-    assert output.write_image(np.ones((1, 1, len(channels)), np.float32))
-    assert output.close()
-    assert "600 channels" in refusal(tmp_path / "views.exr")
-
-    specs = []
-    for name in names:
-        part = oiio.ImageSpec(1, 1, 3, "half")
-        part.attribute("view", name)
-        part.attribute("oiio:subimagename", name)
-        specs.append(part)
-    output = oiio.ImageOutput.create(str(tmp_path / "parts.exr"))
-    assert output is not None
-    assert output.open(str(tmp_path / "parts.exr"), specs)
-    for index, part in enumerate(specs):
-        assert index == 0 or output.open(str(tmp_path / "parts.exr"), part, "AppendSubimage")
-        assert output.write_image(np.ones((1, 1, 3), np.float32))
-    assert output.close()
-    assert "more than 64 parts" in refusal(tmp_path / "parts.exr")
-
-
-def test_a_large_picture(tmp_path: Path) -> None:
-    pixels = np.random.default_rng(0).uniform(0, 100, (2160, 3840, 3)).astype(np.float32)
-    write_exr(tmp_path / "a.exr", StereoImage.flat(pixels))
-    assert len(read_views(tmp_path / "a.exr")) == 1
-    np.testing.assert_array_equal(read_exr(tmp_path / "a.exr").left, pixels.astype(np.float16))
 
 
 def test_a_build_that_is_killed_leaves_nothing_half_done(tmp_path: Path) -> None:
@@ -179,7 +100,7 @@ def test_a_build_of_two_threads_that_is_killed_goes_on_where_it_was(tmp_path: Pa
     environment = {**os.environ, "CYCLOPEAN_CACHE": str(tmp_path / "cache"), "PYTHONPATH": str(ROOT)}
     program = (
         "from pathlib import Path; from stimuli.build.recipe_to_set import build_set;"
-        f"made = build_set(Path({str(recipe)!r}), 0.6, jobs=2); print(made.rendered, made.digest)"
+        f"made = build_set(Path({str(recipe)!r}), 1.5, jobs=2); print(made.rendered, made.digest)"
     )
     command = [sys.executable, "-c", program]
     drawn, kept = random.Random(2), 0
@@ -187,8 +108,8 @@ def test_a_build_of_two_threads_that_is_killed_goes_on_where_it_was(tmp_path: Pa
     def records() -> int:
         return len(list((tmp_path / "cache").glob(".*/*.json")))
 
-    for third in range(3):
-        wanted = drawn.randint(25 * third + 5, 25 * third + 25)
+    for half in range(2):
+        wanted = drawn.randint(40 * half + 5, 40 * half + 40)
         child = subprocess.Popen(command, env=environment)
         while records() < wanted:
             assert child.poll() is None, "it came to its end before it was killed"
@@ -229,18 +150,6 @@ def test_any_display_s_pitch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, pi
     made = build_set(ROOT / "configs" / "stimuli" / "manitoba_gray.yaml", pitch_mm)
     image = made.load("1.1-flat")
     assert (image.width_px, image.height_px) == (max(1, round(150 / pitch_mm)), max(1, round(100 / pitch_mm)))
-
-
-def test_colour_differences_over_every_magnitude() -> None:
-    random_ = np.random.default_rng(2)
-    size = 10.0 ** random_.uniform(-12, 6, (100_000, 1))
-    first, second = random_.normal(0, 1, (2, 100_000, 3)) * size
-    forward, backward = delta_e_2000(first, second), delta_e_2000(second, first)
-    assert np.isfinite(forward).all()
-    assert (forward >= 0).all()
-    np.testing.assert_allclose(forward, backward, rtol=1e-9, atol=1e-12)
-    lab = xyz_to_lab(10.0 ** random_.uniform(-30, 30, (10_000, 3)), [95.0, 100.0, 108.0])
-    assert np.isfinite(lab).all()
 
 
 # Builds a pair of 36 megapixels, scaled, and shows the middle of it, and prints the peak of memory in MB after each.

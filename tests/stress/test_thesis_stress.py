@@ -7,7 +7,6 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from devices.camera import CameraModel, Exposure
 from devices.characterise import table_c1_codes
 from devices.characterise.thesis import thesis_fits
 from devices.display import DisplayModel, ToneCurve
@@ -34,19 +33,6 @@ def test_every_gog_display_s_curves_come_back_from_its_ramps() -> None:
             true = np.array([curve.gain, curve.offset, curve.gamma])
             worst = np.maximum(worst, np.abs(fit.coefficients[:3] - true))
     assert worst.max() < 1e-6
-
-
-def test_camera_rgb_comes_back_through_any_matrix_and_exposure() -> None:
-    random = np.random.default_rng(5)
-    for _ in range(500):
-        matrix = np.diag(random.uniform(50, 300, 3)) + random.uniform(-30, 60, (3, 3))
-        if np.linalg.cond(matrix) > 100:
-            continue
-        own = Exposure(float(np.exp(random.uniform(-8, 2))), 8.0, 800.0)
-        camera = CameraModel(matrix, np.zeros(3), random.uniform(0, 0.02, 3), own)
-        other = Exposure(own.time_s * float(np.exp(random.uniform(-3, 3))), 8.0, 800.0)
-        rgb = random.uniform(0, 1, (20, 3))
-        np.testing.assert_allclose(camera.rgb(camera.xyz(rgb, other), other), rgb, atol=1e-11)
 
 
 def test_contrast_of_twelve_megapixels_takes_little_more_than_the_pictures() -> None:

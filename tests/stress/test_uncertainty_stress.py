@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from analysis.bootstrap import class_stability, intervals
 from analysis.bootstrap.confidence_intervals import DEFAULT, KINDS
 from analysis.bootstrap.replicates import NAMES, resample_counts
 from benchmarks.simulated_studies import Design, coverage, decisions
-
-Floats = NDArray[np.float64]
+from tests.stress.memory import run_alone
 
 pytestmark = pytest.mark.stress
 
-ROOT = Path(__file__).parents[2]
 
 # Medina 2016, Table 4.4.
 PRINTED = np.array([0.0718, 0.0432, 0.0762, 0.2036, 0.0740, 0.2574, 0.0543, 0.0296, 0.0751, 0.1149])
@@ -77,10 +70,7 @@ found = intervals(drawn, "difference")
 assert len(found.low) == 4950 and (found.low < found.high).all()
 print((peak_kb() - before) / 1024)
 """
-    done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, timeout=900, check=True, cwd=ROOT
-    )
-    assert float(done.stdout) < 300
+    assert float(run_alone(program)) < 300
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e9])

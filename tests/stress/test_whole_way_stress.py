@@ -17,7 +17,7 @@ from tests.runner.whole_way import whole_way
 from tests.stress.how_many import how_many
 
 pytestmark = pytest.mark.stress
-EXAMPLES = how_many(80, 200)
+EXAMPLES = how_many(50, 200)
 
 
 @pytest.mark.parametrize(("drawn_from", "fewest"), [(mixed_experiments, EXAMPLES // 5), (mutants, EXAMPLES // 20)])

@@ -79,13 +79,6 @@ def test_faults_have_a_place(
     assert (finding.file, finding.line, finding.column) == (str(path), line, column)
 
 
-def test_no_file_and_a_folder(tmp_path: Path) -> None:
-    with pytest.raises(DeviceError, match="no such file"):
-        read_correspondences(tmp_path / "none.csv")
-    with pytest.raises(DeviceError, match="this is a folder, not a file"):
-        read_reference(tmp_path)
-
-
 def test_a_reference_is_light(tmp_path: Path) -> None:
     with pytest.raises(DeviceError, match="must not be negative"):
         read_reference(_file(tmp_path, "X,Y,Z\n1,2,3\n1,-2,3\n"))

@@ -67,21 +67,6 @@ def test_one_reading_off_by_a_fifth_is_found_and_no_other() -> None:
     assert np.flatnonzero(doubted_rows(CODES, XYZ)).tolist() == [49]
 
 
-@pytest.mark.nightly
-def test_swapped_rows_are_found_and_no_other() -> None:
-    XYZ = noisy(DISPLAYS["interaction"](CODES), 0.002, 2)
-    XYZ[[18, 70]] = XYZ[[70, 18]]
-    assert np.flatnonzero(doubted_rows(CODES, XYZ)).tolist() == [18, 70]
-
-
-@pytest.mark.nightly
-def test_the_reading_of_the_patch_before_is_found_and_no_other() -> None:
-    codes = CODES[np.random.default_rng(7).permutation(len(CODES))]
-    XYZ = noisy(DISPLAYS["additive"](codes), 0.002, 3)
-    XYZ[60] = XYZ[59]
-    assert np.flatnonzero(doubted_rows(codes, XYZ)).tolist() == [60]
-
-
 def test_what_a_repeat_confirms_stays() -> None:
     codes = np.concatenate([CODES, CODES[[49, 49]]])
     XYZ = noisy(DISPLAYS["additive"](codes), 0.002, 1)

@@ -57,12 +57,6 @@ def fits() -> ThesisFits:
     return thesis_fits(CODES, XYZ)
 
 
-def test_the_matrix_is_taken_from_the_primaries(fits: ThesisFits) -> None:
-    whole = [curve.linear(1.0) for curve in thesis_display().curves]
-    # The lit channel's neighbours give a little light at code 0: red's offset.
-    np.testing.assert_allclose(fits.primaries_XYZ_cd_m2, thesis_display().primaries_XYZ_cd_m2 * whole, atol=0.02)
-
-
 def test_json_is_plain(fits: ThesisFits) -> None:
     told = fits.to_json()
     assert set(told["method_2_light_from_code"]) == {"gamma", "gog", "ggo", "gogo"}

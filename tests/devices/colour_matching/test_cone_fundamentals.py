@@ -37,35 +37,20 @@ def test_the_published_matrices_and_functions_come_out(field_deg: int, matrix: l
 @pytest.mark.parametrize(
     ("field_deg", "age_years", "programme"),
     [
-        (
-            1,
-            25,
-            [[0.3323087, 0.06545683, 1.797793], [0.3947596, 0.9892716, 0.00431874], [1.171988, 0.7125856, 3.972e-5]],
-        ),
-        (4, 45, [[0.3472785, 0.06731288, 1.960341], [0.4772621, 0.9859036, 0.0034092], [1.14223, 0.6889272, 3.302e-5]]),
-        (
-            6,
-            32,
-            [[0.3619016, 0.08626856, 2.014165], [0.5184071, 0.9906827, 0.00267068], [1.133905, 0.6641166, 2.501e-5]],
-        ),
-        (
-            2,
-            70,
-            [[0.3556269, 0.03806255, 1.910648], [0.350567, 0.9472614, 0.00638045], [1.172066, 0.7766251, 7.003e-5]],
-        ),
-        (
-            10,
-            80,
-            [[0.3576252, 0.04565474, 2.126766], [0.3956787, 0.9241006, 0.00492984], [1.205241, 0.7897598, 5.9e-5]],
-        ),
+        (1, 25, [0.3323087, 0.06545683, 1.797793, 0.3947596, 0.9892716, 0.00431874, 1.171988, 0.7125856, 3.972e-5]),
+        (4, 45, [0.3472785, 0.06731288, 1.960341, 0.4772621, 0.9859036, 0.0034092, 1.14223, 0.6889272, 3.302e-5]),
+        (6, 32, [0.3619016, 0.08626856, 2.014165, 0.5184071, 0.9906827, 0.00267068, 1.133905, 0.6641166, 2.501e-5]),
+        (2, 70, [0.3556269, 0.03806255, 1.910648, 0.350567, 0.9472614, 0.00638045, 1.172066, 0.7766251, 7.003e-5]),
+        (10, 80, [0.3576252, 0.04565474, 2.126766, 0.3956787, 0.9241006, 0.00492984, 1.205241, 0.7897598, 5.9e-5]),
     ],
 )
 def test_other_fields_and_ages_are_those_of_the_programme_of_the_cie(
-    field_deg: float, age_years: float, programme: list[list[float]]
+    field_deg: float, age_years: float, programme: list[float]
 ) -> None:
+    expected = np.reshape(programme, (3, 3))
     found = colorimetric_observer(f"CIE 2006 {field_deg} age {age_years}").functions_at([450, 550, 600])
-    np.testing.assert_allclose(found[:, 1:], np.array(programme)[:, 1:], atol=4e-4)
-    np.testing.assert_allclose(found[:, 0], np.array(programme)[:, 0], atol=6e-2)
+    np.testing.assert_allclose(found[:, 1:], expected[:, 1:], atol=4e-4)
+    np.testing.assert_allclose(found[:, 0], expected[:, 0], atol=6e-2)
 
 
 @pytest.mark.parametrize("field_deg", [1, 3.3, 10])

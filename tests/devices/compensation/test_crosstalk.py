@@ -19,8 +19,6 @@ from devices.compensation import (
     cancel_crosstalk,
     channel_crosstalk,
     check_leakage,
-    dither_codes,
-    dither_thresholds,
     fit_crosstalk,
     needed_lift,
 )
@@ -378,26 +376,6 @@ def test_the_loop_closes_where_there_is_light_to_subtract_from() -> None:
         assert with_rounding.mean() < 0.15
         assert with_rounding.max() < 1.0
         assert _delta_e(model, asked[eye], seen_XYZ(models, LEAK, *plain)[eye]).mean() > 5 * with_rounding.mean()
-
-
-def test_the_loop_closes_in_the_mean_with_dithering() -> None:
-    """Uniform patches of both eyes, dithered codes, leaked light: means over one mask period."""
-    models = _models()
-    left, right = _pictures(models, 0.08, 0.9)
-    left, right = left[0, :12], right[0, :12]
-    cancelled = cancel_crosstalk(models, LEAK, left, right)
-    thresholds = [dither_thresholds(64, 64, eye, "independent") for eye in ("left", "right")]
-    for i in range(12):
-        codes = []
-        for model, linear, threshold in (
-            (models.left, cancelled.left_linear[i], thresholds[0]),
-            (models.right, cancelled.right_linear[i], thresholds[1]),
-        ):
-            sent = model.black_XYZ_cd_m2 + linear @ model.primaries_XYZ_cd_m2.T
-            codes.append(dither_codes(model, np.broadcast_to(sent, (64, 64, 3)), threshold) / 255)
-        seen = [light.reshape(-1, 3).mean(axis=0) for light in seen_XYZ(models, LEAK, *codes)]
-        assert _delta_e(models.left, left[i], seen[0]) <= 0.05
-        assert _delta_e(models.right, right[i], seen[1]) <= 0.05
 
 
 @pytest.mark.parametrize("normalise", ["minimum", "centre"])

@@ -81,18 +81,6 @@ def test_the_mean_over_a_mask_period_is_the_light_that_was_asked(thesis: Display
     assert bias[lowest >= 1.5].max() <= 0.005
 
 
-def test_dithering_the_code_would_brighten_dark_patches() -> None:
-    """The mean code is right and the mean light is not: the reason for all this."""
-    code = 1.5
-    model = _grey(ToneCurve(gamma=2.2))
-    asked = model.xyz(np.full(3, code / 255))
-    naive = np.floor(code + (1.0 - PERIOD))
-    ours = dither_codes(model, np.broadcast_to(asked, (64, 64, 3)), PERIOD)
-    means = [model.xyz(codes / 255).reshape(-1, 3).mean(axis=0)[1] / asked[1] - 1 for codes in (naive, ours)]
-    assert means[0] > 0.14
-    assert abs(means[1]) < 0.001
-
-
 @settings(deadline=None, max_examples=20)
 @given(CURVES, st.integers(0, 255), st.sampled_from([np.float32, np.float64]))
 def test_an_exact_code_is_that_code_at_every_pixel(
@@ -197,14 +185,6 @@ def test_the_mask_is_blue_noise() -> None:
         assert _low_frequency_power((mask < share * 4096).astype(np.float64)) < 1 / factor
     white = np.random.default_rng(0).permutation(4096).reshape(64, 64).astype(np.float64)
     assert _low_frequency_power(white) > 0.7
-
-
-def test_the_mask_has_no_seam() -> None:
-    """Dots of four tiles laid together keep the distance that they have inside one."""
-    for dots, least_px in ((100, 5.0), (200, 3.0), (410, 2.0)):
-        rows, columns = np.nonzero(np.tile(load_mask(), (2, 2)) < dots)
-        apart = np.hypot(rows[:, None] - rows[None, :], columns[:, None] - columns[None, :])
-        assert np.min(apart[~np.eye(len(rows), dtype=bool)]) >= least_px
 
 
 def test_shared_masks_are_the_same_for_both_eyes_and_independent_ones_unrelated() -> None:

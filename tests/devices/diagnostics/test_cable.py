@@ -9,17 +9,16 @@ import numpy as np
 import pytest
 
 from devices.colour import rgb_to_xyz_matrix
-from devices.diagnostics import Diagnosis, MeasuredSet, examine, plain
+from devices.diagnostics import Diagnosis, MeasuredSet, examine
 from devices.diagnostics.channels import channel_constancy
 from devices.diagnostics.content import black_with_picture, dynamic_contrast, picture_level
 from devices.diagnostics.mixing import added_channels, standard_primaries, white_segment
 from devices.diagnostics.signal_path import code_steps, frame_rate_control, last_codes, signal_range
 from devices.display import DisplayModel, ToneCurve
-from devices.errors import DeviceError
 from devices.instruments import Faults
 from devices.measurements import Measurements
 from tests.devices.diagnostics.simulated import MODEL, characterisation, readings
-from tests.devices.diagnostics.simulated_cable import CHECKS, WIDE, clean, converted, faulty, narrow, read_cable
+from tests.devices.diagnostics.simulated_cable import CHECKS, WIDE, clean, converted, faulty, read_cable
 
 QUIET = Faults(noise=0.001)
 # A panel that can show all of sRGB, with the gamma that the simulated compositor takes for its own.
@@ -107,12 +106,6 @@ def test_stray_light_is_no_dynamic_contrast() -> None:
 
 
 @pytest.mark.nightly
-def test_a_conversion_for_a_narrow_panel_moves_what_channels_add() -> None:
-    assert added_channels(converted(1, narrow(0.8), None)).passed is False
-    assert added_channels(panel()).passed is True
-
-
-@pytest.mark.nightly
 def test_a_conversion_that_is_exact_gives_the_primaries_of_a_standard() -> None:
     """Nobody can tell a compositor from the monitor's own mode, which does no harm: it is said, and not failed."""
     found = standard_primaries(read_cable(WIDEST, replace(QUIET, compositor=1), 1))
@@ -175,17 +168,6 @@ def test_without_the_set_nothing_is_judged_and_it_is_said_what_to_use() -> None:
     assert standard_primaries(table).verdict == "no_limit"
 
 
-@pytest.mark.nightly
-def test_the_set_leaves_plain_readings_and_their_checks_alone() -> None:
-    table = panel()
-    assert len(plain(table)) == 0
-    both = examine([MeasuredSet("panel", characterisation()), MeasuredSet("cable", table)])
-    alone = examine([MeasuredSet("panel", characterisation())])
-    of_cable = {check(table).name for check in CHECKS} - {"channel_constancy"} | {"pixel_independence"}
-    told = {one.name: one.value for one in both if one.name not in of_cable and one.subject != "cable"}
-    assert told == {one.name: one.value for one in alone if one.name not in of_cable}
-
-
 def test_the_set_alone_shows_the_primaries_and_their_mixtures() -> None:
     found = {one.name: one for one in examine([MeasuredSet("cable", panel())])}
     assert found["primaries"].passed is True
@@ -202,9 +184,3 @@ def test_patches_without_columns_are_read_by_their_names() -> None:
         for around, share in (("black", 1.0), ("white", 1.1))
     }
     assert _value(dynamic_contrast(readings(named, noise=0.0))) == pytest.approx(10.0)
-
-
-@pytest.mark.parametrize("wrong", [{"dynamic_contrast": 1.0}, {"picture_level_limit": -0.1}, {"panel_bits": 9}])
-def test_faults_that_cannot_be_are_refused(wrong: dict[str, float]) -> None:
-    with pytest.raises(DeviceError, match="cannot be"):
-        Faults(**wrong)

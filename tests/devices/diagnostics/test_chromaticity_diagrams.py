@@ -55,14 +55,6 @@ def test_the_thesis_s_white_and_triangle() -> None:
     assert (white_uv.x[0], white_uv.y[0]) == pytest.approx((4 * 0.3117 / below, 9 * 0.3151 / below), abs=5e-5)
 
 
-def test_straight_lines_stay_straight() -> None:
-    ends = np.array([[0.64, 0.33], [0.15, 0.06]])
-    between = ends[0] + np.linspace(0, 1, 11)[:, None] * (ends[1] - ends[0])
-    moved = uv_from_xy(between)
-    along, off = moved[-1] - moved[0], moved - moved[0]
-    np.testing.assert_allclose(along[0] * off[:, 1] - along[1] * off[:, 0], 0, atol=1e-15)
-
-
 def test_every_chromaticity_figure_has_both() -> None:
     for diagnosis in (
         gamut(READ),

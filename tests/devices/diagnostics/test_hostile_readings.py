@@ -57,14 +57,6 @@ def check_answers(table: Measurements, against_clean: bool) -> None:
         assert one.passed is None or one.value is not None or one.passed is False
 
 
-@pytest.mark.nightly
-@settings(max_examples=5, deadline=None)
-@given(tables())
-def test_any_readings_as_those_without_glasses(table: Measurements) -> None:
-    found = examine([MeasuredSet("a", characterisation())], without_glasses=MeasuredSet("b", table))
-    json.dumps([one.to_json() for one in found], allow_nan=False)
-
-
 @cache
 def cable_table(noise: float, seed: int) -> Measurements:
     """Return a simulated set ``cable``: a second each on a busy machine, and few are different."""

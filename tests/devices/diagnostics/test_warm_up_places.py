@@ -85,13 +85,6 @@ def test_a_place_read_too_seldom_is_named() -> None:
     assert "too few readings at row 2, column 3" in found.words
 
 
-def test_a_run_of_seconds_leaves_it_open() -> None:
-    table = readings(ALIKE, excess=0.0)
-    assert table.time_s is not None
-    short = Measurements(table.codes, table.XYZ, table.name, table.time_s / 100)
-    assert warm_up(short).passed is None
-
-
 def test_places_that_agree_exactly_do_not_differ() -> None:
     time: Floats = 300.0 * np.arange(12.0)
     light = 50 * (1 - 0.1 * np.exp(-time / 600))

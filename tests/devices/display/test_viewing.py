@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -59,11 +58,6 @@ def test_angle_and_size_undo_each_other(size: float, distance: float) -> None:
 @given(st.floats(-1e6, 1e6), positive)
 def test_pixels_and_millimetres_undo_each_other(length: float, pitch: float) -> None:
     assert float(px_from_mm(mm_from_px(length, pitch), pitch)) == pytest.approx(length, rel=1e-12)
-
-
-def test_arrays_keep_their_shape() -> None:
-    assert visual_angle_deg(np.ones((2, 3)), 700).shape == (2, 3)
-    assert disparity_arcmin(np.zeros((4, 1)), 0.3, 700).shape == (4, 1)
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])

@@ -124,12 +124,6 @@ def test_what_holds_nothing_names_its_tags(tmp_path: Path) -> None:
     assert len(caught.value.findings) == 1
 
 
-def test_damaged_readings_are_refused_with_their_line(tmp_path: Path) -> None:
-    words = format_ti3(READINGS).replace("END_DATA\n", "")
-    with pytest.raises(DeviceError, match=r"\[targ\]:\d+:\d+: the table is not closed"):
-        read_measurements(_file(tmp_path, matrix_tags(curv()) | {"targ": text(words)}))
-
-
 def test_a_white_for_a_file_that_is_no_profile_is_refused(tmp_path: Path) -> None:
     with pytest.raises(DeviceError, match="no ICC profile"):
         read_measurements(tmp_path / "readings.csv", white_cd_m2=100.0)

@@ -24,7 +24,7 @@ from devices.errors import DeviceError
 from stimuli.measures import pu21_decoded, pu21_encoded
 from stimuli.measures.pu21 import _P
 from tests.stress.stability import sixty_digits as s
-from tests.stress.stability.routine import ULP, Routine, gives, refuses
+from tests.stress.stability.routine import Routine, gives, refuses
 
 WHITE = np.array([95.047, 100.0, 108.883])
 RNG = np.random.default_rng(60)
@@ -139,141 +139,98 @@ def _adapted(whites: list[Decimal]) -> list[Decimal]:
 def routines() -> Iterator[Routine]:
     """Give the routines of `devices.colour` and PU21."""
     nan = float("nan")
-    yield Routine(
-        "colour.xyz_to_lab",
+    yield Routine.of_row(
+        "colour.xyz_to_lab | 1e-7 to 2 times white, each of X, Y and Z | 2e-12 Lab | "
+        "below 0 the straight line goes on; NaN stays NaN",
         lambda x: xyz_to_lab(x, WHITE),
         lab,
         _XYZ,
-        "1e-7 to 2 times white, each of X, Y and Z",
-        "Lab",
-        2e-12,
-        "below 0 the straight line goes on; NaN stays NaN",
         gives(lambda: np.isnan(xyz_to_lab([nan, 1.0, 1.0], WHITE)), [False, True, False]),
     )
-    yield Routine(
-        "colour.lab_to_xyz",
+    yield Routine.of_row(
+        "colour.lab_to_xyz | L* 0 to 100, a* and b* to ±120 | 24.0 ulp | a white that is not above 0 is refused",
         lambda x: lab_to_xyz(x, WHITE),
         _xyz,
         _LAB,
-        "L* 0 to 100, a* and b* to ±120",
-        ULP,
-        24.0,
-        "a white that is not above 0 is refused",
         refuses(DeviceError, lambda: lab_to_xyz([50.0, 0, 0], [0.0, 1, 1])),
     )
-    yield Routine(
-        "colour.delta_e_2000",
+    yield Routine.of_row(
+        "colour.delta_e_2000 | L* 0 to 100, a* and b* to ±120, differences of 1e-4 to 60 | 2e-12 ΔE00 | "
+        "a NaN gives NaN",
         lambda x: delta_e_2000(x[:, :3], x[:, 3:]),
         ciede2000,
         _PAIRS,
-        "L* 0 to 100, a* and b* to ±120, differences of 1e-4 to 60",
-        "ΔE00",
-        2e-12,
-        "a NaN gives NaN",
         gives(lambda: delta_e_2000([nan, 0, 0], [50.0, 0, 0]), nan),
     )
     near = np.hstack([_XYZ[:100], _XYZ[:100] * RNG.uniform(0.5, 1.5, (100, 3))])
-    yield Routine(
-        "colour.delta_e_2000_of_xyz",
+    yield Routine.of_row(
+        "colour.delta_e_2000_of_xyz | 1e-7 to 2 times white, halved to 1.5 times | 2e-12 ΔE00 | "
+        "a white that is not above 0 is refused",
         lambda x: delta_e_2000_of_xyz(x[:, :3], x[:, 3:], WHITE),
         lambda six: ciede2000(lab(six[:3]) + lab(six[3:])),
         near,
-        "1e-7 to 2 times white, halved to 1.5 times",
-        "ΔE00",
-        2e-12,
-        "a white that is not above 0 is refused",
         refuses(DeviceError, lambda: delta_e_2000_of_xyz([1.0, 1, 1], [1.0, 1, 1], [1.0, nan, 1])),
     )
     shares = np.concatenate([10.0 ** RNG.uniform(-8, 0, 150), [0.0, 1.0, 0.0031308, 0.04045]])[:, np.newaxis]
-    yield Routine(
-        "colour.srgb_decoded",
+    yield Routine.of_row(
+        "colour.srgb_decoded | codes 1e-8 to 1 | 8.0 ulp | below 0 the straight start goes on",
         lambda x: srgb_decoded(x[:, 0]),
         _decoded,
         shares,
-        "codes 1e-8 to 1",
-        ULP,
-        8.0,
-        "below 0 the straight start goes on",
         gives(lambda: srgb_decoded(-1.292) < 0, True),
     )
-    yield Routine(
-        "colour.srgb_encoded",
+    yield Routine.of_row(
+        "colour.srgb_encoded | light 1e-8 to 1 | 8.0 ulp | below 0 the straight start goes on",
         lambda x: srgb_encoded(x[:, 0]),
         _srgb,
         shares,
-        "light 1e-8 to 1",
-        ULP,
-        8.0,
-        "below 0 the straight start goes on",
         gives(lambda: srgb_encoded(-0.1) < 0, True),
     )
     xyY = np.column_stack([RNG.uniform(0.05, 0.7, 200), RNG.uniform(0.02, 0.8, 200), 10.0 ** RNG.uniform(-6, 4, 200)])
-    yield Routine(
-        "colour.XYZ_from_xyY",
+    yield Routine.of_row(
+        "colour.XYZ_from_xyY | x 0.05 to 0.7, y 0.02 to 0.8, Y 1e-6 to 1e4 | 4.0 ulp | light without y is refused",
         XYZ_from_xyY,
         lambda x: [x[0] * x[2] / x[1], x[2], (1 - x[0] - x[1]) * x[2] / x[1]],
         xyY,
-        "x 0.05 to 0.7, y 0.02 to 0.8, Y 1e-6 to 1e4",
-        ULP,
-        4.0,
-        "light without y is refused",
         refuses(DeviceError, lambda: XYZ_from_xyY([0.3, 0.0, 1.0])),
     )
-    yield Routine(
-        "colour.xyY_from_XYZ",
+    yield Routine.of_row(
+        "colour.xyY_from_XYZ | 1e-7 to 2 times white, each of X, Y and Z | 4.0 ulp | black has the chromaticity 0, 0",
         xyY_from_XYZ,
         lambda x: [x[0] / sum(x), x[1] / sum(x), x[1]],
         _XYZ,
-        "1e-7 to 2 times white, each of X, Y and Z",
-        ULP,
-        4.0,
-        "black has the chromaticity 0, 0",
         gives(lambda: xyY_from_XYZ([0.0, 0, 0]), [0.0, 0, 0]),
     )
     corners = np.array([*np.ravel(SRGB_PRIMARIES_XY), 0.3127, 0.329]) + RNG.uniform(-0.05, 0.05, (100, 8))
-    yield Routine(
-        "colour.rgb_to_xyz_matrix",
+    yield Routine.of_row(
+        "colour.rgb_to_xyz_matrix | chromaticities within 0.05 of sRGB's | 30.0 ulp | "
+        "primaries on one line are refused",
         lambda x: [rgb_to_xyz_matrix(r[:2], r[2:4], r[4:6], r[6:]).ravel() for r in x],
         _primaries,
         corners,
-        "chromaticities within 0.05 of sRGB's",
-        ULP,
-        30.0,
-        "primaries on one line are refused",
         refuses(DeviceError, lambda: rgb_to_xyz_matrix((0, 0.1), (0.1, 0.2), (0.2, 0.3), (0.3, 0.3))),
     )
     whites = np.hstack([WHITE * RNG.uniform(0.5, 1.5, (100, 3)), WHITE * RNG.uniform(0.5, 1.5, (100, 3))])
-    yield Routine(
-        "colour.adaptation_matrix",
+    yield Routine.of_row(
+        "colour.adaptation_matrix | whites of 0.5 to 1.5 of D65 in each of X, Y and Z | 20.0 ulp | "
+        "a white to which a response is not above 0 is refused",
         lambda x: [adaptation_matrix(r[:3], r[3:]).ravel() for r in x],
         _adapted,
         whites,
-        "whites of 0.5 to 1.5 of D65 in each of X, Y and Z",
-        ULP,
-        20.0,
-        "a white to which a response is not above 0 is refused",
         refuses(DeviceError, lambda: adaptation_matrix([1.0, 0, 0], [1.0, 1, 1])),
     )
     light = 10.0 ** RNG.uniform(np.log10(0.0051), 4.0, (150, 1))
-    yield Routine(
-        "measures.pu21_encoded",
+    yield Routine.of_row(
+        "measures.pu21_encoded | 0.0051 to 10,000 cd/m² | 2e-12 PU21 | takes the ends of 0.005 to 10,000 cd/m²",
         lambda x: pu21_encoded(x[:, 0]),
         _pu,
         light,
-        "0.0051 to 10,000 cd/m²",
-        "PU21",
-        2e-12,
-        "takes the ends of 0.005 to 10,000 cd/m²",
         gives(lambda: pu21_encoded([0.0, 1e9]), pu21_encoded([0.005, 1e4])),
     )
-    yield Routine(
-        "measures.pu21_decoded",
+    yield Routine.of_row(
+        "measures.pu21_decoded | 0.0051 to 10,000 cd/m² | 1e3 ulp | takes the ends of 0.005 to 10,000 cd/m²",
         lambda x: pu21_decoded(x[:, 0]),
         _unpu,
         pu21_encoded(light),
-        "0.0051 to 10,000 cd/m²",
-        ULP,
-        1e3,
-        "takes the ends of 0.005 to 10,000 cd/m²",
         gives(lambda: pu21_decoded([-5.0, 1e4]), [0.005, 1e4]),
     )

@@ -30,7 +30,7 @@ from devices.display.code_table import looked_up_codes
 from devices.display.plvc import CROSS, PAIRS
 from devices.errors import DeviceError
 from tests.stress.stability import sixty_digits as s
-from tests.stress.stability.routine import ULP, Routine, gives, refuses
+from tests.stress.stability.routine import Routine, gives, refuses
 
 D = Decimal
 Floats = NDArray[np.float64]
@@ -197,236 +197,161 @@ def _plvc_light(linear: list[Decimal]) -> list[Decimal]:
 def routines() -> Iterator[Routine]:
     """Give the routines of `devices.display` and `devices.compensation`."""
     nan = float("nan")
-    yield Routine(
-        "ToneCurve.linear",
+    yield Routine.of_row(
+        "ToneCurve.linear | codes 0, 1e-6 to 1 | 8.0 ulp | goes on above 1; below the cut-off the lift",
         lambda x: GOGO.linear(x[:, 0]),
         lambda x: [_gogo(GOGO, x[0])],
         CODES,
-        "codes 0, 1e-6 to 1",
-        ULP,
-        8.0,
-        "goes on above 1; below the cut-off the lift",
         gives(lambda: GOGO.linear([-9.0]), [0.001]),
     )
-    yield Routine(
-        "ToneCurve.code",
+    yield Routine.of_row(
+        "ToneCurve.code | light 1e-9 to 1 | 4.0 ulp | is clipped to 0 to 1; NaN stays NaN",
         lambda x: GAMMA.code(x[:, 0]),
         lambda x: [_gogo_code(GAMMA, x[0])],
         LIGHT,
-        "light 1e-9 to 1",
-        ULP,
-        4.0,
-        "is clipped to 0 to 1; NaN stays NaN",
         gives(lambda: GAMMA.code([-1.0, 2.0, nan]), [0.0, 1.0, nan]),
     )
-    yield Routine(
-        "ToneCurve.code, with offset and lift",
+    yield Routine.of_row(
+        "ToneCurve.code, with offset and lift | light from just above code 0's to above full | 1e-12 code | "
+        "is clipped to 0 to 1",
         lambda x: GOGO.code(x[:, 0]),
         lambda x: [_gogo_code(GOGO, x[0])],
         0.00103 + LIGHT,
-        "light from just above code 0's to above full",
-        "code",
-        1e-12,
-        "is clipped to 0 to 1",
         gives(lambda: GOGO.code([0.0, 9.0]), [0.0, 1.0]),
     )
     bt1886 = bt1886_curve(100.0, 0.1)
-    yield Routine(
-        "bt1886_curve",
+    yield Routine.of_row(
+        "bt1886_curve | codes 0, 1e-6 to 1, black 0.1 % of white | 1e-15 light | "
+        "white that is not above black is refused",
         lambda x: bt1886.linear(x[:, 0]),
         _bt1886,
         CODES,
-        "codes 0, 1e-6 to 1, black 0.1 % of white",
-        "light",
-        1e-15,
-        "white that is not above black is refused",
         refuses(DeviceError, lambda: bt1886_curve(1.0, 1.0)),
     )
     srgb = SrgbCurve()
-    yield Routine(
-        "SrgbCurve.code",
+    yield Routine.of_row(
+        "SrgbCurve.code | light 1e-9 to 1 | 8.0 ulp | is clipped to 0 to 1",
         lambda x: srgb.code(x[:, 0]),
         _srgb_code,
         LIGHT,
-        "light 1e-9 to 1",
-        ULP,
-        8.0,
-        "is clipped to 0 to 1",
         gives(lambda: srgb.code([-1.0, 2.0]), srgb.code([0.0, 1.0])),
     )
     table = TableCurve((0.0, 0.2, 0.5, 0.8, 1.0), (0.0, 0.03, 0.22, 0.62, 1.0))
-    yield Routine(
-        "TableCurve.code",
+    yield Routine.of_row(
+        "TableCurve.code | light 1e-9 to 1 | 1e-12 code | is clipped to 0 to 1",
         lambda x: table.code(x[:, 0]),
         lambda x: [_knotted(table, x[0])],
         LIGHT,
-        "light 1e-9 to 1",
-        "code",
-        1e-12,
-        "is clipped to 0 to 1",
         gives(lambda: table.code([-1.0, 2.0]), [0.0, 1.0]),
     )
     colours = RNG.uniform(0.001, 1.0, (150, 3))
-    yield Routine(
-        "DisplayModel.xyz",
+    yield Routine.of_row(
+        "DisplayModel.xyz | codes 0.001 to 1 | 16.0 ulp | goes on above 1; NaN stays NaN",
         MODEL.xyz,
         _forward,
         colours,
-        "codes 0.001 to 1",
-        ULP,
-        16.0,
-        "goes on above 1; NaN stays NaN",
         gives(lambda: np.isnan(MODEL.xyz([nan, 0.5, 0.5])).all(), True),
     )
-    yield Routine(
-        "DisplayModel.linear",
+    yield Routine.of_row(
+        "DisplayModel.linear | XYZ of codes 0.001 to 1 | 4e-15 light | light beyond 0 to 1 is returned, to be counted",
         MODEL.linear,
         _linear,
         MODEL.xyz(colours),
-        "XYZ of codes 0.001 to 1",
-        "light",
-        4e-15,
-        "light beyond 0 to 1 is returned, to be counted",
         gives(lambda: MODEL.linear([0.0, 0, 0]).min() < 0, True),
     )
-    yield Routine(
-        "DisplayModel.code",
+    yield Routine.of_row(
+        "DisplayModel.code | XYZ of codes 0.02 to 1 | 1e-12 code | is clipped to the gamut",
         MODEL.code,
         _inverse,
         MODEL.xyz(RNG.uniform(0.02, 1.0, (150, 3))),
-        "XYZ of codes 0.02 to 1",
-        "code",
-        1e-12,
-        "is clipped to the gamut",
         gives(lambda: MODEL.code(9.0 * MODEL.white_XYZ_cd_m2), [1.0, 1, 1]),
     )
-    yield Routine(
-        "looked_up_codes",
+    yield Routine.of_row(
+        "looked_up_codes | light 1e-9 to 1, gamma 2.4, 1024 entries in 32 bits | 2e-6 code | takes the ends",
         lambda x: looked_up_codes(x[:, 0], curve_table(GAMMA).astype(np.float32)),
         lambda x: [_gogo_code(GAMMA, x[0])],
         LIGHT,
-        "light 1e-9 to 1, gamma 2.4, 1024 entries in 32 bits",
-        "code",
-        2e-6,
-        "takes the ends",
         gives(lambda: looked_up_codes(np.array([-1.0, 9.0]), curve_table(GAMMA).astype(np.float32)), [0, 1]),
     )
-    yield Routine(
-        "adjacent_codes (dither)",
+    yield Routine.of_row(
+        "adjacent_codes (dither) | light 1e-9 to 1, gamma 2.4, 8 bits | 1e-10 code | is shown as the end",
         lambda x: _code_and_share(x[:, 0]),
         _dithered,
         LIGHT[LIGHT[:, 0] < 1],
-        "light 1e-9 to 1, gamma 2.4, 8 bits",
-        "code",
-        1e-10,
-        "is shown as the end",
         gives(lambda: _code_and_share(np.array([-1.0, 2.0])), [0, 255]),
     )
     leaks = Crosstalk(LEAKS, LEAKS)
     six = RNG.uniform(0.0, 50.0, (100, 6))
-    yield Routine(
-        "Crosstalk.solve",
+    yield Routine.of_row(
+        "Crosstalk.solve | leaks of 4 to 6 %, XYZ 0 to 50 cd/m² | 8.0 ulp | leaks of a condition above 1e6 are refused",
         lambda x: np.hstack(leaks.solve(x[:, :3], x[:, 3:])),
         _seen,
         six,
-        "leaks of 4 to 6 %, XYZ 0 to 50 cd/m²",
-        ULP,
-        8.0,
-        "leaks of a condition above 1e6 are refused",
         refuses(DeviceError, lambda: Crosstalk(np.eye(3), np.eye(3))),
     )
     panel = GainMap(np.array([[80.0, 90, 70], [85, 100, 75]]), (300, 200), "cells", "centre")
-    yield Routine(
-        "GainMap.gain",
+    yield Routine.of_row(
+        "GainMap.gain | all of the panel, gains 0.74 to 1.05 | 6.0 ulp | "
+        "a place beyond the panel has the gain of its edge",
         lambda x: panel.gain(x[:, 0], x[:, 1]),
         _gain,
         RNG.uniform([0, 0], [300, 200], (150, 2)),
-        "all of the panel, gains 0.74 to 1.05",
-        ULP,
-        6.0,
-        "a place beyond the panel has the gain of its edge",
         gives(lambda: panel.gain(-50.0, 0.0), panel.gain(0.0, 0.0)),
     )
     mixture = least_squares(EyeModels(MODELS.left, MODELS.left), (1.0, 0.1, 0.0), (0.0, 0.9, 1.0))
-    yield Routine(
-        "Mixture.light",
+    yield Routine.of_row(
+        "Mixture.light | XYZ 0 to 50 cd/m² | 40.0 ulp | filters that leave a channel unseen are refused",
         lambda x: mixture.light(x[:, :3], x[:, 3:]),
         _mixed,
         six,
-        "XYZ 0 to 50 cd/m²",
-        ULP,
-        40.0,
-        "filters that leave a channel unseen are refused",
         refuses(DeviceError, lambda: least_squares(MODELS, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))),
     )
-    yield Routine(
-        "Plvc.light_of",
+    yield Routine.of_row(
+        "Plvc.light_of | channels' light 0.001 to 1 | 16.0 ulp | NaN stays NaN",
         PLVC.light_of,
         _plvc_light,
         colours,
-        "channels' light 0.001 to 1",
-        ULP,
-        16.0,
-        "NaN stays NaN",
         gives(lambda: np.isnan(PLVC.light_of([nan, 0.5, 0.5])).any(), True),
     )
-    yield Routine(
-        "Plvc.channels",
+    yield Routine.of_row(
+        "Plvc.channels | light of channels 0.001 to 1 | 1e-13 light | "
+        "light beyond the gamut is returned, to be counted",
         lambda x: PLVC.channels(x),
         _plvc_channels,
         PLVC.light_of(colours),
-        "light of channels 0.001 to 1",
-        "light",
-        1e-13,
-        "light beyond the gamut is returned, to be counted",
         gives(lambda: PLVC.channels(PLVC.light_of([-0.01, 0.5, 0.5]))[0] < 0, True),
     )
     seen = np.column_stack(
         [10.0 ** RNG.uniform(-1, 1.7, 100), 10.0 ** RNG.uniform(-2, 3, 100), RNG.uniform(0.5, 40, 100)]
     )
-    yield Routine(
-        "contrast_sensitivity",
+    yield Routine.of_row(
+        "contrast_sensitivity | 0.1 to 50 cycles per degree, 0.01 to 1000 cd/m², fields of 0.5° to 40° | "
+        "100.0 ulp | a frequency of 0 is refused",
         lambda x: contrast_sensitivity(x[:, 0], x[:, 1], x[:, 2]),
         _barten,
         seen,
-        "0.1 to 50 cycles per degree, 0.01 to 1000 cd/m², fields of 0.5° to 40°",
-        ULP,
-        100.0,
-        "a frequency of 0 is refused",
         refuses(DeviceError, lambda: contrast_sensitivity(0.0, 100.0)),
     )
     sizes = 10.0 ** RNG.uniform(-6, 4, (150, 1))
-    yield Routine(
-        "visual_angle_deg",
+    yield Routine.of_row(
+        "visual_angle_deg | 1 nm to 10 m from 700 mm | 4.0 ulp | a distance that is not above 0 is refused",
         lambda x: visual_angle_deg(x[:, 0], 700.0),
         lambda x: [_angle(x[0], D(700))],
         sizes,
-        "1 nm to 10 m from 700 mm",
-        ULP,
-        4.0,
-        "a distance that is not above 0 is refused",
         refuses(DeviceError, lambda: visual_angle_deg(1.0, 0.0)),
     )
-    yield Routine(
-        "size_mm",
+    yield Routine.of_row(
+        "size_mm | angles to 179° | 40.0 ulp | a distance that is not above 0 is refused",
         lambda x: size_mm(x[:, 0], 700.0),
         _size,
         RNG.uniform(1e-6, 179.0, (150, 1)),
-        "angles to 179°",
-        ULP,
-        40.0,
-        "a distance that is not above 0 is refused",
         refuses(DeviceError, lambda: size_mm(1.0, 0.0)),
     )
-    yield Routine(
-        "disparity_arcmin",
+    yield Routine.of_row(
+        "disparity_arcmin | 250 px to either side | 1e-12 arcmin | a pitch that is not above 0 is refused",
         lambda x: disparity_arcmin(x[:, 0], 0.25, 700.0),
         _disparity,
         RNG.uniform(-250, 250, (150, 1)),
-        "250 px to either side",
-        "arcmin",
-        1e-12,
-        "a pitch that is not above 0 is refused",
         refuses(DeviceError, lambda: disparity_arcmin(1.0, 0.0, 700.0)),
     )
 

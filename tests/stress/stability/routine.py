@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from tests.stress.stability.sixty_digits import exact
 
 Floats = NDArray[np.float64]
+Answer = Callable[[Floats], Any]
 Reference = Callable[[list[Decimal]], Sequence[Decimal]]
 _NUDGE = Decimal(10) ** -25
 _NUDGED_ROWS = 40
@@ -30,7 +31,7 @@ class Routine:
     """
 
     name: str
-    of: Callable[[Floats], Any]
+    of: Answer
     exactly: Reference
     inputs: Floats
     range: str
@@ -38,6 +39,15 @@ class Routine:
     limit: float
     outside: str
     check_outside: Callable[[], None]
+
+    @classmethod
+    def of_row(
+        cls, row: str, of: Answer, exactly: Reference, inputs: Floats, check_outside: Callable[[], None]
+    ) -> Routine:
+        """Return what a ``row`` of words says: name, range, limit with its unit, and what happens beyond."""
+        name, stressed, most, outside = row.split(" | ")
+        limit, unit = most.split(" ", 1)
+        return cls(name, of, exactly, inputs, stressed, unit, float(limit), outside, check_outside)
 
     def error(self) -> float:
         """Return the largest error over the inputs."""

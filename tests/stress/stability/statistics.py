@@ -22,7 +22,7 @@ from stimuli.align import homography_from_points
 from stimuli.errors import StimulusError
 from stimuli.measures.scielab import gaussian_kernel
 from tests.stress.stability import sixty_digits as s
-from tests.stress.stability.routine import ULP, Routine, gives, refuses
+from tests.stress.stability.routine import Routine, gives, refuses
 
 D = Decimal
 Floats = NDArray[np.float64]
@@ -214,26 +214,20 @@ def routines() -> Iterator[Routine]:
     """Give the routines of `analysis`, and those of `stimuli` that are not colour."""
     counts = RNG.integers(1, 60, (12, 12)).astype(np.float64)
     counts[:3] = 10.0 ** RNG.uniform(0, 5, (3, 12)).round()
-    yield Routine(
-        "scaling.fit (Bradley-Terry)",
+    yield Routine.of_row(
+        "scaling.fit (Bradley-Terry) | four items, counts of 1 to 1e5 for each pair | 1e-11 nats | "
+        "separated items: NaN, with the reason",
         lambda x: [fit(_wins(row)).theta for row in x],
         bradley_terry,
         counts,
-        "four items, counts of 1 to 1e5 for each pair",
-        "nats",
-        1e-11,
-        "separated items: NaN, with the reason",
         gives(lambda: np.isnan(fit(np.array([[0.0, 3], [0, 0]])).theta), [True, True]),
     )
-    yield Routine(
-        "scaling.fit_sparse (conjugate gradients)",
+    yield Routine.of_row(
+        "scaling.fit_sparse (conjugate gradients) | four items, counts of 1 to 60 | 1e-10 nats | "
+        "separated items are named",
         lambda x: [fit_sparse(csr_array(_wins(row))).theta for row in x],
         bradley_terry,
         counts[3:],
-        "four items, counts of 1 to 60",
-        "nats",
-        1e-10,
-        "separated items are named",
         gives(lambda: fit_sparse(csr_array(np.array([[0.0, 3], [0, 0]]))).separated.any(), True),
     )
     ties = RNG.integers(2, 40, (5, 9)).astype(np.float64)
@@ -241,134 +235,97 @@ def routines() -> Iterator[Routine]:
     without[:, 2::3] = 0.0
     models: tuple[Model, ...] = ("davidson", "rao-kupper", "thurstone")
     for model in models:
-        yield Routine(
-            f"scaling.fit_model, {model}",
+        yield Routine.of_row(
+            f"scaling.fit_model, {model} | three items, 2 to 40 of each answer | 1e-11 nats or sd | "
+            f"separated items: NaN, with the reason",
             partial(_all_fitted, model),
             _three(model),
             without if model == "thurstone" else ties,
-            "three items, 2 to 40 of each answer",
-            "nats or sd",
-            1e-11,
-            "separated items: NaN, with the reason",
             gives(lambda: np.isnan(_fitted(np.array([3.0, 0, 0, 3, 0, 0, 3, 0, 0]), "bradley-terry")), [True] * 3),
         )
     d = np.concatenate([RNG.uniform(-700, 700, 80), RNG.uniform(-2, 2, 70)])[:, np.newaxis]
-    yield Routine(
-        "laws.Logistic.probabilities",
+    yield Routine.of_row(
+        "laws.Logistic.probabilities | differences to ±700 nats | 4.0 ulp | "
+        "beyond ±700 the smaller chance stays at 1e-304",
         lambda x: np.stack([Logistic().probabilities(x[:, 0])[0]], 1),
         lambda x: [_logistic(x[0])],
         d,
-        "differences to ±700 nats",
-        ULP,
-        4.0,
-        "beyond ±700 the smaller chance stays at 1e-304",
         gives(lambda: Logistic().probabilities(np.array([800.0, 9e9]))[1] < 1e-303, [True, True]),
     )
     tails = np.concatenate([RNG.uniform(-37, 37, 60), RNG.uniform(-2, 2, 60)])[:, np.newaxis]
-    yield Routine(
-        "laws.Probit.probabilities",
+    yield Routine.of_row(
+        "laws.Probit.probabilities | differences to ±37 sd | 2500.0 ulp | beyond -38 the chance is 0",
         lambda x: Probit().probabilities(x[:, 0])[0],
         lambda x: [s.upper_tail(-x[0])],
         tails,
-        "differences to ±37 sd",
-        ULP,
-        2500.0,
-        "beyond -38 the chance is 0",
         gives(lambda: Probit().probabilities(np.array([-50.0, 50.0]))[0], [0.0, 1.0]),
     )
     laws: tuple[tuple[Model, Law, float], ...] = (("davidson", Davidson(), -5.0), ("rao-kupper", RaoKupper(), 0.01))
     for name, law, low in laws:
         within = np.column_stack([RNG.uniform(-40, 40, 100), RNG.uniform(low, 5.0, 100)])
-        yield Routine(
-            f"laws, {name}: all three chances",
+        yield Routine.of_row(
+            f"laws, {name}: all three chances | differences to ±40, tie parameters {low:g} to 5 | 16.0 ulp | "
+            f"all finite at any difference",
             partial(_law_chances, law),
             partial(_law_exactly, name),
             within,
-            f"differences to ±40, tie parameters {low:g} to 5",
-            ULP,
-            16.0,
-            "all finite at any difference",
             gives(partial(_finite, law), True),
         )
-    yield Routine(
-        "laws.iso_20462_jnd",
+    yield Routine.of_row(
+        "laws.iso_20462_jnd | shares of 0 to 1 | 1e-14 JND | a share outside 0 to 1 gives NaN",
         lambda x: iso_20462_jnd(x[:, 0]),
         _angular,
         RNG.uniform(0, 1, (100, 1)),
-        "shares of 0 to 1",
-        "JND",
-        1e-14,
-        "a share outside 0 to 1 gives NaN",
         gives(_angular_outside, True),
     )
-    yield Routine(
-        "multiplicity.two_sided_p",
+    yield Routine.of_row(
+        "multiplicity.two_sided_p | z to 37 | 2500.0 ulp | beyond 38 it is 0",
         lambda x: two_sided_p(x[:, 0]),
         lambda x: [2 * s.upper_tail(x[0])],
         np.abs(tails),
-        "z to 37",
-        ULP,
-        2500.0,
-        "beyond 38 it is 0",
         gives(lambda: two_sided_p(np.array([0.0, 50.0])), [1.0, 0.0]),
     )
     ends = np.column_stack([RNG.uniform(0.01, 0.99, 80), RNG.uniform(-0.2, 0.2, 80)])
-    yield Routine(
-        "bootstrap.bias_corrected (BCa)",
+    yield Routine.of_row(
+        "bootstrap.bias_corrected (BCa) | shares below 0.01 to 0.99, acceleration to ±0.2 | 1e-14 level | "
+        "without room left: the end of the replicates",
         lambda x: bias_corrected(0.025, x[:, 0], x[:, 1]),
         _bca,
         ends,
-        "shares below 0.01 to 0.99, acceleration to ±0.2",
-        "level",
-        1e-14,
-        "without room left: the end of the replicates",
         gives(lambda: bias_corrected(0.025, np.array([0.5]), np.array([-0.9])), [0.0]),
     )
-    yield Routine(
-        "bootstrap.acceleration",
+    yield Routine.of_row(
+        "bootstrap.acceleration | 12 observers, values near 100 that differ by 1e-3 to 30 | 1e-12 acceleration | "
+        "0 where no observer adds anything",
         lambda x: [acceleration(row[:, np.newaxis])[0] for row in x],
         _acceleration,
         RNG.normal(0, 1, (60, 12)) ** 3 + 100.0,
-        "12 observers, values near 100 that differ by 1e-3 to 30",
-        "acceleration",
-        1e-12,
-        "0 where no observer adds anything",
         gives(lambda: acceleration(np.ones((5, 1))), [0.0]),
     )
     values = np.hstack([RNG.normal(0, 1, (60, 8)), 1e3 + RNG.normal(0, 1, (60, 8))])
-    yield Routine(
-        "agreement.correlation (Pearson)",
+    yield Routine.of_row(
+        "agreement.correlation (Pearson) | 8 stimuli, values near 1000 that differ by 1 | 1e-12 r | "
+        "0 where either is constant",
         lambda x: [correlation(row[:8], row[8:], "pearson") for row in x],
         _pearson,
         values,
-        "8 stimuli, values near 1000 that differ by 1",
-        "r",
-        1e-12,
-        "0 where either is constant",
         gives(lambda: correlation(np.arange(4.0), np.ones(4), "pearson"), 0.0),
     )
-    yield Routine(
-        "scielab.gaussian_kernel",
+    yield Routine.of_row(
+        "scielab.gaussian_kernel | sd of 0.6 to 100 px | 1e-14 weight | a filter of next to no width leaves the pixel",
         _middle,
         _kernel,
         10.0 ** RNG.uniform(-0.2, 2, (30, 1)),
-        "sd of 0.6 to 100 px",
-        "weight",
-        1e-14,
-        "a filter of next to no width leaves the pixel",
         gives(lambda: gaussian_kernel(1e-3).max(), 1.0),
     )
     square = np.array([0.0, 0, 600, 0, 0, 400, 600, 400])
     corners = np.hstack([square + RNG.uniform(-30, 30, (60, 8)), square + RNG.uniform(-30, 30, (60, 8))])
-    yield Routine(
-        "align.homography_from_points",
+    yield Routine.of_row(
+        "align.homography_from_points | corners of 600 x 400 px, each 30 px off | 1e-9 px | "
+        "three places on a line are refused",
         _mapped,
         _homography,
         corners,
-        "corners of 600 x 400 px, each 30 px off",
-        "px",
-        1e-9,
-        "three places on a line are refused",
         refuses(
             StimulusError,
             lambda: homography_from_points([[0, 0], [1, 1], [2, 2], [3, 3]], [[0, 0], [1, 0], [0, 1], [1, 1]]),
