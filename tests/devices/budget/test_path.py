@@ -95,7 +95,7 @@ def test_the_rooms_light_costs_what_is_darker_than_it() -> None:
 
 
 @given(models=eye_models(), data=st.data())
-@settings(max_examples=5)
+@settings(max_examples=3)
 def test_with_no_step_on_each_eye_sees_what_was_asked(models: EyeModels, data: st.DataObject) -> None:
     lifts = models.left.additive and models.right.additive
     correction = data.draw(corrections((96, 64), lifts=lifts))

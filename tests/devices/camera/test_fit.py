@@ -21,10 +21,14 @@ from devices.patches import colorchecker_xyY
 See = Callable[..., Correspondences]
 FORMS: tuple[Form, ...] = ("linear", "affine")
 LOSSES: tuple[Loss, ...] = ("xyz", "delta-e")
+OTHERS = (("affine", "xyz"), ("linear", "delta-e"))
+NIGHTLY = pytest.mark.nightly
 
 
-@pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("loss", LOSSES)
+@pytest.mark.parametrize(
+    ("form", "loss"),
+    [("linear", "xyz"), ("affine", "delta-e"), *(pytest.param(*both, marks=NIGHTLY) for both in OTHERS)],
+)
 def test_a_known_camera_comes_back_without_noise(seen: See, matrix: np.ndarray, form: Form, loss: Loss) -> None:
     offset = (1.0, 2.0, 3.0) if form == "affine" else (0.0, 0.0, 0.0)
     found = fit_camera(seen(offset), form, loss)
@@ -130,6 +134,7 @@ def test_standard_errors_are_the_spread_of_repeated_fits(seen: See, loss: Loss) 
     assert np.all((told / spread > lowest) & (told / spread < highest))
 
 
+@pytest.mark.nightly
 @given(st.floats(1e-3, 1e4), st.sampled_from(FORMS))
 @settings(deadline=None, max_examples=4)
 def test_scaling_the_exposure_scales_XYZ(times: float, form: Form) -> None:

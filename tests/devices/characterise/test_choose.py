@@ -209,6 +209,7 @@ def test_a_few_wrong_readings_are_left_out_and_named() -> None:
     assert found.all_kept.held_out.max > 5 > found.chosen.held_out.max
 
 
+@pytest.mark.nightly
 def test_all_are_kept_where_that_is_asked_for() -> None:
     XYZ = np.array(THESIS_READINGS.XYZ)
     XYZ[5] *= 2.0
@@ -289,12 +290,13 @@ def gog_with_noise_in_the_dark(codes: NDArray[np.float64]) -> NDArray[np.float64
     return np.asarray(100.0 * (0.97 * codes + 0.03) ** 2.2 @ SRGB.T / 100.0 + noise)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("light", "noise", "chosen", "most"),
     [
         (srgb_with_black, 0.005, {"table", "plvc"}, 0.03),
-        pytest.param(pq_with_roll_off, 0.002, {"table", "plvc", "residual"}, 0.08, marks=NIGHTLY),
-        pytest.param(gog_with_noise_in_the_dark, 0.005, {"gog"}, 0.05, marks=NIGHTLY),
+        (pq_with_roll_off, 0.002, {"table", "plvc", "residual"}, 0.08),
+        (gog_with_noise_in_the_dark, 0.005, {"gog"}, 0.05),
     ],
 )
 def test_a_model_is_chosen_by_light_too(

@@ -67,6 +67,7 @@ def test_one_reading_off_by_a_fifth_is_found_and_no_other() -> None:
     assert np.flatnonzero(doubted_rows(CODES, XYZ)).tolist() == [49]
 
 
+@pytest.mark.nightly
 def test_what_a_repeat_confirms_stays() -> None:
     codes = np.concatenate([CODES, CODES[[49, 49]]])
     XYZ = noisy(DISPLAYS["additive"](codes), 0.002, 1)

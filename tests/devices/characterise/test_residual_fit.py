@@ -75,6 +75,7 @@ def test_knots_are_readings_far_from_each_other() -> None:
     np.testing.assert_array_equal(knots, np.round(1024 * knots) / 1024)
 
 
+@pytest.mark.nightly
 def test_a_model_that_cannot_be_undone_is_passed_over_for_a_stiffer_one(monkeypatch: pytest.MonkeyPatch) -> None:
     data = patches(CODES, noisy(smooth(2, 0.02, 8).xyz(CODES), 0.001, 1))
     plvc = fit_all(data, {}, residual=False)["plvc"]

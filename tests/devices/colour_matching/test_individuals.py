@@ -32,6 +32,7 @@ def test_the_seed_fixes_the_persons_and_more_persons_begin_with_the_same() -> No
     assert not np.array_equal(few[0].functions, individual_observers(1, 10, seed=6)[0].functions)
 
 
+@pytest.mark.nightly
 def test_persons_scatter_about_the_average() -> None:
     persons = individual_observers(400, 10, ages_years=(32, 32), seed=2)
     functions = np.array([person.functions for person in persons])

@@ -44,6 +44,7 @@ def _value(diagnosis: Diagnosis) -> float:
     return diagnosis.value
 
 
+@pytest.mark.nightly
 def test_displays_without_fault_are_not_accused() -> None:
     """Hundreds of them: tests/stress."""
     assert {name: one.words for name, one in _judged(clean(0)).items() if one.passed is False} == {}

@@ -69,6 +69,7 @@ def test_a_planted_drift_is_removed_to_a_small_fraction(name: str) -> None:
     removed_to_a_small_fraction(name, 0)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(("runs", "most"), [(12, 2), pytest.param(40, 4, marks=pytest.mark.stress)])
 def test_noise_alone_is_corrected_in_few_runs(runs: int, most: int) -> None:
     seen = sum(estimate_drift(run(seed)[0]).seen for seed in range(runs))
@@ -148,7 +149,7 @@ def test_an_odd_reading_hides_no_drift_and_makes_none() -> None:
 
 def test_four_whites_away_from_the_ends_suffice() -> None:
     seen = 0
-    for seed in range(10):
+    for seed in range(4):
         readings, truth = run(seed, COURSES["a line"])
         whites = np.flatnonzero(np.all(readings.codes == 1, axis=1))
         blacks = np.flatnonzero(np.all(readings.codes == 0, axis=1))
@@ -159,7 +160,7 @@ def test_four_whites_away_from_the_ends_suffice() -> None:
         if found.seen:
             put_right = found.corrected(readings.select(rows))
             assert error_percent(put_right, truth[rows]) < 0.4 * error_percent(readings, truth)
-    assert seen >= 5
+    assert seen >= 2
 
 
 def test_readings_in_quick_succession_show_no_drift_of_the_run() -> None:

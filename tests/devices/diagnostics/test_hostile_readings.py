@@ -40,7 +40,7 @@ def tables(draw: st.DrawFn) -> Measurements:
 
 
 # More of them: tests/stress.
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=3, deadline=None)
 @given(tables(), st.booleans())
 def test_any_readings_get_an_answer(table: Measurements, against_clean: bool) -> None:
     check_answers(table, against_clean)

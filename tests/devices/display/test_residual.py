@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from devices.characterise.display_yaml import model_lines
 from devices.display import Plvc, Residual, TableCurve, kernels_at_black
 from devices.display.model_spec import ModelSpec
-from devices.display.residual import MOST_KNOTS, kernels, kernels_and_slopes, place_of
+from devices.display.residual import kernels, kernels_and_slopes, place_of
 from devices.errors import DeviceError
 
 Floats = NDArray[np.float64]
@@ -99,7 +99,7 @@ def test_one_that_turns_light_round_is_refused() -> None:
 
 
 def test_a_display_file_gives_it_back() -> None:
-    model = smooth(count=MOST_KNOTS, size=0.003)
+    model = smooth(count=6, size=0.003)
     read = ModelSpec.model_validate(yaml.safe_load("\n".join(model_lines(model, "test")))).model()
     assert isinstance(read, Plvc)
     assert read.residual is not None

@@ -18,6 +18,7 @@ from documents import InputError
 pytestmark = pytest.mark.usefixtures("fits_kept")
 
 PANEL = PanelSpec(resolution_px=(1920, 1080), pixel_pitch_mm=0.28)
+ROOT = Path(__file__).parents[3]
 WAVES = np.arange(380.0, 781.0, 5.0)
 
 
@@ -76,10 +77,11 @@ def test_another_observer_needs_spectra() -> None:
 
 
 def test_a_rig_and_its_display_must_be_of_one_observer(tmp_path: Path) -> None:
-    fit = fit_display(display_readings(), model="gamma", observer="CIE 2006 10 age 65")
-    fit.write(tmp_path / "d.yaml", PANEL)
+    display = (ROOT / "configs/displays/asus_vg248qe.yaml").read_text(encoding="utf-8")
+    own = "  quad-buffered:\n    observer: CIE 2006 10 age 65\n"
+    (tmp_path / "d.yaml").write_text(display.replace("  quad-buffered:\n", own), encoding="utf-8")
     rig = tmp_path / "r.yaml"
-    text = "schema_version: 1\ndisplay: d.yaml\nmode: flat\ndistance_mm: 700\n"
+    text = "schema_version: 1\ndisplay: d.yaml\nmode: quad-buffered\ndistance_mm: 700\n"
     rig.write_text(text)
     with pytest.raises(InputError, match=r"observer CIE 1931 2, .* CIE 2006 10 age 65"):
         read_rig(rig)
