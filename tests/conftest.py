@@ -459,9 +459,44 @@ def person(xvfb: str, study: Study, forked: Server) -> Iterator[Person]:
         someone.process.communicate()
 
 
+class _Undrawn:
+    """Axes that take whatever is drawn on them, and keep nothing."""
+
+    def __getattr__(self, name: str) -> _Undrawn:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return self
+
+    def __call__(self, *_: object, **__: object) -> _Undrawn:
+        return self
+
+    def __getitem__(self, _: object) -> _Undrawn:
+        return self
+
+    def __iter__(self) -> Iterator[_Undrawn]:
+        return iter((self,))
+
+    def get_text(self) -> str:
+        return ""
+
+    def get_size_in_points(self) -> float:
+        return 0.0
+
+    def get_yaxis_text1_transform(self, _: float) -> tuple[object, str, str]:
+        return self, "center", "right"
+
+    get_yaxis_text2_transform = get_yaxis_text1_transform
+
+
 @pytest.fixture
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Build the figures of a page without drawing them, which takes longer than all else: for tests of other parts."""
+    """Make figures of a page without drawing anything, which takes longer than all else: for tests of other parts."""
+
+    def subplots(_: object, rows: int = 1, columns: int = 1, *, squeeze: bool = True, **__: object) -> Any:
+        axes = np.full((rows, columns), None, dtype=object)
+        for place in np.ndindex(rows, columns):
+            axes[place] = _Undrawn()
+        return axes if not squeeze else axes[0, 0] if axes.size == 1 else axes.squeeze()
 
     def svg(_: object, out: Any, **__: object) -> None:
         out.write('<svg viewBox="0 0 1 1"></svg>')
@@ -469,6 +504,9 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     def pdf(_: object, out: Any, **__: object) -> None:
         out.write(b"%PDF-")
 
+    monkeypatch.setattr("matplotlib.figure.Figure.subplots", subplots)
+    monkeypatch.setattr("matplotlib.figure.Figure.legend", lambda *_, **__: None)
+    monkeypatch.setattr("matplotlib.textpath.text_to_path.get_text_width_height_descent", lambda *_: (0.0, 0.0, 0.0))
     monkeypatch.setattr("matplotlib.backends.backend_svg.FigureCanvasSVG.print_svg", svg)
     monkeypatch.setattr("matplotlib.backends.backend_pdf.FigureCanvasPdf.print_pdf", pdf)
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from analysis.comparisons import Answer, Comparisons
 from analysis.records import Header, SessionLog, Trial
 
 NAMES = ("1.1 mono", "1.1 stereo", "2.1 mono", "2.1 stereo", "3.1 mono", "3.1 stereo")
@@ -38,6 +39,27 @@ _TABLE_4_4 = MappingProxyType(
 def table_4_4() -> Mapping[str, tuple[float, str]]:
     """The thesis's Table 4.4: each sample's printed score and class."""
     return _TABLE_4_4
+
+
+def answers_of(comparisons: Comparisons) -> list[Answer]:
+    """Return the answers one by one, those with ties last."""
+    names, people, tied = comparisons.items, comparisons.observers, comparisons.tied
+    lines = [
+        Answer(names[w], names[x], c, people[o], names[w] if first else names[x])
+        for w, x, c, o, first in zip(
+            comparisons.winner,
+            comparisons.loser,
+            comparisons.count,
+            comparisons.observer,
+            comparisons.winner_was_first,
+            strict=True,
+        )
+    ]
+    lines += [
+        Answer(names[a], names[b], c, people[o], names[a] if first else names[b], tie=True)
+        for a, b, c, o, first in zip(tied.item_a, tied.item_b, tied.count, tied.observer, tied.a_was_first, strict=True)
+    ]
+    return lines
 
 
 def clip_cost(percent: float) -> dict[str, float]:

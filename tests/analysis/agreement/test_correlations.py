@@ -48,12 +48,6 @@ def test_values_equal_but_for_rounding_are_ties(kind: CorrelationKind) -> None:
     assert correlation(scores, near, kind) == correlation(scores, np.array([0.3, 0.3, 0.7, 0.9]), kind)
 
 
-@pytest.mark.parametrize("kind", ["spearman", "kendall"])
-def test_an_infinite_value_has_a_rank(kind: CorrelationKind) -> None:
-    """As the ratio in dB of a picture that is the photograph pixel for pixel."""
-    assert correlation(np.arange(4.0), np.array([20.0, 30.0, 40.0, np.inf]), kind) == pytest.approx(1.0, abs=1e-12)
-
-
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_direction_of_a_measure_agrees_with_it_perfectly(kind: CorrelationKind) -> None:
     values = np.array([3.0, -1.0, 10.0, 4.0])

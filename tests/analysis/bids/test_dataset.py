@@ -58,13 +58,6 @@ def test_a_folder_that_is_no_export_is_left_alone(lab: Lab, content: str | None)
     assert tree(target) == before
 
 
-def test_results_are_never_exported_over_themselves(lab: Lab) -> None:
-    file = lab.session()
-    with pytest.raises(ResultsError, match="not an export"):
-        export_dataset([lab.folder / "results"], lab.folder / "results")
-    assert file.is_file()
-
-
 def test_a_file_is_no_folder(tmp_path: Path) -> None:
     (tmp_path / "bids").write_text("")
     with pytest.raises(ResultsError, match="this is a file"):

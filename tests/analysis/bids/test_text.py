@@ -47,11 +47,6 @@ def test_readers_that_know_quotes_see_the_same_cells(texts: list[str]) -> None:
     assert [unescape(cell or '""') for cell in read] == texts
 
 
-@given(ANY_TEXT, ANY_TEXT)
-def test_different_texts_make_different_cells(one: str, other: str) -> None:
-    assert (escape(one) == escape(other)) == (one == other)
-
-
 @settings(max_examples=15)
 @given(JSON)
 def test_json_comes_back_and_is_inert(value: Any) -> None:

@@ -8,7 +8,6 @@ from itertools import product
 
 import numpy as np
 import pytest
-from scipy import stats
 
 from analysis.bootstrap import class_stability, resample
 from analysis.bootstrap.influence import influences
@@ -55,31 +54,6 @@ def test_it_is_what_classifying_each_replicate_gives(study: Study, covariance: C
     for label, share, met in zip(stability.labels, stability.label_shares, labels, strict=True):
         assert met[label] == max(met.values()) == pytest.approx(60 * share)
     assert stability.class_counts == dict(sorted(counts.items()))
-
-
-@pytest.mark.nightly
-def test_far_apart_is_never_shared_and_the_same_as_often_as_the_normal_law_says(study: Study) -> None:
-    """Over the bootstrap z is about normal, with variance 1, about the z of all answers."""
-    comparisons = study((-2.0, 0.0, 0.0, 2.0), observers=40, observer_sd=0.0)
-    stability = class_stability(resample(comparisons, replicates=400), adjust="maxz", covariance="model")
-    fitted = fit(comparisons.wins)
-    z = classify(fitted.theta, fitted.covariance).z[1, 2]
-    critical = stats.studentized_range.ppf(0.95, 4, np.inf) / np.sqrt(2)
-    assert stability.shared[0, 3] == 0
-    assert stability.shared[1, 2] == pytest.approx(
-        stats.norm.cdf(critical - z) - stats.norm.cdf(-critical - z), abs=0.1
-    )
-    assert (np.diag(stability.shared) == 1).all()
-    assert (stability.shared == stability.shared.T).all()
-    assert stability.labels[3] == "1"
-    assert stability.label_shares[3] == 1
-
-
-def test_a_looser_level_parts_more_pairs(study: Study) -> None:
-    found = resample(study(STRENGTHS, observers=20), replicates=100)
-    strict, loose = (class_stability(found, alpha=alpha).shared for alpha in (0.001, 0.2))
-    assert (loose <= strict).all()
-    assert (loose < strict).any()
 
 
 def test_draws_without_a_fit_are_counted_and_left_out() -> None:

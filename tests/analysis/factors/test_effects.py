@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -13,6 +12,7 @@ from analysis.comparisons.comparisons import without_observers
 from analysis.errors import ResultsError
 from analysis.factors import FactorEffects, factor_effects
 from analysis.scaling import fit
+from tests.analysis.conftest import answers_of
 from tests.analysis.slow_profiles import SlowProfile
 from tests.choice import nightly
 from tests.kept import known
@@ -94,17 +94,6 @@ def test_covariances_are_those_of_the_regression_answer_by_answer(grid: Factors,
         assert (effect.robust_low, effect.robust_high) == pytest.approx(twin.interval(2.200985 * spread), abs=1e-5)
     wald = beta[:2] @ np.linalg.solve(sandwich[:2, :2], beta[:2]) * (people - 2) / (2 * (people - 1))
     assert found.tests[0].robust_statistic == pytest.approx(wald, rel=1e-8)
-
-
-@pytest.mark.parametrize("observers", [10, *nightly(30)])
-def test_more_who_prefer_a_level_are_more_evidence_of_it(observers: int) -> None:
-    p = []
-    for k in range((observers + 1) // 2 + 1, observers):  # all of them would be separated
-        votes = [Answer("on" if o < k else "off", "off" if o < k else "on", observer=f"{o}") for o in range(observers)]
-        (effect,) = factor_effects(from_answers(votes), {"on": {"light": "on"}, "off": {"light": "off"}}).effects
-        assert effect.robust_p is not None
-        p.append((effect.p, effect.robust_p))
-    assert all(later < earlier for one in zip(*p, strict=True) for earlier, later in pairwise(one))
 
 
 @pytest.mark.parametrize("observers", [2, 3])
@@ -211,8 +200,7 @@ def test_order_names_and_size_of_counts_do_not_matter(seed: int, scale: float, g
     names = list(grid)
     renamed = dict(zip(names, rng.permutation([f"item {place}" for place in range(len(names))]).tolist(), strict=True))
     lines = [
-        Answer(renamed[names[winner]], renamed[names[loser]], scale, f"person {observer}")
-        for winner, loser, observer in zip(answers.winner, answers.loser, answers.observer, strict=True)
+        Answer(renamed[one.winner], renamed[one.loser], scale, f"person {one.observer}") for one in answers_of(answers)
     ]
     shuffled = from_answers(
         [lines[place] for place in rng.permutation(len(lines))], rng.permutation(list(renamed.values())).tolist()

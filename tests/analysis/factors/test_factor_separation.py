@@ -16,6 +16,7 @@ from analysis.factors.separation import is_separated, separated_effects
 from analysis.factors.terms import Term
 from analysis.scaling import count_pairs
 from analysis.scaling.separation import recession, strong_groups
+from tests.analysis.conftest import answers_of
 
 Factors = Mapping[str, Mapping[str, str | float]]
 Drawer = Callable[..., Comparisons]
@@ -100,10 +101,8 @@ def test_items_may_be_separated_where_the_factors_are_not(grid: Factors, draw: D
     """One item that never lost: no free strengths, but the effects are held by the others."""
     answers = draw(dict.fromkeys(grid, 0.0), observers=6, seed=2)
     best = next(iter(grid))
-    lines = []
-    for winner, loser in zip(answers.winner, answers.loser, strict=True):
-        pair = answers.items[winner], answers.items[loser]
-        lines.append(Answer(*(pair if pair[1] != best else pair[::-1])))
+    pairs = [(one.winner, one.loser) for one in answers_of(answers)]
+    lines = [Answer(*(pair if pair[1] != best else pair[::-1])) for pair in pairs]
     found = factor_effects(from_answers(lines, list(grid)), grid)
     assert found.converged
     assert found.separation == ()

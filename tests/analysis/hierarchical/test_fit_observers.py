@@ -177,21 +177,6 @@ def test_the_number_of_workers_changes_no_number(make: Maker, monkeypatch: pytes
     assert values[0] == values[1]
 
 
-def test_items_renamed_and_observers_in_another_order_change_nothing(make: Maker) -> None:
-    comparisons = make(np.linspace(-1, 1, 5), 9, 0.7, seed=9)
-    names = comparisons.items
-    answers = [
-        Answer(names[w], names[x], c, comparisons.observers[o])
-        for w, x, o, c in zip(
-            comparisons.winner, comparisons.loser, comparisons.observer, comparisons.count, strict=True
-        )
-    ]
-    one, other = fit_observers(comparisons), fit_observers(from_answers(answers[::-1]))
-    assert one.spread.estimate == pytest.approx(other.spread.estimate, abs=1e-6)
-    strengths = dict(zip(other.groups[0].items, other.groups[0].theta.tolist(), strict=True))
-    assert [strengths[name] for name in names] == pytest.approx(one.groups[0].theta.tolist(), abs=1e-5)
-
-
 def test_what_cannot_be_fitted_is_refused_with_a_remedy() -> None:
     def chain(observer: str) -> list[Answer]:
         return [Answer(a, b, count, observer) for a, b in pairwise("abcd") for a, b, count in ((a, b, 2), (b, a, 1))]

@@ -14,6 +14,7 @@ from analysis.inference import multiverse
 from analysis.inference.choices import NOBODY
 from analysis.scaling import fit_model, score
 from analysis.scaling.scores import classes_of
+from tests.analysis.conftest import answers_of
 from tests.choice import nightly
 from tests.kept import known
 
@@ -21,18 +22,7 @@ Maker = Callable[..., Comparisons]
 
 
 def without(comparisons: Comparisons, person: str) -> Comparisons:
-    names, people, tied = comparisons.items, comparisons.observers, comparisons.tied
-    lines = [
-        Answer(names[w], names[x], c, people[o])
-        for w, x, c, o in zip(
-            comparisons.winner, comparisons.loser, comparisons.count, comparisons.observer, strict=True
-        )
-    ]
-    lines += [
-        Answer(names[a], names[b], c, people[o], tie=True)
-        for a, b, c, o in zip(tied.item_a, tied.item_b, tied.count, tied.observer, strict=True)
-    ]
-    return from_answers([line for line in lines if line.observer != person], names)
+    return from_answers([one for one in answers_of(comparisons) if one.observer != person], comparisons.items)
 
 
 @pytest.mark.parametrize("ties", [False, *nightly(True)])

@@ -13,6 +13,7 @@ from analysis.errors import ResultsError
 from analysis.inference import pair_residuals
 from analysis.inference.pulls import pulls
 from analysis.scaling import Model, score
+from tests.analysis.conftest import answers_of
 
 Maker = Callable[..., Comparisons]
 THETA = np.array([0.9, 0.3, 0.0, -0.4, -0.8])
@@ -74,13 +75,7 @@ def test_drawn_residuals_beside_refitted_ones(make: Maker, model: Model, order: 
 def test_a_pair_that_goes_its_own_way_is_named(make: Maker) -> None:
     comparisons = make(np.zeros(5), 20, repeats=2)
     assert not pair_residuals(score(comparisons)).flagged
-    answers = [
-        Answer(comparisons.items[w], comparisons.items[x], c, comparisons.observers[o])
-        for w, x, c, o in zip(
-            comparisons.winner, comparisons.loser, comparisons.count, comparisons.observer, strict=True
-        )
-        if {comparisons.items[w], comparisons.items[x]} != {"b", "d"}
-    ]
+    answers = [one for one in answers_of(comparisons) if {one.winner, one.loser} != {"b", "d"}]
     answers += [Answer("b", "d", 2 - (o == 3), f"{o:02d}") for o in range(20)] + [Answer("d", "b", 1, "03")]
     result = pair_residuals(score(from_answers(answers)))
     assert (result.flagged[0].first, result.flagged[0].second) == ("b", "d")

@@ -11,30 +11,10 @@ from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
 from analysis.inference import compare_models
 from analysis.scaling import LAWS, Model, fit_model
+from tests.analysis.conftest import answers_of
 
 Maker = Callable[..., Comparisons]
 THETA = np.array([0.9, 0.3, -0.2, -1.0])
-
-
-def answers_of(comparisons: Comparisons) -> list[Answer]:
-    """Return the answers one by one, those with ties last."""
-    names, people, tied = comparisons.items, comparisons.observers, comparisons.tied
-    lines = [
-        Answer(names[w], names[x], c, people[o], names[w] if first else names[x])
-        for w, x, c, o, first in zip(
-            comparisons.winner,
-            comparisons.loser,
-            comparisons.count,
-            comparisons.observer,
-            comparisons.winner_was_first,
-            strict=True,
-        )
-    ]
-    lines += [
-        Answer(names[a], names[b], c, people[o], names[a] if first else names[b], tie=True)
-        for a, b, c, o, first in zip(tied.item_a, tied.item_b, tied.count, tied.observer, tied.a_was_first, strict=True)
-    ]
-    return lines
 
 
 def slowly(comparisons: Comparisons, model: Model, order_effect: bool) -> dict[str, float]:

@@ -13,6 +13,7 @@ from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
 from analysis.inference import transitivity
 from analysis.scaling import score
+from tests.analysis.conftest import answers_of
 from tests.kept import known
 
 Maker = Callable[..., Comparisons]
@@ -82,11 +83,7 @@ def test_a_planted_circle_is_more_than_chance(make: Maker) -> None:
     within = known(transitivity(score(plain), replicates=400))
     assert not any(test.exceeds for test in within.properties)
     worst, best = plain.items[5], plain.items[0]
-    answers = [
-        Answer(plain.items[w], plain.items[x], 1, plain.observers[o])
-        for w, x, o in zip(plain.winner, plain.loser, plain.observer, strict=True)
-        if {plain.items[w], plain.items[x]} != {worst, best}
-    ]
+    answers = [one for one in answers_of(plain) if {one.winner, one.loser} != {worst, best}]
     answers += [Answer(worst, best, 1, observer) for observer in plain.observers]
     result = known(transitivity(score(from_answers(answers, plain.items)), replicates=400))
     assert result.weak.broken >= 4
@@ -94,15 +91,6 @@ def test_a_planted_circle_is_more_than_chance(make: Maker) -> None:
     assert result.pairs[0][:2] == (best, worst)
     assert "Distinguished from chance: weak" in result.sentence
     assert result.weak.expected < 2
-
-
-def test_the_same_seed_gives_the_same_values(make: Maker) -> None:
-    scores = score(make(np.zeros(5), 6))
-    first, second = (transitivity(scores, replicates=60, seed=seed) for seed in (1, 1))
-    assert first is not None
-    assert second is not None
-    assert first.to_json() == second.to_json()
-    assert first.strong.p_observers is not None
 
 
 def test_without_observers_or_triples(make: Maker) -> None:

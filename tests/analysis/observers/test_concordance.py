@@ -10,13 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from scipy.stats import binom, kstest
+from scipy.stats import binom
 
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.observers import concordance as module
 from analysis.observers.concordance import disagreement_chances, kendall_u
-from analysis.observers.tails import Tail
-from tests.choice import nightly
 from tests.kept import known
 
 Study = Callable[..., Comparisons]
@@ -142,26 +140,6 @@ def test_the_law_of_moments_is_near_the_exact_one(k: NDArray[np.int64], monkeypa
         found = module._chance(k, index)
         assert not found.exact
         assert found.p == pytest.approx(exact[index], rel=0.12 if level < 0.01 else 0.05)
-
-
-def uniform(tails: list[Tail], random: np.random.Generator) -> float:
-    return float(kstest([tail.randomised_p(random.random()) for tail in tails], "uniform").pvalue)
-
-
-@pytest.mark.parametrize("studies", [*nightly(400), pytest.param(800, marks=pytest.mark.stress)])
-@pytest.mark.parametrize("kinds", [[1, -1], [1, -1, 0, None]])
-def test_p_is_uniform_under_chance(kinds: list[Outcome], studies: int) -> None:
-    random = np.random.default_rng(5)
-    tails = []
-    for _ in range(studies):
-        outcomes = np.array(kinds, dtype=object)[random.integers(len(kinds), size=(6, 15))]
-        found = known(kendall_u(table(outcomes, 6), shuffles=0))
-        assert found.chance is not None
-        tails.append(found.chance)
-    assert uniform(tails, random) > 0.01
-    p = np.array([tail.p for tail in tails])
-    assert (p <= 0.05).mean() <= 0.05 + 3 * np.sqrt(0.05 * 0.95 / studies)
-    assert np.mean([tail.mid_p for tail in tails]) == pytest.approx(0.5, abs=0.035)
 
 
 @pytest.mark.promise("believable-scores")

@@ -11,7 +11,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from scipy.stats import kstest
 
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.observers import consistency as module
@@ -24,7 +23,6 @@ from analysis.observers.consistency import (
     triad_chances,
 )
 from analysis.observers.tails import from_moments
-from tests.choice import nightly
 
 Study = Callable[..., Comparisons]
 Verdicts = NDArray[np.int8]
@@ -122,22 +120,6 @@ def test_the_law_of_moments_is_kendalls_chi_square_and_near_the_exact_one() -> N
         assert tail.p >= 0.96 * exact[circular] - 1e-12
         if exact[circular] > 0.01:
             assert tail.p == pytest.approx(exact[circular], rel=0.04)
-
-
-@pytest.mark.parametrize("n", [5, *nightly(8, 12)])
-def test_p_is_uniform_under_chance(n: int) -> None:
-    random = np.random.default_rng(n)
-    tests = [kendall_zeta(*drawn(n, seed)).test for seed in range(1500)]
-    tails = [test for test in tests if test]
-    assert len(tails) == 1500
-    assert all(test.exact == (n <= 10) for test in tails)
-    assert kstest([test.randomised_p(random.random()) for test in tails], "uniform").pvalue > 0.01
-    mid_p = np.array([test.mid_p for test in tails])
-    assert mid_p.mean() == pytest.approx(0.5, abs=0.02)
-    # The plain p value errs by being too large, never too small: 3 standard errors of 1500 draws are allowed.
-    p = np.array([test.p for test in tails])
-    for level in (0.01, 0.05, 0.1, 0.5):
-        assert (p <= level).mean() <= level + 3 * np.sqrt(level * (1 - level) / 1500) + (0.003 if n > 10 else 0)
 
 
 def test_repeated_pairs_count_once_by_majority_and_even_splits_as_ties() -> None:

@@ -11,25 +11,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.stats import binom, binomtest, linregress, spearmanr
+from scipy.stats import binomtest, linregress, spearmanr
 
 from analysis.comparisons import Answer, from_answers
 from analysis.observers.responses import response_times, self_agreements, side_biases
 from analysis.records import SessionLog
 from tests.kept import known
-
-
-def test_the_share_of_the_first_position_with_its_interval_and_chance() -> None:
-    answers = [Answer("a", "b", 7, "01", "a"), Answer("b", "a", 2, "01", "a"), Answer("a", "b", 3, "02")]
-    leaning, unknown = side_biases(from_answers(answers))
-    assert unknown is None
-    assert leaning is not None
-    assert (leaning.first, leaning.answers) == (7, 9)
-    assert leaning.p == pytest.approx(2 * binom(9, 0.5).sf(6))
-    # Wilson's limits are where the observed share lies 1.96 standard errors away.
-    for limit in (leaning.low, leaning.high):
-        assert abs(7 / 9 - limit) == pytest.approx(1.959964 * np.sqrt(limit * (1 - limit) / 9), rel=1e-5)
-    assert leaning.to_json()["share"] == 7 / 9
 
 
 def test_ties_say_nothing_of_sides() -> None:

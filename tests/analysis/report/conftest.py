@@ -35,6 +35,7 @@ def described(make_session: Maker) -> Report:
 def few_draws(monkeypatch: pytest.MonkeyPatch) -> None:
     """Draw a tenth of the bootstrap samples: no test of the report looks at how many agree."""
     monkeypatch.setattr("analysis.report.estimate.resample", partial(resample, replicates=100))
+    monkeypatch.setattr("analysis.report.sections.reviewers.REPLICATES", 100)
 
 
 @pytest.fixture

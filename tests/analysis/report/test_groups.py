@@ -137,6 +137,7 @@ def test_every_table_is_there_by_group_and_for_all(tmp_path: Path) -> None:
         assert next(csv.reader(file)) == ["stimulus", "pooled_class", *(f"class in {name}" for name in SCENES)]
 
 
+@pytest.mark.nightly
 def test_text_in_names_of_groups_stays_text() -> None:
     page = page_of(names=("a b", "<b>$y_1$"), codecs=("x", "y"))
     assert "<b>" not in page

@@ -45,6 +45,19 @@ def test_the_page_asks_for_nothing_outside_itself(written: Path) -> None:
             assert value.startswith(("#", "data:,", "data:image/png;base64,"))
 
 
+def test_the_page_can_be_heard(written: Path) -> None:
+    page = Page(written.read_text(encoding="utf-8"))
+    for tag, attributes in page.tags:
+        if tag == "svg":
+            assert attributes.get("role") == "img"
+            assert attributes.get("aria-label")
+        if tag == "th":
+            assert attributes.get("scope") in ("row", "col")
+    anchors = {str(attributes["id"]) for tag, attributes in page.tags if tag == "section"}
+    links = [str(attributes["href"])[1:] for tag, attributes in page.tags if tag == "a"]
+    assert sorted(links) == sorted(anchors)
+
+
 def test_the_page_opens_without_an_error_and_runs_nothing(written: Path, tmp_path: Path) -> None:
     works_and_runs_nothing(written.read_text(encoding="utf-8"), tmp_path)
 

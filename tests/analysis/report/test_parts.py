@@ -183,20 +183,6 @@ def test_a_picture_that_cannot_be_shown_is_left_out_and_named(described: Report)
     assert not [tag for tag, _ in alone.tags if tag == "img"]
 
 
-def test_the_page_can_be_heard(described: Report, choosing: Sessions) -> None:
-    for report in (described, describe(choosing(2))):
-        page = Page(render(report))
-        for tag, attributes in page.tags:
-            if tag == "svg":
-                assert attributes.get("role") == "img"
-                assert attributes.get("aria-label")
-            if tag == "th":
-                assert attributes.get("scope") in ("row", "col")
-        anchors = {str(attributes["id"]) for tag, attributes in page.tags if tag == "section"}
-        links = [str(attributes["href"])[1:] for tag, attributes in page.tags if tag == "a"]
-        assert sorted(links) == sorted(anchors)
-
-
 @pytest.mark.parametrize(("count", "of"), [(0, 1), (3, 6), (6, 6), (9, 11), (2, 15), (500, 1000)])
 def test_the_sign_test_is_the_exact_binomial_one(count: int, of: int) -> None:
     from scipy.stats import binomtest

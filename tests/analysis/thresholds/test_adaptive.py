@@ -98,16 +98,3 @@ def test_medians_are_between_the_points_of_the_grid() -> None:
     for _ in range(40):
         quest.learn(20, right=True)
     assert quest.median[0] < -1.4
-
-
-def test_quest_plus_ends_at_the_threshold() -> None:
-    rng = np.random.default_rng(11)
-    errors = []
-    for true in np.tile([-1.4, -1.1, -0.8], 12):
-        shape = FUNCTIONS["weibull"]
-        quest = QuestPlus(LEVELS, thresholds=LEVELS, slopes=[1.5, 2.5, 3.5, 5, 7], lapses=[0, 0.02, 0.04])
-        right = shape.probability(LEVELS, true, 3.5, 0.5, 0.02)
-        simulate(quest, 100, answering(right, rng))
-        errors.append(quest.mean[0] - true)
-    assert abs(np.mean(errors)) < 0.02
-    assert np.std(errors) < 0.08
