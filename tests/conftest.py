@@ -505,7 +505,8 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
         out.write(b"%PDF-")
 
     monkeypatch.setattr("matplotlib.figure.Figure.subplots", subplots)
-    monkeypatch.setattr("matplotlib.figure.Figure.legend", lambda *_, **__: None)
+    for beside in ("legend", "colorbar"):
+        monkeypatch.setattr(f"matplotlib.figure.Figure.{beside}", lambda *_, **__: _Undrawn())
     monkeypatch.setattr("matplotlib.textpath.text_to_path.get_text_width_height_descent", lambda *_: (0.0, 0.0, 0.0))
     monkeypatch.setattr("matplotlib.backends.backend_svg.FigureCanvasSVG.print_svg", svg)
     monkeypatch.setattr("matplotlib.backends.backend_pdf.FigureCanvasPdf.print_pdf", pdf)

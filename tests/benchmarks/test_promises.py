@@ -54,12 +54,6 @@ def test_absolute_times_decide_nothing_and_a_quick_run_judges_what_is_exact() ->
         assert Promise("a", 9.0, 2.0, kind).state(quick=True) == "NOT KEPT"
 
 
-def test_promises_come_back_from_their_files() -> None:
-    for figure in (1.5, None, math.inf):
-        promise = Promise("a", figure, 2.0, "ratio", "at least", "×", missing="" if figure else "not installed")
-        assert Promise.from_json(json.loads(json.dumps(promise.to_json(), allow_nan=False))) == promise
-
-
 def test_the_page_names_what_is_not_kept_and_what_failed() -> None:
     ran = [
         Ran("one", 2.0, (Promise("error", 3.0, 2.0, "error"), Promise("uploads", 15, 15, "count", "exactly"))),

@@ -47,6 +47,7 @@ def _edit(file: Path, begins: str, new: str) -> int:
     return changed
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_page_ends_with_a_report(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cyclopean: Callable[..., subprocess.CompletedProcess[str]]
 ) -> None:

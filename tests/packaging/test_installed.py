@@ -178,13 +178,6 @@ def test_schema_and_help_need_no_checkout(installed: Installed, tmp_path: Path) 
     assert installed.run(tmp_path, "--help", of_module=True) == installed.run(tmp_path, "--help")
 
 
-def test_a_shipped_experiment_is_copied_and_checked(installed: Installed, tmp_path: Path) -> None:
-    """As the pages say it: `new --from`, then `check` on what was written."""
-    installed.run(tmp_path, "new", "--from", "dynamic_range", "mine")
-    check = ("check", "mine/experiments/dynamic_range.yaml", "--no-screen", "--no-pictures", "--json")
-    assert json.loads(installed.run(tmp_path, *check))[0]["trials"] == 45
-
-
 def test_every_shipped_experiment_can_be_copied_and_checked(installed: Installed, tmp_path: Path) -> None:
     """In one process: a copy of each, found in the installed package, is a study that `check` accepts."""
     code = (

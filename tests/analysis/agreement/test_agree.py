@@ -69,13 +69,6 @@ def test_noise_and_a_reversed_measure_do_not_agree() -> None:
     assert found.measures[1].whole.accuracy.share == 0
 
 
-def test_three_stimuli_cannot_say() -> None:
-    found = agree([rated(QUALITY[:4])], ["photo"], [measure(BLUR[:4])])
-    assert found.least_p == pytest.approx(1 / 6)
-    assert found.measures[0].decision == "cannot be said"
-    assert found.measures[0].whole.correlations["spearman"].value == pytest.approx(1)
-
-
 def test_many_measures_are_corrected_for() -> None:
     random = np.random.default_rng(5)
     group = rated(QUALITY)

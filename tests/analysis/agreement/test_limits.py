@@ -98,12 +98,3 @@ def test_the_interval_of_the_best_limit_is_that_of_the_draws() -> None:
     # Where most draws put all in one class, there is no interval.
     rarely = calibrate([group(same, [same] * 60 + [[True] * 4] * 40)], [values], [0], None)
     assert (rarely.best, rarely.best_low) == (2.5, None)
-
-
-def test_groups_count_together() -> None:
-    both = [group([True, False]), group([True, False])]
-    values = [np.array([0, 1.0, 5.0]), np.array([0, 2.0, 6.0])]
-    found = calibrate(both, values, [0, 0], 1.4)
-    assert found.table is not None
-    assert (found.stimuli, found.table.hits, found.table.misses, found.table.correct_rejections) == (4, 1, 1, 2)
-    assert found.best == pytest.approx(3.5)

@@ -61,25 +61,6 @@ def test_pairs_have_the_scores_and_classes_of_the_report() -> None:
     assert group.drawn.differs.shape == (1000, 4, 4)
 
 
-def test_observers_who_agree_without_exception() -> None:
-    """Firth's fit, as in the report: finite scores and draws."""
-    pairs = [(one, two) for one in NAMES for two in NAMES if one < two]
-    logs = [
-        session(
-            observer,
-            *(
-                Trial(0, number, "all_pairs", (), 1.0, "", {"first": one, "chosen": one, "rejected": two})
-                for number, (one, two) in enumerate(pairs)
-            ),
-        )
-        for observer in range(4)
-    ]
-    (group,), _ = observed_groups(logs)
-    assert (np.diff(group.scores) < 0).all()
-    assert group.drawn is not None
-    assert np.isfinite(group.drawn.errors).all()
-
-
 def rating(observer: int, scale: str = "depth") -> SessionLog:
     random = np.random.default_rng(observer)
     return session(

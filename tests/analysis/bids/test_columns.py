@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from analysis.bids.columns import FIXED, Column, ColumnCollector, flatten
-from analysis.bids.sidecars import describe
+from analysis.bids.sidecars import describe, trial_type
 from analysis.records import Trial
 
 
@@ -139,3 +139,38 @@ def test_a_series_that_is_called_as_a_stimulus_takes_no_role_from_it() -> None:
     assert dict(flatten(data, {"a", "b"}))["dwell_s", "chosen"] == 2.0
     data = {"answer": "first", "first": "second", "second": "first", "clipping": {"first": 1, "second": 2}}
     assert dict(flatten(data, {"first", "second"}))["clipping", "second"] == 1
+
+
+def column(*place: str, form: str = "number", values: tuple[str, ...] | None = None) -> Column:
+    return Column("_".join(place), place, form, False, ("all_pairs",), values)
+
+
+def test_clip_costs_say_whose_and_which_eyes() -> None:
+    percent = describe(column("clipping", "first", "left", "percent_any"))
+    assert percent["Units"] == "%"
+    assert "'first'" in percent["Description"]
+    assert "left eye" in percent["Description"]
+    assert describe(column("clipping", "second", "right", "delta_e_00_max"))["Units"] == "1"
+
+
+def test_units_come_from_names() -> None:
+    assert describe(column("dwell_ms"))["Units"] == "ms"
+    assert describe(column("dwell_s", "chosen"))["Units"] == "s"
+    assert describe(column("shown", "luminance_cd_m2"))["Units"] == "cd/m^2"
+    assert "Units" not in describe(column("answers"))
+    assert "Units" not in describe(column("words_s", form="string"))
+
+
+def test_words_of_people_are_no_levels() -> None:
+    assert "Levels" not in describe(column("answer", form="string", values=("first", "I like it")))
+
+
+def test_levels_hold_every_value() -> None:
+    levels = describe(column("answer", form="string", values=("first", "second", "not_sure")))["Levels"]
+    assert list(levels) == ["first", "second", "not_sure"]
+    assert "Levels" not in describe(column("answer", form="string"))
+
+
+def test_unknown_columns_and_kinds_are_described_by_name() -> None:
+    assert "'gloss_units'" in describe(column("gloss_units"))["Description"]
+    assert "sorting" in trial_type(("all_pairs", "sorting\t"))["Levels"]["sorting\\t"]

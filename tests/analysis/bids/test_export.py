@@ -118,13 +118,6 @@ def test_the_sidecar_says_how_the_session_was_made(lab: Lab) -> None:
     assert raw.read_bytes() == file.read_bytes()
 
 
-def test_raw_records_can_be_exported_again(lab: Lab) -> None:
-    lab.session()
-    first = exported(lab)
-    export_dataset([first / "sourcedata"], lab.folder / "again")
-    assert (lab.folder / "again" / f"{PLACE}_beh.tsv").read_bytes() == (first / f"{PLACE}_beh.tsv").read_bytes()
-
-
 def test_participants_carry_codes_only(lab: Lab) -> None:
     lab.session(observer="b", session="s1")
     lab.session(observer="a", session="s2")

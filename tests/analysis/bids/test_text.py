@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from analysis.bids import unescape
+from analysis.bids.export import time_cell
 from analysis.bids.text import cell, escape, inert_json
 
 ANY_TEXT = st.text(st.characters(exclude_categories=())) | st.text(
@@ -84,3 +85,12 @@ def test_json_comes_back_and_is_inert(value: Any) -> None:
 )
 def test_cells_are_written_as_documented(value: Any, expected: str) -> None:
     assert cell(value) == expected
+
+
+START = "2026-01-02T03:04:05+00:00"
+
+
+def test_only_a_time_of_day_is_written_as_one() -> None:
+    assert time_cell(START) == START
+    assert time_cell("2026-01-02T03:04:05.123456Z") == "2026-01-02T03:04:05.123456Z"
+    assert time_cell("2026") == time_cell(None) == time_cell("2026-01-02T03:04:05Z\n") == "n/a"

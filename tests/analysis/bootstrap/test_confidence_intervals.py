@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -104,16 +103,6 @@ def test_separated_answers_reach_as_far_as_the_models_interval() -> None:
         assert (ours.low <= model.low).all()
         assert (ours.high >= model.high).all()
         assert ours.whole_separated
-
-
-def test_the_default_lets_few_separated_draws_count(study: Study) -> None:
-    """Leaving separated draws out would cut the upper tail of the best item."""
-    found = resample(study((-2.0, -0.5, 0.2, 2.3), observers=9, seed=4))
-    assert 0.05 < found.separated.mean() < 0.95
-    cut = replace(found, theta=found.theta[~found.separated], separated=found.separated[~found.separated])
-    cut = replace(cut, without_fit=found.without_fit[~found.separated])
-    best = int(np.argmax(found.fit.theta))
-    assert intervals(found, kind="percentile").high[best] > intervals(cut, kind="percentile").high[best]
 
 
 @pytest.mark.parametrize("kind", KINDS)

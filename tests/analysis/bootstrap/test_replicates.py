@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from analysis.bootstrap import resample
-from analysis.bootstrap.fits import fit_each
 from analysis.bootstrap.replicates import Replicates
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
@@ -64,17 +63,6 @@ def test_blocks_change_nothing_and_a_seed_gives_the_same_again(study: Study, mon
     assert (whole.weights.sum(axis=1) == 12).all()
 
 
-def test_with_two_items_the_draws_follow_the_binomial_law() -> None:
-    """Of S observers with k wins a draw has a binomial number of wins; θ is half its log odds."""
-    answers = [Answer("a", "b", observer=str(number)) for number in range(14)]
-    answers += [Answer("b", "a", observer=str(number)) for number in range(14, 20)]
-    found = resample(from_answers(answers), replicates=20_000)
-    won = found.weights @ found.by_observer[:, 0, 1]
-    assert won.mean() == pytest.approx(14, abs=5 * np.sqrt(20 * 0.7 * 0.3 / 20_000))
-    sound = ~found.separated
-    assert found.theta[sound, 0] == pytest.approx(np.log(won[sound] / (20 - won[sound])) / 2, abs=1e-9)
-
-
 @settings(max_examples=10, deadline=None)
 @given(st.integers(2, 6), st.floats(-3, 9), st.integers(0, 2**32 - 1))
 @example(3, 9.0, 3)  # separated: only rounding moves it at the end, by 1e-9
@@ -86,15 +74,6 @@ def test_batched_firth_is_firth(n: int, log10_count: float, seed: int) -> None:
     for theta, converged, counts in zip(top.theta, top.converged, wins, strict=True):
         assert converged
         assert theta == pytest.approx(fit(counts, method="firth").theta, abs=1e-7)
-
-
-def test_half_an_answer_lies_beyond_one(study: Study) -> None:
-    """Firth's strength of an item that never lost is beyond that of the same item after one loss: tails keep order."""
-    wins = np.array([[0, 10.0, 10], [0, 0, 6], [0, 4, 0]])
-    once = wins + np.array([[0, 0, 0], [1.0, 0, 0], [0, 0, 0]])
-    fits = fit_each(np.array([wins, once]), "ml")
-    assert fits.separated.tolist() == [True, False]
-    assert fits.theta[0, 0] > fits.theta[1, 0]
 
 
 def test_draws_that_link_no_items_have_no_fit() -> None:

@@ -90,18 +90,6 @@ def test_circular_triads_add_up_over_groups_and_so_do_their_chances(items: int) 
         assert found.test.p == pytest.approx(float((both <= found.circular).mean()), abs=1e-12)
 
 
-def test_a_tie_in_one_group_leaves_the_moments_of_all() -> None:
-    answers = drawn(4, items=6, observers=2)
-    answers[0] = replace(answers[0], tie=True)
-    tied, untied = consistencies(from_answers(answers))
-    assert tied.ties == 1
-    assert tied.test is not None
-    assert not tied.test.exact
-    assert untied.test is not None
-    assert untied.test.exact
-    assert untied.triads == tied.triads == 40
-
-
 def test_agreement_is_over_the_pairs_of_all_groups() -> None:
     answers = drawn(5)
     together = kendall_u(from_answers(answers))
@@ -139,16 +127,6 @@ def test_the_fit_to_the_others_adds_up_over_groups() -> None:
         variance = [(value / line.z) ** 2 for value, line in zip(off, single, strict=True) if line]
         assert found.z == pytest.approx(sum(off) / np.sqrt(sum(variance)), rel=1e-9)
         assert abs(found.influence) == pytest.approx(max(abs(line.influence) for line in single if line))
-
-
-def test_an_observer_of_one_group_is_judged_by_it() -> None:
-    answers = [answer for answer in drawn(8) if answer.observer != "02" or answer.group == "beach"]
-    lines = observers_in_comparisons(from_answers(answers)).lines
-    by_name = {line.name: line for line in lines}
-    assert by_name["02"].answers == 6
-    assert by_name["02"].consistency is not None
-    assert by_name["02"].consistency.triads == 4
-    assert by_name["02"].fit is not None
 
 
 def test_a_pair_in_two_groups_is_not_repeated() -> None:

@@ -14,8 +14,9 @@ from hypothesis import strategies as st
 from scipy.stats import binomtest, linregress, spearmanr
 
 from analysis.comparisons import Answer, from_answers
+from analysis.observers import Haste
 from analysis.observers.responses import response_times, self_agreements, side_biases
-from analysis.records import SessionLog
+from analysis.records import SessionLog, Trial
 from tests.kept import known
 
 
@@ -127,3 +128,19 @@ def test_few_answers_equal_times_and_none(make_session: Maker) -> None:
     same = known(response_times([timed(make_session(names="abcd", answers=PAIRS), [1.0] * 12)], THETA))
     assert same.trend is None
     assert response_times([make_session(names="abcd", answers=[])], THETA) is None
+
+
+def _trials(count: int, seconds: float, ignored: int) -> list[Trial]:
+    presses = [["up", 0.05, "early"]]
+    return [
+        Trial(1, number, "all_pairs", (("up", seconds),), seconds, "", {"ignored": presses} if number < ignored else {})
+        for number in range(count)
+    ]
+
+
+def test_half_of_ten_trials_with_ignored_presses_or_fast_answers_are_striking() -> None:
+    assert Haste.of(_trials(10, 1.0, 5)).striking
+    assert not Haste.of(_trials(10, 1.0, 4)).striking
+    assert Haste.of(_trials(300, 0.15, 0)).striking
+    assert not Haste.of(_trials(9, 0.15, 9)).striking
+    assert "5 of 10 trials" in Haste.of(_trials(10, 1.0, 5)).words

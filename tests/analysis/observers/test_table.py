@@ -10,7 +10,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from analysis.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons import Comparisons
 from analysis.errors import ResultsError
 from analysis.observers import ObserverTable, observers_in_comparisons, observers_in_sessions
 from analysis.observers.table import ObserverLine
@@ -115,16 +115,6 @@ def test_sessions_without_comparisons_leave_the_rest(make_session: Maker) -> Non
         observers_in_sessions([])
 
 
-def test_one_observer_and_two_items(make_session: Maker) -> None:
-    table = observers_in_sessions([make_session("01", names="ab", answers=[("a", "b")])])
-    (line,) = table.lines
-    assert table.concordance is None
-    assert line.fit is None
-    assert line.flags == ()
-    unnamed = observers_in_comparisons(from_answers([Answer("a", "b", 3), Answer("b", "a", 1)]))
-    assert [line.name for line in unnamed.lines] == [""]
-
-
 def test_flags_say_what_to_look_at_and_drop_nobody(make_session: Maker) -> None:
     firm = [(a, b) for a, b in combinations(NAMES, 2)]
     circle = [("a", "b"), ("b", "c"), ("c", "a"), ("d", "a"), ("b", "d"), ("d", "c")]
@@ -162,13 +152,6 @@ def test_some_circular_triads_are_no_reason_to_doubt(make_session: Maker) -> Non
     assert line.consistency
     assert line.consistency.circular == 4
     assert line.flags == ()
-
-
-def test_separated_and_unlinked_answers_still_give_a_table(make_session: Maker) -> None:
-    won = make_session("01", names="abcd", answers=[("a", "b"), ("c", "d")] * 6)
-    table = observers_in_sessions([won, replace(won, header=replace(won.header, observer="02"))], shuffles=0)
-    assert [line.fit for line in table.lines] == [None, None]
-    assert all(line.times and line.times.trend is None for line in table.lines)
 
 
 def test_a_level_is_the_users_choice(study: Study) -> None:

@@ -138,16 +138,6 @@ def test_answers_are_drawn_as_the_law_says(plan_of: MakePlan, fields: dict[str, 
     np.testing.assert_allclose(won.var(axis=0), each * p * (1 - p), rtol=0.2)
 
 
-def test_observers_who_differ_bring_the_shares_together(plan_of: MakePlan) -> None:
-    plan = plan_of(*STRENGTHS, observer_sd=0.8)
-    first, second = plan.pairs
-    share = draw(plan, 20, 2000, np.random.default_rng(9)).mean(axis=(0, 1))
-    # What endless observers would give; the fit to their shares is close to it.
-    expected = probabilities(Design(plan.theta, 20, 0.8).truth())[first, second]
-    np.testing.assert_allclose(share, expected, atol=0.02)
-    assert np.abs(share - probabilities(plan.theta)[first, second]).max() > 0.03
-
-
 @pytest.mark.parametrize("observer_sd", [0.7, 2.0])
 def test_the_average_answer_of_observers_who_differ_is_as_assumed(plan_of: MakePlan, observer_sd: float) -> None:
     plan = plan_of(*STRENGTHS, observer_sd=observer_sd, scores_of="average")

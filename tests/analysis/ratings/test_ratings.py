@@ -108,13 +108,6 @@ def test_outlying_ratings_are_those_of_the_rule(seed: int) -> None:
     assert (above.tolist(), below.tolist()) == _slow(ratings)
 
 
-def test_far_is_the_root_of_twenty_where_the_law_is_not_normal() -> None:
-    """Of n ratings, n − 1 alike, the other lies (n − 1)/√n standard deviations off: 4.38 of 21, 4.48 of 22."""
-    for people, far in ((21, 0), (22, 1)):
-        above, below = outlying(np.array([[5.0]] * (people - 1) + [[9.0]]))
-        assert (above[-1], above.sum(), below.sum()) == (far, far, 0)
-
-
 def test_only_who_scatters_to_both_sides_is_flagged(make_ratings: Maker) -> None:
     """Nineteen observers who rate alike, one who is far off to both sides in turn, and one who is always too high."""
     sessions = []

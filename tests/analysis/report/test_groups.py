@@ -183,14 +183,6 @@ def test_stimuli_with_nothing_in_common_have_no_pooled_scale() -> None:
     assert "There is no pooled scale" in page_of(factor="image")
 
 
-@pytest.mark.usefixtures("undrawn")
-def test_the_page_says_how_pairs_were_compared() -> None:
-    page = page_of(best="church jxl")
-    assert "within each of 3 groups (scene)" in page
-    assert "Does one scale serve every scene?" in page
-    assert "of 9 stimuli in 3 groups by scene" in report_of().sentences[0]
-
-
 def test_observers_of_some_groups_only_are_pointed_out() -> None:
     sessions = scenes(names=SCENES[1:], codecs=("x", "y"))
     only = tuple(trial for trial in sessions[0].answers if trial.data["group"] == "dune")

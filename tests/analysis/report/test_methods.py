@@ -14,7 +14,7 @@ from analysis.records import SessionLog
 from analysis.report import Report, describe
 from analysis.report.blocks import Facts, Numbered, Paragraph
 from analysis.report.page import sections_of
-from analysis.report.references import REFERENCES, Citations
+from analysis.report.references import REFERENCES
 from analysis.report.words import chance, counted, fixed, listed
 
 Maker = Callable[..., SessionLog]
@@ -128,16 +128,6 @@ def test_works_are_worded_as_in_the_documentation() -> None:
     lines = (DOCS / "references.md").read_text(encoding="utf-8").splitlines()
     for key, work in REFERENCES.items():
         assert f"| {key} | {work} |" in [line.replace("*", "") for line in lines]
-
-
-def test_works_are_numbered_as_they_are_cited() -> None:
-    cited = Citations()
-    assert [cited.cite("Holm1979"), cited.cite("Firth1993", "Holm1979"), cited.cite("Firth1993")] == [
-        "[1]",
-        "[2, 1]",
-        "[2]",
-    ]
-    assert [work.split(".")[0] for work in cited.works()] == ["S", "D"]
 
 
 def test_the_record_names_hashes_and_versions(described: Report) -> None:

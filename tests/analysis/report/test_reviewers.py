@@ -53,13 +53,6 @@ def test_without_a_margin_there_is_no_equivalence_and_one_observer_has_less(make
     assert review_of(summarise([make_session(names=("a", "b"), answers=[("a", "b"), ("b", "a")])])).keys() >= {"pairs"}
 
 
-def test_separated_answers_have_no_other_analyses(make_session: Maker) -> None:
-    answers = [("a", "b"), ("b", "a"), ("c", "a"), ("c", "b")]
-    review = review_of(summarise([make_session(f"{o}", names=("a", "b", "c"), answers=answers) for o in range(4)]))
-    assert "multiverse" not in review
-    assert {"pairs", "residuals"} <= set(review)
-
-
 def test_a_margin_that_is_none(make_session: Maker) -> None:
     sessions = [make_session(names=("a", "b"), answers=[("a", "b"), ("b", "a")])]
     with pytest.raises(ResultsError, match="the margin is 'small'"):

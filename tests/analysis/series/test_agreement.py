@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
-from scipy.stats import friedmanchisquare, rankdata, spearmanr
+from scipy.stats import friedmanchisquare, rankdata
 
 from analysis.series.agreement import (
     fleiss_kappa,
@@ -106,12 +106,6 @@ def test_w_is_friedman_s_statistic_with_ties(ratings: np.ndarray) -> None:
     statistic, p = friedmanchisquare(*ratings.T)
     assert w == pytest.approx(statistic / (5 * 3), abs=1e-12)
     assert kendall_w_p(w, 5, 4) == pytest.approx(p, abs=1e-12)
-
-
-def test_w_without_ties_is_the_mean_rank_correlation() -> None:
-    ratings = np.random.default_rng(1).normal(size=(6, 9))
-    pairs = [spearmanr(ratings[a], ratings[b]).statistic for a, b in combinations(range(6), 2)]
-    assert kendall_w(ratings) == pytest.approx((np.mean(pairs) * 5 + 1) / 6)
 
 
 def test_shrout_and_fleiss_table() -> None:
