@@ -71,9 +71,10 @@ def test_items_share_a_class_if_and_only_if_they_do_not_differ(differs: NDArray[
     assert set().union(*letters) == set(range(len(differs)))
 
 
-def swept_one_by_one(columns: list[NDArray[np.intp]], n: int) -> tuple[frozenset[int], ...]:
+def swept_one_by_one(columns: list[int], n: int) -> tuple[frozenset[int], ...]:
     """Drop columns, then memberships, by how many columns have both items of each pair: the slow, obvious twin."""
-    kept = sorted((column.tolist() for column in columns), key=lambda column: (len(column), column))
+    kept = [[item for item in range(n) if column >> item & 1] for column in columns]
+    kept.sort(key=lambda column: (len(column), column))
     shared = np.zeros((n, n), dtype=int)
     for column in kept:
         shared[np.ix_(column, column)] += 1
