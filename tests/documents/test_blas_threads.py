@@ -31,22 +31,6 @@ def test_both_libraries_are_found_and_their_threads_restored() -> None:
     assert blas_threads() == [3, 3]
 
 
-def test_as_a_decorator_it_is_restored_after_an_error() -> None:
-    seen = []
-
-    @one_blas_thread()
-    def fails() -> None:
-        seen.append(blas_threads())
-        raise ValueError
-
-    set_blas_threads(2)
-    for _ in range(2):
-        with pytest.raises(ValueError):  # noqa: PT011, raised just above
-            fails()
-    assert seen == [[1, 1], [1, 1]]
-    assert blas_threads() == [2, 2]
-
-
 def test_the_last_thread_to_leave_restores() -> None:
     set_blas_threads(2)
     entered, left = Barrier(2, timeout=60), Barrier(2, timeout=60)

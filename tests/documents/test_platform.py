@@ -31,10 +31,6 @@ def system(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> s
     return name
 
 
-def test_there_is_a_core_at_least(system: str) -> None:
-    assert 1 <= platform.cores() <= (os.cpu_count() or 1)
-
-
 @pytest.mark.parametrize(
     ("said", "cores"),
     [
@@ -53,11 +49,6 @@ def test_a_container_has_the_cores_whose_time_it_may_use(tmp_path: Path, said: d
     for name, text in said.items():
         (tmp_path / name).write_text(text)
     assert platform._cores_of_quota(tmp_path) == cores
-
-
-def test_time_passes(system: str) -> None:
-    first = platform.elapsed_s()
-    assert platform.elapsed_s() >= first
 
 
 def test_a_folder_is_synced_or_left_alone(system: str, tmp_path: Path) -> None:
@@ -126,11 +117,6 @@ def test_a_console_of_windows_is_asked_to_obey_sequences(monkeypatch: pytest.Mon
     monkeypatch.setitem(sys.modules, "msvcrt", SimpleNamespace(get_osfhandle=lambda descriptor: 7))
     assert platform.obeys_sequences(2) is obedient
     assert asked == [7]
-
-
-def test_a_file_is_no_terminal_that_obeys(system: str, tmp_path: Path) -> None:
-    with (tmp_path / "out.txt").open("wb") as out:
-        assert not platform.obeys_sequences(out.fileno())
 
 
 def test_folders_of_the_user_are_where_the_system_has_them(

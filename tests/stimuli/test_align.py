@@ -17,9 +17,6 @@ from stimuli.align.interpolate import Interpolation, cut, sampled, transfer, wei
 from stimuli.align.phase import correlation, find_peak, hann
 from stimuli.errors import StimulusError
 from stimuli.pictures import StereoImage
-from stimuli.recipes import read_recipe
-from stimuli.recipes.sparkle_plate import SparklePlateRecipe
-from stimuli.sparkle import Studio
 
 Floats = NDArray[np.float64]
 Floats32 = NDArray[np.float32]
@@ -76,40 +73,6 @@ def test_the_standard_error_is_the_scatter() -> None:
     assert np.sqrt(np.mean(errors**2)) == pytest.approx(told, rel=0.25)
 
 
-@pytest.fixture(scope="module")
-def plate_views() -> dict[str, Floats32]:
-    """Views of half the shipped grey plate, each eye with sparkles of its own; the right one as it lies, and moved.
-
-    They are rendered on pixels a quarter as wide and averaged: moved by one of these, a view is moved by 0.25 px.
-    """
-    recipe, _ = read_recipe(ROOT / "configs/stimuli/manitoba_gray.yaml")
-    assert isinstance(recipe, SparklePlateRecipe)
-    plate = recipe.plate.model_copy(update={"size_mm": (105.0, 70.0)})
-    studio = Studio(plate, recipe.lamp, recipe.camera, recipe.seed, PITCH_MM / 4)
-    left, right = (one.xyz_cd_m2 for one in studio.photographs("stereo", 1.0))
-
-    def averaged(view: Floats32, quarters: int) -> Floats32:
-        height, width = ((length - 32) // 4 for length in view.shape[:2])
-        part = view[16 : 16 + 4 * height, 16 - quarters : 16 - quarters + 4 * width]
-        return np.asarray(part.reshape(height, 4, width, 4, 3).mean(axis=(1, 3)), dtype=np.float32)
-
-    return {"left": averaged(left, 0), **{str(k / 4): averaged(right, k) for k in (0, 1, -2, 13)}}
-
-
-@pytest.mark.nightly
-def test_the_shipped_plate_lies_at_zero_and_moves_as_it_was_moved(plate_views: dict[str, Floats32]) -> None:
-    still = register(plate_views["left"], plate_views["0.0"])
-    # Each eye sees sparkles of its own: the plane is found as well as the ones in common allow.
-    assert still.correlation < 0.9
-    np.testing.assert_allclose(still.shift_px, 0.0, atol=0.04)
-    for name in ("0.25", "-0.5", "3.25"):
-        moved = register(plate_views["left"], plate_views[name])
-        np.testing.assert_allclose(np.subtract(moved.shift_px, still.shift_px), (float(name), 0.0), atol=WITHIN_PX)
-    report = measure_disparity(plate_views["left"], plate_views["0.0"], viewing=Viewing(PITCH_MM, 700.0))
-    assert report.used > 0.9 * report.blocks
-    assert abs(report.horizontal["px"].median) < 0.05
-
-
 def test_an_aligned_pair_is_at_zero_and_cropped_alike() -> None:
     left, right = picture(sparkles(0.0, sd=1.2)), picture(sparkles(5.3, -1.6, sd=1.2))
     found = align_pair(left, right, viewing=Viewing(PITCH_MM, 700.0))
@@ -129,13 +92,6 @@ def test_an_aligned_pair_is_at_zero_and_cropped_alike() -> None:
     np.testing.assert_allclose(found.left, found.right, atol=3e-3 * found.left.max())
     names = [step["step"] for step in found.steps]
     assert names == ["align", "crop", "interpolate", "disparity"]
-
-
-def test_vertical_is_measured_even_where_it_is_left() -> None:
-    found = align_pair(picture(sparkles(0.0)), picture(sparkles(2.0, 0.5)), correct_vertical=False)
-    assert found.vertical_px == pytest.approx(0.5, abs=0.005)
-    assert found.disparity.vertical["px"].median == pytest.approx(0.5, abs=0.02)
-    assert found.disparity.horizontal["px"].median == pytest.approx(0.0, abs=0.02)
 
 
 def test_whole_pixels_are_copies() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,10 +17,8 @@ from devices.colour import ciede2000, delta_e_2000, delta_e_2000_parts
 from devices.compensation import clipping, eye_clip_costs
 from devices.display import DisplayModel, EyeModels, ToneCurve
 from documents import at_most_threads
-from stimuli.develop import demosaic
-from stimuli.develop.demosaic import Mosaic
 from stimuli.measures import SeenPicture, difference_map
-from stimuli.pictures import rows
+from stimuli.pictures import RowFile, rows
 from stimuli.pictures.resampling import axis_weights, resample
 from stimuli.recipes import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
@@ -45,17 +44,6 @@ def resampled() -> NDArray[Any]:
     return resample(image, axis_weights(600, 150.0, 0.3), axis_weights(400, 100.0, 0.3, "cubic"))
 
 
-def developed() -> NDArray[Any]:
-    values = np.tile(XYZ[0, ..., 0], (3, 3)).astype(np.float32) / np.float32(114)
-    mosaic, made = Mosaic(values, values > 0.9, np.array([[0, 1], [1, 2]])), np.empty((*values.shape, 6), np.float32)
-
-    def keep(band: slice, part: demosaic.RGB) -> None:
-        made[band] = np.concatenate(part, axis=-1)
-
-    demosaic.by_bands(mosaic, "malvar", keep)
-    return made
-
-
 def clip_costs() -> NDArray[Any]:
     costs = eye_clip_costs(MODELS, None, 0.6 * XYZ[0], 0.5 * XYZ[1])
     return np.array([list(costs[eye].values()) for eye in ("left", "right")])
@@ -75,7 +63,6 @@ USERS: tuple[Callable[[], NDArray[Any]], ...] = (
     lambda: difference_map(XYZ[0], XYZ[1], WHITE),
     seen_difference,
     resampled,
-    developed,
     clip_costs,
     sparkles,
 )
@@ -91,7 +78,6 @@ def test_one_thread_or_several_give_the_same_bits(
         (clipping, "_BLOCK", 32),
         (clipping, "_SHARE", 128),
         (rows, "BAND_PIXELS", 300),
-        (demosaic, "BAND_PHOTOSITES", 900),
     ):
         monkeypatch.setattr(module, name, size)
     with at_most_threads(1):
@@ -107,3 +93,17 @@ def test_one_thread_or_several_give_the_same_bits(
         with at_most_threads(number):
             np.testing.assert_array_equal(user(), alone)
     assert started, "it was not shared among threads"
+
+
+def test_threads_read_and_write_their_own_rows() -> None:
+    numbered = np.repeat(np.arange(64, dtype=np.float32), 20_000 * 3).reshape(64, 20_000, 3)
+    rows = RowFile.of(numbered)
+
+    def read_and_write(row: int) -> bool:
+        right = all(bool((rows[row : row + 1] == row).all()) for _ in range(20))
+        rows.write(row, numbered[row : row + 1])
+        return right
+
+    with ThreadPoolExecutor(8) as pool:
+        assert all(pool.map(read_and_write, list(range(64)) * 2))
+    assert np.array_equal(rows[:], numbered)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-import OpenImageIO as oiio
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -13,35 +13,17 @@ from hypothesis import strategies as st
 from stimuli.errors import StimulusError
 from stimuli.pictures import Region, StereoImage, read_exr, write_exr
 from stimuli.pictures.exr_views import read_views
+from tests.stimuli.oiio_files import save_parts
 
 
-def write(
-    path: Path,
-    pixels: np.ndarray,
-    corner_px: tuple[int, int] = (0, 0),
-    display: Region | None = None,
-    tile_px: tuple[int, int] | None = None,
-    compression: str = "zip",
-) -> Path:
-    """Write two views, the data window at ``corner_px``, on a display window."""
-    height, width, channels = pixels.shape
-    spec = oiio.ImageSpec(width, height, channels, "float")
-    spec.channelnames = tuple([*"RGB", *(f"right.{channel}" for channel in "RGB")])
-    spec.attribute("multiView", "string[2]", ("left", "right"))
-    spec.attribute("compression", compression)
-    spec.attribute("chromaticities", "float[8]", (1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1 / 3, 1 / 3))
-    spec.x, spec.y = corner_px
-    if display is not None:
-        spec.full_x, spec.full_y = display.left, display.top
-        spec.full_width, spec.full_height = display.width, display.height
-    if tile_px is not None:
-        spec.tile_width, spec.tile_height = tile_px
-    output = oiio.ImageOutput.create(str(path))
-    assert output is not None
-    assert output.open(str(path), spec), output.geterror()
-    assert output.write_image(pixels), output.geterror()
-    assert output.close()
-    return path
+def write(path: Path, pixels: np.ndarray, compression: str = "zip", **how: Any) -> Path:
+    """Write two views."""
+    attributes = {
+        "multiView": ("left", "right"),
+        "compression": compression,
+        "chromaticities": (1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1 / 3, 1 / 3),
+    }
+    return save_parts(path, [(attributes, [*"RGB", *(f"right.{name}" for name in "RGB")], pixels)], **how)
 
 
 def noise(height: int, width: int, channels: int = 6) -> np.ndarray:
@@ -59,7 +41,9 @@ def test_a_region_is_the_same_as_a_crop_of_the_whole(tmp_path: Path, data: st.Da
     top = display.top + data.draw(st.integers(1 - height, rows - 1))
     tile_px = data.draw(st.sampled_from([None, (16, 16), (32, 16), (16, 64)]))
     compression = data.draw(st.sampled_from(["none", "zips", "zip", "piz"]))
-    path = write(tmp_path / "a.exr", noise(height, width), (left, top), display, tile_px, compression)
+    window = (display.left, display.top, columns, rows)
+    how = {"corner_px": (left, top), "display_px": window, "tile_px": tile_px}
+    path = write(tmp_path / "a.exr", noise(height, width), compression, **how)
     first_column, first_row = data.draw(st.integers(0, columns - 1)), data.draw(st.integers(0, rows - 1))
     region = Region(
         first_column,
@@ -89,7 +73,7 @@ def test_a_picture_of_a_region_is_a_crop_of_the_picture(tmp_path: Path, flat: bo
 
 @pytest.mark.parametrize("tile_px", [None, (64, 64)])
 def test_what_lies_outside_the_rows_is_not_read(tmp_path: Path, tile_px: tuple[int, int] | None) -> None:
-    path = write(tmp_path / "a.exr", noise(512, 128), tile_px=tile_px, compression="none")
+    path = write(tmp_path / "a.exr", noise(512, 128), compression="none", tile_px=tile_px)
     expected = read_views(path)["right"].pixels[:60, 5:105]
     content = path.read_bytes()
     path.write_bytes(content[: len(content) // 2])

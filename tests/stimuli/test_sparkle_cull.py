@@ -15,7 +15,7 @@ from stimuli.recipes.sparkle_plate import SparklePlateRecipe
 from stimuli.sparkle import scatter_flakes
 from stimuli.sparkle.cull import LEAST_LOBE_SHARE, lit, that_matter, tiles_of
 from stimuli.sparkle.flakes import Flakes
-from stimuli.sparkle.lamplight import illuminance_lx, lamp_directions, most_illuminance_lx
+from stimuli.sparkle.lamplight import illuminance_lx, lamp_directions
 from stimuli.sparkle.optics import half_way, refract, shade, view_directions
 from stimuli.sparkle.scene import Lamp, Plate
 from stimuli.sparkle.studio import sparkle_map
@@ -128,23 +128,6 @@ def at_the_edge(
     return replace(chosen, slope_x=slopes[:, 0], slope_y=slopes[:, 1])
 
 
-@pytest.mark.parametrize("tile_px", [1, 7, 64, 256, 10_000])
-def test_tiles_cover_the_plate_once(tile_px: int) -> None:
-    camera = replace(CAMERA, resolution_px_per_mm=3.3)
-    tiles = tiles_of(PLATE, camera, tile_px)
-    x, y, reach = tiles.middles_mm()
-    assert len(tiles) == len(x) == len(reach) == tiles.columns * tiles.rows
-    random = np.random.default_rng(2)
-    px = random.uniform(-15, 15, 5000).astype(np.float32)
-    py = random.uniform(-10, 10, 5000).astype(np.float32)
-    tile = tiles.of_places(px, py)
-    assert np.all(np.hypot(px - x[tile], py - y[tile]) <= reach[tile] * (1 + 1e-6))
-    if tile_px == 64:
-        assert len(np.unique(tile)) == len(tiles) == 4
-    corners = tiles.of_places(np.array([-15, 15], np.float32), np.array([10, -10], np.float32))
-    assert corners.tolist() == [0, len(tiles) - 1]
-
-
 SPOT = replace(NEAR, distance_mm=120.0, beam_angle_deg=10.0, angular_radius_deg=1.0)
 
 
@@ -164,37 +147,6 @@ def test_no_flake_of_a_dark_tile_is_shaded_and_every_lit_one_as_without_a_beam()
     assert np.asarray(got).max() < LEAST_LOBE_SHARE * narrow.illuminance_lx
 
 
-@settings(max_examples=40, deadline=None)
-@given(
-    zenith=st.floats(0, 88),
-    azimuth=st.floats(0, 360),
-    lamp_mm=st.floats(5, 3000),
-    beam=st.none() | st.floats(1, 170),
-    width=st.floats(1, 400),
-    tile_px=st.sampled_from([16, 64, 256]),
-)
-def test_no_place_of_a_tile_gets_more_light_than_its_bound(
-    zenith: float, azimuth: float, lamp_mm: float, beam: float | None, width: float, tile_px: int
-) -> None:
-    plate = replace(PLATE, width_mm=width, height_mm=0.7 * width)
-    lamp = replace(LAMP, zenith_deg=zenith, azimuth_deg=azimuth, distance_mm=lamp_mm, beam_angle_deg=beam)
-    tiles = tiles_of(plate, replace(CAMERA, resolution_px_per_mm=200 / width), tile_px)
-    x, y = (0.5 * side * np.linspace(-1, 1, 81) for side in (plate.width_mm, plate.height_mm))
-    places = [grid.ravel() for grid in np.meshgrid(x, y)]
-    tile = tiles.of_places(places[0].astype(np.float32), places[1].astype(np.float32))
-    middle_x, middle_y, reach = tiles.middles_mm()
-    bound = most_illuminance_lx(lamp, middle_x, middle_y, reach * (1 + 1e-5))
-    assert np.all(illuminance_lx(lamp, *places) <= bound[tile] * (1 + 1e-12))
-
-
-def test_the_bound_of_light_is_tight_in_small_tiles() -> None:
-    tiles = tiles_of(replace(PLATE, width_mm=150.0, height_mm=100.0), CAMERA, 8)
-    x, y, reach = tiles.middles_mm()
-    light = np.asarray(illuminance_lx(NEAR, x, y))
-    assert np.all(light <= most_illuminance_lx(NEAR, x, y, reach))
-    assert np.all(most_illuminance_lx(NEAR, x, y, reach) <= 1.05 * light)
-
-
 def test_work_grows_with_what_is_seen_and_not_with_what_is_there() -> None:
     """Flakes tilted away from all half-way directions are never shaded, however many there are."""
     numbers = (0.0, 0.0, 0.01, 0.02, 2.0, -2.0)
@@ -205,11 +157,3 @@ def test_work_grows_with_what_is_seen_and_not_with_what_is_there() -> None:
 
 
 # Energy
-
-
-def test_tiles_change_no_pixel() -> None:
-    flakes = scatter_flakes(PLATE, 9)
-    usual = sparkle_map(PLATE, LAMP, CAMERA, "left", flakes).luminance_cd_m2
-    for tile_px in (128, 37):
-        again = sparkle_map(PLATE, LAMP, CAMERA, "left", flakes, tile_px=tile_px).luminance_cd_m2
-        np.testing.assert_allclose(again, usual, rtol=1e-6, atol=1e-9)

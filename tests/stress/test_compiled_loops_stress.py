@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from devices.colour import delta_e_2000, delta_e_2000_of_xyz
 from stimuli.align import warp
 from tests.compiled_loops import not_in_numpy
-from tests.stimuli.sparkle_measures.test_sparkle_loops import assert_like_the_twin, both
-from tests.stimuli.sparkle_measures.test_sparkle_measures import planted
+from tests.stimuli.sparkle_measures.test_sparkle_measures import assert_like_the_twin, both, planted
 
 pytestmark = pytest.mark.stress
 

@@ -88,14 +88,6 @@ def test_a_folder_that_vanishes_is_said_once_and_caught_up(lab: Lab) -> None:
     assert "there is no such folder" in lab.said[0]
 
 
-def test_a_folder_that_stays_away_is_the_last_word(lab: Lab) -> None:
-    lab.write()
-    lab.until(lambda: lab.is_whole)
-    lab.root.rename(lab.root.with_name("away"))
-    lab.write()
-    assert "there is no such folder" in str(lab.mirror.close())
-
-
 def test_a_full_disk_is_caught_up_when_there_is_room(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
     real = open
 

@@ -15,9 +15,7 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from devices.diagnostics import Line, Panel
 from documents.pages import INK, drawing, drawn, row_names
-from runner.reports.display.figure import panel_svg
 
 LETTERS = "画像"  # not in the font that is shipped
 
@@ -28,6 +26,7 @@ def _two_seconds_between_looks_at_the_clock(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(time, "perf_counter", lambda: float(next(ticks)))
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("_two_seconds_between_looks_at_the_clock")
 def test_a_legend_that_takes_long_to_place_is_no_warning() -> None:
     with drawing("slow", 4.0, 2.0) as (figure, axes):
@@ -36,13 +35,6 @@ def test_a_legend_that_takes_long_to_place_is_no_warning() -> None:
         finished = drawn(figure, "Slow")
     assert LETTERS in finished.svg
     assert finished.pdf().startswith(b"%PDF-")
-
-
-@pytest.mark.nightly
-@pytest.mark.usefixtures("_two_seconds_between_looks_at_the_clock")
-def test_a_panel_s_legend_that_takes_long_to_place_is_no_warning() -> None:
-    lines = [Line(name, (0.0, 1.0), (0.0, 1.0)) for name in (LETTERS, "b")]
-    assert LETTERS in panel_svg(Panel("a panel", "x", "y", tuple(lines)), "key", "what it shows")
 
 
 def words(write: Callable[[Axes, dict[int, str]], None], names: dict[int, str]) -> tuple[list[Any], np.ndarray]:

@@ -100,34 +100,9 @@ def test_a_wrong_kind_of_the_whole_file(tmp_path: Path) -> None:
         load_document(path, _OneOf)
 
 
-def test_a_list_whose_entries_are_all_wrong_is_not_called_too_short(tmp_path: Path) -> None:
-    class Names(BaseModel):
-        names: Annotated[tuple[_Text, ...], Field(min_length=1)]
-
-    path = tmp_path / "f.yaml"
-    path.write_text("names: [{kind: text, words: 1}]\n")
-    with pytest.raises(InputError) as caught:
-        load_document(path, Names)
-    assert [finding.message for finding in caught.value.findings] == ["'names.1.words' is 1"]
-
-
 def test_a_file_that_is_no_mapping(tmp_path: Path) -> None:
     (finding,) = _findings(tmp_path, "- just\n- a list\n")
     assert finding.startswith("f.yaml:1:1: the file is ['just', 'a list']")
-
-
-@pytest.mark.parametrize(("pattern", "text"), [(r"^[a-z0-9][a-z0-9_-]*$", "My plates"), (r"^[a-z][a-z0-9_]*$", "1st")])
-def test_the_pattern_of_a_name_is_told_in_words(pattern: str, text: str, tmp_path: Path) -> None:
-    class _Named(BaseModel):
-        name: Annotated[str, Field(pattern=pattern)]
-
-    path = tmp_path / "f.yaml"
-    path.write_text(f"name: {text}\n")
-    with pytest.raises(InputError) as caught:
-        load_document(path, _Named)
-    (finding,) = caught.value.findings
-    assert finding.message == f"'name' is '{text}'"
-    assert str(finding.remedy).startswith("use small letters a to z, digits")
 
 
 CONFIGS = Path("configs")
@@ -163,18 +138,6 @@ def test_one_finding_says_what_it_is_and_what_is_wanted(given: str, wanted: str)
     assert finding.message == f"this is {called}, not {wanted}"
     assert finding.file == str(FILES[given])
     assert finding.line
-
-
-def test_a_file_with_the_telling_key_of_its_kind_has_faults_of_its_own(tmp_path: Path) -> None:
-    for text, read, fault in (
-        ("schema_version: 1\nkind: pictures\nmode: x\nstimuli: []\n", read_recipe, "unknown key 'mode'"),
-        ("schema_version: 1\ndisplay: d.yaml\nmode: x\nmodes: {}\n", read_rig, "unknown key 'modes'"),
-    ):
-        (tmp_path / "f.yaml").write_text(text)
-        with pytest.raises(InputError) as caught:
-            read(tmp_path / "f.yaml")
-        assert fault in str(caught.value)
-        assert "this is" not in str(caught.value)
 
 
 def test_every_kind_that_a_key_tells_can_be_checked() -> None:

@@ -18,7 +18,7 @@ from documents import InputError
 from stimuli.bracket import BracketOptions, BracketReport, bracket_photographs
 from stimuli.develop import DevelopOptions, read_camera_image
 from stimuli.pictures import RowFile, read_exr
-from tests.stimuli.bracket.sensor import BLACK, FULL_E, READ_E, SPAN, TIMES, WHITE, bracket, codes, record, scene
+from tests.stimuli.bracket.sensor import FULL_E, READ_E, TIMES, WHITE, bracket, codes, record, scene
 from tests.stimuli.develop.dng import camera_tags, exposure_tags, save_dng
 
 SUPERPIXEL = DevelopOptions(demosaic="superpixel")
@@ -172,37 +172,6 @@ def test_photographs_that_do_not_go_together_are_refused(tmp_path: Path) -> None
     given = (Exposure(1 / 8, 8, 200),)
     assert "1 exposures are given for 2" in refusal(tmp_path, [one, bare], exposures=given)
     assert "none of the photographs" in refusal(tmp_path, [one, bare], reference=tmp_path / "no.dng")
-
-
-@pytest.mark.nightly
-def test_dark_frames_and_flat_fields_of_a_bracket(tmp_path: Path) -> None:
-    light = scene(stops=5) / 4
-    rows, columns = np.mgrid[-1 : 1 : light.shape[0] * 1j, -1 : 1 : light.shape[1] * 1j]
-    vignette = 1 - 0.3 * (rows**2 + columns**2)
-    pattern = np.random.default_rng(4).normal(0, 8, light.shape) / SPAN
-
-    def saved(name: str, values: NDArray[np.float64], time: tuple[int, int] = (1, 60)) -> Path:
-        tags = exposure_tags(time, (8, 1), 200)
-        return save_dng(tmp_path / name, codes(values + pattern), black=(BLACK,), white=WHITE, tags=tags)
-
-    photos = [
-        saved(f"{time[1]}.dng", record(light * vignette, 1 / time[1], seed), time)
-        for seed, time in enumerate(TIMES[1:4])
-    ]
-    darks = tuple(
-        saved(f"d{i}.dng", np.random.default_rng(i).normal(0, READ_E / FULL_E, light.shape)) for i in range(8)
-    )
-    flat = saved("flat.dng", 0.6 * vignette)
-    develop = DevelopOptions(demosaic="superpixel", dark=darks, flat=(flat,))
-    report = merge(tmp_path, photos, develop=develop)
-    truth = halves(light / 125) * vignette[38:58, 51:77].mean()
-    off = read_camera_image(tmp_path / "merged.exr").rgb / truth - 1
-    assert abs(off.mean()) < 0.002
-    assert np.abs(off).mean() < 0.02
-    assert report.merge["noise"]["source"] == "photographs and dark frames"
-    assert report.merge["noise"]["red"]["read_noise_electrons"] == pytest.approx(READ_E, rel=0.05)
-    full = DevelopOptions(demosaic="superpixel", flat=(saved("bright.dng", 2 * vignette),))
-    assert "bright.dng: the flat field is saturated" in refusal(tmp_path, photos, develop=full)
 
 
 def test_the_steps_are_written_and_equal_brackets_make_equal_files(tmp_path: Path) -> None:

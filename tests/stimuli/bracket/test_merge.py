@@ -40,25 +40,6 @@ def test_the_variance_is_the_cramer_rao_bound_and_there_is_no_bias(light: float)
     assert not merged.saturated.any()
 
 
-def near_full(light: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return what two exposures give, and what the shorter gives alone."""
-    values, full = taken(light, [1.0, 4.0])
-    return merge_exposures(values, full, [1.0, 4.0], NOISE).value, values[0]
-
-
-def rms(values: np.ndarray, light: float) -> float:
-    return float(np.sqrt(((values - light) ** 2).mean()))
-
-
-@pytest.mark.parametrize("light", np.geomspace(0.24, 0.26, 5))
-def test_an_exposure_that_is_nearly_full_helps_and_hardly_biases(light: float) -> None:
-    """A quarter fills the exposure of 4. One censored value leaves a bias of at most a third of the standard error."""
-    ours, alone = near_full(float(light))
-    assert rms(ours, light) < 1.01 * rms(alone, light)
-    # beside the third, four standard errors of the mean of 40000
-    assert abs(ours.mean() - light) < (0.33 + 4 / np.sqrt(MANY)) * ours.std()
-
-
 @pytest.mark.parametrize("light", [0.002, 0.0623, 0.5])
 def test_the_iteration_is_the_solution_of_the_likelihood_equation(light: float) -> None:
     """The slow twin finds its root for each value by bisection, full exposures censored."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import errno
 import os
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -63,34 +61,6 @@ def test_what_a_build_could_not_write_is_named(
     assert len(caught.value.findings) == 1
     assert _files(recipe.parent / "cache") == []
     assert build_set(recipe, 0.25).names == ("a", "b")
-
-
-LIMITED = """
-import resource, signal, sys
-from pathlib import Path
-from typing import Any
-import numpy as np
-from documents import InputError
-from stimuli.build import build_set
-from stimuli.pictures import StereoImage, write_exr
-
-signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, resource.RLIM_INFINITY))
-try:
-    build_set(Path(sys.argv[1]), 0.25)
-except InputError as error:
-    print(*error.findings)
-"""
-
-
-@pytest.mark.nightly
-@pytest.mark.skipif(sys.platform == "win32", reason="no limit on the size of files")
-def test_openexr_says_why_its_output_failed(recipe: Path) -> None:
-    done = subprocess.run([sys.executable, "-c", LIMITED, str(recipe)], capture_output=True, text=True, check=True)
-    assert "'b' cannot be written: files in the folder" in done.stdout, done
-    assert "may not become as large" in done.stdout
-    assert "File output failed" not in done.stdout
-    assert _files(recipe.parent / "cache") == []
 
 
 def test_an_export_that_could_not_be_written_is_named(recipe: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -49,14 +49,6 @@ def test_sums_of_cells_are_those_of_their_pixels(outline: np.ndarray) -> None:
         np.testing.assert_allclose(sums.cell_sums[:, row, column], light[cell].sum(axis=(0, 1)), rtol=1e-13)
 
 
-def test_float32_light_is_summed_in_float64() -> None:
-    picture = np.full((1024, 512, 3), 0.1, dtype=np.float32)
-    picture[0, 0] = 3e4
-    outline = np.array([[0.0, 0.0], [512.0, 0.0], [512.0, 1024.0], [0.0, 1024.0]])
-    (area,) = area_means(picture, [("all", outline)])
-    np.testing.assert_allclose(area.XYZ, picture.astype(np.float64).mean(axis=(0, 1)), rtol=1e-14)
-
-
 class Counted:
     """A picture that counts the rows it is asked for."""
 
@@ -95,12 +87,6 @@ def test_standard_errors_are_those_of_repeated_pictures(blurred: bool) -> None:
     # of noise blurred over 3 scatter less by (1+4+6·9+4+1) / (9·8) along each axis, and so is the error told.
     ratio = np.sqrt(np.mean(told)) / np.std(means, axis=0).mean()
     assert ratio == pytest.approx(64 / 72 if blurred else 1.0, abs=0.1)
-
-
-def test_small_areas_have_no_standard_error() -> None:
-    picture = np.random.default_rng(1).uniform(1, 2, (64, 64, 3))
-    (area,) = area_means(picture, [("small", SQUARE / 8)])
-    assert area.covariance_XYZ is None
 
 
 def test_what_cannot_be_averaged_is_refused() -> None:

@@ -94,20 +94,6 @@ def test_a_factor_of_luminance_is_undone_in_rgb_as_in_XYZ(regions_yaml: Path) ->
     assert np.abs(rgb_of(found.rows, "delta_rgb")).max() < 1e-5
 
 
-def test_another_exposure_scales_the_signal_and_full_channels_are_named(regions_yaml: Path) -> None:
-    light, regions = chart(noise=0.0), read_regions(regions_yaml)
-    placed = place_regions(regions, light.shape)
-    found = compare_regions(
-        light, light, placed, regions, white_XYZ=[96, 100, 82], camera=CAMERA, exposure=Exposure(1 / 5, 8.0, 800.0)
-    ).camera_rgb
-    assert found is not None
-    np.testing.assert_allclose(rgb_of(found.rows, "photo_rgb"), 3 * RGB, atol=3e-6)
-    full = [row.above_full_scale for row in found.rows]
-    assert full == [tuple(c for c, v in zip(("red", "green", "blue"), 3 * rgb, strict=True) if v > 1) for rgb in RGB]
-    assert any(full)
-    assert not all(full)
-
-
 def test_without_a_camera_or_for_another_observer_there_is_none(regions_yaml: Path) -> None:
     light = chart(noise=0.0)
     assert in_regions(light, light, regions_yaml, None).camera_rgb is None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import numpy as np
@@ -33,12 +32,7 @@ def test_a_pair_has_a_row_for_each_measure_and_a_figure_for_each_eye(tmp_path: P
         assert rows[name]["binocular"] == pytest.approx((rows[name]["left"] + rows[name]["right"]) / 2, rel=1e-12)
     assert rows["delta-e-2000"]["left"] < rows["delta-e-2000"]["right"]
     assert rows["pu-psnr"]["left"] > rows["pu-psnr"]["binocular"] > rows["pu-psnr"]["right"]
-    html = page.read_text(encoding="utf-8")
-    captions = re.findall(r"<figcaption>([^<]*)\.</figcaption>", html)
-    assert [one for one in captions if one.startswith("PU21")] == [
-        f"{title}, {eye} eye" for title in ("PU21-SSIM", "PU21-PSNR") for eye in ("left", "right")
-    ]
-    assert "both eyes</th>" in html
+    assert "both eyes</th>" in page.read_text(encoding="utf-8")
 
 
 def test_the_terminal_prints_the_table(tmp_path: Path, cyclopean: Cyclopean) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +25,6 @@ from tests.stimuli.comparison.scenes import (
     chart,
     compared,
     few,
-    patch_XYZ,
     said,
     spots,
     written,
@@ -76,15 +73,6 @@ def test_corners_bring_a_view_from_aside(tmp_path: Path, cyclopean: Cyclopean) -
     assert found["eyes"]["both"]["registration"]["residual_px"] < 0.15
     assert found["eyes"]["both"]["regions"]["mean_delta_e"] < 0.1
 
-    def words(corners: np.ndarray) -> list[str]:
-        return [f"{x},{y}" for x, y in corners.tolist()]
-
-    told = ("--photo-corners", *words(here), "--rendering-corners", *words(there + 0.4))
-    regions.write_text(CHART, encoding="utf-8")
-    found = compared(cyclopean, *files, "--regions", regions, "--register", "corners", *told)
-    # Marked four tenths aside, and found out by the squares.
-    assert found["eyes"]["both"]["registration"]["residual_px"] < 0.15
-
 
 def test_tiff_and_told_colour_spaces(tmp_path: Path, cyclopean: Cyclopean) -> None:
     import tifffile
@@ -103,55 +91,6 @@ def test_tiff_and_told_colour_spaces(tmp_path: Path, cyclopean: Cyclopean) -> No
     tifffile.imwrite(tmp_path / "whole.tif", picture.astype(np.uint16), photometric="rgb")
     told = cyclopean("compare", photo, tmp_path / "whole.tif", "--regions", PLATE, "--rendering-holds", "xyz", expect=2)
     assert "whole numbers are no light" in told.stderr
-
-
-class Ids(HTMLParser):
-    """Gathers what a page names and asks for."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.ids: list[str] = []
-        self.asked: list[str] = []
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        for name, value in attrs:
-            if name == "id":
-                self.ids.append(value or "")
-            if name in ("src", "href", "xlink:href") and value and not value.startswith(("data:", "#")):
-                self.asked.append(value)
-
-
-@pytest.mark.nightly
-def test_the_page(tmp_path: Path, cyclopean: Cyclopean) -> None:
-    one = written(tmp_path / "<b>a.exr", chart(), chart(seed=7))
-    two = written(tmp_path / "b.exr", chart(1.03 * patch_XYZ(), seed=6), chart(1.03 * patch_XYZ(), seed=8))
-    (tmp_path / "r.yaml").write_text(CHART, encoding="utf-8")
-    asked = ("--regions", tmp_path / "r.yaml", "--rig", RIG, "--measures", "pu-ssim", "-o", tmp_path / "o.html")
-    cyclopean("compare", one, two, *asked, expect=None)
-    page = (tmp_path / "o.html").read_text(encoding="utf-8")
-    assert "<b>a.exr" not in page
-    seen = Ids()
-    seen.feed(page)
-    assert len(seen.ids) == len(set(seen.ids)) > 10
-    assert seen.asked == []
-    used = set(re.findall(r"url\(#([^)]+)\)", page)) | set(re.findall(r'href="#([^"]+)"', page))
-    assert used <= set(seen.ids)
-    first = page.index('class="decision')
-    assert first < page.index("Tone-mapped for this page") < page.index("Colour differences") < page.index("sha256")
-    for words in (
-        "Δxy",
-        "S<sub>L</sub>",
-        "mean ratio",
-        "Left eye",
-        "Right eye",
-        "Disparity",
-        "the rendering 2.99 % brighter",
-        "Luminance along the greys of 'chart'".replace("'", "&#39;"),
-        "Within their limits, left eye / right eye:",
-    ):
-        assert words in page
-    assert page.count("data:image/png;base64,") >= 4 + 4
-    assert "in the colour of the display&#39;s white" in page.replace("'", "&#39;")
 
 
 def test_pictures_are_drawn_with_the_displays_white_as_white() -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +13,8 @@ from documents import InputError
 from stimuli.comparison import place_regions
 from stimuli.comparison.areas import inside, window
 from stimuli.comparison.regions import PlacedRegions, corner_pairs
-from stimuli.comparison.regions_file import RegionsFile
+from stimuli.comparison.regions_file import LimitsSpec, RegionsFile
+from stimuli.comparison.verdict import Limits
 from stimuli.errors import StimulusError
 
 Write = Callable[..., RegionsFile]
@@ -111,25 +114,18 @@ def test_all_faults_are_told_at_once(regions_of: Write) -> None:
     assert "no region 'nobody'" in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("entry", "words"),
-    [
-        ("{kind: rectangel, name: a, box: [0, 0, 1, 1]}", "did you mean 'rectangle'"),
-        ("{kind: rectangle, name: a, box: [0, 0, 1, 0]}", "a number above 0"),
-        ("{kind: plate, inner: 1.5}", "above 0, 1 at most"),
-        ("{kind: plate, colour: red}", "unknown key"),
-        ("{kind: polygon, name: a, points: [[0, 0], [1, 1]]}", "holds 2 entries"),
-        ("{kind: plate, corners: [[0, 0], [.nan, 0], [2, 2], [0, 9]]}", "finite"),
-        ("{kind: grid, rows: 1000, columns: 1}", "100"),
-    ],
-)
-def test_what_a_file_may_not_hold(regions_of: Write, entry: str, words: str) -> None:
-    with pytest.raises(InputError, match=words):
-        regions_of(entry)
-
-
 def test_limits_come_from_the_file(regions_of: Write) -> None:
     limits = regions_of("{kind: plate}", limits="{delta_e: 1.0, sparkle_relative: 0.03}").limits
     assert (limits.delta_e, limits.sparkle_relative, limits.sparkle_z) == (1.0, 0.03, 2.58)
     with pytest.raises(InputError, match=r"limits\.delta_e"):
         regions_of("{kind: plate}", limits="{delta_e: 0}")
+
+
+PAGE = Path(__file__).parents[3] / "docs/regions.md"
+
+
+def test_the_page_and_the_file_know_every_limit() -> None:
+    page = PAGE.read_text(encoding="utf-8")
+    assert set(LimitsSpec.model_fields) == set(asdict(Limits()))
+    for name in asdict(Limits()):
+        assert f"`{name}`" in page

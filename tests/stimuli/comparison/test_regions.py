@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stimuli.comparison.areas import crosses_itself, inside, window
+from stimuli.comparison.areas import crosses_itself, inside
 
 Corner = tuple[float, float]
 # Not on pixel centres, where rounding decides; sides that pass through one are left out of the comparison.
@@ -46,13 +46,6 @@ def test_areas_that_share_an_edge_share_no_pixel(top: float, bottom: float, acro
     upper = inside(np.array([[0, 0], [20, 0], [20, across], [0, across]]), *whole)
     lower = inside(np.array([[0, across], [20, across], [20, 20], [0, 20.0]]), *whole)
     assert np.all(upper ^ lower)
-
-
-def test_a_pixel_belongs_if_its_centre_does() -> None:
-    square = np.array([[0.4, 0.6], [2.5, 0.6], [2.5, 2.6], [0.4, 2.6]])
-    rows, columns = window(square, (10, 10, 3))
-    assert (rows, columns) == (slice(0, 3), slice(0, 3))
-    np.testing.assert_array_equal(inside(square, rows, columns), [[0, 0, 0], [1, 1, 0], [1, 1, 0]])
 
 
 @pytest.mark.parametrize(

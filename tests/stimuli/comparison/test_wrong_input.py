@@ -10,7 +10,7 @@ import pytest
 
 from devices.camera import CameraModel, Exposure, write_camera
 from stimuli.develop import CameraImage, write_camera_exr
-from tests.stimuli.comparison.scenes import CHART, PLATE, RIG, SIZE, Cyclopean, chart, spots, written
+from tests.stimuli.comparison.scenes import CHART, PLATE, RIG, Cyclopean, chart, spots, written
 
 Refused = Callable[..., str]
 
@@ -60,15 +60,6 @@ def test_different_sizes_without_registration(tmp_path: Path, refused: Refused) 
     assert "--register auto" in line
 
 
-@pytest.mark.nightly
-def test_a_rendering_of_another_scale(tmp_path: Path, refused: Refused) -> None:
-    large = spots(size=(480, 360), sd_px=1.8, amplitude=1200.0, count=900)
-    small = large.reshape(180, 2, 240, 2, 3).mean(axis=(1, 3))
-    files = written(tmp_path / "a.exr", small), written(tmp_path / "b.exr", large)
-    line = refused(*files, "--regions", PLATE)
-    assert "is 2 times as large" in line
-
-
 def test_a_region_beyond_what_was_rendered(tmp_path: Path, refused: Refused) -> None:
     files = written(tmp_path / "a.exr", spots()), written(tmp_path / "b.exr", spots(dx=40.0))
     regions = tmp_path / "r.yaml"
@@ -92,22 +83,6 @@ def test_two_plates_with_nothing_in_common(tmp_path: Path, refused: Refused) -> 
     line = refused(*files, "--regions", PLATE)
     assert "cannot be brought onto the photograph" in line
     assert "--register none" in line
-
-
-def test_values_that_are_no_numbers(tmp_path: Path, refused: Refused) -> None:
-    import OpenImageIO as oiio
-
-    picture = spots().copy()
-    picture[7, 9, 1] = np.nan
-    spec = oiio.ImageSpec(*SIZE, 3, "float")
-    spec.channelnames = ("X", "Y", "Z")
-    output = oiio.ImageOutput.create(str(tmp_path / "b.exr"))
-    assert output is not None
-    assert output.open(str(tmp_path / "b.exr"), spec)
-    assert output.write_image(picture)
-    output.close()
-    line = refused(written(tmp_path / "a.exr", spots()), tmp_path / "b.exr", "--regions", PLATE)
-    assert "b.exr: 1 pixel is not finite" in line
 
 
 def test_camera_rgb_without_a_camera_file(tmp_path: Path, refused: Refused) -> None:

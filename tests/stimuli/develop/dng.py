@@ -26,6 +26,27 @@ def exposure_tags(time: tuple[int, int], f_number: tuple[int, int], iso: int) ->
     return [(33434, "2I", 1, time, True), (33437, "2I", 1, f_number, True), (34855, "H", 1, iso, True)]
 
 
+def _save(
+    path: Path,
+    codes: NDArray[np.uint16],
+    photometric: int,
+    tags: Sequence[Tag],
+    neutral: Sequence[float] = (0.5, 1.0, 0.7),
+    **more: Any,
+) -> Path:
+    known: list[Tag] = [
+        (50706, "B", 4, b"\x01\x04\x00\x00", True),  # DNGVersion
+        (50707, "B", 4, b"\x01\x01\x00\x00", True),
+        (50708, "s", 0, "Synthetic camera", True),  # UniqueCameraModel
+        (50721, "2i", 9, _rationals(_COLOR_MATRIX), True),  # ColorMatrix1
+        (50728, "2I", 3, _rationals(neutral), True),  # AsShotNeutral
+        (50778, "H", 1, 21, True),  # CalibrationIlluminant1
+    ]
+    more |= {"subfiletype": 0, "metadata": None, "software": None, "rowsperstrip": codes.shape[0]}
+    tifffile.imwrite(path, codes, photometric=photometric, extratags=[*known, *tags], **more)
+    return path
+
+
 def save_dng(
     path: Path,
     codes: NDArray[np.uint16],
@@ -37,32 +58,16 @@ def save_dng(
     tags: Sequence[Tag] = (),
 ) -> Path:
     side = 1 if len(black) == 1 else 2
-    known: list[Tag] = [
+    bayer: list[Tag] = [
         (33421, "H", 2, (2, 2), True),  # CFARepeatPatternDim
         (33422, "B", 4, bytes(pattern), True),  # CFAPattern
-        (50706, "B", 4, b"\x01\x04\x00\x00", True),  # DNGVersion
-        (50707, "B", 4, b"\x01\x01\x00\x00", True),
-        (50708, "s", 0, "Synthetic camera", True),  # UniqueCameraModel
         (50710, "B", 3, b"\x00\x01\x02", True),  # CFAPlaneColor
         (50711, "H", 1, 1, True),  # CFALayout
         (50713, "H", 2, (side, side), True),  # BlackLevelRepeatDim
         (50714, "I", len(black), tuple(black), True),  # BlackLevel
         (50717, "I", 1, white, True),  # WhiteLevel
-        (50721, "2i", 9, _rationals(_COLOR_MATRIX), True),  # ColorMatrix1
-        (50728, "2I", 3, _rationals(neutral), True),  # AsShotNeutral
-        (50778, "H", 1, 21, True),  # CalibrationIlluminant1
     ]
-    tifffile.imwrite(
-        path,
-        codes,
-        photometric=32803,
-        subfiletype=0,
-        metadata=None,
-        software=None,
-        rowsperstrip=codes.shape[0],
-        extratags=[*known, *tags],
-    )
-    return path
+    return _save(path, codes, 32803, [*bayer, *tags], neutral)
 
 
 def camera_tags(make: str, model: str) -> list[Tag]:
@@ -78,29 +83,12 @@ def save_linear_dng(
     tags: Sequence[Tag] = (),
 ) -> Path:
     """Save codes (height, width, 3) as a linear DNG: PhotometricInterpretation 34892, LinearRaw."""
-    known: list[Tag] = [
-        (50706, "B", 4, b"\x01\x04\x00\x00", True),  # DNGVersion
-        (50707, "B", 4, b"\x01\x01\x00\x00", True),
-        (50708, "s", 0, "Synthetic camera", True),  # UniqueCameraModel
+    levels: list[Tag] = [
         (50713, "H", 2, (1, 1), True),  # BlackLevelRepeatDim
         (50714, "I", 3, tuple(black), True),  # BlackLevel
         (50717, "I", 3, (white,) * 3, True),  # WhiteLevel
-        (50721, "2i", 9, _rationals(_COLOR_MATRIX), True),  # ColorMatrix1
-        (50728, "2I", 3, _rationals((0.5, 1.0, 0.7)), True),  # AsShotNeutral
-        (50778, "H", 1, 21, True),  # CalibrationIlluminant1
     ]
-    tifffile.imwrite(
-        path,
-        codes,
-        photometric=34892,
-        planarconfig=1,
-        subfiletype=0,
-        metadata=None,
-        software=None,
-        rowsperstrip=codes.shape[0],
-        extratags=[*known, *tags],
-    )
-    return path
+    return _save(path, codes, 34892, [*levels, *tags], planarconfig=1)
 
 
 def retagged(path: Path, tag: int, value: int) -> Path:

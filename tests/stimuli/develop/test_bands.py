@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from devices.camera import CameraModel, Exposure
 from documents import at_most_threads
-from stimuli.develop import CameraImage, DevelopOptions, demosaic, develop_photographs, to_xyz
+from stimuli.develop import DevelopOptions, demosaic, develop_photographs, to_xyz
 from stimuli.develop.demosaic import Linear, Mosaic, interpolate, superpixel
 from stimuli.develop.metadata import turned
 from stimuli.develop.raw_files import read_raw, read_sensor
@@ -101,13 +101,6 @@ def test_a_linear_dng_is_read(tmp_path: Path) -> None:
     assert image.exposure == Exposure(1 / 8, 8, 200)
     assert [step["step"] for step in image.steps] == ["read", "linearise", "exposure"]
     assert read_sensor(path).camera == "Acme Mk II"
-
-
-def test_a_linear_dng_is_turned_and_kept_by_any_demosaicing(tmp_path: Path) -> None:
-    codes = np.random.default_rng(1).integers(90, 4100, (24, 32, 3)).astype(np.uint16)
-    path = save_linear_dng(tmp_path / "a.dng", codes, tags=[(274, "H", 1, 6, True)])
-    image: CameraImage = read_raw(path, demosaic="superpixel")
-    np.testing.assert_allclose(image.rgb, np.rot90(codes, -1) / 65535, atol=1e-6)
 
 
 @pytest.mark.parametrize(

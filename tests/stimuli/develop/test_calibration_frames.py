@@ -87,16 +87,6 @@ def test_the_clipped_variance_is_that_of_normal_noise(spread: float) -> None:
     assert clipped_variance(np.ones(50)) == 0
 
 
-def test_photosites_full_in_the_dark_are_marked(tmp_path: Path) -> None:
-    hot = np.zeros((HEIGHT, WIDTH))
-    hot[30, 40] = 1.2
-    dark = save(tmp_path / "dark.dng", codes(hot))
-    photo = save(tmp_path / "photo.dng", codes(np.full((HEIGHT, WIDTH), 0.3) + hot))
-    image = read_camera_image(photo, demosaic="superpixel", calibration=read_calibration([dark]))
-    assert image.saturated[15, 20].tolist() == [True, False, False]
-    assert image.saturated.sum() == 1
-
-
 def refused(tmp_path: Path, kind: str, frame: Path) -> str:
     photo = save(tmp_path / "photo.dng", codes(np.full((HEIGHT, WIDTH), 0.3)), [*AT, *camera_tags("Acme", "Mk I")])
     with pytest.raises(StimulusError) as caught:

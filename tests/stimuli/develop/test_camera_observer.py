@@ -15,14 +15,12 @@ from documents import InputError
 from runner.cli.main import group
 from stimuli.build import build_set
 from stimuli.chart import fit_camera_to_chart
-from stimuli.comparison import CompareOptions, ReadOptions, compare_pictures
 from stimuli.develop import CameraImage, DevelopOptions, write_camera_exr
 from stimuli.develop.photograph import develop_photograph
 from stimuli.pictures import read_exr
 
 TEN = "CIE 2015 10"
 ROOT = Path(__file__).parents[3]
-REGIONS = ROOT / "configs/regions/plate.yaml"
 MATRIX = np.array([[41.0, 36.0, 18.0], [21.0, 72.0, 7.0], [2.0, 12.0, 95.0]])
 WAVES = np.arange(380.0, 781.0, 5.0)
 
@@ -82,14 +80,6 @@ def test_camera_fit_writes_the_observer_of_the_chart(tmp_path: Path) -> None:
     assert TEN in page.read_text()
 
 
-def test_published_chart_colours_are_of_1931_alone(tmp_path: Path) -> None:
-    photo = _photo(tmp_path / "chart.exr")
-    words = ["camera", "fit", str(photo), "--white", "90,100,80", "--observer", TEN]
-    result = CliRunner().invoke(group, words)
-    assert isinstance(result.exception, InputError)
-    assert "published colours are for CIE 1931 2" in str(result.exception)
-
-
 def test_a_developed_photograph_declares_the_observer_of_its_camera_file(tmp_path: Path) -> None:
     photo, camera = _photo(tmp_path / "p.exr"), read_camera(_camera(tmp_path / "c.yaml"))
     developed = develop_photograph(photo, tmp_path / "out.exr", DevelopOptions(camera=camera))
@@ -110,15 +100,6 @@ def _recipe(folder: Path, line: str) -> Path:
     return recipe
 
 
-def test_a_recipe_of_photographs_is_of_its_camera_files_observer(tmp_path: Path) -> None:
-    _camera(tmp_path / "c.yaml")
-    built = build_set(_recipe(tmp_path, f"observer: {TEN}\n"), 0.2768)
-    assert read_exr(built.path(built.names[0]), observer=TEN).left.shape == (180, 240, 3)
-    first = built.manifest["stimuli"][0]["key"]
-    _camera(tmp_path / "c.yaml", "CIE 1931 2")
-    assert build_set(_recipe(tmp_path, ""), 0.2768).manifest["stimuli"][0]["key"] != first
-
-
 @pytest.mark.parametrize(("camera", "line"), [(TEN, ""), ("CIE 1931 2", f"observer: {TEN}\n")])
 def test_a_recipe_refuses_a_camera_file_of_another_observer(tmp_path: Path, camera: str, line: str) -> None:
     _camera(tmp_path / "c.yaml", camera)
@@ -129,23 +110,6 @@ def test_a_recipe_refuses_a_camera_file_of_another_observer(tmp_path: Path, came
     result = CliRunner().invoke(group, ["check", str(recipe)])
     assert result.exit_code == 2
     assert f"observer {camera}" in " ".join(result.output.split())
-
-
-@pytest.mark.nightly
-def test_a_comparison_refuses_a_photograph_and_a_rendering_of_two_observers(tmp_path: Path) -> None:
-    photo = _photo(tmp_path / "p.exr")
-    plain, ten = (
-        DevelopOptions(camera=read_camera(_camera(tmp_path / f"{name}.yaml", observer)))
-        for name, observer in (("plain", "CIE 1931 2"), ("ten", TEN))
-    )
-    develop_photograph(photo, tmp_path / "ten.exr", ten)
-    develop_photograph(photo, tmp_path / "plain.exr", plain)
-    options = CompareOptions(reading=ReadOptions(camera=ten.camera), register="none")
-    with pytest.raises(InputError, match="the photograph is of CIE 2015 10") as caught:
-        compare_pictures(photo, tmp_path / "plain.exr", REGIONS, options)
-    assert len(caught.value.findings) == 1
-    result = compare_pictures(photo, tmp_path / "ten.exr", REGIONS, options)
-    assert result.photo.observer == TEN
 
 
 def test_a_table_that_names_its_observer_is_taken_at_its_word(tmp_path: Path) -> None:

@@ -7,18 +7,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import OpenImageIO as oiio
 import pytest
 
 from devices.camera import parse_exposure
 from devices.errors import DeviceError
-from stimuli.develop import CameraImage, write_camera_exr
+from stimuli.develop import CameraImage
 from stimuli.develop import linear_files as reader
 from stimuli.develop.linear_files import STEPS_ATTRIBUTE, read_linear
 from stimuli.develop.metadata import EXPOSURE_ATTRIBUTE, MOST_CHARACTERS, MOST_STEPS, earlier_steps, kept_exposure
-from stimuli.develop.raw_files import read_raw
 from stimuli.errors import StimulusError
-from tests.stimuli.develop.dng import exposure_tags, write_dng
+from tests.stimuli.oiio_files import save_picture
 
 READ = {"step": "read", "file": "a.nef", "kind": "raw", "sha256": "0" * 64}
 LINEARISE = {"step": "linearise", "largest_code": 9, "photosites_at_largest_code": 1, "saturated_from": [9.0]}
@@ -26,31 +24,13 @@ EXPOSURE = {"step": "exposure", "time_s": 0.5, "f_number": 8.0, "iso": 100.0, "s
 
 
 def exr(path: Path, attributes: dict[str, Any], channels: int = 3) -> Path:
-    spec = oiio.ImageSpec(8, 8, channels, "float")
-    spec.channelnames = (*"RGB", *(f"more{number}" for number in range(channels - 3)))
-    for name, value in attributes.items():
-        spec.attribute(name, value)
-    output = oiio.ImageOutput.create(str(path))
-    assert output is not None
-    assert output.open(str(path), spec)
-    assert output.write_image(np.full((8, 8, channels), 0.25, np.float32))
-    assert output.close()
-    return path
+    names = (*"RGB", *(f"more{number}" for number in range(channels - 3)))
+    return save_picture(path, np.full((8, 8, channels), 0.25, np.float32), names, **attributes)
 
 
 def test_steps_as_they_are_written_are_kept() -> None:
     steps = [READ, LINEARISE, {"step": "demosaic", "method": "malvar"}, EXPOSURE]
     assert list(earlier_steps(json.dumps(steps))) == steps
-
-
-def test_what_a_raw_file_went_through_is_kept(tmp_path: Path) -> None:
-    rgb = np.full((40, 48, 3), 0.3)
-    tags = exposure_tags((1, 15), (8, 1), 800)
-    image = read_raw(write_dng(tmp_path / "a.dng", rgb, black=(600,), white=65000, tags=tags))
-    write_camera_exr(tmp_path / "a.exr", image)
-    back = read_linear(tmp_path / "a.exr")
-    assert len(image.steps) >= 5
-    assert json.dumps(back.steps[: len(image.steps)]) == json.dumps(image.steps)
 
 
 @pytest.mark.parametrize(

@@ -1,10 +1,8 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import OpenImageIO as oiio
 import pytest
 import tifffile
 from hypothesis import HealthCheck, given, settings
@@ -15,6 +13,7 @@ from numpy.typing import NDArray
 from devices.camera import Exposure
 from stimuli.develop import CameraImage, Levels, read_camera_image, write_camera_exr
 from stimuli.errors import StimulusError
+from tests.stimuli.oiio_files import save_picture
 
 CODES = np.random.default_rng(0).integers(0, 65536, (8, 9, 3)).astype(np.uint16)
 CODES[0, 0] = 65535, 60000, 65534  # full scale, of integers and of the floats below, and just not
@@ -27,22 +26,6 @@ def refusal(path: Path) -> str:
     assert finding.file == str(path)
     assert finding.remedy
     return finding.message
-
-
-def save_exr(path: Path, pixels: NDArray[Any], names: tuple[str, ...] = ("R", "G", "B"), **attributes: Any) -> Path:
-    spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], "float")
-    spec.channelnames = names
-    for name, value in attributes.items():
-        if name == "chromaticities":
-            spec.attribute(name, "float[8]", value)
-        else:
-            spec.attribute(name.replace("__", ":"), value)
-    output = oiio.ImageOutput.create(str(path))
-    assert output is not None
-    assert output.open(str(path), spec)
-    assert output.write_image(np.ascontiguousarray(pixels, dtype=np.float32))
-    assert output.close()
-    return path
 
 
 def test_integers_are_shares_of_their_largest(tmp_path: Path) -> None:
@@ -111,16 +94,6 @@ def test_what_is_written_reads_back(
     assert back.steps[:2] == image.steps
 
 
-def test_writing_where_nothing_can_be_written_leaves_nothing(tmp_path: Path) -> None:
-    image = CameraImage(np.ones((2, 2, 3), np.float32), np.ones((2, 2, 3), bool), None, "a")
-    with pytest.raises(StimulusError, match="cannot be written"):
-        write_camera_exr(tmp_path / "none" / "a.exr", image)
-    (tmp_path / "taken.exr").mkdir()
-    with pytest.raises(StimulusError, match="cannot be written"):
-        write_camera_exr(tmp_path / "taken.exr", image)
-    assert [entry.name for entry in tmp_path.iterdir()] == ["taken.exr"]
-
-
 def test_what_declares_a_curve_is_refused_unless_told(tmp_path: Path) -> None:
     from PIL import ImageCms
 
@@ -128,8 +101,8 @@ def test_what_declares_a_curve_is_refused_unless_told(tmp_path: Path) -> None:
     tifffile.imwrite(tmp_path / "icc.tif", CODES, photometric="rgb", iccprofile=profile)
     tifffile.imwrite(tmp_path / "eight.tif", (CODES >> 8).astype(np.uint8), photometric="rgb")
     light = (CODES / 65535.0).astype(np.float32)
-    save_exr(tmp_path / "srgb.exr", light, oiio__ColorSpace="sRGB")
-    save_exr(tmp_path / "rec709.exr", light, chromaticities=(0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329))
+    save_picture(tmp_path / "srgb.exr", light, oiio__ColorSpace="sRGB")
+    save_picture(tmp_path / "rec709.exr", light, chromaticities=(0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329))
     said = {
         "icc.tif": "colour profile",
         "eight.tif": "8 bits",
@@ -140,7 +113,7 @@ def test_what_declares_a_curve_is_refused_unless_told(tmp_path: Path) -> None:
         assert words in refusal(tmp_path / name)
         told = read_camera_image(tmp_path / name, assume_linear=True)
         assert np.abs(told.rgb - light).max() < (0.005 if name == "eight.tif" else 1e-6)
-    save_exr(tmp_path / "linear.exr", light)
+    save_picture(tmp_path / "linear.exr", light)
     np.testing.assert_array_equal(read_camera_image(tmp_path / "linear.exr").rgb, light)
 
 
@@ -148,8 +121,8 @@ def test_what_cannot_be_read_is_refused(tmp_path: Path) -> None:
     light = (CODES / 65535.0).astype(np.float32)
     light[0, 0, 1] = np.nan
     light[1, 2, 0] = np.inf
-    assert "2 pixels are NaN or infinite" in refusal(save_exr(tmp_path / "nan.exr", light))
-    assert "lacks the channel R" in refusal(save_exr(tmp_path / "xyz.exr", CODES / 65535.0, ("X", "Y", "Z")))
+    assert "2 pixels are NaN or infinite" in refusal(save_picture(tmp_path / "nan.exr", light))
+    assert "lacks the channel R" in refusal(save_picture(tmp_path / "xyz.exr", CODES / 65535.0, ("X", "Y", "Z")))
     tifffile.imwrite(tmp_path / "grey.tif", CODES[..., 0])
     assert "lacks the channel R" in refusal(tmp_path / "grey.tif")
     tifffile.imwrite(tmp_path / "two.tif", np.stack([CODES, CODES]), photometric="rgb")

@@ -57,15 +57,6 @@ def test_a_full_sensor_s_contrast_is_its_capacity_over_exposure_and_background()
         assert row.as_shown is None
 
 
-def test_where_nothing_is_full_contrast_stays() -> None:
-    some = np.linspace(10, 30, 36)
-    found = contrast_over_exposure([(str(t), t, exposed(t, some)) for t in (0.01, 0.1, 0.3)])
-    contrasts = [row.as_photographed.contrast for row in found.rows]
-    assert [one.value for one in contrasts] == pytest.approx([float(np.mean(some / BASE_CD_M2 - 1))] * 3, rel=1e-6)
-    weber = some / BASE_CD_M2 - 1
-    assert contrasts[0].se == pytest.approx(float(weber.std(ddof=1) / 6), rel=1e-5)
-
-
 def test_the_display_clips_what_the_short_exposure_has_kept(models: EyeModels) -> None:
     """Calibrated to one mean, short exposures lose on the display what they had before the long ones; long ones not."""
     found = over(0.05, 0.2, 2.0, models=models)

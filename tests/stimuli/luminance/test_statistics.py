@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import math
-from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from devices.display import EyeModels, read_display
-from stimuli.luminance import factor_to, picture_statistics
+from stimuli.luminance import picture_statistics
 from stimuli.luminance.statistics import _ends, _mean_and_deviation
 from stimuli.pictures import StereoImage
 from stimuli.sparkle import PixelScale, Threshold
@@ -72,25 +70,6 @@ def test_the_manifest_holds_no_infinity(models: EyeModels) -> None:
     told = picture_statistics(StereoImage.flat(dark), models)
     assert told.to_json()["eyes"]["left"]["dynamic_range"]["stops"] is None
     assert told.eyes["left"].dynamic_range.ratio == math.inf
-
-
-@pytest.mark.shared_data
-def test_what_of_table_4_3_can_be_recomputed(shared_data: Path) -> None:
-    """Factors and maxima; exposures and shares of saturated pixels are of photographs that are not published."""
-    with (shared_data / "reference/table_4_3_images.csv").open(encoding="utf-8") as file:
-        rows = {row["image"]: row for row in csv.DictReader(file)}
-    most = {name: float(row["max_luminance_cd_m2"]) for name, row in rows.items()}
-    used = {name: float(row["luminance_scale"]) for name, row in rows.items()}
-    assert factor_to(most["1.1"], most["2.1"]) == pytest.approx(used["1.2"], abs=0.005)
-    assert factor_to(most["3.1"], most["2.1"]) == pytest.approx(6.7, abs=0.05)
-    assert most["1.1"] * used["1.2"] == pytest.approx(most["1.2"], abs=0.05)
-    # 27.857 is printed as 27.85: the factor has two digits after its point.
-    assert most["3.1"] * used["3.2"] == pytest.approx(most["3.2"], abs=0.01)
-    assert float(rows["3.2"]["saturated_red_percent"]) == 0.3
-    assert max(float(row["saturated_red_percent"]) for row in rows.values()) == 0.3
-    # Were the same pixels full in all, luminance times exposure would be the same.
-    full_well = [most[name] * float(Fraction(rows[name]["exposure_s"])) for name in ("1.1", "2.1", "3.1")]
-    assert full_well == pytest.approx([13.69, 13.09, 15.65], abs=0.005)
 
 
 @pytest.mark.parametrize("size", [1, 63, 64, 501, 12345])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 
@@ -12,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from devices.display import DisplayModel, EyeModels, Plvc, TableCurve, ToneCurve, read_display
+from devices.display import DisplayModel, EyeModels, ToneCurve, read_display
 from stimuli.errors import StimulusError
 from stimuli.luminance import picture_statistics, tone_mapping
 from stimuli.luminance.saturation import largest_factor, measure_saturation, saturation_factors
@@ -111,24 +110,6 @@ def test_white_that_the_display_shows_is_not_saturated() -> None:
     assert (counts.red, counts.green, counts.blue) == (30, 0, 30)
 
 
-@pytest.mark.nightly
-def test_channels_that_act_on_each_other_saturate_by_their_own_light() -> None:
-    own = np.tile(thesis().primaries_XYZ_cd_m2.T[:, np.newaxis], (1, 4, 1))
-    mixtures = np.zeros((10, 3))
-    mixtures[:3] = [[-1.5, -1.4, -0.2], [-0.8, -0.5, -1.5], [-0.9, -1.2, -1.4]]
-    table = TableCurve((0.0, 0.3, 1.0), (0.0, 0.07, 1.0))
-    model = Plvc(np.array([0.02, 0.02, 0.03]), thesis().primaries_XYZ_cd_m2, (table, table, table), own, mixtures)
-    xyz = sparkling(3, (40, 50))
-    for limit in (0.0, 0.3, 5.0):
-        found = largest_factor(xyz, model, limit)
-        at, beyond = (saturated_pixels_plain(xyz, model, found.factor * (1 + off)) for off in (-1e-5, 1e-5))
-        assert at <= found.allowed_pixels < beyond
-        assert measure_saturation(xyz, model, found.factor).any_channel <= found.allowed_pixels
-        assert found.pixels_transformed < 12 * 2000
-    assert measure_saturation(xyz, model, 3.0).any_channel == saturated_pixels_plain(xyz, model, 3.0)
-    assert largest_factor(np.zeros((4, 5, 3), np.float32), model, 0.0).factor == math.inf
-
-
 # Table 4.3
 
 
@@ -183,14 +164,6 @@ def test_one_factor_held_back_by_the_eye_that_saturates_first() -> None:
     np.testing.assert_allclose(shown.right, 1.4 * shown.left.astype(np.float64), rtol=5e-7)
     # Float32 rounds: the presenter's count has room for it.
     assert models.right.clipping(shown.right).above_full == 14
-
-
-def test_the_step_says_both_factors_and_is_json() -> None:
-    mapped = tone_mapping(StereoImage.flat(sparkling(1)), 1e4, EyeModels(thesis(), thesis()))
-    step = json.loads(json.dumps(mapped.to_json(), allow_nan=False))
-    assert step["asked_luminance_scale"] > step["luminance_scale"] > 0
-    assert step["held_back"] is True
-    assert step["saturated_percent"]["left"]["any"] <= 0.3 < step["saturated_percent_at_asked"]["right"]["any"]
 
 
 # What cannot be

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -90,14 +87,3 @@ def test_pixels_per_degree_that_take_minutes_are_refused() -> None:
     reference, test = pair()
     with pytest.raises(StimulusError, match="computed up to 2000"):
         measure_pictures(reference, test, ["flip"], ViewingConditions(5000.0, WHITE))
-
-
-def test_nothing_heavy_is_imported_before_it_is_used() -> None:
-    code = (
-        "import sys, numpy as np\n"
-        "from stimuli.measures import measure_names, measure_named\n"
-        "measure_named('flip'), measure_names(installed_only=True)\n"
-        "print([name for name in ('flip_evaluator', 'torch', 'skimage') if name in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"

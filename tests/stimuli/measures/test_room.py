@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -11,11 +13,13 @@ from stimuli.measures import (
     PicturePair,
     ViewingConditions,
     measure_named,
+    measure_names,
     measure_pairs,
     measure_pictures,
     measures_named,
     printed,
 )
+from stimuli.measures.cvvdp import ColorVideoVDP
 from stimuli.pictures import StereoImage
 
 VIEWING = ViewingConditions(45.0, np.array([95.0, 100.0, 108.9]))
@@ -100,14 +104,6 @@ def test_pixels_that_are_usable_but_not_counted_stay_in_the_map() -> None:
     assert found.value == pytest.approx(float(found.error_map[counted].mean(dtype=np.float64)), rel=1e-12)
 
 
-def test_maps_are_kept_small_where_asked() -> None:
-    row = measure_pairs({"both": PicturePair(picture(1), picture(2))}, ["delta-e-2000"], VIEWING, map_longest_px=25)
-    small = row["delta-e-2000"].eyes["both"].error_map
-    assert small is not None
-    assert small.shape == (20, 25)
-    assert float(small.mean()) == pytest.approx(row["delta-e-2000"].eyes["both"].value, rel=1e-5)
-
-
 def test_flat_pictures_have_no_value_for_two_eyes() -> None:
     table = measure_pictures(picture(1), picture(2), ["delta-e-2000"], VIEWING)
     with pytest.raises(StimulusError, match="has no value for two eyes"):
@@ -159,3 +155,27 @@ def test_of_all_measures_one_that_cannot_take_the_pictures_is_left_out() -> None
     with pytest.raises(StimulusError, match="the window of SSIM"):
         measure_pictures(narrow, 1.05 * narrow, ["all", "pu-ssim"], VIEWING)
     assert measure_pictures(picture(1), picture(2), ["all"], VIEWING).left_out == ()
+
+
+GREY = np.full((32, 32, 3), 40.0, dtype=np.float32)
+
+
+def test_without_the_package_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("stimuli.measures.measure.find_spec", lambda name: None)
+    with pytest.raises(StimulusError, match="'cvvdp' needs the package pycvvdp") as raised:
+        measure_pictures(GREY, GREY, ["cvvdp"], ViewingConditions(45.0))
+    assert "pip install '.[vdp]'" in str(raised.value)
+    assert "cvvdp" in measure_names()
+    assert "cvvdp" not in [measure.name for measure in measures_named(["all"])]
+
+
+def test_a_package_that_cannot_be_loaded_is_one_message(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "torch", None)
+    with pytest.raises(StimulusError, match="ColorVideoVDP cannot be loaded") as raised:
+        ColorVideoVDP().measure(GREY, GREY, ViewingConditions(45.0))
+    assert "torchvision" in str(raised.value)
+
+
+def test_too_far_away() -> None:
+    with pytest.raises(StimulusError, match="check the viewing distance"):
+        ColorVideoVDP().measure(GREY, GREY, ViewingConditions(1e5))

@@ -12,7 +12,6 @@ from scipy.special import ndtr
 from stimuli.errors import StimulusError
 from stimuli.measures import SeenPicture, difference_map
 from stimuli.measures.scielab import GAUSSIANS, opponent_from_xyz
-from stimuli.pictures import Rows
 
 WHITE = np.array([96.4, 100.0, 82.5])
 OPPONENT = opponent_from_xyz(WHITE)
@@ -77,24 +76,6 @@ def test_a_difference_in_the_dark_beside_a_highlight_is_not_lost() -> None:
     map_ = difference_map(seen[0], seen[1], WHITE, filtered=True)
     assert map_[:, 160:].min() > 1.0
     assert map_[:, :60].max() < 0.5
-
-
-def test_rows_are_read_a_few_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stimuli.pictures.rows.BAND_PIXELS", 20 * 30)
-    most = 0
-
-    class Counted:
-        shape = (400, 30, 3)
-
-        def __getitem__(self, rows: slice) -> NDArray[np.float64]:
-            nonlocal most
-            height = len(range(*rows.indices(400)))
-            most = max(most, height)
-            return np.ones((height, 30, 3))
-
-    source: Rows = Counted()
-    difference_map(SeenPicture(source, 20, WHITE), SeenPicture(source, 20, WHITE), WHITE, filtered=True)
-    assert most < 400 / 4
 
 
 @pytest.mark.parametrize("pixels_per_degree", [0.0, -1.0, np.nan, np.inf])

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -14,14 +12,12 @@ from scipy.ndimage import gaussian_filter
 import stimuli.recipes.view_sources
 from documents import InputError
 from stimuli.build import StimulusSet, build_set
-from stimuli.develop import read_camera_image
 from stimuli.errors import StimulusError
-from stimuli.pictures import StereoImage, read_exr, read_exr_counted, resample_picture, write_exr
+from stimuli.pictures import StereoImage, read_exr_counted, resample_picture, write_exr
 from stimuli.recipes import read_recipe
-from stimuli.recipes.photographs import DevelopSpec, PhotographsRecipe
 from stimuli.recipes.picture_steps import _within
 from tests.runner.cli.stimuli.test_wrong_input import exr
-from tests.stimuli.photographs.raw_pair import ROOT, write_recipe
+from tests.stimuli.photographs.raw_pair import write_recipe
 from tests.stimuli.spectral.pictures import save_exr
 from tests.stimuli.test_align_straighten import view
 
@@ -181,14 +177,11 @@ def test_a_stimulus_s_own_step_takes_the_place_of_the_recipe_s_and_changes_no_ot
     ("change", "reason"),
     [
         ({"align": {"method": "offset"}}, "method offset needs offset_px"),
-        ({"align": {"offset_px": [1, 2]}}, "has no use for offset_px"),
         ({"luminance": {"scale": 1, "mean_cd_m2": 2}}, "one decides the factor"),
         ({"luminance": {"white_cd_m2": 2}}, "white_box go together"),
-        ({"luminance": {}}, "give one of scale"),
         ({"toe_in": {"toe_in_deg": 2}}, "focal_length_px or field_of_view_deg"),
         ({"sparkles": {"times": 0}}, "'times' the background"),
         ({"series": [{"name": "x"}, {"name": "X"}]}, "stands twice"),
-        ({"kind": "photographs"}, "colour_space"),
     ],
 )
 def test_steps_that_cannot_be_are_refused(tmp_path: Path, change: dict[str, Any], reason: str) -> None:
@@ -199,35 +192,6 @@ def test_steps_that_cannot_be_are_refused(tmp_path: Path, change: dict[str, Any]
     }
     with pytest.raises(StimulusError if "series" in change else Exception, match=reason):
         read_recipe(write_recipe(tmp_path, {**recipe, **change}))
-
-
-def test_recipes_demosaic_as_camera_develop_does_unless_told() -> None:
-    assert DevelopSpec().demosaic == inspect.signature(read_camera_image).parameters["demosaic"].default
-
-
-def test_the_shipped_recipe_of_photographs_says_which_files_it_lacks() -> None:
-    path = ROOT / "configs/stimuli/photographs/recipe.yaml"
-    recipe, _ = read_recipe(path)
-    assert isinstance(recipe, PhotographsRecipe)
-    with pytest.raises(StimulusError) as error:
-        build_set(path, PITCH_MM)
-    assert all("cannot be read" in finding.message for finding in error.value.findings)
-    assert len(error.value.findings) == sum(len(one.files) for one in recipe.stimuli)
-
-
-@pytest.mark.shared_data
-def test_a_real_stereo_file_becomes_a_stereo_and_a_flat_stimulus(shared_data: Path, tmp_path: Path) -> None:
-    shutil.copyfile(shared_data / "data/stereo/Adjuster.exr", tmp_path / "Adjuster.exr")
-    blade = {"name": "blade", "file": "Adjuster.exr", "colour_space": "rec709", "white_luminance_cd_m2": 20}
-    sets = made(tmp_path, blade, views=["stereo", "flat"], resample={"width_mm": 150})
-    assert sets.size_px("blade-stereo")[0] == 542
-    stereo, flat = sets.load("blade-stereo"), sets.load("blade-flat")
-    assert not np.array_equal(stereo.left, stereo.right)
-    assert flat.is_flat
-    source = read_exr(shared_data / "data/stereo/Adjuster.exr", "rec709", white_luminance_cd_m2=20)
-    assert stereo.left[..., 1].mean(dtype=np.float64) == pytest.approx(
-        source.left[..., 1].mean(dtype=np.float64), rel=5e-3
-    )
 
 
 def test_spectral_views_become_xyz_in_their_light(tmp_path: Path) -> None:

@@ -10,8 +10,6 @@ import numpy as np
 import pytest
 from PIL import Image, ImageCms
 
-from devices.errors import DeviceError
-from devices.profiles import read_profile
 from stimuli.errors import StimulusError
 from stimuli.pictures import ColourSpace, StereoImage, find_pictures, read_picture
 from tests.devices.profiles.profile_bytes import matrix_tags, para, profile, text, vcgt
@@ -49,29 +47,12 @@ def test_a_picture_needs_none_of_the_tags_of_a_display(tmp_path: Path, more: dic
     np.testing.assert_array_equal(found.left, plain.left)
 
 
-def test_a_damaged_tag_of_a_display_is_refused_where_a_display_is_read(tmp_path: Path) -> None:
-    path = tmp_path / "display.icc"
-    for name, damaged in (("vcgt", b"vcgt\0\0\0\0\0\0\0\x07"), ("lumi", text("very")), ("bkpt", text("dark"))):
-        path.write_bytes(profile(OWN | {name: damaged}))
-        with pytest.raises(DeviceError, match=f"the tag '{name}'"):
-            read_profile(path)
-
-
 @pytest.mark.parametrize("suffix", ["png", pytest.param("jpg", marks=pytest.mark.nightly)])
 def test_a_profile_of_three_megabytes_is_no_damage(tmp_path: Path, suffix: str) -> None:
     noise = np.random.default_rng(2).bytes(3_000_000)
     large = profile(OWN | {"priv": b"data\0\0\0\0" + noise})
     plain = read(saved(tmp_path / f"plain.{suffix}", profile(OWN)))
     np.testing.assert_array_equal(read(saved(tmp_path / f"a.{suffix}", large)).left, plain.left)
-
-
-@pytest.mark.nightly
-def test_a_png_of_16_bits_with_a_large_profile(tmp_path: Path) -> None:
-    large = profile(OWN | {"priv": b"data\0\0\0\0" + np.random.default_rng(2).bytes(9_500_000)})
-    grey = np.arange(96, dtype=np.uint16).reshape(8, 12) * 600
-    for name, data in (("plain", profile(OWN)), ("large", large)):
-        Image.fromarray(grey).save(tmp_path / f"{name}.png", icc_profile=data)
-    np.testing.assert_array_equal(read(tmp_path / "large.png").left, read(tmp_path / "plain.png").left)
 
 
 def test_a_profile_that_unpacks_without_end_is_refused(tmp_path: Path) -> None:

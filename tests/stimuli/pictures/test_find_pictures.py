@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import struct
-import time
 from pathlib import Path
 
-import numpy as np
 import pytest
 from PIL import Image
 
@@ -109,25 +107,6 @@ def test_the_descriptor_of_a_jps(tmp_path: Path, flags: int, layout: int, packin
     assert listed(tmp_path / "a.jps")["a"].packing == packing
 
 
-def test_declared_colour_spaces(tmp_path: Path) -> None:
-    from PIL import ImageCms
-    from PIL.PngImagePlugin import PngInfo
-
-    srgb = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
-    save(tmp_path / "profile.jpg", icc_profile=srgb)
-    save(tmp_path / "nothing.png")
-    chunk = PngInfo()
-    chunk.add(b"sRGB", b"\0")
-    save(tmp_path / "chunk.png", pnginfo=chunk)
-    exif = Image.Exif()
-    exif.get_ifd(0x8769)[0xA001] = 1
-    exif[0x8769] = {0xA001: 1}
-    save(tmp_path / "exif.jpg", exif=exif)
-    found = listed(tmp_path)
-    spaces = {name: picture.colour_space for name, picture in found.items()}
-    assert spaces == {"profile": "srgb", "nothing": None, "chunk": "srgb", "exif": "srgb"}
-
-
 def test_exif_orientation_turns_the_size(tmp_path: Path) -> None:
     exif = Image.Exif()
     exif[0x0112] = 6
@@ -167,20 +146,6 @@ def test_all_that_is_wrong_at_once(tmp_path: Path) -> None:
     with pytest.raises(InputError) as error:
         find_pictures([tmp_path])
     assert len(error.value.findings) == 3
-
-
-@pytest.mark.nightly
-def test_nothing_is_decoded(tmp_path: Path) -> None:
-    """The pixels of 60 pictures of 12 megapixels would take 12 s to decode."""
-    noise = np.random.default_rng(1).integers(0, 255, (300, 400, 3), np.uint8)
-    Image.fromarray(noise).resize((4000, 3000)).save(tmp_path / "p1_L.jpg", quality=60)
-    data = (tmp_path / "p1_L.jpg").read_bytes()
-    for number in range(1, 31):
-        for eye in "LR":
-            (tmp_path / f"p{number}_{eye}.jpg").write_bytes(data)
-    began = time.perf_counter()
-    assert len(find_pictures([tmp_path])) == 30
-    assert time.perf_counter() - began < 2.0
 
 
 def test_a_preview_in_an_mpo_is_no_second_eye(tmp_path: Path) -> None:

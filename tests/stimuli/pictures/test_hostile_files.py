@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import struct
 import sys
@@ -22,8 +21,8 @@ from stimuli.develop import read_camera_image
 from stimuli.develop.calibration_frames import read_calibration
 from stimuli.errors import StimulusError
 from stimuli.pictures import Decoding, StereoImage, read_coded, read_exr, read_picture, write_exr
-from stimuli.pictures.exr_views import channel_runs, read_views
-from stimuli.pictures.picture_input import opened
+from stimuli.pictures.exr_views import read_views
+from stimuli.pictures.picture_input import opened, reason
 from stimuli.spectral import read_spectral
 from tests.stimuli.pictures.exr_bytes import Part, floats, write_bytes
 from tests.stress.mutants import formats, read_all
@@ -91,22 +90,6 @@ def test_both_eyes_are_read_together_and_one_alone(tmp_path: Path, counted: list
     flat = read_exr(tmp_path / "a.exr", flat=True, flat_eye="right")
     assert counted == [(3, 6)]
     np.testing.assert_array_equal(flat.left, stereo.right)
-
-
-@pytest.mark.parametrize(
-    ("groups", "runs"),
-    [
-        ([(0, 1, 2)], [range(3)]),
-        ([(2, 0, 1)], [range(3)]),
-        ([(0, 1, 2), (3, 4, 5)], [range(6)]),
-        ([(0, 1, 2), (90, 91, 92)], [range(3), range(90, 93)]),
-        ([(5, 5, 5)], [range(5, 6)]),
-        ([(0, 3, 6)], [range(7)]),
-        ([(0, 100, 200)], [range(1), range(100, 101), range(200, 201)]),
-    ],
-)
-def test_runs_of_channels(groups: list[tuple[int, ...]], runs: list[range]) -> None:
-    assert channel_runs(groups) == runs
 
 
 # --- what headers ask for ---------------------------------------------------------------------------------------------
@@ -201,18 +184,6 @@ def test_devices_pipes_and_folders_are_no_pictures(tmp_path: Path, suffix: str, 
         read(place)
 
 
-def test_a_larger_file_than_any_picture_is_not_read(tmp_path: Path) -> None:
-    for name in ("a.exr", "a.png", "a.tif", "a.jpg", "a.dng"):
-        with (tmp_path / name).open("wb") as file:
-            try:
-                file.truncate(40_000_000_000)
-            except OSError as error:
-                pytest.skip(f"this file system has no such files: {errno.errorcode[error.errno or 0]}")
-        with pytest.raises(InputError, match="larger than 8000 MB"):
-            (read_camera_image if name == "a.dng" else read_picture)(tmp_path / name)
-        os.truncate(tmp_path / name, 0)
-
-
 @pytest.fixture
 def study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "cache"))
@@ -241,19 +212,24 @@ def test_links_of_a_recipe_stay_in_its_folder(study: Path, target: str, words: s
         build_set(study, 0.25)
 
 
-def test_links_within_the_folder_and_to_it_are_followed(study: Path, tmp_path: Path) -> None:
-    (study.parent / "pictures").mkdir()
-    (tmp_path / "elsewhere.exr").rename(study.parent / "pictures" / "b.exr")
-    (study.parent / "a.exr").symlink_to("pictures/b.exr")
-    (tmp_path / "same").symlink_to(study.parent)
-    assert build_set(tmp_path / "same" / "recipe.yaml", 0.25).names == ("a",)
-
-
-def test_a_name_that_is_not_utf_8_is_refused(tmp_path: Path) -> None:
-    path = Path(os.fsdecode(os.fsencode(tmp_path) + b"/\xff.exr"))
-    try:
-        path.write_bytes(b"x")
-    except OSError:
-        pytest.skip("this file system has no such names")
-    with pytest.raises(StimulusError, match="its name is not UTF-8"), opened(path):
+def test_a_file_that_is_no_picture_is_named_with_the_reason_and_the_remedy(tmp_path: Path) -> None:
+    (tmp_path / "a.exr").write_bytes(b"no picture")
+    with pytest.raises(StimulusError, match="cannot be read") as caught, opened(tmp_path / "a.exr", "write it again"):
         pass
+    (finding,) = caught.value.findings
+    assert finding.file == str(tmp_path / "a.exr")
+    assert finding.remedy == "write it again"
+    assert "no reason given" not in finding.message
+
+
+@pytest.mark.parametrize(
+    ("message", "told"),
+    [
+        ("first\nsecond\n", "second"),
+        ("the size is absurd\nIf that is right, raise the OIIO global attribute 'limits'.", "the size is absurd"),
+        ("only a global attribute", "only a global attribute"),
+        (" \n", "no reason given"),
+    ],
+)
+def test_the_reason_is_no_advice_on_settings(message: str, told: str) -> None:
+    assert reason(message) == told

@@ -183,20 +183,6 @@ def test_a_cut_file_is_refused(tmp_path: Path, share: float) -> None:
     assert "/tmp" not in error.value.findings[0].message
 
 
-def test_a_picture_that_changes_while_it_is_read_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    scene(1).save(tmp_path / "a.jpg")
-    plain = decode
-
-    def late(*given: Any) -> NDArray[Any]:
-        codes = plain(*given)
-        scene(2).save(tmp_path / "a.jpg", quality=50)
-        return codes
-
-    monkeypatch.setattr("stimuli.pictures.own_files.decode", late)
-    with pytest.raises(InputError, match="changed while it was read"):
-        built(tmp_path, file="a.jpg")
-
-
 def test_codes_written_before_own_files_were_kept_are_still_read(tmp_path: Path) -> None:
     """The layout of .codes has not changed: reports of old sessions show their pictures."""
     codes = np.random.default_rng(0).integers(0, 256, (5, 6, 3), dtype=np.uint8)

@@ -62,12 +62,7 @@ def test_nothing_is_lost_of_a_coarse_picture_or_far_away() -> None:
 
 @pytest.mark.parametrize(
     ("picture", "size", "pitch", "distance"),
-    [
-        ((0, 5), (1.0, 1.0), 0.2, 700.0),
-        ((5, 5), (0.0, 1.0), 0.2, 700.0),
-        ((5, 5), (1.0, 1.0), -1, 700.0),
-        ((5, 5), (1.0, 1.0), 0.2, 0.0),
-    ],
+    [((0, 5), (1.0, 1.0), 0.2, 700.0), ((5, 5), (1.0, 1.0), 0.2, 0.0)],
 )
 def test_what_cannot_be(picture: tuple[int, int], size: tuple[float, float], pitch: float, distance: float) -> None:
     with pytest.raises(InputError):

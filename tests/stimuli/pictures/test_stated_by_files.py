@@ -82,17 +82,6 @@ def test_half_pictures_may_state_their_wide_pixels(tmp_path: Path, suffix: str) 
     assert read(high, packing="top-bottom-half").height_px == 8
 
 
-@pytest.mark.parametrize(("across", "down"), [(0, 0), (0, 72), (72, 0)])
-def test_a_resolution_of_nothing_states_nothing(tmp_path: Path, across: int, down: int) -> None:
-    assert read(with_chunks(tmp_path / "a.png", phys(across, down))).width_px == 12
-    save(tmp_path / "a.jpg", (72, 72))
-    data = bytearray((tmp_path / "a.jpg").read_bytes())
-    at = data.index(b"JFIF\0") + 8
-    data[at : at + 4] = struct.pack(">HH", across, down)
-    (tmp_path / "a.jpg").write_bytes(data)
-    assert read(tmp_path / "a.jpg").width_px == 12
-
-
 def test_primaries_of_srgb_leave_its_curve_to_be_named(tmp_path: Path) -> None:
     path = with_chunks(tmp_path / "a.png", gama(0.45455), chrm(SRGB))
     assert read(path).width_px == 12

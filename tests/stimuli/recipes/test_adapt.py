@@ -55,16 +55,6 @@ def test_what_changes_nothing_is_not_computed(keys: dict[str, Any]) -> None:
     assert step["pixels_computed"] == 0
 
 
-def test_whites_are_stated_in_three_ways() -> None:
-    image = StereoImage.flat(picture())
-    white = white_point("a", 80.0)
-    by_name, _ = adapted(image, spec())
-    by_XYZ, _ = adapted(image, spec(from_white=white.tolist()))
-    by_xy, _ = adapted(image, spec(from_white=(white[:2] / white.sum()).tolist()))
-    np.testing.assert_allclose(by_XYZ.left, by_name.left, rtol=1e-6)
-    np.testing.assert_allclose(by_xy.left, by_name.left, rtol=1e-6)
-
-
 def test_it_comes_before_the_luminance() -> None:
     steps = StepsSpec.model_validate(
         {"adapt": {"from_white": "a", "to_white": "d65"}, "luminance": {"mean_cd_m2": 25.0}}
@@ -84,12 +74,6 @@ def test_light_below_zero_is_refused_or_clipped() -> None:
     shown, step = adapted(image, spec(method="bradford", negative="clip"))
     assert step["clipped_pixels"] == 2
     assert float(shown.left.min()) == 0.0
-
-
-def test_another_observer_is_said() -> None:
-    _, step = adapted(StereoImage.flat(picture()), spec(), "CIE 1964 10")
-    assert "CIE 1964 10" in str(step["said"])
-    assert step["from_white_XYZ"] == pytest.approx(white_point("a", 1.0, "CIE 1964 10").tolist())
 
 
 @pytest.mark.parametrize(

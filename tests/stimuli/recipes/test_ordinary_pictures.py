@@ -9,7 +9,6 @@ from typing import Any
 
 import colour
 import numpy as np
-import OpenImageIO as oiio
 import pytest
 from numpy.typing import NDArray
 from PIL import Image, ImageCms, ImageOps
@@ -18,10 +17,11 @@ from devices.characterise import thesis_display
 from devices.colour import rgb_to_xyz_matrix, srgb_encoded
 from devices.profiles import profile_of_model
 from documents import InputError
-from stimuli.build import StimulusSet, build_set, export_exr
+from stimuli.build import StimulusSet, build_set
 from stimuli.pictures import StereoImage
 from stimuli.pictures.coded import decoded
 from stimuli.pictures.colour_spaces import NAMED_SPACES, NamedSpace, named_encoding
+from tests.stimuli.oiio_files import save_picture
 
 Array = NDArray[Any]
 WHITE = 80.0
@@ -41,18 +41,6 @@ def _cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def pixels(seed: int = 0, size: tuple[int, int] = (12, 8), dtype: type = np.uint8) -> Array:
     width, height = size
     return np.random.default_rng(seed).integers(0, np.iinfo(dtype).max + 1, (height, width, 3), dtype=dtype)
-
-
-def save_oiio(path: Path, values: Array, kind: str, **attributes: object) -> Path:
-    spec = oiio.ImageSpec(values.shape[1], values.shape[0], values.shape[2], kind)
-    for name, value in attributes.items():
-        spec.attribute(name, value)
-    output = oiio.ImageOutput.create(str(path))
-    assert output is not None
-    assert output.open(str(path), spec)
-    assert output.write_image(values)
-    output.close()
-    return path
 
 
 def built(folder: Path, *stimuli: dict[str, Any], **more: Any) -> StimulusSet:
@@ -91,21 +79,10 @@ def test_srgb_of_every_format_and_depth(tmp_path: Path, kind: str) -> None:
     if kind == "webp":
         Image.fromarray(codes).save(file, lossless=True)
     else:
-        save_oiio(file, codes, str(codes.dtype))
+        save_picture(file, codes, kind=str(codes.dtype))
     image = read(tmp_path, file)
     np.testing.assert_allclose(image.left, srgb_xyz(codes), rtol=1e-6, atol=1e-9)
     assert image.is_flat
-
-
-def test_a_float_tiff_of_codes_and_of_light(tmp_path: Path) -> None:
-    values = np.random.default_rng(1).random((8, 12, 3)).astype(np.float32)
-    file = save_oiio(tmp_path / "a.tif", values, "float")
-    light = colour.models.eotf_sRGB(values.astype(np.float64))
-    np.testing.assert_allclose(read(tmp_path, file).left, light @ _SRGB.T * WHITE, rtol=1e-6)
-    np.testing.assert_allclose(read(tmp_path, file, colour_space="rec709").left, values @ _SRGB.T * WHITE, rtol=1e-6)
-    np.testing.assert_allclose(
-        read(tmp_path, file, colour_space="xyz", white_luminance_cd_m2=None).left, values, rtol=6e-4
-    )
 
 
 @pytest.mark.parametrize("name", NAMED_SPACES)
@@ -151,7 +128,7 @@ def test_exif_orientation(tmp_path: Path, orientation: int, suffix: str) -> None
         Image.fromarray(codes).save(file, exif=exif)
         turned = ImageOps.exif_transpose(Image.open(file))
     else:
-        save_oiio(file, codes, "uint8", Orientation=orientation)
+        save_picture(file, codes, kind="uint8", Orientation=orientation)
         Image.fromarray(codes).save(tmp_path / "b.png", exif=exif)
         turned = ImageOps.exif_transpose(Image.open(tmp_path / "b.png"))
     assert turned is not None
@@ -184,32 +161,6 @@ def test_half_pictures_are_stretched_in_linear_light(tmp_path: Path) -> None:
     Image.fromarray(codes.swapaxes(0, 1).copy()).save(tmp_path / "a_hou.png")
     tall = read(tmp_path, tmp_path / "a_hou.png")
     assert np.allclose(tall.left[..., 1], image.left[..., 1].T, atol=0.1)
-
-
-def test_a_file_for_each_eye_mpo_and_jps(tmp_path: Path) -> None:
-    left, right = pixels(1, (16, 16)), pixels(2, (16, 16))
-    for name, codes in (("a_L.png", left), ("a_R.png", right)):
-        Image.fromarray(codes).save(tmp_path / name)
-    first, second = Image.fromarray(left), Image.fromarray(right)
-    first.save(tmp_path / "b.mpo", save_all=True, append_images=[second], quality=95)
-    Image.fromarray(np.hstack([right, left])).save(tmp_path / "c.jps", format="JPEG", quality=95)
-    stimuli = built(
-        tmp_path,
-        {"name": "a", "left": "a_L.png", "right": "a_R.png"},
-        {"name": "b", "file": "b.mpo"},
-        {"name": "c", "file": "c.jps"},
-        {"name": "d", "left": "a_L.png", "right": "a_R.png", "view": "flat", "flat_eye": "right"},
-    )
-    a, b, c, d = (stimuli.load(name) for name in stimuli.names)
-    np.testing.assert_allclose(a.right, srgb_xyz(right), rtol=1e-6, atol=1e-9)
-    with Image.open(tmp_path / "b.mpo") as mpo:
-        mpo.seek(1)
-        np.testing.assert_allclose(b.right, srgb_xyz(np.asarray(mpo)), rtol=1e-6, atol=1e-9)
-    jps = np.asarray(Image.open(tmp_path / "c.jps"))
-    np.testing.assert_allclose(c.left, srgb_xyz(jps[:, 16:]), rtol=1e-6, atol=1e-9)
-    assert d.is_flat
-    assert np.array_equal(d.left, a.right)
-    assert stimuli.factors("a") == {"image": "a", "view": "stereo"}
 
 
 def with_alpha(file: Path, alpha: int) -> Array:
@@ -338,39 +289,10 @@ def test_linear_png_and_hdr_png_are_refused(tmp_path: Path) -> None:
         assert message in complaint(tmp_path, tmp_path / "a.png")
 
 
-def test_two_eyes_must_go_together(tmp_path: Path) -> None:
-    Image.fromarray(pixels()).save(tmp_path / "l.png")
-    Image.fromarray(pixels(size=(12, 9))).save(tmp_path / "r.png")
-    Image.fromarray(pixels()[..., 0]).save(tmp_path / "g.png")
-    Image.fromarray(pixels()).save(tmp_path / "p.png", icc_profile=profile_of_model(thesis_display(), "d").data)
-    for right, message in (("r.png", "'left' is 12 × 8, 'right' is 12 × 9"), ("g.png", "of different form")):
-        with pytest.raises(InputError, match=message):
-            built(tmp_path, {"name": "one", "left": "l.png", "right": right})
-    with pytest.raises(InputError, match="stereo needs the views left and right"):
-        built(tmp_path, {"name": "one", "file": "l.png", "view": "stereo"})
-    with pytest.raises(InputError, match="name 'file', or a file for each eye"):
-        built(tmp_path, {"name": "one", "left": "l.png"})
-    with pytest.raises(InputError, match="both OpenEXR, or neither"):
-        built(tmp_path, {"name": "one", "left": "l.png", "right": "r.exr"})
-
-
-def test_openexr_takes_no_space_of_codes(tmp_path: Path) -> None:
-    save_oiio(tmp_path / "a.exr", np.ones((4, 6, 3), np.float32), "half")
-    assert "OpenEXR holds linear light" in complaint(tmp_path, tmp_path / "a.exr")
-    Image.fromarray(pixels()).save(tmp_path / "b.png")
-    stimuli = built(
-        tmp_path,
-        {"name": "a", "file": "a.exr", "colour_space": "rec709", "white_luminance_cd_m2": 1},
-        {"name": "b", "file": "b.png"},
-        {"name": "c", "left": "a.exr", "right": "a.exr", "colour_space": "xyz", "white_luminance_cd_m2": 2},
-    )
-    assert stimuli.load("c").left[0, 0].tolist() == [2.0, 2.0, 2.0]
-
-
 def test_bands_are_named_where_codes_lie_far_apart(tmp_path: Path) -> None:
     grey = np.repeat(np.arange(256, dtype=np.uint8)[None, :, None], 3, axis=2)
     Image.fromarray(grey).save(tmp_path / "a.png")
-    save_oiio(tmp_path / "b.png", grey.astype(np.uint16) * 257, "uint16")
+    save_picture(tmp_path / "b.png", grey.astype(np.uint16) * 257, kind="uint16")
 
     def bands(file: str, **steps: Any) -> list[dict[str, Any]]:
         entry = built(tmp_path, {"name": "one", "file": file}, **steps).entry("one")
@@ -381,72 +303,3 @@ def test_bands_are_named_where_codes_lie_far_apart(tmp_path: Path) -> None:
     assert not bands("b.png", luminance={"scale": 8})
     (step,) = bands("a.png", luminance={"scale": 4})
     assert "ΔE00 0.71" in step["said"][0]
-    # The difference that is named, between the two pictures that are shown.
-    shown = built(tmp_path, {"name": "one", "file": "a.png"}, luminance={"scale": 4}).load("one").left[0]
-    white = _SRGB.sum(axis=1) * WHITE
-    lab = colour.XYZ_to_Lab(shown[shown[:, 1] <= WHITE] / white[1], colour.XYZ_to_xy(white))
-    apart = colour.delta_E(lab[:-1], lab[1:], method="CIE 2000")
-    assert step["delta_e_00"] == pytest.approx(apart.max(), abs=0.02)
-
-
-def test_exported_pictures_read_back_as_the_same_pixels(tmp_path: Path) -> None:
-    for name, seed in (("a_L.png", 1), ("a_R.png", 2)):
-        Image.fromarray(pixels(seed)).save(tmp_path / name)
-    whole = np.dstack([pixels(3), np.full((8, 12), 100, np.uint8)])
-    Image.fromarray(whole).save(tmp_path / "alpha.png")
-    first = built(
-        tmp_path,
-        {"name": "a", "left": "a_L.png", "right": "a_R.png", "factors": {"paint": "red", "number": 2}},
-        {"name": "alpha", "file": "alpha.png"},
-        {"name": "small", "file": "a_L.png", "resample": {"width_mm": 1.5}},
-        alpha_background_cd_m2=10,
-    )
-    export_exr(first, tmp_path / "light")
-    again = build_set(tmp_path / "light" / "recipe.yaml", 0.25)
-    assert again.names == first.names
-    for name in first.names:
-        assert dict(again.factors(name)) == {**first.factors(name), "image": name}
-        one, other = first.load(name), again.load(name)
-        assert np.array_equal(one.left, other.left)
-        assert np.array_equal(one.right, other.right)
-        assert one.is_flat == other.is_flat
-
-
-def test_codes_that_were_damaged_are_made_again(tmp_path: Path) -> None:
-    codes = pixels(size=(50, 40))
-    Image.fromarray(codes).save(tmp_path / "a.png")
-    stimuli = built(tmp_path, {"name": "one", "file": "a.png"})
-    whole = stimuli.path("one").read_bytes()
-    stimuli.path("one").write_bytes(whole[:-10] + bytes(10))
-    with pytest.raises(InputError, match="its checksum differs"):
-        stimuli.load("one")
-    stimuli.path("one").write_bytes(whole[:-10])
-    with pytest.raises(InputError, match="the picture is damaged"):
-        stimuli.load("one")
-    again = built(tmp_path, {"name": "one", "file": "a.png"})
-    assert (again.rendered, again.digest) == (1, stimuli.digest)
-    np.testing.assert_allclose(again.load("one").left, srgb_xyz(codes), rtol=1e-6, atol=1e-9)
-
-
-def test_check_finds_what_headers_show(tmp_path: Path) -> None:
-    from runner.check import check_file
-
-    Image.fromarray(pixels()).save(tmp_path / "a.png")
-    Image.fromarray(pixels(size=(13, 8))).save(tmp_path / "odd_sbs.png")
-    Image.fromarray(pixels()).convert("CMYK").save(tmp_path / "c.jpg")
-    stimuli = [
-        {"name": "one", "file": "a.png", "view": "stereo"},
-        {"name": "two", "left": "a.png", "right": "odd_sbs.png"},
-        {"name": "three", "file": "c.jpg"},
-        {"name": "four", "file": "odd_sbs.png"},
-        {"name": "five", "file": "odd_sbs.png", "packing": "none"},
-    ]
-    recipe = {"schema_version": 1, "kind": "pictures", "colour_space": "srgb", "white_luminance_cd_m2": 80}
-    (tmp_path / "r.yaml").write_text(json.dumps({**recipe, "stimuli": stimuli}), encoding="utf-8")
-    messages = [finding.message for finding in check_file(tmp_path / "r.yaml").errors]
-    assert [message[:30] for message in messages] == [
-        "the picture has one view, and ",
-        "the views differ in size: 'lef",
-        "the picture is CMYK, inks for ",
-        "its 13 columns cannot be divid",
-    ]

@@ -14,10 +14,9 @@ from scipy.special import ndtr
 
 from stimuli.errors import StimulusError
 from stimuli.sparkle import PixelScale, SparkleMeasures, Threshold, measure_sparkles, shared_sparkles
-from stimuli.sparkle.measures import moments
 from stimuli.sparkle.measures.background import local_background
-from stimuli.sparkle.measures.find import find_peaks
-from stimuli.sparkle.measures.moments import FWHM_PER_SD, sparkle_moments
+from stimuli.sparkle.measures.moments import FWHM_PER_SD
+from tests.compiled_loops import not_in_numpy
 
 Floats = NDArray[np.float64]
 BASE = 10.0
@@ -175,31 +174,6 @@ def test_nothing_is_found_in_noise_or_on_an_even_plane() -> None:
         assert measures.peaks.background.noise_cd_m2 == pytest.approx(noise, rel=0.02)
 
 
-def test_absolute_threshold_and_dark_background() -> None:
-    picture = planted((100, 100), np.array([[30.2, 40.1], [70.0, 70.4]]), [50.0, 500.0], 1.0, base=0.0)
-    assert measure_sparkles(picture, Threshold(times=0, above_cd_m2=20)).count.value == 1
-    both = measure_sparkles(picture, Threshold(times=0, above_cd_m2=2))
-    assert both.count.value == 2
-    assert math.isnan(both.contrast.value)
-
-
-def test_fits_that_go_on_from_where_they_were_end_where_full_ones_do(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Against the slow twin: every round, however often it is made again, goes on until nothing moves."""
-    random = np.random.default_rng(3)
-    places = random.uniform(10, 290, (700, 2))
-    picture = planted((300, 300), places, random.uniform(100, 900, 700), random.uniform(0.6, 1.2, 700), noise=0.3)
-    peaks = find_peaks(picture, Threshold())
-    fast = sparkle_moments(picture, peaks)
-    monkeypatch.setattr(moments, "_ROUGH_REST_PX", moments._REST_PX)
-    slow = sparkle_moments(picture, peaks)
-    both = fast.fits & slow.fits
-    assert both.sum() > 0.99 * max(fast.fits.sum(), slow.fits.sum()) > 300
-    for name in ("row_px", "column_px", "sd_px"):
-        apart = np.abs(getattr(fast, name) - getattr(slow, name))[both]
-        assert np.median(apart) < 1e-4
-        assert np.quantile(apart, 0.95) < 5e-3
-
-
 # Background
 
 
@@ -222,12 +196,6 @@ def test_background_is_the_median_in_the_middle_of_each_window() -> None:
     at = background.at(*whole)
     np.testing.assert_allclose(at, lines[whole[0].astype(int), whole[1].astype(int)], rtol=1e-6)
     assert np.abs(lines / smooth - 1)[20:110, 40:150].max() < 0.05
-
-
-def test_a_window_full_of_sparkle_does_not_lift_its_neighbours() -> None:
-    picture = np.full((300, 300), 10.0, np.float32)
-    picture[120:180, 120:180] = 300.0
-    assert local_background(picture, 60).lines(0, 300, 300).max() == 10.0
 
 
 # Both eyes
@@ -254,23 +222,6 @@ def test_one_sparkle_is_the_partner_of_one_only() -> None:
     right = measure_sparkles(planted((100, 100), np.array([[50.0, 50.0]]), 300.0, 1.0))
     for one, other in ((left, right), (right, left)):
         assert shared_sparkles(one, other, tolerance_px=6.0).both == 1
-
-
-@pytest.mark.nightly
-def test_random_places_meet_as_often_as_foretold() -> None:
-    met, foretold = [], []
-    for seed in range(4):
-        two = [
-            measure_sparkles(
-                planted((300, 300), np.random.default_rng([seed, eye]).uniform(5, 295, (250, 2)), 300.0, 0.7)
-            )
-            for eye in (0, 1)
-        ]
-        found = shared_sparkles(two[0], two[1], tolerance_px=3.0)
-        met.append(found.both)
-        foretold.append(found.by_chance)
-    assert np.mean(met) == pytest.approx(np.mean(foretold), rel=0.3)
-    assert shared_sparkles(two[0], two[0]).share.value == 1.0
 
 
 # What must always hold, and what cannot be
@@ -303,9 +254,54 @@ def test_thresholds_that_cannot_be() -> None:
         PixelScale(pixels_per_mm=0)
 
 
-def test_the_profile_of_one_sparkle_between_four_pixels() -> None:
-    """No pixel lies in its innermost ring: the centre follows from the next ones."""
-    measures = measure_sparkles(planted((64, 64), np.array([[30.5, 30.5]]), 400.0, 1.0))
-    assert measures.profile.sparkles == 1
-    assert math.isnan(measures.profile.share[0])
-    assert measures.half_width_px.value == pytest.approx(FWHM_PER_SD / 2 * on_pixels(1.0), rel=0.05)
+LOOPS = "stimuli.sparkle.measures.sparkle_loops"
+
+
+def both(picture: NDArray[np.float32], threshold: Threshold | None = None) -> tuple[SparkleMeasures, SparkleMeasures]:
+    slow = measure_sparkles(picture, threshold, window_px=32)
+    with not_in_numpy(LOOPS):
+        return slow, measure_sparkles(picture, threshold, window_px=32)
+
+
+def assert_like_the_twin(slow: SparkleMeasures, fast: SparkleMeasures) -> None:
+    """Peaks and areas exactly; the moments and rings as near as sums in single precision are."""
+    for name in ("row", "column", "area_px", "peaks_in_area"):
+        assert np.array_equal(getattr(slow.peaks, name), getattr(fast.peaks, name)), name
+    # Where a fit ends just within its bounds, rounding may decide.
+    assert (slow.moments.fits != fast.moments.fits).mean() <= 0.002
+    fits = slow.moments.fits & fast.moments.fits
+    for name in ("row_px", "column_px", "sd_px"):
+        apart = np.abs(getattr(slow.moments, name) - getattr(fast.moments, name))
+        assert np.quantile(apart[fits], 0.99, method="higher") < 2e-5, name
+        assert apart[fits].max() < 2e-3, name
+    np.testing.assert_allclose(fast.moments.flux_cd_m2_px[fits], slow.moments.flux_cd_m2_px[fits], rtol=5e-3)
+    unfit = ~slow.moments.fits & ~fast.moments.fits
+    np.testing.assert_allclose(fast.moments.row_px[unfit], slow.moments.row_px[unfit], atol=1e-3)
+    np.testing.assert_allclose(fast.moments.column_px[unfit], slow.moments.column_px[unfit], atol=1e-3)
+    assert np.isnan(fast.moments.sd_px[~fast.moments.fits]).all()
+    for name in ("radius_px", "share", "share_se"):
+        one, other = getattr(fast.profile, name), getattr(slow.profile, name)
+        np.testing.assert_allclose(one, other, rtol=1e-3, atol=1e-5)
+    assert fast.profile.sparkles == pytest.approx(slow.profile.sparkles, abs=2)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.3])
+def test_sparkles_near_each_other_and_at_the_edges(noise: float) -> None:
+    random = np.random.default_rng(8)
+    places = random.uniform(-1, 301, (900, 2))
+    light, width = random.uniform(100, 900, 900), random.uniform(0.5, 1.4, 900)
+    slow, fast = both(planted((300, 300), places, light, width, noise=noise))
+    assert len(slow.peaks) > 500
+    assert (slow.peaks.peaks_in_area > 1).sum() > 50
+    assert_like_the_twin(slow, fast)
+
+
+def test_areas_of_any_form_and_equal_neighbours() -> None:
+    """Snakes, rings and flat tops: noise above a low threshold, in few steps, so that many pixels are equal."""
+    random = np.random.default_rng(9)
+    picture = np.floor(random.uniform(1, 6, (120, 97))).astype(np.float32)
+    picture[30:40, 20:60] = 9.0
+    slow, fast = both(picture, Threshold(times=0, above_cd_m2=3.5))
+    assert slow.peaks.area_px.max() > 100
+    for name in ("row", "column", "area_px", "peaks_in_area"):
+        assert np.array_equal(getattr(slow.peaks, name), getattr(fast.peaks, name)), name

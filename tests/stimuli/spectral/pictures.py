@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import OpenImageIO as oiio
 from numpy.typing import NDArray
+
+from tests.stimuli.oiio_files import save_parts
 
 WAVES = np.arange(380.0, 781.0, 5.0)
 
@@ -32,17 +33,7 @@ def save_exr(
     attributes: dict[str, Any] | None = None,
 ) -> Path:
     channels = names or [form.format(f"{wave:g}") for wave in waves]
-    spec = oiio.ImageSpec(values.shape[1], values.shape[0], values.shape[2], "float")
-    spec.channelnames = tuple(channels)
-    spec.tile_width = spec.tile_height = tile
-    for name, value in (attributes or {}).items():
-        spec.attribute(name, value)
-    output = oiio.ImageOutput.create(str(path))
-    assert output is not None
-    assert output.open(str(path), spec)
-    assert output.write_image(np.ascontiguousarray(values, dtype=np.float32))
-    assert output.close()
-    return path
+    return save_parts(path, [(attributes or {}, channels, values)], tile_px=(tile, tile) if tile else None)
 
 
 def save_envi(path: Path, values: NDArray[Any], waves: NDArray[np.float64] = WAVES, **metadata: Any) -> Path:

@@ -12,7 +12,7 @@ from stimuli.errors import StimulusError
 from stimuli.spectral import Illumination, read_spectral
 from stimuli.spectral import picture as pictures
 from stimuli.spectral.convert import spectral_to_camera, spectral_to_xyz
-from stimuli.spectral.curves import read_illuminant, read_sensitivities
+from stimuli.spectral.curves import read_sensitivities
 
 WAVES = np.arange(400.0, 710.0, 10.0)
 LISTED = "wavelength = {" + ", ".join(f"{wave:g}" for wave in WAVES) + "}\nwavelength units = Nanometers\n"
@@ -85,13 +85,6 @@ def test_curves_that_do_harm_are_refused(tmp_path: Path, text: str, reason: str)
     with pytest.raises(StimulusError) as caught:
         read_sensitivities(path, WAVES)
     assert reason in told(caught)
-
-
-@pytest.mark.skipif(not Path("/dev/zero").exists(), reason="this system has no file without an end")
-def test_a_curve_without_an_end_is_not_read(tmp_path: Path) -> None:
-    (tmp_path / "endless.csv").symlink_to("/dev/zero")
-    with pytest.raises(StimulusError, match="this is a link to a device"):
-        read_illuminant(str(tmp_path / "endless.csv"), WAVES)
 
 
 @pytest.mark.parametrize("number", [1e-300, 1e300, float("nan"), 0.0])

@@ -48,16 +48,6 @@ def test_radiance_becomes_the_xyz_of_each_spectrum(tmp_path: Path, form: str, ti
     assert found.steps[0]["bands"] == 81
 
 
-def test_the_sum_is_colour_science_s(tmp_path: Path) -> None:
-    path = save_exr(tmp_path / "a.exr", LIGHT)
-    found = spectral_to_xyz(read_spectral(path)).xyz
-    for row, column in ((0, 0), (3, 5), (6, 8)):
-        spectrum = colour.SpectralDistribution(LIGHT[row, column].astype(np.float32), WAVES)
-        cmfs = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"].copy().align(spectrum.shape)
-        truth = 683 * 5 * (spectrum.values[:, None] * cmfs.values).sum(axis=0)
-        np.testing.assert_allclose(found[row, column], truth, rtol=1e-6)
-
-
 def test_channels_in_any_order_are_put_in_order(tmp_path: Path) -> None:
     """OpenEXR keeps channels by name, in which 1um comes before 380nm; other units of length are read too."""
     waves = np.concatenate([WAVES, [1000.0]])
@@ -138,21 +128,6 @@ def test_the_camera_s_numbers(tmp_path: Path) -> None:
     assert image.exposure == Exposure(0.1, 8)
 
 
-def test_the_camera_s_bands_are_as_wide_as_they_lie_apart(tmp_path: Path) -> None:
-    """Each band counts for half the way to either neighbour, as the observer's do."""
-    waves = np.sort(np.random.default_rng(3).uniform(380, 780, 120))
-    waves[[0, -1]] = 380, 780
-    slope = np.stack([np.ones(120), (waves - 300) / 400])[None]
-    (tmp_path / "s.csv").write_text("wavelength_nm,red,green,blue\n380,1,2,3\n780,3,2,1\n", encoding="utf-8")
-    picture = read_spectral(save_exr(tmp_path / "a.exr", slope, names=[f"S0.{wave:.9f}nm" for wave in waves]))
-    rgb = spectral_to_camera(picture, tmp_path / "s.csv", 1e7).rgb[0]
-    curves = np.stack([np.interp(waves, [380, 780], ends) for ends in ((1, 3), (2, 2), (3, 1))], axis=1)
-    width = np.empty(120)
-    width[1:-1], width[0], width[-1] = (waves[2:] - waves[:-2]) / 2, waves[1] - waves[0], waves[-1] - waves[-2]
-    sums = [(slope[0, index][:, None] * curves * width[:, None]).sum(axis=0) for index in (0, 1)]
-    np.testing.assert_allclose(rgb[1] / rgb[0], sums[1] / sums[0], rtol=1e-5)
-
-
 @settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(step=st.integers(1, 20), low=st.integers(360, 400), rows=st.integers(1, 5), seed=st.integers(0, 99))
 def test_blocks_change_nothing(tmp_path: Path, step: int, low: int, rows: int, seed: int) -> None:
@@ -217,14 +192,9 @@ def test_what_is_not_finite_or_whole_is_refused(tmp_path: Path) -> None:
     content = whole.read_bytes()
     whole.write_bytes(content[: len(content) * 2 // 3])
     assert "cut short" in refusal(whole)
-    whole.write_bytes(content[:100])
-    assert "cannot be read" in refusal(whole)
     assert "no such file" in refusal(tmp_path / "missing.exr")
-    assert "no such file" in refusal(tmp_path / "missing.hdr")
     (tmp_path / "odd.bin").write_bytes(b"abc")
     assert "neither OpenEXR nor ENVI" in refusal(tmp_path / "odd.bin")
-    (tmp_path / "jpeg.exr").write_bytes(b"\xff\xd8\xff\xe0" + bytes(60))
-    refusal(tmp_path / "jpeg.exr")
 
 
 def test_envi_files_that_are_none_are_refused(tmp_path: Path) -> None:
@@ -238,9 +208,7 @@ def test_envi_files_that_are_none_are_refused(tmp_path: Path) -> None:
     assert "unit of its wavelengths is ''" in refusal(save(**{"wavelength units": None}), "radiance")
     assert "80 wavelengths for 81 bands" in refusal(save(wavelength=list(WAVES[1:])), "radiance")
     assert "do not rise: 780 nm" in refusal(save(wavelength=list(WAVES[::-1])), "radiance")
-    assert "are no numbers" in refusal(save(wavelength=["red"] * 81), "radiance")
     assert "holds no data" in refusal(save(**{"data ignore value": float(values[0, 0, 0])}), "radiance")
-    assert "scale factor is 0" in refusal(save(**{"reflectance scale factor": 0}), "radiance")
     header = save()
     text = header.read_text(encoding="utf-8")
     for line, words in (("interleave = bil", "interleave is 'bix'"), ("lines = 7", "lines")):
@@ -249,8 +217,6 @@ def test_envi_files_that_are_none_are_refused(tmp_path: Path) -> None:
     data = save().with_suffix(".img")
     data.write_bytes(data.read_bytes()[:-1])
     assert "cut short" in refusal(tmp_path / "a.hdr", "radiance")
-    data.unlink()
-    assert "cannot be read" in refusal(tmp_path / "a.hdr", "radiance")
     (tmp_path / "a.hdr").write_bytes(b"ENVI\nsamples = many\n")
     assert "cannot be read" in refusal(tmp_path / "a.hdr", "radiance")
 
@@ -275,12 +241,9 @@ def test_the_light_and_the_picture_go_together(tmp_path: Path) -> None:
         ("wavelength,red,green,blue\n", "header has no wavelength_nm"),
         ("wavelength_nm,red,green,blue\n", "run over nothing"),
         ("wavelength_nm,red,green,blue\n400,1,1,1\n690,1,1,1\n", "400..690 nm"),
-        ("wavelength_nm,red,green,blue\n400,1,1,1\n400,1,1,1\n", "do not rise"),
         ("wavelength_nm,red,green,blue\n400,1,1,x\n", "blue is 'x'"),
         ("wavelength_nm,red,green,blue\n400,1,-1,1\n", "green is '-1'"),
-        ("wavelength_nm,red,green,blue\n400,1,1\n", "is ''"),
         ("wavelength_nm,red,green,blue\n380,1,0,1\n780,1,0,1\n", "green sees nothing"),
-        ("", "header has no"),
     ],
 )
 def test_sensitivities_that_cannot_be(tmp_path: Path, text: str, words: str) -> None:

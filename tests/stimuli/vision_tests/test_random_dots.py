@@ -65,25 +65,6 @@ def test_each_eye_has_half_of_it() -> None:
 
 
 @pytest.mark.nightly
-def test_one_eye_alone_sees_the_same_dots_everywhere() -> None:
-    """Mean and spread of one view, at the square, at its edges and elsewhere, over many stereograms."""
-    squares, elsewhere, edges = [], [], []
-    half, parallax_px = 32, 8.0
-    for seed in range(60):
-        _, right = views(FIELD, "up", parallax_px, str(seed))
-        columns = 120 + np.arange(-half, half)
-        squares.append(right[np.ix_(48 + np.arange(-half, half), columns + 4)].mean())
-        elsewhere.append(right[np.ix_(192 + np.arange(-half, half), columns + 4)].mean())
-        # Where the field comes to sight beside the square, and where it is hidden.
-        edges.append(right[16:80, 120 - half - 4 : 120 - half + 4].mean())
-        edges.append(right[16:80, 120 + half : 120 + half + 8].mean())
-    mean = float(np.mean(elsewhere))
-    assert np.mean(squares) == pytest.approx(mean, abs=4 * np.std(squares) / np.sqrt(60))
-    assert np.mean(edges) == pytest.approx(mean, abs=4 * np.std(edges) / np.sqrt(120))
-    assert np.std(squares) == pytest.approx(np.std(elsewhere), rel=0.5)
-
-
-@pytest.mark.nightly
 def test_a_classifier_of_one_view_is_at_chance() -> None:
     """Templates learned from one eye's views, light and edges in small patches, do not tell where the square is."""
     small = DotField(120, 32.0, 36.0, (1.0, 1.0), 600)
