@@ -30,7 +30,7 @@ def noise(height: int, width: int, channels: int = 6) -> np.ndarray:
     return np.random.default_rng(3).uniform(0.0, 50.0, (height, width, channels)).astype(np.float32)
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@settings(max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 @given(data=st.data())
 def test_a_region_is_the_same_as_a_crop_of_the_whole(tmp_path: Path, data: st.DataObject) -> None:
     whole = st.integers(1, 70)

@@ -50,7 +50,7 @@ def _bands(recipe: SparklePlateRecipe, observer: str) -> NDArray[np.float64]:
     return light.spectral(PITCH_MM)
 
 
-@pytest.mark.parametrize("observer", [TEN, AGED])
+@pytest.mark.parametrize("observer", [AGED, pytest.param(TEN, marks=pytest.mark.nightly)])
 def test_a_plate_is_the_sum_of_its_spectra_for_the_observer(tmp_path: Path, observer: str) -> None:
     recipe = _cabin(tmp_path)
     scene = recipe.plate, recipe.lamp, recipe.camera, recipe.seed, PITCH_MM, recipe.further_lamps

@@ -38,7 +38,7 @@ def create(file: Path, lines: int) -> None:
             log.append({"row": number, "text": "µ 'é' \u2028 \ud800"})
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(st.integers(0, 10_000))
 def test_a_log_cut_anywhere_loses_one_line_at_most_and_keeps_its_bytes(
     tmp_path_factory: pytest.TempPathFactory, cut: int

@@ -217,7 +217,7 @@ def orders(every: int) -> list[tuple[str, ...]]:
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="Windows lets nobody take the name of an open file")
-@pytest.mark.parametrize("every", [97, pytest.param(3, marks=pytest.mark.stress)])
+@pytest.mark.parametrize("every", [197, pytest.param(3, marks=pytest.mark.stress)])
 @pytest.mark.parametrize("stale", [True, False])
 def test_of_two_who_take_over_at_the_same_instant_one_has_the_log(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stale: bool, every: int

@@ -77,7 +77,8 @@ def test_found_by_itself(
     assert read.values.spread == pytest.approx(0.003, rel=0.15)  # of some 1000 pixels
 
 
-@pytest.mark.parametrize("times", [0.02, pytest.param(1.5, marks=pytest.mark.nightly)])
+@pytest.mark.nightly
+@pytest.mark.parametrize("times", [0.02, 1.5])
 def test_a_dark_raw_picture_is_brightened_for_the_finder_alone(
     photograph: Draw, true_rgb: np.ndarray, reference: ReferenceColours, times: float
 ) -> None:

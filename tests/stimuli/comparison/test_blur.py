@@ -66,7 +66,8 @@ def test_a_blurred_rendering_fails_for_its_blur(tmp_path: Path) -> None:
     assert not any("blurrier" in line for line in same.lines())
 
 
-@pytest.mark.parametrize("moved", [pytest.param(0.0, marks=pytest.mark.nightly), 0.4])
+@pytest.mark.nightly
+@pytest.mark.parametrize("moved", [0.0, 0.4])
 def test_pixels_of_a_blurred_plate_count(tmp_path: Path, moved: float) -> None:
     """Few of its sparkles lie on one of the photograph's, and its flakes are the same all the same."""
     photo, other = spots(size=SIZE, count=3300), spots(moved, size=SIZE, count=3300, seed=9)

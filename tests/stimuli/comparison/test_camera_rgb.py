@@ -102,6 +102,7 @@ def test_without_a_camera_or_for_another_observer_there_is_none(regions_yaml: Pa
     assert found.notes[-1].startswith("camera RGB is left out: ")
 
 
+@pytest.mark.nightly
 def test_a_spectral_rendering_is_taken_by_the_sensor(cyclopean: Cyclopean, tmp_path: Path) -> None:
     """Two lights that the sensor distinguishes and the observer does not: XYZ by the observer are one, RGB are two."""
     waves = np.arange(400.0, 721.0, 20.0)

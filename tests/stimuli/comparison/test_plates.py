@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from stimuli.recipes import read_recipe
@@ -32,6 +33,7 @@ def rendered(per_mm2: float, seed: int, *, cull: bool, mean_cd_m2: float = 4.5) 
     return coloured(sparkle + base)
 
 
+@pytest.mark.nightly
 def test_another_flake_density(tmp_path: Path, cyclopean: Cyclopean) -> None:
     files = [written(tmp_path / f"{density:g}.exr", rendered(density, 9, cull=True)) for density in (100.0, 150.0)]
     found = compared(cyclopean, *files, "--regions", PLATE, "--rig", RIG, "--register", "none", expect=1)

@@ -166,6 +166,7 @@ def test_colours_are_those_of_the_means() -> None:
         assert row.delta_xy == pytest.approx(np.hypot(row.delta_x, row.delta_y))
 
 
+@pytest.mark.nightly
 def test_standard_errors_are_those_of_repeated_pictures() -> None:
     rng = np.random.default_rng(5)
     spread = 0.01 * np.array([[0.04, 0.01, 0.0], [0.01, 0.09, 0.0], [0.0, 0.0, 0.25]])

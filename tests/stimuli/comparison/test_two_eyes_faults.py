@@ -84,6 +84,7 @@ def test_other_noise_is_no_fault(photo: Scene) -> None:
     assert fails(photo.views(), rendered(photo).views()) == []
 
 
+@pytest.mark.nightly
 def test_identical_pictures_differ_by_nothing(tmp_path: Path) -> None:
     views = SMALL_PAINT.views()
     result = compare(tmp_path, views, views)

@@ -153,12 +153,6 @@ def test_the_exposure_is_the_file_s_or_told(tmp_path: Path) -> None:
     assert read_camera_image(manual_lens).exposure is None
 
 
-@pytest.mark.parametrize("levels", [{"black": -1}, {"white": 0}, {"black": 5, "white": 5}, {"saturated": np.inf}])
-def test_levels_that_cannot_be(levels: dict[str, float]) -> None:
-    with pytest.raises(StimulusError, match="level"):
-        Levels(**levels)
-
-
 def test_a_raw_file_cut_short_is_refused(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     path = write_dng(tmp_path / "a.dng", smooth())
     content = path.read_bytes()
