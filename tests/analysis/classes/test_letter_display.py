@@ -77,17 +77,6 @@ def test_random_graphs_of_six_and_seven_items(case: tuple[int, bytes]) -> None:
     check(graph(n, [byte < 128 for byte in chance[: n * (n - 1) // 2]]))
 
 
-@pytest.mark.nightly
-def test_sweeping_matters_for_about_one_random_graph_in_nine() -> None:
-    random = np.random.default_rng(7)
-    redundant = 0
-    for _ in range(1000):
-        differs = graph(7, (random.random(21) < 0.5).tolist())
-        columns = absorbed_pair_by_pair(differs)
-        redundant += len(letter_display(differs)) < len(columns)
-    assert redundant / 1000 == pytest.approx(1 / 9, abs=0.04)
-
-
 def test_four_hundred_items_in_a_row() -> None:
     """Items that differ when more than 20 places apart: 380 classes, one for each run of 21 neighbours."""
     place = np.arange(400)

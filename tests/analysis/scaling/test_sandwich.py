@@ -68,12 +68,6 @@ def test_weights_all_multiplied_change_nothing(draw: Drawer) -> None:
     )
 
 
-def test_with_many_like_observers_it_nears_the_models(draw: Drawer) -> None:
-    comparisons = draw(Logistic(), THETA, observers=400)
-    plain, robust = fit_model(comparisons, covariance="model"), fit_model(comparisons, covariance="sandwich")
-    assert robust.se == pytest.approx(plain.se, rel=0.12)
-
-
 def test_observers_who_repeat_themselves_widen_it(draw: Drawer) -> None:
     """Answers given four times over are no new evidence: the model halves its errors, the sandwich keeps them."""
     comparisons = draw(Logistic(), THETA, observers=40)
