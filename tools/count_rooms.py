@@ -1,18 +1,24 @@
 #!/usr/bin/env python3
 """Count the house: modules, lines, loose files, modules with one importer, names that faces offer, tests' imports.
 
-    python tools/count_rooms.py [FOLDER OF A CHECKOUT] [--list]
+    python tools/count_rooms.py [FOLDER OF A CHECKOUT] [--list | --check | --lower]
 
 A module counts as imported by another where one of its names is imported there, directly or through a face. With
 ``--list``, the modules that exactly one other module imports are named, and those within rooms that tests import.
+
+With ``--check``, as in `make check`, the exit status is 1 where a count is above its budget in ``[tool.rooms]`` of
+pyproject.toml: of the whole, of a room, of a face, of the tests, of the pages. ``--lower`` brings each budget down to
+its count. A budget is raised by hand, with a decision record that says what for.
 """
 
 from __future__ import annotations
 
 import ast
+import re
 import sys
+import tomllib
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
 
@@ -97,31 +103,123 @@ def imports_in_tests(root: Path, modules: dict[str, Path], faces: dict[str, dict
     return counts
 
 
-def main() -> None:
-    """Print the counts."""
-    words = [word for word in sys.argv[1:] if word != "--list"]
-    root = Path(words[0]) if words else Path(__file__).parents[1]
-    modules, faces = modules_of(root), names_through_faces(root)
+def lines_of(files: Iterable[Path]) -> int:
+    """Return how many lines files have together."""
+    return sum(file.read_text(encoding="utf-8").count("\n") for file in files)
+
+
+def once_imported(modules: dict[str, Path], faces: dict[str, dict[str, str]]) -> dict[str, str]:
+    """Return the modules that exactly one other module imports, and which."""
     importers: dict[str, set[str]] = {name: set() for name in modules}
     for name, file in modules.items():
         for imported in imports_of(file, modules, faces):
             if imported in importers and imported != name:
                 importers[imported].add(name)
+    leaves = [name for name, file in modules.items() if file.name != "__init__.py"]
+    return {name: next(iter(importers[name])) for name in leaves if len(importers[name]) == 1}
+
+
+def room_of(file: Path, root: Path) -> str:
+    """Return the room that a module lies in, such as ``analysis.scaling``; loose ones lie in their package."""
+    return ".".join(file.relative_to(root).parts[:-1][:2])
+
+
+def counts_of(root: Path) -> dict[str, dict[str, int]]:
+    """Return all that has a budget: the ``whole``, the lines of each ``room``, the names of each ``face``."""
+    modules, faces = modules_of(root), names_through_faces(root)
+    leaves = [name for name, file in modules.items() if file.name != "__init__.py"]
+    classes = (
+        isinstance(node, ast.ClassDef)
+        for file in modules.values()
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+    )
+    pages = [file for file in (root / "docs").glob("*.md") if file.name != "api.md"]
+    whole = {
+        "lines": lines_of(modules.values()),
+        "modules": len(leaves),
+        "classes": sum(classes),
+        "one_importer_percent": round(100 * len(once_imported(modules, faces)) / len(leaves)),
+        "test_lines": lines_of((root / "tests").rglob("*.py")),
+        "test_imports_within": imports_in_tests(root, modules, faces)["inner"].total(),
+        "doc_words": sum(len(file.read_text(encoding="utf-8").split()) for file in pages),
+    }
+    rooms: dict[str, list[Path]] = {}
+    for file in modules.values():
+        rooms.setdefault(room_of(file, root), []).append(file)
+    return {
+        "whole": whole,
+        "room": {room: lines_of(files) for room, files in sorted(rooms.items())},
+        "face": {face: len(names) for face, names in sorted(faces.items()) if face.count(".") == 1},
+    }
+
+
+def beyond(counts: dict[str, dict[str, int]], budgets: dict[str, dict[str, int]]) -> list[str]:
+    """Return a line for each count above its budget, for what has none, and for a budget of what is not there.
+
+    A face has a budget of its own only above ``face_names``, the budget of all.
+    """
+    most = budgets["whole"]["face_names"]
+    said = []
+    for part, counted in counts.items():
+        known = budgets[part]
+        for name, count in counted.items():
+            limit = known.get(name, most if part == "face" else None)
+            if limit is None:
+                said.append(f"{part} {name}: no budget; it counts {count}")
+            elif count > limit:
+                said.append(f"{part} {name}: {count}, and its budget is {limit}")
+        gone = set(known) - set(counted) - {"face_names"}
+        said += [f"{part} {name}: has a budget, but is not there" for name in sorted(gone)]
+    return said
+
+
+def lowered(text: str, counts: dict[str, dict[str, int]]) -> str:
+    """Return pyproject.toml with each budget brought down to its count, and without those of what is not there."""
+    kept, part = [], ""
+    for line in text.splitlines(keepends=True):
+        if line.startswith("["):
+            part = line.strip().removeprefix("[tool.rooms.").removesuffix("]")
+        budget = re.fullmatch(r'"?([\w.]+)"? = (\d+)\n', line) if part in counts else None
+        if budget and budget[1] != "face_names":
+            if (count := counts[part].get(budget[1])) is None:
+                continue
+            line = line.replace(budget[2], str(min(count, int(budget[2]))))
+        kept.append(line)
+    return "".join(kept)
+
+
+def check(root: Path, *, lower: bool) -> None:
+    """Compare with the budgets, after lowering them if asked; SystemExit where a count is above its own."""
+    project = root / "pyproject.toml"
+    counts = counts_of(root)
+    if lower:
+        project.write_text(lowered(project.read_text(encoding="utf-8"), counts), encoding="utf-8")
+    said = beyond(counts, tomllib.loads(project.read_text(encoding="utf-8"))["tool"]["rooms"])
+    if said:
+        sys.exit("Beyond [tool.rooms] in pyproject.toml:\n" + "\n".join(said))
+
+
+def main() -> None:
+    """Print the counts, or compare them with their budgets."""
+    words = [word for word in sys.argv[1:] if not word.startswith("--")]
+    root = Path(words[0]) if words else Path(__file__).parents[1]
+    if {"--check", "--lower"} & set(sys.argv):
+        check(root, lower="--lower" in sys.argv)
+        return
+    modules, faces = modules_of(root), names_through_faces(root)
     leaves = {name: file for name, file in modules.items() if file.name != "__init__.py"}
-    once = [name for name in leaves if len(importers[name]) == 1]
-    lines = sum(file.read_text(encoding="utf-8").count("\n") for file in modules.values())
+    once = once_imported(modules, faces)
     reached = {place for names in faces.values() for place in names.values()}
-    print(f"modules                    {len(leaves)}")
-    print(f"lines                      {lines}")
-    print(f"loose at package roots     {sum(name.count('.') == 1 for name in leaves)}")
-    print(f"with exactly one importer  {len(once)} ({len(once) / len(leaves):.0%})")
-    print(f"reached through a face     {len(reached & set(leaves))} ({len(reached & set(leaves)) / len(leaves):.0%})")
-    print(f"names at package faces     {sum(len(names) for face, names in faces.items() if '.' not in face)}")
+    for name, count in counts_of(root)["whole"].items():
+        print(f"{name:26} {count}")
+    print(f"{'loose at package roots':26} {sum(name.count('.') == 1 for name in leaves)}")
+    print(f"{'with exactly one importer':26} {len(once)}")
+    print(f"{'reached through a face':26} {len(reached & set(leaves)) / len(leaves):.0%}")
+    print(f"{'names at package faces':26} {sum(len(names) for face, names in faces.items() if '.' not in face)}")
     tests = imports_in_tests(root, modules, faces)
-    print(f"tests' imports of faces    {tests['faces'].total()}")
-    print(f"tests' imports within      {tests['inner'].total()}")
+    print(f"{'tests import faces':26} {tests['faces'].total()}")
     if "--list" in sys.argv:
-        print(*(f"{name} <- {next(iter(importers[name]))}" for name in once), sep="\n")
+        print(*(f"{name} <- {importer}" for name, importer in once.items()), sep="\n")
         print(*(f"{name} {times} in tests" for name, times in tests["inner"].most_common()), sep="\n")
 
 
