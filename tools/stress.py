@@ -32,7 +32,8 @@ def parts(words: list[str], workers: int) -> dict[str, list[str]]:
         types = {
             f"types {name}": ["mypy", "--platform", name, "--cache-dir", f".mypy_cache/{name}"] for name in _OTHERS
         }
-        nightly = {"nightly tests": [*tests, "--durations", "30"], **types, "mutants": mutants}
+        nightly = {"nightly tests": [*tests, "--durations", "30"], "golden outputs": ["tools.golden"], **types}
+        nightly["mutants"] = mutants
         return {**nightly, **parts(words[1:], workers)}
     split = ["-n", str(workers), "--dist", "worksteal"]
     sweeps = ["pytest", "-q", "tests", *words]
