@@ -31,7 +31,8 @@ from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.shaders import Part, Uniform, compile_program, set_uniform, shader_file
-from runner.presenter.surfaces.surface import Buffer, Surface, open_surface
+from runner.presenter.surfaces.opening import open_surface
+from runner.presenter.surfaces.surface import Buffer, Surface
 from stimuli.pictures.stereo_image import StereoImage
 
 TITLE = "Colour pass: run time against error"

@@ -37,7 +37,8 @@ from runner.presenter.arithmetic_choice import VARIABLE
 from runner.presenter.code_pass import release_codes
 from runner.presenter.colour_pass import ColourPass
 from runner.presenter.compensated_pass import CORNER, CompensatedPass
-from runner.presenter.surfaces.surface import Surface, open_surface
+from runner.presenter.surfaces.opening import open_surface
+from runner.presenter.surfaces.surface import Surface
 
 Floats = NDArray[np.float64]
 View = NDArray[np.float32]

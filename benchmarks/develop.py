@@ -24,8 +24,8 @@ from stimuli.develop.demosaic import RGB, Mosaic, by_bands, interpolate
 from stimuli.develop.raw_files import DEMOSAICS, read_raw
 from stimuli.sparkle.measures.find import Threshold
 from stimuli.sparkle.measures.measure import measure_sparkles
+from stimuli.spectral.bands import read_spectral
 from stimuli.spectral.convert import spectral_to_xyz
-from stimuli.spectral.picture import read_spectral
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from tests.stimuli.develop.dng import write_dng

@@ -25,7 +25,8 @@ from devices.display.model import DisplayModel
 from runner.presenter.colour_pass import ColourPass, release_codes
 from runner.presenter.depth import Bits, highest_code
 from runner.presenter.dithering import Dithering
-from runner.presenter.surfaces.surface import Surface, open_surface
+from runner.presenter.surfaces.opening import open_surface
+from runner.presenter.surfaces.surface import Surface
 
 Floats = NDArray[np.float64]
 Dither = Callable[[Floats, Floats], NDArray[np.int64]]

@@ -106,7 +106,7 @@ def _read_times() -> list[Row]:
             with os.fdopen(read) as told:
                 os.environ["DISPLAY"] = f":{told.readline().strip()}"
             os.environ.pop("WAYLAND_DISPLAY", None)
-            from runner.presenter.surfaces.surface import open_surface
+            from runner.presenter.surfaces.opening import open_surface
 
             with open_surface("window", (320, 240), windowed=True) as surface:
                 taken = seconds(surface.gamma_tables, repeats=50)

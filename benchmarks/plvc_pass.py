@@ -33,7 +33,8 @@ from devices.display.table_curve import TableCurve
 from runner.presenter.arithmetic import Arithmetic, Real3, Real3x3
 from runner.presenter.colour_pass import channel_interaction
 from runner.presenter.shaders import Part, Uniform, compile_program, set_uniform, shader_file
-from runner.presenter.surfaces.surface import Buffer, Surface, open_surface
+from runner.presenter.surfaces.opening import open_surface
+from runner.presenter.surfaces.surface import Buffer, Surface
 
 SIZE_PX = sized((960, 540), (96, 54))
 SIZES = sized((17, 33, 65), (17,))

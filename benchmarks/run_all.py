@@ -109,7 +109,7 @@ def where() -> str:
 
 def drawn_by() -> str:
     """Return the driver that EGL gives, or why there is none."""
-    from runner.presenter.surfaces.surface import open_surface
+    from runner.presenter.surfaces.opening import open_surface
 
     try:
         with open_surface("egl", (64, 64)) as surface:

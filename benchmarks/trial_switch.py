@@ -85,7 +85,7 @@ def ours(folder: Path) -> None:
     from runner.presenter.modes.registry import find_mode
     from runner.presenter.presenter import Presenter
     from runner.presenter.scene import Picture, Scene
-    from runner.presenter.surfaces.surface import open_surface
+    from runner.presenter.surfaces.opening import open_surface
     from stimuli.pictures.stereo_image import StereoImage
 
     models = read_display(ROOT / "configs/displays/asus_vg248qe.yaml").models("side-by-side")

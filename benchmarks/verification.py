@@ -25,7 +25,7 @@ from runner.measuring.code_screen import CodeScreen
 from runner.measuring.patch_screen import AskedScreen, PatchScreen
 from runner.measuring.verification import patches_of
 from runner.presenter.modes.registry import find_mode
-from runner.presenter.surfaces.surface import open_surface
+from runner.presenter.surfaces.opening import open_surface
 
 SIZE = sized((960, 540), (96, 54))
 CURVE = ToneCurve(gamma=2.2)

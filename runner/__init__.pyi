@@ -6,7 +6,7 @@ from .presenter.presenter import Presenter as Presenter
 from .presenter.scene import Picture as Picture
 from .presenter.scene import Scene as Scene
 from .presenter.show import show_picture as show_picture
-from .presenter.surfaces.surface import open_surface as open_surface
+from .presenter.surfaces.opening import open_surface as open_surface
 from .protocol.experiment import Experiment as Experiment
 from .protocol.experiment import read_experiment as read_experiment
 from .protocol.schemas import json_schema as json_schema

@@ -41,7 +41,8 @@ _VARIES = [
     (re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(?:\.\d+)?(?:Z|[+-]\d\d:?\d\d)?"), "TIME"),
     (re.compile(r"\d{4}-\d\d-\d\d(?: \d\d:\d\d(?::\d\d)?)?"), "DATE"),
     (re.compile(r"(?<![0-9a-z])\d{8}[tT]\d{6}[0-9a-z]*"), "SESSION"),
-    (re.compile(r"(?<![.\w])(?=[0-9]*[a-f])[0-9a-f]{12,}\b"), "DIGEST"),
+    (re.compile(r"(?<![.\w])(?=[0-9]*[a-f])[0-9a-f]{12,}(?:-dirty)?\b"), "DIGEST"),
+    (re.compile(r"\b(numpy|scipy|moderngl|glfw|OpenImageIO|python|system) \d?[\w.+-]*\d[\w.+-]*"), r"\1 VERSION"),
 ]
 # Keys of JSON whose values are measured with a clock, or say which machine and version this was.
 _MEASURED = re.compile(

@@ -20,7 +20,7 @@ from devices.diagnostics.room_light import RoomLight, without_room
 from devices.display.monitor_settings import MonitorSettings
 from devices.errors import DeviceError
 from devices.measurements import Measurements, PatchEye
-from devices.measurements.observer import for_observer
+from devices.measurements.spectra import for_observer
 from documents import one_blas_thread
 from documents.text import counted
 

@@ -8,7 +8,8 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.colour_matching.observers import DEFAULT_OBSERVER, colorimetric_observer
+from devices.colour_matching.cie_2006_xyz import colorimetric_observer
+from devices.colour_matching.observers import DEFAULT_OBSERVER
 from devices.errors import DeviceError
 
 # The profile connection space of ICC.1:2022 (Section 7.2.16): D50 in fractions of 16 bits, the thesis's choice.

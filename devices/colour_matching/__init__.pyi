@@ -1,3 +1,4 @@
+from .cie_2006_xyz import colorimetric_observer as colorimetric_observer
 from .cie_2006_xyz import xyz_from_lms as xyz_from_lms
 from .cone_contrast import cone_contrasts as cone_contrasts
 from .cone_contrast import dkl_direction as dkl_direction
@@ -15,5 +16,4 @@ from .observer_spec import ObserverSpec as ObserverSpec
 from .observers import DEFAULT_OBSERVER as DEFAULT_OBSERVER
 from .observers import STANDARD_OBSERVERS as STANDARD_OBSERVERS
 from .observers import ColorimetricObserver as ColorimetricObserver
-from .observers import colorimetric_observer as colorimetric_observer
 from .observers import mixed_observers as mixed_observers

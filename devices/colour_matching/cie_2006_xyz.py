@@ -12,11 +12,20 @@ the two [CIETC197]. For 2° and 10° at age 32 the tables of CIE 2015 come out.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
 from devices.colour_matching.cone_fundamentals import cone_fundamentals, peaks, quantal_fundamentals
-from devices.colour_matching.observers import colorimetric_observer
+from devices.colour_matching.observers import (
+    CANDELA_NM,
+    CIE_2006_NAME,
+    ColorimetricObserver,
+    canonical_name,
+    cie_2006_name,
+    standard_observer,
+)
 
 Floats = NDArray[np.float64]
 
@@ -135,3 +144,44 @@ def _nearest(start: Floats, along: Floats, y: Floats, z: Floats, reference: Floa
         if abs(step) < 1e-13:
             break
     return t
+
+
+def colorimetric_observer(name: str) -> ColorimetricObserver:
+    """Return the colorimetric observer of a name.
+
+    Parameters
+    ----------
+    name
+        ``CIE 1931 2``, ``CIE 1964 10``, ``CIE 2015 2``, ``CIE 2015 10`` (year and field in degrees), or
+        ``CIE 2006 FIELD age AGE`` with a field of 1 to 10 degrees and an age of 20 to 80 years, such as
+        ``CIE 2006 4 age 45``. Case, dashes, underscores and degree signs do not matter; ``1964_10`` is understood.
+
+    Returns
+    -------
+    ColorimetricObserver
+        Its colour-matching functions at every nm.
+
+    Raises
+    ------
+    DeviceError
+        If there is no such observer, or the field or the age lies outside what CIE 170-1 covers.
+
+    Examples
+    --------
+    >>> observer = colorimetric_observer("CIE 2015 10")
+    >>> observer.field_deg, observer.functions_at([555.0]).tolist()
+    (10.0, [[0.6230892, 0.9997775, 0.001426627]])
+    """
+    canonical = canonical_name(name)
+    if match := CIE_2006_NAME.fullmatch(canonical):
+        return _of_cie_2006(float(match[1]), float(match[2]))
+    return standard_observer(canonical)
+
+
+@lru_cache(maxsize=64)
+def _of_cie_2006(field_deg: float, age_years: float) -> ColorimetricObserver:
+    from devices.colour_matching.cie_2006_xyz import cie_2006_functions
+
+    waves, functions = cie_2006_functions(field_deg, age_years)
+    efficacy = 683.0 / float(np.interp(CANDELA_NM, waves, functions[:, 1]))
+    return ColorimetricObserver(cie_2006_name(field_deg, age_years), field_deg, age_years, waves, functions, efficacy)

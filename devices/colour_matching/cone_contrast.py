@@ -22,8 +22,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from devices.colour_matching.cie_2006_xyz import xyz_from_lms
-from devices.colour_matching.observers import DEFAULT_OBSERVER, colorimetric_observer
+from devices.colour_matching.cie_2006_xyz import colorimetric_observer, xyz_from_lms
+from devices.colour_matching.observers import DEFAULT_OBSERVER
 from devices.errors import DeviceError
 from documents import Finding
 

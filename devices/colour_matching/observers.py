@@ -38,7 +38,7 @@ _ALSO: Mapping[str, str] = MappingProxyType(
     {"19312": "CIE 1931 2", "196410": "CIE 1964 10", "20152": "CIE 2015 2", "201510": "CIE 2015 10"}
     | {"20122": "CIE 2015 2", "201210": "CIE 2015 10", "20062": "CIE 2015 2", "200610": "CIE 2015 10"}
 )
-_CIE_2006 = re.compile(r"CIE 2006 (\d+(?:\.\d+)?) age (\d+(?:\.\d+)?)", re.ASCII)
+CIE_2006_NAME = re.compile(r"CIE 2006 (\d+(?:\.\d+)?) age (\d+(?:\.\d+)?)", re.ASCII)
 # 540 THz in air, where the candela defines 683 lm/W.
 CANDELA_NM = 555.017
 FIELD_DEG, AGE_YEARS = (1.0, 10.0), (20.0, 80.0)
@@ -80,38 +80,6 @@ class ColorimetricObserver:
         waves = np.asarray(wavelengths_nm, dtype=np.float64)
         columns = [np.interp(waves, self.wavelengths_nm, row, left=0.0, right=0.0) for row in self.functions.T]
         return np.stack(columns, axis=-1)
-
-
-def colorimetric_observer(name: str) -> ColorimetricObserver:
-    """Return the colorimetric observer of a name.
-
-    Parameters
-    ----------
-    name
-        ``CIE 1931 2``, ``CIE 1964 10``, ``CIE 2015 2``, ``CIE 2015 10`` (year and field in degrees), or
-        ``CIE 2006 FIELD age AGE`` with a field of 1 to 10 degrees and an age of 20 to 80 years, such as
-        ``CIE 2006 4 age 45``. Case, dashes, underscores and degree signs do not matter; ``1964_10`` is understood.
-
-    Returns
-    -------
-    ColorimetricObserver
-        Its colour-matching functions at every nm.
-
-    Raises
-    ------
-    DeviceError
-        If there is no such observer, or the field or the age lies outside what CIE 170-1 covers.
-
-    Examples
-    --------
-    >>> observer = colorimetric_observer("CIE 2015 10")
-    >>> observer.field_deg, observer.functions_at([555.0]).tolist()
-    (10.0, [[0.6230892, 0.9997775, 0.001426627]])
-    """
-    canonical = canonical_name(name)
-    if match := _CIE_2006.fullmatch(canonical):
-        return _of_cie_2006(float(match[1]), float(match[2]))
-    return _standard(canonical)
 
 
 def canonical_name(name: str) -> str:
@@ -177,16 +145,8 @@ def read_columns(name: str, columns: int) -> tuple[Floats, Floats]:
 
 
 @lru_cache(maxsize=len(_TABLES))
-def _standard(name: str) -> ColorimetricObserver:
+def standard_observer(name: str) -> ColorimetricObserver:
+    """Return one of `STANDARD_OBSERVERS`, whose tables are of this package."""
     file, field_deg, efficacy = _TABLES[name]
     waves, functions = read_columns(file, 3)
     return ColorimetricObserver(name, field_deg, None, waves, functions, efficacy)
-
-
-@lru_cache(maxsize=64)
-def _of_cie_2006(field_deg: float, age_years: float) -> ColorimetricObserver:
-    from devices.colour_matching.cie_2006_xyz import cie_2006_functions
-
-    waves, functions = cie_2006_functions(field_deg, age_years)
-    efficacy = 683.0 / float(np.interp(CANDELA_NM, waves, functions[:, 1]))
-    return ColorimetricObserver(cie_2006_name(field_deg, age_years), field_deg, age_years, waves, functions, efficacy)

@@ -28,7 +28,8 @@ from devices.display.monitor_settings import MonitorSettings
 from devices.display.nominal import NOT_MEASURED
 from devices.errors import DeviceError
 from devices.measurements import Measurements, PatchEye
-from devices.measurements.observer import CIE_1931_2, for_observer
+from devices.measurements.observer import CIE_1931_2
+from devices.measurements.spectra import for_observer
 from documents import Finding
 
 Examination = Callable[[Measurements], Diagnosis]

@@ -9,8 +9,9 @@ from pathlib import Path
 from devices.diagnostics.readings import plain
 from devices.errors import DeviceError
 from devices.measurements import Measurements, PatchEye
-from devices.measurements.observer import CIE_1931_2, for_observer
+from devices.measurements.observer import CIE_1931_2
 from devices.measurements.read import PROFILE_ENDINGS, read_measurements
+from devices.measurements.spectra import for_observer
 from documents import Finding, InputError
 
 

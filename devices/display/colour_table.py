@@ -96,8 +96,8 @@ def convert_colours(
 def read_colours(file: str | Path | BinaryIO, kind: Kind, full: float, observer: str = DEFAULT_OBSERVER) -> ColourTable:
     """Read codes in 0..``full``, or XYZ; errors as `convert_colours`."""
     if isinstance(file, str | Path) and str(file).lower().endswith(".ti3"):
-        from devices.measurements.observer import for_observer
         from devices.measurements.read import read_measurements
+        from devices.measurements.spectra import for_observer
 
         readings = read_measurements(file)
         if kind == "xyz":

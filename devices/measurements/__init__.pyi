@@ -13,10 +13,10 @@ from .mat_file import MatFileError as MatFileError
 from .mat_file import read_mat as read_mat
 from .observer import CIE_1931_2 as CIE_1931_2
 from .observer import OBSERVERS as OBSERVERS
-from .observer import for_observer as for_observer
 from .read import PROFILE_ENDINGS as PROFILE_ENDINGS
 from .read import read_measurements as read_measurements
 from .read import write_measurements as write_measurements
+from .spectra import for_observer as for_observer
 from .spectra import sampling_error as sampling_error
 from .spectra import xyz_from_spectra as xyz_from_spectra
 from .table import Measurements as Measurements

@@ -6,7 +6,6 @@ ArgyllCMS writes ``1931_2``, ``1964_10``, ``2012_2`` and ``2012_10`` (the keywor
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from devices.colour_matching.observers import DEFAULT_OBSERVER, STANDARD_OBSERVERS, canonical_name
@@ -14,7 +13,7 @@ from devices.errors import DeviceError
 from documents import Finding
 
 if TYPE_CHECKING:
-    from devices.measurements.table import Measurements
+    pass
 
 CIE_1931_2 = DEFAULT_OBSERVER
 OBSERVERS = STANDARD_OBSERVERS
@@ -44,41 +43,3 @@ def require_cie_1931(observer: str, file: str | None = None) -> None:
                 remedy="measure with the CIE 1931 2° observer (in ArgyllCMS: -Q 1931_2), or give the spectra alone",
             )
         )
-
-
-def for_observer(measurements: Measurements, observer: str, file: str | None = None) -> Measurements:
-    """Return the readings with XYZ for another colorimetric observer, summed from their spectra.
-
-    Parameters
-    ----------
-    measurements
-        The readings.
-    observer
-        The observer's name, as `devices.colour_matching.colorimetric_observer` reads it.
-    file
-        The file of the readings, for messages.
-
-    Returns
-    -------
-    Measurements
-        The same table where it is for that observer already.
-
-    Raises
-    ------
-    DeviceError
-        If the readings are for another observer and have no spectra, or spectra from which XYZ cannot be summed.
-    """
-    from devices.measurements.spectra import sampling_note, xyz_from_spectra
-
-    name = canonical_name(observer)
-    if name == measurements.observer:
-        return measurements
-    if measurements.spectra is None or measurements.wavelengths_nm is None:
-        remedy = f"give readings with spectra, or use them for {measurements.observer}"
-        what = f"the readings are XYZ for {measurements.observer} without spectra: they give none for {name}"
-        raise DeviceError(Finding(what, file, remedy=remedy))
-    waves = measurements.wavelengths_nm
-    XYZ = xyz_from_spectra(measurements.spectra, waves, name)
-    seen = replace(measurements, XYZ=XYZ, observer=name)
-    notes = sampling_note(measurements.spectra, waves, name)
-    return seen.says(f"XYZ for {name} were summed from the spectra", *notes)

@@ -11,12 +11,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from devices.colour_matching.observers import colorimetric_observer
+from devices.colour_matching.cie_2006_xyz import colorimetric_observer
+from devices.colour_matching.observers import canonical_name
 from devices.errors import DeviceError
 from devices.measurements.cgats import CgatsTable
 from devices.measurements.observer import CIE_1931_2
@@ -251,3 +252,41 @@ def spectral_rows(measurements: Measurements) -> list[list[str]]:
     if measurements.spectra is None:
         return [[] for _ in range(len(measurements))]
     return [[repr(float(value)) for value in row / _WATTS] for row in measurements.spectra]
+
+
+def for_observer(measurements: Measurements, observer: str, file: str | None = None) -> Measurements:
+    """Return the readings with XYZ for another colorimetric observer, summed from their spectra.
+
+    Parameters
+    ----------
+    measurements
+        The readings.
+    observer
+        The observer's name, as `devices.colour_matching.colorimetric_observer` reads it.
+    file
+        The file of the readings, for messages.
+
+    Returns
+    -------
+    Measurements
+        The same table where it is for that observer already.
+
+    Raises
+    ------
+    DeviceError
+        If the readings are for another observer and have no spectra, or spectra from which XYZ cannot be summed.
+    """
+    from devices.measurements.spectra import sampling_note, xyz_from_spectra
+
+    name = canonical_name(observer)
+    if name == measurements.observer:
+        return measurements
+    if measurements.spectra is None or measurements.wavelengths_nm is None:
+        remedy = f"give readings with spectra, or use them for {measurements.observer}"
+        what = f"the readings are XYZ for {measurements.observer} without spectra: they give none for {name}"
+        raise DeviceError(Finding(what, file, remedy=remedy))
+    waves = measurements.wavelengths_nm
+    XYZ = xyz_from_spectra(measurements.spectra, waves, name)
+    seen = replace(measurements, XYZ=XYZ, observer=name)
+    notes = sampling_note(measurements.spectra, waves, name)
+    return seen.says(f"XYZ for {name} were summed from the spectra", *notes)

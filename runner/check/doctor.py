@@ -18,8 +18,9 @@ from runner.presenter.counters import IntervalSummary
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.registry import MODES, available
 from runner.presenter.surfaces.keyboard import Keyboard, examine_keyboard
+from runner.presenter.surfaces.opening import BACKENDS, open_surface
 from runner.presenter.surfaces.screens import Monitor, compositor, monitors
-from runner.presenter.surfaces.surface import BACKENDS, Buffer, SurfaceFacts, open_surface
+from runner.presenter.surfaces.surface import Buffer, SurfaceFacts
 from runner.session.header import software
 from runner.session.timing_record import explain, judge, swap_intervals, swaps_per_second
 from stimuli.measures import measure_names, missing_package

@@ -15,6 +15,7 @@ from runner.presenter.gamma_check import REMEDY, compare_tables
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.surfaces.gamma_tables import LoadedTable
+from runner.presenter.surfaces.opening import open_surface
 from runner.presenter.surfaces.screens import (
     Monitor,
     compositor,
@@ -23,7 +24,7 @@ from runner.presenter.surfaces.screens import (
     place_two_windows,
     place_window,
 )
-from runner.presenter.surfaces.surface import SurfaceFacts, open_surface
+from runner.presenter.surfaces.surface import SurfaceFacts
 from runner.protocol.experiment import Experiment
 from runner.session.folders import is_running, unfinished
 from runner.session.pooling import ResultsPool, pooled_blocks

@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from devices.patches import PatchEye, PatchSet
+    from devices.patches import PatchEye
     from runner.measuring.take_readings import Progress
-    from runner.measuring.target import Target
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,16 +42,6 @@ class PatchOptions:
     every_s: float | None = None
     area: float | None = None
     surround: float | None = None
-
-    def sets(self, target: Target, eye: PatchEye) -> tuple[tuple[PatchSet, ...], str]:
-        """Return the sets, and a remark on those of ``all`` that the mode cannot show, which are left out."""
-        from devices.patches import ALL, find_sets
-
-        sets = find_sets(self.set_names, self.code_range, self.every_s)
-        if self.area is not None or self.surround is not None:
-            grey = self.surround or 0.0
-            sets = tuple(patches.in_part(self.area, (grey, grey, grey)) for patches in sets)
-        return target.check_sets(sets, eye, chosen=ALL not in self.set_names)
 
 
 @dataclass(frozen=True, slots=True)

@@ -94,7 +94,7 @@ def plan_patches(
     """
     target = read_target(rig_or_display, mode)
     remark = target.check_eye(show.eye)
-    sets, sets_remark = patches.sets(target, show.eye)
+    sets, sets_remark = target.sets(patches, show.eye)
     highest = 255 if target.panel.code_bits == 8 else 1023
     order = steps([patch_set.rounded(highest) for patch_set in sets], show.seed, show.repeat_every, eye=show.eye)
     if start is not None:

@@ -30,7 +30,7 @@ from runner.measuring.take_readings import Outcome, take_readings
 from runner.measuring.target import Target, read_target, wiring_of
 from runner.presenter.gamma_check import GammaWatch
 from runner.presenter.surfaces.gamma_tables import LoadedTable
-from runner.presenter.surfaces.surface import open_surface
+from runner.presenter.surfaces.opening import open_surface
 
 Floats = NDArray[np.float64]
 # What a resumed measurement must have in common with how it began.
@@ -122,7 +122,7 @@ def measure_display(
     dialogue = dialogue or Dialogue()
     target = read_target(rig_or_display, mode)
     dialogue.note(target.check_eye(show.eye))
-    sets, remark = patches.sets(target, show.eye)
+    sets, remark = target.sets(patches, show.eye)
     dialogue.note(remark)
     wiring = wiring_of(target, show, instrument, dialogue)
     with open_screen(target, show) as screen:

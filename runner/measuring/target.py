@@ -25,11 +25,11 @@ from devices.display import (
 )
 from devices.errors import MeasuringError
 from devices.instruments import SimulatedDisplay, Wiring
-from devices.patches import PatchEye, PatchSet
+from devices.patches import ALL, PatchEye, PatchSet, find_sets
 from documents import Finding, load_document
 from documents.files import beside, looked_for
 from documents.yaml import read_yaml
-from runner.measuring.options import Dialogue, InstrumentOptions, ShowOptions
+from runner.measuring.options import Dialogue, InstrumentOptions, PatchOptions, ShowOptions
 from runner.presenter.modes.mode import Mode
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
@@ -98,6 +98,14 @@ class Target:
         if self.mode.name == "flat":
             raise MeasuringError(Finding("the mode 'flat' has no picture of its own for an eye", remedy="--eye both"))
         return f"'{self.mode.name}' shows both eyes the same pixels: hold the {eye} filter before the instrument"
+
+    def sets(self, asked: PatchOptions, eye: PatchEye) -> tuple[tuple[PatchSet, ...], str]:
+        """Return the sets asked for, and a remark on those of ``all`` that the mode cannot show, which are left out."""
+        sets = find_sets(asked.set_names, asked.code_range, asked.every_s)
+        if asked.area is not None or asked.surround is not None:
+            grey = asked.surround or 0.0
+            sets = tuple(patches.in_part(asked.area, (grey, grey, grey)) for patches in sets)
+        return self.check_sets(sets, eye, chosen=ALL not in asked.set_names)
 
     def check_sets(self, sets: Sequence[PatchSet], eye: PatchEye, *, chosen: bool) -> tuple[tuple[PatchSet, ...], str]:
         """Return those of ``sets`` that can be shown, and a remark on the others, empty if there are none.

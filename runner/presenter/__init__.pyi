@@ -17,8 +17,8 @@ from .scene import Text as Text
 from .show import show_picture as show_picture
 from .surfaces.gamma_tables import LoadedTable as LoadedTable
 from .surfaces.gl_calls import Codes as Codes
+from .surfaces.opening import open_surface as open_surface
 from .surfaces.screens import monitors as monitors
 from .surfaces.screens import primary_monitor as primary_monitor
 from .surfaces.surface import Buffer as Buffer
 from .surfaces.surface import Surface as Surface
-from .surfaces.surface import open_surface as open_surface

@@ -20,7 +20,8 @@ from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.screenshot import check_screenshot_path, write_screenshot
-from runner.presenter.surfaces.surface import SurfaceFacts, open_surface
+from runner.presenter.surfaces.opening import open_surface
+from runner.presenter.surfaces.surface import SurfaceFacts
 from stimuli.pictures import ColourSpace, Packing, Part, Region, read_picture
 
 

@@ -24,7 +24,8 @@ from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Offset, Scene
 from runner.presenter.screenshot import write_screenshot
-from runner.presenter.surfaces.surface import Surface, open_surface
+from runner.presenter.surfaces.opening import open_surface
+from runner.presenter.surfaces.surface import Surface
 from runner.protocol.experiment import Experiment, check_observer, read_experiment
 from runner.reports.contact_sheet import Tile, write_sheets
 from runner.session.picture_source import PictureSource, Progress, build_stimuli, no_progress

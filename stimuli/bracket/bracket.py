@@ -23,7 +23,7 @@ from stimuli.bracket.shots import Shot, by_photosite
 from stimuli.develop.calibration_frames import Calibration
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.photograph import DevelopedPhotograph, DevelopOptions, write_developed
-from stimuli.develop.read import read_sensor_image
+from stimuli.develop.raw_files import read_sensor_image
 from stimuli.develop.sensor_image import SensorImage, make_picture
 from stimuli.errors import StimulusError
 

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from documents import Finding, InputError
 from stimuli.bracket.consistency import Compared, Samples, camera_shift, colour_ratios
 from stimuli.bracket.shots import BLOCK_PX, Shot
-from stimuli.develop.metadata import turned
 from stimuli.develop.sensor_image import SensorImage
 from stimuli.errors import StimulusError
+from stimuli.pictures.picture_pixels import turned
 
 Mask = NDArray[np.bool_]
 

@@ -220,7 +220,7 @@ def _in_rows(error: StimulusError, rows: slice, height: int) -> StimulusError:
 
 
 def _exr_size(path: Path) -> tuple[int, int]:
-    from stimuli.pictures.exr_views import MAX_PIXELS
+    from stimuli.pictures.picture_input import MAX_PIXELS
 
     with opened(path) as picture:
         spec = picture.spec()
@@ -286,8 +286,8 @@ def _camera_rgb(path: Path, digest: str, reading: ReadOptions, what: str, done: 
 
 
 def _spectral(path: Path, digest: str, reading: ReadOptions, what: str, done: RowsDone) -> Picture:
+    from stimuli.spectral.bands import read_spectral
     from stimuli.spectral.convert import spectral_to_camera, spectral_to_xyz
-    from stimuli.spectral.picture import read_spectral
 
     picture = read_spectral(path, reading.quantity)
     if reading.sensitivities is None or reading.full_scale_cd_m2 is None:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from devices.camera import Exposure
 from stimuli.develop.levels import Levels
-from stimuli.develop.read import read_sensor_image
+from stimuli.develop.raw_files import read_sensor_image
 from stimuli.develop.sensor_image import SensorImage
 from stimuli.errors import StimulusError
 

@@ -15,12 +15,13 @@ from documents.files import sha256_of_file
 from documents.text import counted
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.levels import Levels
-from stimuli.develop.metadata import EXIF_FLIPS, EXPOSURE_ATTRIBUTE, earlier_steps, exposure_step, spec_exposure, turned
+from stimuli.develop.metadata import EXPOSURE_ATTRIBUTE, earlier_steps, exposure_step, spec_exposure
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_header import refuse_other_than_a_view
 from stimuli.pictures.exr_views import channel_runs, refuse_many_values
 from stimuli.pictures.exr_write import write_pixel_rows
 from stimuli.pictures.picture_input import opened, reason, refuse_no_picture, refuse_undecoded, text_of
+from stimuli.pictures.picture_pixels import EXIF_FLIPS, turned
 
 if TYPE_CHECKING:
     import OpenImageIO

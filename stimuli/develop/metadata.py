@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.camera import Exposure
 from devices.errors import DeviceError
@@ -37,9 +36,6 @@ MOST_CHARACTERS, MOST_STEPS, _MOST_DEEP = 1_000_000, 100, 8
 NAMES = frozenset(
     {"read", "linearise", "demosaic", "rotate", "scale", "dark", "flat", "merge", "exposure", "spectra_to_camera"}
 )
-
-# LibRaw's flip for each orientation of Exif (and TIFF), 1 to 8.
-EXIF_FLIPS = {1: 0, 2: 1, 3: 3, 4: 2, 5: 4, 6: 6, 7: 7, 8: 5}
 
 
 def exif_exposure(path: Path, libraw: Sequence[float] = (0.0, 0.0, 0.0)) -> Exposure | None:
@@ -183,24 +179,3 @@ def _checked_exposure(time_s: Any, f_number: Any, iso: Any) -> Exposure | None:
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-def turned(array: NDArray[Any], flip: int) -> NDArray[Any]:
-    """Return ``array`` (height, width, ...) turned by the bits of LibRaw's ``flip``.
-
-    2 reverses the rows, 1 the columns, and 4, done last, swaps rows with columns.
-    """
-    if flip & 2:
-        array = array[::-1]
-    if flip & 1:
-        array = array[:, ::-1]
-    return array.swapaxes(0, 1) if flip & 4 else array
-
-
-def unturned(array: NDArray[Any], flip: int) -> NDArray[Any]:
-    """Return a view of a `turned` ``array`` that stands as it did before."""
-    if flip & 4:
-        array = array.swapaxes(0, 1)
-    if flip & 1:
-        array = array[:, ::-1]
-    return array[::-1] if flip & 2 else array

@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.camera import Exposure
-from documents.files import sha256_of_file
+from documents.files import open_regular, sha256_of_file
 from documents.text import visible
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.demosaic import BAND_PHOTOSITES, COLOURS, Mosaic
 from stimuli.develop.dng_tags import unreadable_form
 from stimuli.develop.levels import Levels
 from stimuli.develop.libraw import RawContent, read_by_libraw
+from stimuli.develop.linear_files import read_linear
 from stimuli.develop.metadata import camera_name, exif_exposure
 from stimuli.develop.sensor_image import DEFAULT_DEMOSAIC as DEFAULT_DEMOSAIC
 from stimuli.develop.sensor_image import DEMOSAICS as DEMOSAICS
@@ -194,3 +195,41 @@ def _gains(raw: RawContent) -> NDArray[np.float64]:
         if len(gains) == 3 and np.isfinite(gains).all() and (gains > 0).all() and gains.max() < 100 * gains.min():
             return np.asarray(gains / gains.max())
     return np.ones(3)
+
+
+_LINEAR_SUFFIXES = (".tif", ".tiff", ".exr")
+
+
+# The first bytes of files that a camera or a browser has already given a tone curve.
+_CURVED = {b"\xff\xd8\xff": "a JPEG", b"\x89PNG": "a PNG", b"GIF8": "a GIF", b"RIFF": "a WebP"}
+
+
+def read_sensor_image(
+    path: Path,
+    *,
+    levels: Levels | None = None,
+    rotate: bool = True,
+    exposure: Exposure | None = None,
+    assume_linear: bool = False,
+) -> SensorImage:
+    """Return the linear values of the sensor in a raw file, or those of a TIFF or OpenEXR file of linear camera RGB.
+
+    Parameters and errors as of `read_camera_image`. The values of a TIFF or OpenEXR stand upright already.
+    """
+    path = Path(path)
+    if path.suffix.lower() in _LINEAR_SUFFIXES:
+        image = read_linear(path, levels=levels, rotate=rotate, exposure=exposure, assume_linear=assume_linear)
+        steps = image.steps[:-1] if image.exposure else image.steps
+        source = "told" if exposure else "metadata"
+        return SensorImage(image.rgb, image.saturated, None, path, steps, image.exposure, source, camera_name(path))
+    if path.exists():
+        with open_regular(path, "photograph", error=StimulusError) as file:
+            start = file.read(4)
+        for magic, name in _CURVED.items():
+            if start.startswith(magic):
+                raise StimulusError.at(
+                    path,
+                    f"the picture is {name}: the camera's tone curve is in it, and cannot be taken out",
+                    "give the raw file; or show the picture as it is, by a recipe of kind: pictures",
+                )
+    return read_sensor(path, levels=levels, rotate=rotate, exposure=exposure)

@@ -22,8 +22,9 @@ from stimuli.develop.demosaic import (
     libraw_interpolate,
     quantum,
 )
-from stimuli.develop.metadata import exposure_step, turned, unturned
+from stimuli.develop.metadata import exposure_step
 from stimuli.errors import StimulusError
+from stimuli.pictures.picture_pixels import turned, unturned
 
 Demosaic = Literal["superpixel", "bilinear", "malvar", "vng", "ppg", "ahd"]
 DEMOSAICS: tuple[Demosaic, ...] = get_args(Demosaic)

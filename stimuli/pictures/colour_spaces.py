@@ -21,7 +21,7 @@ from devices.errors import DeviceError
 from stimuli.errors import StimulusError
 
 if TYPE_CHECKING:
-    from stimuli.pictures.picture_header import PictureHeader
+    pass
 
 Floats = NDArray[np.float64]
 Curve = Callable[[ArrayLike], Floats]
@@ -114,23 +114,6 @@ def embedded_encoding(data: bytes, path: Path) -> Encoding:
         return Encoding("icc", np.eye(3), (linear, linear, linear), read.xyz)
     red, green, blue = read.curves
     return Encoding("icc", read.matrix, (red, green, blue))
-
-
-def declared_space(header: PictureHeader, own: Encoding | None) -> tuple[str | None, list[tuple[str, str]]]:
-    """Return the colour space that a file with the profile ``own`` declares, and the fault and remedy if it states two.
-
-    A name, ``icc`` for a profile that is no named space, or None. A JPEG's profile stands above EXIF, which hardly any
-    program keeps up with it; a PNG's chunks are meant to be one statement.
-    """
-    if own is None:
-        return header.declared, []
-    space = same_space(own) or "icc"
-    if header.kind != "png" or header.declared in (None, space):
-        return space, []
-    whose = "another colour space" if space == "icc" else space
-    message = f"its chunk cICP or sRGB states {header.declared}, and its ICC profile {whose}"
-    choice = f"colour_space: {header.declared}, or colour_space: icc"
-    return space, [(message, f"save it with the one that it is in; or write which holds: {choice}")]
 
 
 def same_space(encoding: Encoding) -> NamedSpace | None:

@@ -25,14 +25,13 @@ from stimuli.pictures.exr_header import (
     refuse_other_than_a_view,
 )
 from stimuli.pictures.luminance_chroma import is_reconstructed, rgb_of
-from stimuli.pictures.picture_input import opened, reason, refuse_undecoded, text_of
+from stimuli.pictures.picture_input import MAX_PIXELS, opened, reason, refuse_undecoded, text_of
 from stimuli.pictures.region import Part, Region
 
 if TYPE_CHECKING:
     import OpenImageIO
 
 
-MAX_PIXELS = 100_000_000  # per view, so that a header of a few bytes cannot ask for all memory
 MAX_CHANNELS = 256
 # Of all channels of a part: 100 megapixels of both eyes, and as much again in other layers.
 MAX_VALUES = 1_200_000_000

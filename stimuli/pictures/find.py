@@ -11,7 +11,7 @@ from pathlib import Path
 from documents import Finding
 from documents.files import no_file_name
 from stimuli.errors import StimulusError
-from stimuli.pictures.colour_spaces import declared_space, embedded_encoding
+from stimuli.pictures.colour_spaces import Encoding, embedded_encoding, same_space
 from stimuli.pictures.packing import Packing, eye_size_px, without_packing, words_of
 from stimuli.pictures.picture_header import PictureHeader, is_ordinary, read_header
 from stimuli.pictures.stereo_image import Eye
@@ -251,3 +251,20 @@ def _same_names(pictures: Sequence[FoundPicture]) -> Iterator[Finding]:
             what = "differ in upper and lower case alone" if case_only else "give one name"
             message = f"{len(files)} files {what}, '{alike[0].name}': {listed}"
             yield Finding(message, str(files[1]), remedy="rename one")
+
+
+def declared_space(header: PictureHeader, own: Encoding | None) -> tuple[str | None, list[tuple[str, str]]]:
+    """Return the colour space that a file with the profile ``own`` declares, and the fault and remedy if it states two.
+
+    A name, ``icc`` for a profile that is no named space, or None. A JPEG's profile stands above EXIF, which hardly any
+    program keeps up with it; a PNG's chunks are meant to be one statement.
+    """
+    if own is None:
+        return header.declared, []
+    space = same_space(own) or "icc"
+    if header.kind != "png" or header.declared in (None, space):
+        return space, []
+    whose = "another colour space" if space == "icc" else space
+    message = f"its chunk cICP or sRGB states {header.declared}, and its ICC profile {whose}"
+    choice = f"colour_space: {header.declared}, or colour_space: icc"
+    return space, [(message, f"save it with the one that it is in; or write which holds: {choice}")]

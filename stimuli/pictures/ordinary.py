@@ -18,14 +18,8 @@ from documents import Finding
 from documents.text import counted
 from stimuli.errors import StimulusError
 from stimuli.pictures.coded import CodedPicture
-from stimuli.pictures.colour_spaces import (
-    NAMED_SPACES,
-    Encoding,
-    declared_space,
-    embedded_encoding,
-    named_encoding,
-    same_space,
-)
+from stimuli.pictures.colour_spaces import NAMED_SPACES, Encoding, embedded_encoding, named_encoding, same_space
+from stimuli.pictures.find import declared_space
 from stimuli.pictures.own_files import OwnFiles, decoded_eyes, own_files, stamps
 from stimuli.pictures.packing import PACKINGS, Packing, eye_size_px, stretched
 from stimuli.pictures.picture_header import PictureHeader, read_header

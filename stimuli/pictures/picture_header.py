@@ -14,10 +14,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stimuli.errors import StimulusError
-from stimuli.pictures.exr_views import MAX_PIXELS
 from stimuli.pictures.jpeg_pairs import frames_of, jps_packing
 from stimuli.pictures.packing import Packing, named_packing
-from stimuli.pictures.picture_input import kind_of, opened, opened_by_pillow, refuse_no_picture, refuse_undecoded
+from stimuli.pictures.picture_input import (
+    MAX_PIXELS,
+    kind_of,
+    opened,
+    opened_by_pillow,
+    refuse_no_picture,
+    refuse_undecoded,
+)
 from stimuli.pictures.png_chunks import png_aspect, png_chunks, png_exif, png_profile, png_space, stated_space
 from stimuli.pictures.resampling import MAX_PIXELS as MAX_SIDE_PX
 

@@ -213,3 +213,6 @@ def reason(message: str) -> str:
     lines = [line for line in message.splitlines() if line.strip()]
     reasons = [line for line in lines if "global attribute" not in line] or lines
     return reasons[-1].strip()[:_MOST_TEXT] if reasons else "no reason given"
+
+
+MAX_PIXELS = 100_000_000  # per view, so that a header of a few bytes cannot ask for all memory

@@ -82,6 +82,30 @@ def _decode_by_pillow(header: PictureHeader, frame: int) -> Pixels:
 
 def upright(pixels: Pixels, orientation: int) -> Pixels:
     """Return pixels (height, width, ...) turned as an EXIF orientation of 1 to 8 asks."""
-    from stimuli.develop.metadata import EXIF_FLIPS, turned
 
     return turned(pixels, EXIF_FLIPS[orientation])
+
+
+# LibRaw's flip for each orientation of Exif (and TIFF), 1 to 8.
+EXIF_FLIPS = {1: 0, 2: 1, 3: 3, 4: 2, 5: 4, 6: 6, 7: 7, 8: 5}
+
+
+def turned(array: NDArray[Any], flip: int) -> NDArray[Any]:
+    """Return ``array`` (height, width, ...) turned by the bits of LibRaw's ``flip``.
+
+    2 reverses the rows, 1 the columns, and 4, done last, swaps rows with columns.
+    """
+    if flip & 2:
+        array = array[::-1]
+    if flip & 1:
+        array = array[:, ::-1]
+    return array.swapaxes(0, 1) if flip & 4 else array
+
+
+def unturned(array: NDArray[Any], flip: int) -> NDArray[Any]:
+    """Return a view of a `turned` ``array`` that stands as it did before."""
+    if flip & 4:
+        array = array.swapaxes(0, 1)
+    if flip & 1:
+        array = array[:, ::-1]
+    return array[::-1] if flip & 2 else array

@@ -14,7 +14,7 @@ import numpy as np
 
 from devices.colour import delta_e_2000, xyz_to_lab
 from stimuli.pictures.colour_spaces import NAMED_SPACES, named_encoding
-from stimuli.recipes.build_context import Step
+from stimuli.recipes.values import Step
 
 VISIBLE_DELTA_E = 0.5
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.display import EyeModels, Rig
 from documents.files import sha256_of_json
+from stimuli.recipes.values import Step
 
 if TYPE_CHECKING:
     from stimuli.pictures.coded import CodedPicture
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     from stimuli.recipes.values import SparklesSpec
 
 Factors = Mapping[str, str | float]
-Step = Mapping[str, Any]
 # What is being done, and how many pictures of how many are done.
 Progress = Callable[[str, int, int], None]
 

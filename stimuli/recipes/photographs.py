@@ -11,14 +11,13 @@ from pydantic import AfterValidator, Field, model_validator
 from devices.camera import ExposureSpec
 from documents import Finding, InputError
 from documents.files import tidy
-from documents.yaml import NotNegative, Path_, Positive, Strict
-from stimuli.develop.raw_files import DEFAULT_DEMOSAIC, Demosaic
+from documents.yaml import Path_
 from stimuli.errors import StimulusError
 from stimuli.pictures.stereo_image import View
 from stimuli.recipes.build_context import BuildContext
 from stimuli.recipes.files_recipe import FilesRecipe, FileStimulusSpec
 from stimuli.recipes.recipe_kind import Fault
-from stimuli.recipes.values import MAX_STIMULI, InsideFile, relative_path
+from stimuli.recipes.values import MAX_STIMULI, DevelopSpec, InsideFile, SpectralSpec, relative_path
 
 if TYPE_CHECKING:
     from devices.camera import CameraModel
@@ -29,40 +28,6 @@ VIEW_KEYS = ("left", "right", "center")
 
 class CameraExposureSpec(ExposureSpec):
     """The exposure of a photograph, in place of that in its file."""
-
-
-class DevelopSpec(Strict):
-    """How files become linear camera RGB: see `stimuli.develop.read.read_camera_image`."""
-
-    demosaic: Demosaic = DEFAULT_DEMOSAIC
-    """How a raw file's colours are interpolated."""
-    black: NotNegative | None = None
-    """The raw level of no light."""
-    white: Positive | None = None
-    """The raw level of full scale."""
-    saturated: Positive | None = None
-    """The raw level from which a pixel counts as saturated."""
-    rotate: bool = True
-    """Whether the picture is turned as the camera says."""
-    assume_linear: bool = False
-    """Whether a file that does not say so is taken for linear light."""
-    negative: Literal["clip", "refuse"] = "clip"
-    """What becomes of negative light: clipped, or refused."""
-
-
-class SpectralSpec(Strict):
-    """Quantity and light of spectral pictures: see `stimuli.spectral.light.Illumination`."""
-
-    quantity: Literal["radiance", "reflectance"] | None = None
-    """Whether the file holds radiance or reflectance."""
-    illuminant: str | None = None
-    """The illuminant that reflectances are seen in, such as D65."""
-    white_luminance_cd_m2: Positive | None = None
-    """The luminance of white, in cd/m²."""
-    scale: Positive = 1.0
-    """A factor for all XYZ."""
-    negative: Literal["clip", "refuse"] = "refuse"
-    """What becomes of negative light: clipped, or refused."""
 
 
 class PhotographSpec(FileStimulusSpec):

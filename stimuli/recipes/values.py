@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import re
 import sys
+from collections.abc import Mapping
 from pathlib import PurePosixPath, PureWindowsPath
-from typing import Annotated, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from documents.files import no_file_name, with_slashes
 from documents.yaml import NotNegative, Positive, Strict
+from stimuli.develop.raw_files import DEFAULT_DEMOSAIC, Demosaic
 from stimuli.luminance.scale import greyscale, scaled
 from stimuli.pictures.stereo_image import View, XYZImage
-from stimuli.recipes.build_context import Step
 from stimuli.sparkle.measures.find import Threshold
 from stimuli.sparkle.recipe import Chromaticity
 
+Step = Mapping[str, Any]
 MAX_STIMULI = 1000
 MAX_NAME = 60
 
@@ -127,3 +129,37 @@ class SparklesSpec(Strict):
     def threshold(self) -> Threshold:
         """Return the threshold."""
         return Threshold(self.times, self.above_cd_m2)
+
+
+class DevelopSpec(Strict):
+    """How files become linear camera RGB: see `stimuli.develop.read.read_camera_image`."""
+
+    demosaic: Demosaic = DEFAULT_DEMOSAIC
+    """How a raw file's colours are interpolated."""
+    black: NotNegative | None = None
+    """The raw level of no light."""
+    white: Positive | None = None
+    """The raw level of full scale."""
+    saturated: Positive | None = None
+    """The raw level from which a pixel counts as saturated."""
+    rotate: bool = True
+    """Whether the picture is turned as the camera says."""
+    assume_linear: bool = False
+    """Whether a file that does not say so is taken for linear light."""
+    negative: Literal["clip", "refuse"] = "clip"
+    """What becomes of negative light: clipped, or refused."""
+
+
+class SpectralSpec(Strict):
+    """Quantity and light of spectral pictures: see `stimuli.spectral.light.Illumination`."""
+
+    quantity: Literal["radiance", "reflectance"] | None = None
+    """Whether the file holds radiance or reflectance."""
+    illuminant: str | None = None
+    """The illuminant that reflectances are seen in, such as D65."""
+    white_luminance_cd_m2: Positive | None = None
+    """The luminance of white, in cd/m²."""
+    scale: Positive = 1.0
+    """A factor for all XYZ."""
+    negative: Literal["clip", "refuse"] = "refuse"
+    """What becomes of negative light: clipped, or refused."""

@@ -19,8 +19,7 @@ from stimuli.pictures.packing import Packing
 from stimuli.pictures.picture_header import is_ordinary
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 from stimuli.pictures.stereo_image import View as Shown
-from stimuli.recipes.build_context import Step
-from stimuli.recipes.photographs import DevelopSpec, SpectralSpec
+from stimuli.recipes.values import DevelopSpec, SpectralSpec, Step
 
 if TYPE_CHECKING:
     from stimuli.recipes.banded_picture import BandedPicture
@@ -218,9 +217,9 @@ def _photograph(
 
 
 def _spectral(path: Path, *, spectral: SpectralSpec, folder: Path, observer: str) -> tuple[XYZImage, tuple[Step, ...]]:
+    from stimuli.spectral.bands import read_spectral
     from stimuli.spectral.convert import spectral_to_xyz
     from stimuli.spectral.light import Illumination
-    from stimuli.spectral.picture import read_spectral
 
     illuminant = spectral.illuminant
     if illuminant is not None and illuminant.lower().endswith(".csv"):

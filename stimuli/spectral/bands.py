@@ -20,7 +20,14 @@ from documents.files import looked_for
 from documents.text import counted, visible
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_header import refuse_other_than_a_view
-from stimuli.pictures.picture_input import opened, reason, refuse_undecoded, text_of
+from stimuli.pictures.picture_input import (
+    MAX_SPECTRAL_BYTES,
+    opened,
+    reason,
+    refuse_no_picture,
+    refuse_undecoded,
+    text_of,
+)
 from stimuli.spectral.picture import Quantity, SpectralPicture
 
 if TYPE_CHECKING:
@@ -290,3 +297,32 @@ def _ignored(header: Any, path: Path) -> float | None:
         return None if value is None else float(value)
     except (TypeError, ValueError) as error:
         raise StimulusError.at(path, f"its data ignore value is '{value}'", "correct its header") from error
+
+
+def read_spectral(path: Path, quantity: Quantity | None = None) -> SpectralPicture:
+    """Return the spectral picture at ``path``; only its header is read.
+
+    Parameters
+    ----------
+    path
+        OpenEXR (.exr) with a channel for each wavelength, or ENVI (.hdr, or the data beside it).
+    quantity
+        ``radiance`` in W/(sr m² nm) or ``reflectance``, where the file does not declare it.
+
+    Returns
+    -------
+    SpectralPicture
+        Size and wavelengths in nm; the values come with `SpectralPicture.blocks`.
+
+    Raises
+    ------
+    StimulusError
+        If the file is missing or neither; if its bands do not rise, leave out a part of 400..700 nm, or are more than
+        20 nm apart; if the quantity is not known. The finding names file and reason.
+    """
+    from stimuli.spectral.bands import envi_bands, exr_bands
+
+    path = Path(path)
+    if path.suffix.lower() != ".hdr" or path.exists():
+        refuse_no_picture(path, "file", MAX_SPECTRAL_BYTES)
+    return (exr_bands if path.suffix.lower() == ".exr" else envi_bands)(path, quantity)

@@ -24,9 +24,10 @@ from stimuli.develop.linear_files import write_camera_exr
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage
+from stimuli.spectral.bands import read_spectral
 from stimuli.spectral.curves import read_sensitivities
 from stimuli.spectral.light import LEAST, MOST, Illumination, observer_weights, spectral_step, weighted
-from stimuli.spectral.picture import Quantity, SpectralPicture, read_spectral
+from stimuli.spectral.picture import Quantity, SpectralPicture
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from documents.text import counted
 from stimuli.errors import StimulusError
-from stimuli.pictures.picture_input import MAX_SPECTRAL_BYTES, refuse_no_picture
 
 Quantity = Literal["radiance", "reflectance"]
 Floats = NDArray[np.float64]
@@ -107,32 +106,3 @@ class SpectralPicture:
     def wrong(self, message: str, remedy: str) -> StimulusError:
         """Return the error on a fault of the file."""
         return StimulusError.at(self.path, message, remedy)
-
-
-def read_spectral(path: Path, quantity: Quantity | None = None) -> SpectralPicture:
-    """Return the spectral picture at ``path``; only its header is read.
-
-    Parameters
-    ----------
-    path
-        OpenEXR (.exr) with a channel for each wavelength, or ENVI (.hdr, or the data beside it).
-    quantity
-        ``radiance`` in W/(sr m² nm) or ``reflectance``, where the file does not declare it.
-
-    Returns
-    -------
-    SpectralPicture
-        Size and wavelengths in nm; the values come with `SpectralPicture.blocks`.
-
-    Raises
-    ------
-    StimulusError
-        If the file is missing or neither; if its bands do not rise, leave out a part of 400..700 nm, or are more than
-        20 nm apart; if the quantity is not known. The finding names file and reason.
-    """
-    from stimuli.spectral.bands import envi_bands, exr_bands
-
-    path = Path(path)
-    if path.suffix.lower() != ".hdr" or path.exists():
-        refuse_no_picture(path, "file", MAX_SPECTRAL_BYTES)
-    return (exr_bands if path.suffix.lower() == ".exr" else envi_bands)(path, quantity)

@@ -13,11 +13,11 @@ from devices.camera import CameraModel, Exposure
 from documents import at_most_threads
 from stimuli.develop import DevelopOptions, demosaic, develop_photographs, to_xyz
 from stimuli.develop.demosaic import Linear, Mosaic, interpolate, superpixel
-from stimuli.develop.metadata import turned
 from stimuli.develop.raw_files import read_raw, read_sensor
 from stimuli.develop.sensor_image import make_picture
 from stimuli.errors import StimulusError
 from stimuli.pictures import StereoImage, write_exr
+from stimuli.pictures.picture_pixels import turned
 from tests.stimuli.develop.dng import camera_tags, exposure_tags, retagged, save_dng, save_linear_dng
 
 OURS: tuple[Literal["superpixel"] | Linear, ...] = ("superpixel", *get_args(Linear))
