@@ -124,7 +124,7 @@ def test_a_large_spectral_picture_does_not_fill_memory(tmp_path: Path) -> None:
     for path in (save_envi(tmp_path / "a.hdr", np.asarray(values)), save_exr(tmp_path / "a.exr", values, form="{}nm")):
         program = (
             "from pathlib import Path; import colour, spectral, OpenImageIO;"
-            "from stimuli.spectral.convert import spectral_to_xyz; from stimuli.spectral.picture import read_spectral;"
+            "from stimuli.spectral.convert import spectral_to_xyz; from stimuli.spectral.bands import read_spectral;"
             f"from tests.stress.memory import peak_kb; before = peak_kb();"
             f"found = spectral_to_xyz(read_spectral(Path({str(path)!r}), 'radiance'));"
             "print((peak_kb() - before) / 1024)"
