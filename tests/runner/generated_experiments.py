@@ -20,15 +20,8 @@ from stimuli.pictures import StereoImage, write_exr
 
 # Modes that one window without a right back buffer shows.
 MODES = (
-    "flat",
-    "side-by-side",
-    "side-by-side-half",
-    "top-bottom",
-    "top-bottom-half",
-    "row-interleaved",
-    "column-interleaved",
-    "checkerboard",
-    "anaglyph-red-cyan",
+    *("flat", "side-by-side", "side-by-side-half", "top-bottom", "top-bottom-half", "row-interleaved"),
+    *("column-interleaved", "checkerboard", "anaglyph-red-cyan"),
 )
 PANELS = ((640, 480), (800, 600), (1280, 720))
 _LETTERS = "etaoin shrdlu cmfwyp vbgkqjxz "

@@ -16,28 +16,8 @@ Lines = list[dict[str, Any]]
 Change = Callable[[Lines, random.Random], None]
 
 _ODD_VALUES: tuple[Any, ...] = (
-    None,
-    True,
-    -1,
-    0,
-    7,
-    2.5,
-    -5.0,
-    1e9,
-    1e300,
-    10**30,
-    float("nan"),
-    float("inf"),
-    "",
-    "x",
-    "\ud800",
-    "a" * 5000,
-    [],
-    [1],
-    [[]],
-    {},
-    {"a": 1},
-    {"left": 1},
+    *(None, True, -1, 0, 7, 2.5, -5.0, 1e9, 1e300, 10**30, float("nan"), float("inf")),
+    *("", "x", "\ud800", "a" * 5000, [], [1], [[]], {}, {"a": 1}, {"left": 1}),
 )
 
 

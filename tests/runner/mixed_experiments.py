@@ -10,19 +10,7 @@ from hypothesis import strategies as st
 
 # Small pools, so that names clash: with each other, with the program's own words, and with those of records.
 _STIMULI = (
-    "a",
-    "b",
-    "first",
-    "second",
-    "stereo",
-    "flat",
-    "one",
-    "1.1",
-    "chosen",
-    "none",
-    "A-b",
-    "same",
-    "no",
+    *("a", "b", "first", "second", "stereo", "flat", "one", "1.1", "chosen", "none", "A-b", "same", "no"),
     "no_difference",
 )
 _FACTORS = ("scene", "codec", "level", "level", "paint", "group", "name")

@@ -15,7 +15,7 @@ import shutil
 import tempfile
 import threading
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from functools import lru_cache
@@ -29,9 +29,6 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 from analysis.records import (
     FILE_NAME,
     Header,
-    Mark,
-    Note,
-    PooledBatch,
     Resumption,
     SessionLog,
     SessionTimes,
@@ -148,26 +145,16 @@ class Kept:
     recorder: Recorder
     acknowledged: list[Any]
 
-    def append(self, trial: Trial) -> None:
-        self.recorder.append(trial)
-        self.acknowledged.append(_plain(trial))
+    def __getattr__(self, name: str) -> Any:
+        act = getattr(self.recorder, name)
+        if name not in ("append", "note", "mark"):
+            return act
 
-    def note(self, note: Note) -> None:
-        self.recorder.note(note)
-        self.acknowledged.append(_plain(note))
+        def then_listed(record: Any) -> None:
+            act(record)
+            self.acknowledged.append(_plain(record))
 
-    def mark(self, mark: Mark) -> None:
-        self.recorder.mark(mark)
-        self.acknowledged.append(_plain(mark))
-
-    def pool(self, batch: PooledBatch) -> None:
-        self.recorder.pool(batch)
-
-    def answers(self) -> Sequence[Trial]:
-        return self.recorder.answers()
-
-    def end(self, facts: Mapping[str, Any]) -> None:
-        self.recorder.end(facts)
+        return then_listed
 
 
 @dataclass
@@ -248,7 +235,7 @@ class SessionMachine(RuleBasedStateMachine):
         known: Any = (
             {"logged": log.first_attempts, "pending": log.pending, "batches": log.pooled} if log is not None else {}
         )
-        kept = Kept(recorder, self.acknowledged)
+        kept: Any = Kept(recorder, self.acknowledged)
         session = Session(self.blocks, Stage(), self.person, kept, utc=clock, **known)
         self.sitting = Sitting(session, recorder)
         self.sitting.start()
@@ -441,10 +428,9 @@ class SessionMachine(RuleBasedStateMachine):
         attempts = Counter(answer.place for answer in log.answers if answer.attempt)
         assert all(attempts[place] >= count for place, count in marks.items())
         undisturbed = _Script(log)
-        Session(self.blocks, Stage(), undisturbed, undisturbed).run()
-        assert undisturbed.ended
-        assert not undisturbed.presses
-        assert undisturbed.said == [_said(trial) for trial in log.first_attempts]
+        Session(self.blocks, undisturbed, undisturbed, undisturbed).run()
+        assert (undisturbed.presses, undisturbed.notes, undisturbed.marks, len(undisturbed.ends)) == ([], [], [], 1)
+        assert [_said(trial) for trial in undisturbed.trials] == [_said(trial) for trial in log.first_attempts]
 
 
 def _said(trial: Trial) -> Any:
@@ -452,32 +438,16 @@ def _said(trial: Trial) -> Any:
     return {key: value for key, value in plain.items() if key not in (*CIRCUMSTANCES, "utc")}
 
 
-class _Script:
+class _Script(Stage):
     """Gives the answers of a log in a session that nothing is done to, and takes what it records."""
 
     def __init__(self, log: SessionLog) -> None:
+        super().__init__()
         self.presses = [press for trial in log.first_attempts for press in trial.events]
-        self.said: list[Any] = []
-        self.ended = False
-
-    def respond(self, ask: Ask, onset_s: float) -> KeyPress:
-        key, seconds = self.presses.pop(0)
-        return KeyPress(key, onset_s + seconds)
-
-    def append(self, trial: Trial) -> None:
-        self.said.append(_said(trial))
-
-    def note(self, note: Note) -> None:
-        raise AssertionError
-
-    def mark(self, mark: Mark) -> None:
-        raise AssertionError
-
-    def pool(self, batch: PooledBatch) -> None:
-        pass
 
     def answers(self) -> Sequence[Trial]:
         return ()
 
-    def end(self, facts: Mapping[str, Any]) -> None:
-        self.ended = True
+    def respond(self, ask: Ask, onset_s: float) -> KeyPress:
+        key, seconds = self.presses.pop(0)
+        return KeyPress(key, onset_s + seconds)

@@ -165,6 +165,7 @@ def test_every_other_field_is_in_the_report(kind: str) -> None:
     assert missing <= shown
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_field_of_its_record_is_written_by_some_block(kind: str) -> None:
     """So that no field escapes the tests above."""

@@ -63,7 +63,9 @@ def test_no_kind_is_forgotten() -> None:
     assert set(EVERY.BLOCKS) == kinds, "give each kind an entry in tests/runner/every_kind.py"
 
 
-@pytest.mark.parametrize(("kind", "variant"), VARIANTS)
+@pytest.mark.parametrize(
+    ("kind", "variant"), [pytest.param(*one, marks=pytest.mark.nightly if one[1] else []) for one in VARIANTS]
+)
 def test_equal_seeds_make_equal_sessions(kind: str, variant: int) -> None:
     one, again = (_play(EVERY.blocks_of(kind, variant), EVERY.Fickle(5)) for _ in range(2))
     assert one.shown == again.shown

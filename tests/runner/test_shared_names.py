@@ -17,7 +17,6 @@ from analysis.report import describe, write_report
 from analysis.series import gather
 from documents import InputError
 from runner.check import CheckOptions, check_file
-from runner.protocol import read_experiment
 from runner.session import SessionOptions, run_session, simulate
 
 Study = Any  # tests/conftest.py
@@ -141,14 +140,6 @@ def test_sessions_with_one_name_for_two_series_are_scored_by_block(
     assert exported.sessions == 2
     rows = (tmp_path / "bids/sub-01").rglob("*_beh.tsv")
     assert sum('["two","four"]' in file.read_text().replace(" ", "").replace('""', '"') for file in rows) == 1
-
-
-def test_they_can_be_replayed(study: Study, recorded: Callable[..., tuple[SessionLog, ...]], tmp_path: Path) -> None:
-    log, _ = recorded(*AROUND)
-    again = run_session(study.experiment, "01", SessionOptions(tmp_path / "again", replay=log.file))
-    assert again.folder is not None
-    assert [trial.data for trial in read_session(again.folder / FILE_NAME).trials] == [t.data for t in log.trials]
-    assert read_experiment(study.experiment).name_clashes
 
 
 def test_series_that_factors_gave_one_name_are_told_apart(

@@ -96,7 +96,9 @@ def test_thresholds_of_few_answers(folder: Path) -> None:
 
 
 @pytest.mark.usefixtures("undrawn")
-@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize(
+    "way", [pytest.param(way, marks=[] if way == "a kind twice" else pytest.mark.nightly) for way in WAYS]
+)
 def test_what_has_gone_wrong(way: str, folder: Path) -> None:
     assert taken({**PLAIN, "blocks": WAYS[way]}, folder, page=True)
 

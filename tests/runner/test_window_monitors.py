@@ -62,27 +62,3 @@ def test_a_session_opens_on_the_rigs_monitor_and_names_those_there_are_if_it_is_
     assert log.header.presentation["monitors"][0].startswith("2 'screen': 1920 x 1080 px")
     assert not any("full-screen" in remark for remark in log.header.remarks)
     assert "wrong_screen" not in log.trials[-1].data
-
-
-@pytest.mark.nightly
-def test_a_session_that_began_on_the_wrong_screen_is_resumed_on_the_right_one_and_each_trial_says_which(
-    person: Person,
-) -> None:
-    study = person.study
-    study.edit("display.yaml", "[640, 480]", "[2600, 480]")
-    person.sit_down("--wrong-screen")
-    answer_one_and_stop(person)
-    person.before = f"import sys; sys.path.insert(0, {os.getcwd()!r})\n"
-    person.before += (
-        "from tests.runner.two_monitors import LAPTOP, add_laptop; LAPTOP.size = (3840, 1080); add_laptop()"
-    )
-    person.sit_down("--resume")
-    person.answer("Up")
-    person.press("Escape")
-    person.until(lambda: person.process.poll() is not None or person.press("s"), "the session to end")
-    person.leave()
-    pairs = [trial for trial in person.log().trials if trial.kind == "all_pairs"]
-    assert [trial.data.get("wrong_screen", False) for trial in pairs] == [True, False]
-    report = study.cyclopean("report", study.results, "--no-thumbnails")
-    words = " ".join(report.stdout.split())
-    assert "In 2 trials the panel was larger" in words  # the page and the pair

@@ -170,7 +170,7 @@ def test_a_report_says_which_letters_are_boxes_in_its_figures(
         study.edit("recipe.yaml", f"name: {name}, ", f"name: {name}, {factors}, ")
     study.edit("small.yaml", "{kind: all_pairs, break_every: 4}", "{kind: all_pairs, within: scene}")
     simulate(study.experiment, study.observers, 2, results=study.results)
-    words = ("report", study.results, "--no-thumbnails")
+    words = ("report", study.results, "--figures", tmp_path / "figures", "--no-thumbnails")
     found = json.loads(cyclopean(*words, "--json").stdout)
     assert found.get("empty_boxes") == (None if installed else ASKED)
     assert any(ASKED in note for note in found["notes"]) is not installed

@@ -11,7 +11,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from documents import InputError
 from runner.blocks import Browse, Rate, Stimuli, Style
 from runner.blocks.best_of_series import DIFFICULTY, SIMILARITY, BestOfSeries, BestOfSeriesSpec, Choice
 from runner.blocks.layout import SingleLayout
@@ -236,25 +235,6 @@ def test_a_file_makes_it(study: Study) -> None:
     assert block.series == (Series("first", ("one", "two")), Series("second", ("three", "four")))
     assert block.scales == (Scale("ease", "Easy", 1, 7),)
     assert (block.question, block.start, block.see_all, block.wrap) == ("Which is closer?", "random", True, False)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "line", "words"),
-    [
-        ("first: [one, two]", "first: [one]", 10, "holds 1 entry (give it at least 2 entries)"),
-        ("first: [one, two]", "first: [one, tow]", 10, "did you mean 'two'?"),
-        ("series:\n", "series:\n      by: [paint]\n", 9, "order"),
-        ("highest: 7", "highest: 1", 12, "above 'lowest'"),
-        ("highest: 7", "hihgest: 7", 12, "did you mean 'highest'?"),
-    ],
-)
-def test_faults_of_a_file_are_told_with_their_place(study: Study, old: str, new: str, line: int, words: str) -> None:
-    study.edit("small.yaml", "blocks:\n", SERIES.replace(old, new))
-    with pytest.raises(InputError) as told:
-        read_experiment(study.experiment)
-    assert any(words in str(f) and f.line is not None and abs(f.line - line) <= 1 for f in told.value.findings), (
-        told.value
-    )
 
 
 def test_someone_without_eyes_sees_all_of_a_series_and_takes_the_last(play: Play) -> None:

@@ -146,45 +146,37 @@ def test_without_groups_a_record_is_what_it_was(play: Play) -> None:
     assert "within" not in AllPairsSpec(kind="all_pairs").model_dump()
 
 
-def test_the_faults_of_factors() -> None:
-    stimuli = study(2, 3)
-    (fault,) = faults(stimuli, within="scen")
-    assert fault == ("the stimuli have no factor 'scen'", ("within",), "did you mean 'scene'?")
-    (fault,) = faults(stimuli, within="scene", across="quality")
-    assert fault == ("the stimuli have no factor 'quality'", ("across",), "the stimuli have: codec, scene")
-    factors = {**stimuli.factors, "x": {"codec": 1.0}, "y": {}}
-    (fault,) = faults(Stimuli(factors), within="scene")
-    assert fault[:2] == ("2 stimuli have no factor 'scene': x, y", ("within",))
-    (fault,) = faults(Stimuli({"a": {}, "b": {}}), within="scene")
-    assert fault[2] == "write 'factors:' beside the stimuli in the recipe"
+ALONE = Stimuli({**study(2, 3).factors, "x": {"scene": "dune", "codec": 1.0}})
+APART = Stimuli({f"{s}{c}": {"scene": s, "codec": f"{s}{c}"} for s in "ab" for c in "12"})
+HALF = Stimuli({f"{s}{c}": {"scene": s, "codec": c if s in "ab" else s + c} for s in "abcd" for c in "12"})
+BARE = Stimuli({**study(2, 3).factors, "x": {"codec": 1.0}, "y": {}})
 
 
-def test_the_faults_of_scenes_without_pairs() -> None:
-    stimuli = study(2, 3)
-    alone = Stimuli({**stimuli.factors, "x": {"scene": "dune", "codec": 1.0}})
-    (fault,) = faults(alone, within="scene")
-    assert fault[0] == "the scene 'dune' has one stimulus, 'x', which is in no pair"
-    assert fault[2] == "add stimuli of this scene, or leave 'x' out of 'stimuli'"
-    assert faults(alone, within="scene", across="codec") == []  # compared with s0-c1 and s1-c1
-    each = Stimuli({name: {"image": name} for name in "abc"})
-    (fault,) = faults(each, within="image")
-    assert fault[0] == "no two stimuli have the same image, so there is no pair within one"
+@pytest.mark.parametrize(
+    ("stimuli", "keys", "path", "said", "remedy"),
+    [
+        (study(2, 3), {"within": "scen"}, "within", "'scen'", "did you mean 'scene'?"),
+        (study(2, 3), {"within": "scene", "across": "quality"}, "across", "'quality'", "codec, scene"),
+        (BARE, {"within": "scene"}, "within", "'scene': x, y", ""),
+        (Stimuli({"a": {}, "b": {}}), {"within": "scene"}, "within", "", "write 'factors:' beside the stimuli"),
+        (ALONE, {"within": "scene"}, "within", "'dune' has one stimulus, 'x'", "leave 'x' out"),
+        (Stimuli({name: {"image": name} for name in "abc"}), {"within": "image"}, "within", "the same image", ""),
+        (APART, {"within": "scene", "across": "codec"}, "across", "the same codec", ""),
+        (HALF, {"within": "scene", "across": "codec"}, "across", "3 sets without a common scale: a, b; c; d", ""),
+    ],
+)
+def test_the_faults_of_factors(stimuli: Stimuli, keys: dict[str, Any], path: str, said: str, remedy: str) -> None:
+    (fault,) = faults(stimuli, **keys)
+    assert fault[1] == (path,)
+    assert said in fault[0]
+    assert remedy in fault[2]
 
 
-def test_the_faults_of_links() -> None:
-    apart = Stimuli({f"{s}{c}": {"scene": s, "codec": f"{s}{c}"} for s in "ab" for c in "12"})
-    (fault,) = faults(apart, within="scene", across="codec")
-    assert fault[:2] == (
-        "no two stimuli of different scene have the same codec, so no pair links two of them",
-        ("across",),
-    )
-    half = {f"{s}{c}": {"scene": s, "codec": c if s in "ab" else s + c} for s in "abcd" for c in "12"}
-    (fault,) = faults(Stimuli(half), within="scene", across="codec")
-    assert fault[0] == "the pairs across codec leave 3 sets without a common scale: a, b; c; d"
-    with pytest.raises(ValidationError, match="'across' links the groups of 'within'"):
-        AllPairsSpec(kind="all_pairs", across="codec")
-    with pytest.raises(ValidationError, match="name another factor"):
-        AllPairsSpec(kind="all_pairs", within="codec", across="codec")
+def test_what_links_scenes_is_another_factor() -> None:
+    assert faults(ALONE, within="scene", across="codec") == []  # x is compared with s0-c1 and s1-c1
+    for keys in ({"across": "codec"}, {"within": "codec", "across": "codec"}):
+        with pytest.raises(ValidationError):
+            AllPairsSpec.model_validate({"kind": "all_pairs", **keys})
 
 
 def active(stimuli: Stimuli, trials: int) -> ActivePairs:
@@ -234,9 +226,9 @@ def test_the_faults_of_active_pairs_within_scenes() -> None:
     stimuli = study(2, 4)
     assert faults(stimuli, "active_pairs", within="scene", trials=6) == []
     (fault,) = faults(stimuli, "active_pairs", within="scene", trials=5)
-    assert fault[0] == "5 trials cannot link 8 stimuli within each scene"
+    assert fault[0].startswith("5 trials cannot link 8 stimuli")
     (fault,) = faults(stimuli, "active_pairs", within="scene", trials=20, batch=3)
-    assert fault[0] == "a batch of 3 pairs cannot hold each of 4 stimuli once at most"
+    assert fault[0].startswith("a batch of 3 pairs")
     (fault,) = faults(stimuli, "active_pairs", within="szene", trials=20)
     assert fault[2] == "did you mean 'scene'?"
     with pytest.raises(ValidationError, match="across"):

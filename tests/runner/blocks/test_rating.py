@@ -7,8 +7,6 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
-import pytest
-
 from runner.blocks import Rate
 from runner.blocks.layout import SingleLayout
 from runner.blocks.rating import Rating
@@ -93,12 +91,3 @@ def test_a_file_makes_it(study: Study) -> None:
     other = read_experiment(study.experiment).blocks("04")[0]
     assert isinstance(other, Rating)
     assert other.seed != block.seed
-
-
-def test_every_fault_of_a_file_is_told(study: Study) -> None:
-    twice = RATING.replace("[one, two]", "[one, ones]") + "      - {name: quality, question: Better}\n"
-    study.edit("small.yaml", "blocks:\n", twice)
-    with pytest.raises(Exception, match="two scales are called 'quality'") as told:
-        read_experiment(study.experiment)
-    assert "no stimulus 'ones' (did you mean 'one'?)" in str(told.value)
-    assert "small.yaml:12:" in str(told.value)

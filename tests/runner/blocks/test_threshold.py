@@ -207,7 +207,7 @@ def test_answers_that_tell_nothing_have_a_reason_in_place_of_a_number(play: Play
     question = _summary(replace(PLACES, method=STAIRS), plain_key, play, tmp_path)
     (each,) = question.observers
     assert each.fit.threshold is None
-    assert each.fit.reason == "all answers are right: the threshold lies below the levels"
+    assert each.fit.reason.startswith("all answers are right")
     assert question.threshold.value is None
     assert question.threshold.observers == 0
 

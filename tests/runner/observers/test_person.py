@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import pytest
@@ -36,56 +36,125 @@ def _person(presses: Sequence[tuple[str, float]], mouse: Mouse | None = None) ->
     return Person(lambda: left.pop(0), (mouse or Mouse()).point)
 
 
-def test_what_means_nothing_and_what_came_before_the_onset_is_no_answer() -> None:
-    person = _person([("up", 0.9), ("q", 1.1), ("text q", 1.1), ("wheel_up", 1.15), ("down", 1.2)])
-    assert person.respond(TWO, 1.0) == KeyPress("down", 1.2)
+def _field(name: str) -> Ask:
+    return Ask(Scene(), {"backspace": "erase", "enter": "accept"}, task=Write(name), typing=True)
 
 
-def test_escape_is_always_told() -> None:
-    assert _person([("text x", 1.0), ("escape", 2.0)]).respond(TWO, 0.0) == KeyPress("escape", 2.0)
+def _scale(keys: Mapping[str, str], stimulus: str = "a", current: int | None = None, least_s: float = 0.0) -> Ask:
+    task = Rate("gloss", 1, 10, stimulus, current=current)
+    return Ask(Scene(), {**keys, "enter": "accept"}, task=task, least_s=least_s)
 
 
-def test_a_click_means_the_target_it_hits() -> None:
-    person = _person([("click_at 0,0", 1.0), ("click_at 51,-50", 1.1), ("click_at -50,-70", 1.2)])
-    assert person.respond(TWO, 0.5) == KeyPress("click first", 1.2)
+def _series(index: int) -> Ask:
+    task = Browse(("a", "b", "c"), index, frozenset({0, index}))
+    return Ask(Scene(), {"right": "next", "enter": "choose"}, task=task, least_s=0.1)
 
 
-def test_a_letter_is_its_key_where_keys_have_meanings_and_itself_where_words_are_typed() -> None:
-    presses = [("c", 1.0), ("text c", 1.0)]
-    assert _person(presses).respond(Ask(Scene(), {"c": "continue"}), 0.0).key == "c"
-    assert _person(presses).respond(TYPING, 0.0).key == "text c"
-    # A letter that opened a page of typing is not typed into it: it came before the page.
-    person = _person([("n", 1.0), ("text n", 1.0), ("text a", 2.0)])
-    assert person.respond(Ask(Scene(), {"n": "note"}), 0.0).key == "n"
-    assert person.respond(TYPING, 1.5).key == "text a"
+LEAST = replace(TWO, least_s=0.1)
+QUICK = replace(_field("age"), least_s=0.1)
+SIDES = Ask(Scene(), {"left": "first", "right": "second"})
+MENU = Ask(Scene(), {"escape": "continue", "c": "continue"}, least_s=0.1)
+NOTE = Ask(Scene(), {"n": "note"})
+ROWS = Ask(Scene(), {"down": "downwards", "enter": "2"}, task=Choose("hand", ("1", "2")), least_s=0.1)
+WHEEL, MOVED = {"wheel_up": "higher"}, {"right": "higher", "7": "7", "page_up": "7"}
+CLICK = "click_at 0,50"
+Presses = Sequence[tuple[str, float]]
+MOVES = ((None, "right", 1.01), (5, "right", 1.03), (6, "page_up", 1.2))
+# What is pressed and when; what is asked and since when, with the press that answers it; its time where that counts.
+ANSWERED: Mapping[str, tuple[Presses, Sequence[tuple[Ask, float, str, float | None]]]] = {
+    "what means nothing or came before the onset does not": (
+        [("up", 0.9), ("q", 1.1), ("text q", 1.1), ("wheel_up", 1.15), ("down", 1.2)],
+        [(TWO, 1.0, "down", 1.2)],
+    ),
+    "escape always does": ([("text x", 1.0), ("escape", 2.0)], [(TWO, 0.0, "escape", 2.0)]),
+    "a click means the target it hits": (
+        [("click_at 0,0", 1.0), ("click_at 51,-50", 1.1), ("click_at -50,-70", 1.2)],
+        [(TWO, 0.5, "click first", 1.2)],
+    ),
+    "a letter is its key": ([("n", 1.0), ("text n", 1.0)], [(NOTE, 0.0, "n", 1.0)]),
+    "or itself where words are typed": ([("c", 1.0), ("text c", 1.0)], [(TYPING, 0.0, "text c", 1.0)]),
+    "a letter that opened a page of typing is not typed into it": (
+        [("n", 1.0), ("text n", 1.0), ("text a", 2.0)],
+        [(NOTE, 0.0, "n", 1.0), (TYPING, 1.5, "text a", 2.0)],
+    ),
+    "a key held down answers one trial": (
+        [("up", 1.0), ("again up", 2.0), ("again up", 2.1), ("down", 3.0)],
+        [(TWO, 0.5, "up", 1.0), (TWO, 1.5, "down", 3.0)],
+    ),
+    "backspace may be held, and a scale's arrows": (
+        [("backspace", 1.0), ("again backspace", 1.1), ("right", 2.0), ("again right", 2.1)],
+        [(TYPING, 0.0, "backspace", 1.0), (TYPING, 1.05, "backspace", 1.1)]
+        + [(SCALE, 1.5, "right", 2.0), (SCALE, 2.05, "right", 2.1)],
+    ),
+    "an arrow held since another question does not move the scale": (
+        [("left", 1.0), ("again left", 2.0), ("again left", 2.1), ("right", 2.2)],
+        [(SIDES, 0.0, "left", 1.0), (SCALE, 1.5, "right", 2.2)],
+    ),
+    "nor does the second press of an arrow that answered": (
+        [("left", 1.2), ("left", 1.26), ("right", 1.5)],
+        [
+            (replace(SIDES, least_s=0.1), 1.0, "left", 1.2),
+            (_scale({"right": "higher"}, least_s=0.1), 1.25, "right", 1.5),
+        ],
+    ),
+    "the second click of a double click answers nothing": (
+        [(CLICK, 1.0), (CLICK, 1.0 + DOUBLE_S / 2), (CLICK, 2.0)],
+        [(TWO, 0.5, "click second", 1.0), (TWO, 1.05, "click second", 2.0)],
+    ),
+    "the same key answers again after a quarter of a second": (
+        [("up", 1.2), ("up", 1.3), ("up", 1.46)],
+        [(LEAST, 1.0, "up", 1.2), (LEAST, 1.25, "up", 1.46)],
+    ),
+    "what is typed faster than it is drawn counts from the onset on": (
+        [("text a", 1.0), ("text b", 1.01), ("text c", 1.02), ("text d", 3.0)],
+        [(_field("age"), 0.9, "text a", 1.0), (_field("age"), 1.1, "text b", 1.1)]
+        + [(_field("age"), 1.2, "text c", 1.2), (_field("age"), 1.3, "text d", 3.0)],
+    ),
+    "what was typed before the next field is not typed into it": (
+        [("enter", 1.0), ("text b", 1.01), ("enter", 1.02), ("text c", 3.0)],
+        [(_field("age"), 0.9, "enter", 1.0), (_field("name"), 1.1, "text c", 3.0)],
+    ),
+    "nor where the same is asked again": (
+        [("enter", 1.0), ("text b", 1.01), ("text c", 3.0)],
+        [(_field("age"), 0.9, "enter", 1.0), (_field("age"), 1.1, "text c", 3.0)],
+    ),
+    "every step of the wheel moves the scale but none the next one": (
+        [("wheel_up", 1.0), ("wheel_up", 1.0), ("enter", 1.5), ("wheel_up", 1.5), ("enter", 4.0)],
+        [(_scale(WHEEL), 0.9, "wheel_up", 1.0), (_scale(WHEEL), 1.1, "wheel_up", 1.1)]
+        + [(_scale(WHEEL), 1.2, "enter", 1.5), (_scale(WHEEL, "b"), 1.6, "enter", 4.0)],
+    ),
+    "escape opens the menu whenever it was pressed, but a second one does not close it": (
+        [("escape", 0.9), ("escape", 1.05), ("c", 1.5)],
+        [(LEAST, 1.0, "escape", None), (MENU, 1.01, "c", 1.5)],
+    ),
+    "typing is as fast as one likes": (
+        [("text 4", 1.01), ("text 2", 1.03), ("enter", 1.05)],
+        [(QUICK, 1.0, "text 4", None), (QUICK, 1.02, "text 2", None), (QUICK, 1.06, "enter", None)],
+    ),
+    "so is moving a marker": (
+        [("right", 1.01), ("right", 1.03), ("page_up", 1.2), ("page_up", 1.22), ("enter", 1.24)],
+        [(_scale(MOVED, current=at, least_s=0.1), 1.0, key, s) for at, key, s in MOVES]
+        + [(_scale(MOVED, current=7, least_s=0.1), 1.21, "page_up", 1.22)]
+        + [(_scale(MOVED, current=7, least_s=0.1), 1.23, "enter", 1.24)],
+    ),
+    "and going down a list": (
+        [("down", 1.01), ("down", 1.03), ("enter", 1.05)],
+        [(ROWS, 1.0, "down", None), (ROWS, 1.02, "down", None), (ROWS, 1.06, "enter", None)],
+    ),
+    "leafing shows each picture for the least time, and the same key leafs on": (
+        [("right", 1.2), ("right", 1.25), ("right", 1.4)],
+        [(_series(0), 1.0, "right", 1.2), (_series(1), 1.22, "right", 1.4)],
+    ),
+}
 
 
-def test_a_key_held_down_answers_one_trial() -> None:
-    person = _person([("up", 1.0), ("again up", 2.0), ("again up", 2.1), ("down", 3.0)])
-    assert person.respond(TWO, 0.5).key == "up"
-    assert person.respond(TWO, 1.5) == KeyPress("down", 3.0)
-
-
-def test_backspace_and_a_scale_s_arrows_may_be_held() -> None:
-    person = _person([("backspace", 1.0), ("again backspace", 1.1), ("right", 2.0), ("again right", 2.1)])
-    assert [person.respond(TYPING, 0.0), person.respond(TYPING, 1.05)] == [
-        KeyPress("backspace", 1.0),
-        KeyPress("backspace", 1.1),
-    ]
-    assert [person.respond(SCALE, 1.5).time_s, person.respond(SCALE, 2.05).time_s] == [2.0, 2.1]
-
-
-def test_an_arrow_held_since_another_question_does_not_move_the_scale() -> None:
-    sides = Ask(Scene(), {"left": "first", "right": "second"})
-    person = _person([("left", 1.0), ("again left", 2.0), ("again left", 2.1), ("right", 2.2)])
-    assert person.respond(sides, 0.0).key == "left"
-    assert person.respond(SCALE, 1.5) == KeyPress("right", 2.2)
-
-
-def test_the_second_click_of_a_double_click_answers_nothing() -> None:
-    person = _person([("click_at 0,50", 1.0), ("click_at 0,50", 1.0 + DOUBLE_S / 2), ("click_at 0,50", 2.0)])
-    assert person.respond(TWO, 0.5).time_s == 1.0
-    assert person.respond(TWO, 1.05) == KeyPress("click second", 2.0)
+@pytest.mark.parametrize("what", ANSWERED)
+def test_which_presses_answer(what: str) -> None:
+    presses, asked = ANSWERED[what]
+    person = _person(presses)
+    for ask, onset_s, key, time_s in asked:
+        answer = person.respond(ask, onset_s)
+        assert (answer.key, time_s if time_s is None else answer.time_s) == (key, time_s)
 
 
 def test_the_mouse_points_only_while_something_can_be_clicked() -> None:
@@ -112,45 +181,6 @@ def test_the_mouse_points_no_longer_when_the_window_was_closed() -> None:
     with pytest.raises(IndexError):
         _person([], mouse).respond(TWO, 0.0)
     assert mouse.wanted == [(True, False), (False, False)]
-
-
-def _field(name: str) -> Ask:
-    return Ask(Scene(), {"backspace": "erase", "enter": "accept"}, task=Write(name), typing=True)
-
-
-def test_what_is_typed_faster_than_it_is_drawn_is_not_lost() -> None:
-    """Characters that waited while the page was drawn again count, from its onset on."""
-    person = _person([("text a", 1.0), ("text b", 1.01), ("text c", 1.02), ("text d", 3.0)])
-    presses = [person.respond(_field("age"), onset_s) for onset_s in (0.9, 1.1, 1.2, 1.3)]
-    assert presses == [
-        KeyPress("text a", 1.0),
-        KeyPress("text b", 1.1),
-        KeyPress("text c", 1.2),
-        KeyPress("text d", 3.0),
-    ]
-
-
-def test_what_was_typed_before_the_next_field_is_not_typed_into_it() -> None:
-    person = _person([("enter", 1.0), ("text b", 1.01), ("enter", 1.02), ("text c", 3.0)])
-    assert person.respond(_field("age"), 0.9).key == "enter"
-    assert person.respond(_field("name"), 1.1) == KeyPress("text c", 3.0)
-    # Nor where the same is asked again.
-    person = _person([("enter", 1.0), ("text b", 1.01), ("text c", 3.0)])
-    assert person.respond(_field("age"), 0.9).key == "enter"
-    assert person.respond(_field("age"), 1.1) == KeyPress("text c", 3.0)
-
-
-def test_every_step_of_the_wheel_moves_the_scale_but_none_the_next_one() -> None:
-    def scale(stimulus: str) -> Ask:
-        keys = {"wheel_up": "higher", "enter": "accept"}
-        return Ask(Scene(), keys, task=Rate("gloss", 1, 10, stimulus))
-
-    person = _person([("wheel_up", 1.0), ("wheel_up", 1.0), ("enter", 1.5), ("wheel_up", 1.5), ("enter", 4.0)])
-    assert [person.respond(scale("a"), onset_s).time_s for onset_s in (0.9, 1.1, 1.2)] == [1.0, 1.1, 1.5]
-    assert person.respond(scale("b"), 1.6) == KeyPress("enter", 4.0)
-
-
-LEAST = replace(TWO, least_s=0.1)
 
 
 def _why(press: KeyPress) -> list[tuple[str, float, str]]:
@@ -180,23 +210,10 @@ def test_a_least_response_time_of_nothing_still_refuses_what_was_before_and_doub
     assert [why for *_, why in _why(answer)] == ["double", "double"]
 
 
-def test_the_same_key_answers_again_after_a_quarter_of_a_second() -> None:
-    person = _person([("up", 1.2), ("up", 1.3), ("up", 1.46)])
-    assert person.respond(LEAST, 1.0).time_s == 1.2
-    assert person.respond(LEAST, 1.25).time_s == 1.46
-
-
 def test_a_held_key_is_recorded_once() -> None:
     person = _person([("up", 1.2), *[("again up", 1.3 + number / 30) for number in range(60)], ("down", 4.0)])
     person.respond(LEAST, 1.0)
     assert _why(person.respond(LEAST, 1.25)) == [("up", 0.05, "held")]
-
-
-def test_escape_opens_the_menu_whenever_it_was_pressed_but_a_second_one_does_not_close_it() -> None:
-    person = _person([("escape", 0.9), ("escape", 1.05), ("c", 1.5)])
-    assert person.respond(LEAST, 1.0).key == "escape"
-    menu = Ask(Scene(), {"escape": "continue", "c": "continue"}, least_s=0.1)
-    assert person.respond(menu, 1.01) == KeyPress("c", 1.5)
 
 
 def test_a_gamepad_s_button_and_a_click_follow_the_same_rule() -> None:
@@ -206,42 +223,6 @@ def test_a_gamepad_s_button_and_a_click_follow_the_same_rule() -> None:
     answer = person.respond(LEAST, 1.0)
     assert answer.key == "click first"
     assert _why(answer) == [("click second", -0.01, "before"), ("click second", 0.04, "early")]
-
-
-def test_typing_and_moving_are_as_fast_as_one_likes() -> None:
-    field = replace(_field("age"), least_s=0.1)
-    person = _person([("text 4", 1.01), ("text 2", 1.03), ("enter", 1.05)])
-    assert [person.respond(field, onset_s).key for onset_s in (1.0, 1.02, 1.06)] == ["text 4", "text 2", "enter"]
-
-    def scale(current: int | None) -> Ask:
-        keys = {"right": "higher", "7": "7", "page_up": "7", "enter": "accept"}
-        return Ask(Scene(), keys, task=Rate("gloss", 1, 10, "a", current=current), least_s=0.1)
-
-    person = _person([("right", 1.01), ("right", 1.03), ("page_up", 1.2), ("page_up", 1.22), ("enter", 1.24)])
-    times_s = [person.respond(scale(current), 1.0).time_s for current in (None, 5, 6)]
-    assert times_s == [1.01, 1.03, 1.2]
-    assert [person.respond(scale(7), 1.21).time_s, person.respond(scale(7), 1.23).time_s] == [1.22, 1.24]
-
-    rows = Ask(Scene(), {"down": "downwards", "enter": "2"}, task=Choose("hand", ("1", "2")), least_s=0.1)
-    person = _person([("down", 1.01), ("down", 1.03), ("enter", 1.05)])
-    assert [person.respond(rows, onset_s).key for onset_s in (1.0, 1.02, 1.06)] == ["down", "down", "enter"]
-
-
-def test_an_arrow_that_answered_does_not_move_the_scale_that_follows_by_its_second_press() -> None:
-    sides = Ask(Scene(), {"left": "first", "right": "second"}, least_s=0.1)
-    person = _person([("left", 1.2), ("left", 1.26), ("right", 1.5)])
-    assert person.respond(sides, 1.0).key == "left"
-    assert person.respond(replace(SCALE, task=Rate("gloss", 1, 10), least_s=0.1), 1.25) == KeyPress("right", 1.5)
-
-
-def test_leafing_shows_each_picture_for_the_least_time_and_the_same_key_leafs_on() -> None:
-    def series(index: int) -> Ask:
-        keys = {"right": "next", "enter": "choose"}
-        return Ask(Scene(), keys, task=Browse(("a", "b", "c"), index, frozenset({0, index})), least_s=0.1)
-
-    person = _person([("right", 1.2), ("right", 1.25), ("right", 1.4)])
-    assert person.respond(series(0), 1.0).time_s == 1.2
-    assert person.respond(series(1), 1.22).time_s == 1.4
 
 
 def test_a_question_like_the_one_before_is_not_answered_by_what_waited() -> None:

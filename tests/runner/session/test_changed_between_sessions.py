@@ -55,7 +55,10 @@ def run_by_a_person(study: Study, *more: str) -> Any:
     return study.cyclopean("run", study.experiment, "--observer", "02", "--results", study.results, *more, expect=2)
 
 
-@pytest.mark.parametrize("what", CHANGES)
+@pytest.mark.parametrize(
+    "what",
+    [pytest.param(what, marks=[] if what in ("display", "stimuli") else pytest.mark.nightly) for what in CHANGES],
+)
 def test_what_changed_is_named_and_refused(by_people: Study, what: str) -> None:
     file, old, new, name = CHANGES[what]
     (log,) = session_files(by_people.results)

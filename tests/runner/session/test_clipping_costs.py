@@ -135,14 +135,7 @@ CHANGES: dict[str, Callable[[Study], None]] = {
 }
 
 
-# The rest is the same for every part of what costs depend on.
-HERE = ("crosstalk and lift", "primary", "aperture", "picture")
-
-
-@pytest.mark.parametrize(
-    "change",
-    [pytest.param(CHANGES[name], id=name, marks=[] if name in HERE else pytest.mark.nightly) for name in CHANGES],
-)
+@pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
 def test_all_is_computed_again_where_anything_that_it_depends_on_changed(
     study: Study, change: Callable[[Study], None]
 ) -> None:
@@ -166,7 +159,6 @@ def test_on_an_uneven_panel_the_places_count_and_on_an_even_one_they_do_not(stud
     assert described == _slow(study)
 
 
-@pytest.mark.nightly
 def test_what_an_anaglyph_s_filters_pass_counts(study: Study) -> None:
     _anaglyph(study)
     _opened(study)

@@ -3,36 +3,24 @@
 from __future__ import annotations
 
 import hashlib
-import importlib.metadata
 import json
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
+from typing import Any
 
 import pytest
-from click.testing import CliRunner
 from filelock import FileLock
 
 from analysis.errors import ResultsError
 from analysis.records import check_seal, read_seal
 from documents import InputError
-from runner.cli.main import group
 from runner.reports import ReportOptions, report_results
 from runner.session import seal_results, simulate
 
 
-@pytest.fixture(scope="module", autouse=True)
-def packages() -> Iterator[None]:
-    """Read once what is installed, which each seal lists."""
-    held = [SimpleNamespace(name=one.name, version=one.version) for one in importlib.metadata.distributions()]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(importlib.metadata, "distributions", lambda: held)
-        yield
-
-
 @pytest.fixture(scope="module")
-def recorded(tmp_path_factory: pytest.TempPathFactory, unseen: None) -> Path:
+def recorded(tmp_path_factory: pytest.TempPathFactory, unseen: None, packages: None) -> Path:
     results = tmp_path_factory.mktemp("recorded") / "results"
     simulate("experiments/dynamic_range.yaml", "configs/observers/table_4_4.yaml", 2, results=results)
     return results
@@ -141,10 +129,8 @@ def test_a_damaged_seal_is_refused(results: Path, text: str) -> None:
         check_seal(results)
 
 
-def test_the_command_prints_what_to_cite(results: Path) -> None:
-    done = CliRunner().invoke(group, ["seal", str(results)])
-    assert done.exit_code == 0, done.output
+def test_the_command_prints_what_to_cite(results: Path, cyclopean: Callable[..., Any]) -> None:
+    done = cyclopean("seal", results).stdout
     digest = hashlib.sha256((results / "seal.json").read_bytes()).hexdigest()
-    assert digest in done.output
-    again = CliRunner().invoke(group, ["seal", str(results), "--replace", "--json"])
-    assert json.loads(again.output)["replaces"] == digest
+    assert digest in done
+    assert json.loads(cyclopean("seal", results, "--replace", "--json").stdout)["replaces"] == digest

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import json
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -25,17 +23,8 @@ needs_cryptography = pytest.mark.skipif(
 Command = Callable[..., Any]  # tests/conftest.py
 
 
-@pytest.fixture(scope="module", autouse=True)
-def packages() -> Iterator[None]:
-    """Read once what is installed, which each seal lists."""
-    held = [SimpleNamespace(name=one.name, version=one.version) for one in importlib.metadata.distributions()]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(importlib.metadata, "distributions", lambda: held)
-        yield
-
-
 @pytest.fixture(scope="module")
-def recorded(tmp_path_factory: pytest.TempPathFactory, unseen: None) -> Path:
+def recorded(tmp_path_factory: pytest.TempPathFactory, unseen: None, packages: None) -> Path:
     results = tmp_path_factory.mktemp("recorded") / "results"
     simulate("experiments/dynamic_range.yaml", "configs/observers/table_4_4.yaml", 1, results=results)
     return results

@@ -44,9 +44,8 @@ def test_a_late_frame_is_counted_once_and_each_refresh_that_it_missed() -> None:
     assert (summary.frames, summary.median_ms, summary.longest_ms, summary.p99_ms) == (100, 10.0, 31.0, 20.0)
     assert (summary.late, summary.missed) == (2, 1 + 2)
     _, counts, *_ = explain(summary, True)
-    assert counts == (
-        "2 of 100 frames came late, by a refresh or more; 3 of 103 refreshes showed the frame before them again."
-    )
+    assert "2 of 100 frames came late" in counts
+    assert "3 of 103 refreshes" in counts
     assert IntervalSummary.of([16.7]).missed == 0
 
 
@@ -172,7 +171,7 @@ def test_check_tells_what_a_record_says_and_whether_it_is_of_this_rig(study: Stu
     for facts in json.loads(_check(study.folder / "rig.yaml", study.experiment).stdout):
         assert facts["onsets"] == NOT_VERIFIED
         messages = [warning["message"] for warning in facts["warnings"]]
-        assert any("measured in the mode 'flat', not 'side-by-side'" in message for message in messages)
+        assert any("'flat', not 'side-by-side'" in message for message in messages)
 
 
 def test_check_and_run_refuse_a_missing_and_a_wrong_record(study: Study) -> None:

@@ -60,7 +60,7 @@ def test_choices_of_a_new_study_are_scored_by_the_quality_that_is_asked(tmp_path
     assert all(level.score is not None for level in series.levels)
 
 
-@pytest.mark.parametrize("fit", [None, False])
+@pytest.mark.parametrize("fit", [None, pytest.param(False, marks=pytest.mark.nightly)])
 def test_pictures_of_several_sizes_are_brought_to_one_or_warned_of(tmp_path: Path, fit: bool | None) -> None:
     folder = draw_flat(tmp_path / "photos", ("small",), (60, 40))
     draw_flat(folder, ("large",), (240, 160))
@@ -98,11 +98,8 @@ def test_pictures_are_compared_with_a_reference(tmp_path: Path, kind: Kind, refe
     assert summarise_series(read_results(tmp_path / "results")).weight == "similarity"
 
 
-FEW = ("flat", "side-by-side-half", "checkerboard", "anaglyph-red-cyan")  # the other modes: make stress
-
-
 @pytest.mark.parametrize(
-    "mode", [mode if mode in FEW else pytest.param(mode, marks=pytest.mark.stress) for mode in MODES]
+    "mode", [pytest.param(mode, marks=[] if mode == "side-by-side-half" else pytest.mark.nightly) for mode in MODES]
 )
 def test_sizes_and_modes(tmp_path: Path, mode: str) -> None:
     folder = draw_flat(tmp_path / "photos", ("small",), (16, 16))
