@@ -17,13 +17,18 @@ from analysis.bootstrap.confidence_intervals import Kind, intervals
 from analysis.bootstrap.replicates import Name, Quantity, Replicates, resample_counts
 from analysis.classes.multiplicity import Adjust, corrected, two_sided_p
 from analysis.comparisons.comparisons import Comparisons, from_arrays
+from analysis.errors import ResultsError
 from analysis.power.plan import Plan
 from analysis.power.studies import analyse, widths
 from analysis.report.estimate import estimate_scores
+from analysis.scaling.counts import Counts
 from analysis.scaling.fitting import fit
 from analysis.scaling.laplacian import contrast_variances
+from analysis.scaling.laws import LAWS, Model
+from analysis.scaling.newton import maximise
 from analysis.scaling.profile import profiles_of
 from analysis.scaling.result import CovarianceChoice, CovarianceKind, Fit, Method
+from analysis.scaling.scores import score
 from analysis.scaling.separation import strong_groups
 
 Floats = NDArray[np.float64]
@@ -32,7 +37,7 @@ Indices = NDArray[np.intp]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Design:
-    """``observers`` who compare n items with strengths ``theta`` (n,), in nats.
+    """``observers`` who compare n items with strengths ``theta`` (n,), in nats, or the units of ``law``.
 
     Attributes
     ----------
@@ -43,6 +48,9 @@ class Design:
     share
         Share (0 to 1) of pairs that each observer answers, drawn for each; or shares that differ between the
         observers, evenly from the first of two numbers to the second.
+    law, k, order
+        By which law they answer and are analysed, its parameter, and what being shown first adds, at random for each
+        answer; None where no order is noted.
     """
 
     theta: Floats
@@ -50,21 +58,53 @@ class Design:
     observer_sd: Floats | float = 0.0
     camps: Floats | float = 0.0
     share: float | tuple[float, float] = 1.0
+    law: Model = "bradley-terry"
+    k: float = 0.0
+    order: float | None = None
 
     def truth(self) -> Floats:
-        """Return what endless observers would give, shape (n,), in nats, with mean 0."""
-        from scipy.special import expit
-
+        """Return what endless observers would give, shape (n,), with mean 0."""
         difference = self.theta[:, None] - self.theta[None, :]
         camps = np.broadcast_to(self.camps, self.theta.shape)
         off = camps[:, None] - camps[None, :]
         variance = np.broadcast_to(self.observer_sd, self.theta.shape) ** 2
         reach = np.sqrt(variance[:, None] + variance[None, :])
         nodes, weights = np.polynomial.hermite_e.hermegauss(60)
-        each = [(expit((difference + side * off)[..., None] + reach[..., None] * nodes) * weights) for side in (-1, 1)]
-        mean = (each[0] + each[1]).sum(axis=2) / (2 * weights.sum())
-        np.fill_diagonal(mean, 0)
-        return fit(mean).theta
+        apart = (np.stack([difference + side * off for side in (-1, 1)])[..., None] + reach[..., None] * nodes) + (
+            self.order or 0.0
+        )
+        chances = LAWS[self.law].probabilities(apart, self.k)
+        mean = [(part * weights).sum(axis=(0, 3)) / (2 * weights.sum()) for part in chances]
+        first, second = np.nonzero(~np.eye(len(self.theta), dtype=bool))
+        counts = Counts(len(self.theta), first, second, *(part[first, second][None] for part in mean), ordered=True)
+        return maximise(counts if self.order is not None else counts.without_order(), LAWS[self.law]).theta[0]
+
+    def tables(self, count: int, seed: int) -> Iterator[Comparisons]:
+        """Yield the answers of ``count`` simulated studies by any law; each observer answers every pair once."""
+        random = np.random.default_rng(seed)
+        n, people = len(self.theta), self.observers
+        first, second = np.triu_indices(n, 1)
+        for _ in range(count):
+            side = random.choice([-1.0, 1.0], (people, 1))
+            own = self.theta + random.normal(0, 1, (people, n)) * self.observer_sd + side * self.camps
+            shown = np.where(random.random((people, len(first))) < 0.5, 1, -1)
+            apart = own[:, first] - own[:, second] + shown * (self.order or 0.0)
+            won, lost, _ = LAWS[self.law].probabilities(apart, self.k)
+            drawn = random.random(won.shape)
+            better, tied = drawn < won, drawn >= won + lost
+            asked = random.random(won.shape) < np.linspace(*np.broadcast_to(self.share, 2), people)[:, None]
+            observer, pair = np.nonzero(asked)
+            ahead = better[observer, pair] | tied[observer, pair]
+            yield from_arrays(
+                tuple(f"item {item:03d}" for item in range(n)),
+                tuple(f"{person:04d}" for person in range(people)),
+                winner=np.where(ahead, first[pair], second[pair]),
+                loser=np.where(ahead, second[pair], first[pair]),
+                observer=observer,
+                count=np.ones(len(observer)),
+                winner_was_first=((shown[observer, pair] > 0) == ahead).astype(np.int8),
+                tie=tied[observer, pair],
+            )
 
     def studies(self, count: int, seed: int) -> Iterator[Floats]:
         """Yield the counts of each observer, shape (observers, n, n), of ``count`` simulated studies."""
@@ -175,7 +215,8 @@ def decisions(
     first, second = np.triu_indices(n, 1)
     apart = truth[first] - truth[second]
     log10 = (truth - np.logaddexp.reduce(truth)) / np.log(10)
-    outcomes = _alike if design.share == 1.0 and adjust != "maxz" else _one_by_one
+    plain = design.law == "bradley-terry" and design.order is None
+    outcomes = _by_law if not plain else _alike if design.share == 1.0 and adjust != "maxz" else _one_by_one
     found = outcomes(design, studies, covariance, adjust, alpha, seed)
     equal = np.abs(apart) < 1e-9
     false = (found.significant & equal).any(axis=1)
@@ -239,6 +280,40 @@ def _one_by_one(
                 ends[:, 1],
             )
         )
+    return _Outcomes(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+def _by_law(
+    design: Design, studies: int, covariance: CovarianceChoice, adjust: Adjust, alpha: float, seed: int
+) -> _Outcomes:
+    """As `scores` does it by another law, or with an order effect; without log scores."""
+    n = len(design.theta)
+    first, second = np.triu_indices(n, 1)
+    truth, ordered = design.truth(), design.order is not None
+    apart = truth[first] - truth[second]
+    rows: list[tuple[Floats, ...]] = []
+    for answers in design.tables(studies, seed):
+        try:
+            found = score(
+                answers,
+                design.law,
+                alpha=alpha,
+                adjust=adjust,
+                method="auto",
+                order_effect=ordered,
+                covariance=covariance,
+            )
+        except ResultsError:  # such as a law with ties, where nobody gave one
+            continue
+        fitted, classes = found.fit, found.classes
+        if fitted.separation is not None or classes is None or not fitted.converged:
+            continue
+        net = np.zeros((design.observers, n, n))
+        np.add.at(net, (answers.observer, answers.winner, answers.loser), answers.count)
+        direct = _signs(net[None, :, first, second], net[None, :, second, first], alpha, adjust)[0]
+        difference = fitted.theta[first] - fitted.theta[second]
+        none = np.full(n, np.nan)
+        rows.append((classes.pair_p <= alpha, direct, difference, _missed_by(fitted, apart), none, none))
     return _Outcomes(*(np.array(column) for column in zip(*rows, strict=True)))
 
 

@@ -20,6 +20,7 @@ from analysis.factors.terms import Coding, Term, main_term
 from analysis.factors.values import FactorOptions, Value, read_factors
 from analysis.scaling.counts import Answers, Counts, count_pairs
 from analysis.scaling.fitting import DEFAULT_PRIOR_SD
+from analysis.scaling.jeffreys import Jeffreys
 from analysis.scaling.profile import Profiles
 from analysis.scaling.separation import compared_groups
 from documents import Finding, one_blas_thread
@@ -191,7 +192,8 @@ def _to_beta(terms: Sequence[Term], fit: TermsFit) -> Floats:
 def _profiles(counts: Counts, terms: Sequence[Term], fit: TermsFit) -> Profiles:
     """Return the profiles of all effects, with the model's variance."""
     contrasts = _block_diagonal([term.contrasts for term in terms]) @ _to_beta(terms, fit) @ fit.basis.T
-    return Profiles(counts, fit.theta, contrasts, np.ones(len(contrasts)), None, fit.basis)
+    likelihood = Jeffreys(counts, basis=fit.basis)
+    return Profiles(likelihood, fit.theta, contrasts, np.ones(len(contrasts)), None)
 
 
 def _effects(

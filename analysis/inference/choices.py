@@ -39,11 +39,11 @@ from analysis.inference.differences import check_fitted
 from analysis.inference.left_out import LeftOut, left_out
 from analysis.scaling.clustered import of_contributions
 from analysis.scaling.counts import Answers
+from analysis.scaling.jeffreys import Jeffreys
 from analysis.scaling.laplacian import pair_variances
 from analysis.scaling.laws import LAWS, MODELS, Model
-from analysis.scaling.newton import Point, joint_covariance, maximise
-from analysis.scaling.penalty import FIRTH
-from analysis.scaling.profile import exchange_p, profiled, scaled, signed_roots, wins_by_observer
+from analysis.scaling.newton import Point, joint_covariance
+from analysis.scaling.profile import exchange_p, penalised_top, profiled, scaled, signed_roots, wins_by_observer
 from analysis.scaling.result import CovarianceKind
 from analysis.scaling.sandwich import Contributions, contributions
 from analysis.scaling.scores import Scores
@@ -289,7 +289,7 @@ def multiverse(
     for model in laws:
         case = left_out(comparisons, model, part, order_effect=scores.fit.counts.ordered)
         point, done = case.fitted(np.zeros(len(case.why), dtype=np.bool_))
-        inverses, roots = _inverses(case, point, done), _roots(case, done)
+        inverses, roots = _inverses(case, point, done), _roots(case, point, done)
         for row in range(len(case.why) if people > 1 else 1):
             if not done[row]:
                 why = case.why[row] or "the fit did not converge"
@@ -366,12 +366,16 @@ def _inverses(case: LeftOut, point: Point, done: NDArray[np.bool_]) -> dict[int,
     return dict(zip(rows.tolist(), joint, strict=True))
 
 
-def _roots(case: LeftOut, done: NDArray[np.bool_]) -> dict[int, Floats]:
+def _roots(case: LeftOut, point: Point, done: NDArray[np.bool_]) -> dict[int, Floats]:
     """Return the signed roots of all pairs in each row that was fitted; none where tests are by standard errors."""
     counts = case.counts.select(done)
-    if not done.any() or not profiled(counts, case.model):
+    if not done.any() or not profiled(counts):
         return {}
-    roots = signed_roots(counts, maximise(counts, penalty=FIRTH).theta)
+    likelihood = Jeffreys(counts, LAWS[case.model])
+    parts = [point.theta, point.k, point.order]
+    own = [True, likelihood.law.parameter is not None, counts.ordered]
+    start = np.hstack([part[done] for part, there in zip(parts, own, strict=True) if there])
+    roots = signed_roots(likelihood, penalised_top(likelihood, start))
     return dict(zip(np.flatnonzero(done).tolist(), roots, strict=True))
 
 

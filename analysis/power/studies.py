@@ -13,6 +13,7 @@ from analysis.classes.multiplicity import significant_pairs
 from analysis.power.plan import Interval, Plan
 from analysis.scaling.counts import Counts
 from analysis.scaling.deciding import verdicts
+from analysis.scaling.jeffreys import Jeffreys
 from analysis.scaling.laplacian import contrast_variances, pseudo_inverse, without_rounding
 from analysis.scaling.laws import probabilities
 from analysis.scaling.newton import maximise
@@ -94,9 +95,8 @@ class Studies:
         first, second = self.plan.pairs
         if len(self.plan.items) <= MOST_ITEMS_PROFILED:
             counts = self._counts
-            return scaled(
-                signed_roots(counts, maximise(counts, penalty=FIRTH, start=self.theta).theta, bounds), self.spread
-            )
+            top = maximise(counts, penalty=FIRTH, start=self.theta).theta
+            return scaled(signed_roots(Jeffreys(counts), top, bounds), self.spread)
         error = np.sqrt(contrast_variances(self.covariance)[:, first, second])
         apart = self.theta[:, first] - self.theta[:, second] - bounds
         return np.divide(apart, error, out=np.zeros_like(apart), where=error > 0)

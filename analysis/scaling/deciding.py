@@ -25,9 +25,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.scaling.counts import Counts
+from analysis.scaling.jeffreys import Jeffreys
 from analysis.scaling.laplacian import contrast_variances
 from analysis.scaling.laws import probabilities
-from analysis.scaling.profile import COARSE_STEP, differences_of, parts, penalised_top, scaled, signed_roots
+from analysis.scaling.profile import COARSE_STEP, climbed, differences_of, parts, scaled, signed_roots
 from analysis.scaling.shrinkage import pseudo_inverses
 from documents import count_work
 
@@ -56,7 +57,7 @@ def verdicts(counts: Counts, start: Floats, spread: Floats, differ: Verdicts) ->
     differ
         Says by |t| (K, P) of K of the sets (K,) which pairs differ, of no fewer where |t| are larger.
     """
-    bounds = _Bounds.of(counts, penalised_top(counts, start))
+    bounds = _Bounds.of(counts, climbed(Jeffreys(counts), start)[1])
     low, high = (scaled(root, spread) for root in bounds.wide())
     every = np.arange(len(low))
     sure, possible = differ(low, every), differ(high, every)
@@ -190,7 +191,7 @@ class _Bounds:
         count_work("profiles_climbed", int(chosen.sum()))
         some = np.asarray(chosen.any(axis=1))
         counts, own = self.counts.select(some), chosen[some]
-        roots = np.abs(signed_roots(counts, self.top[some], chosen=own, small=COARSE_STEP)[own])
+        roots = np.abs(signed_roots(Jeffreys(counts), self.top[some], chosen=own, small=COARSE_STEP)[own])
         return roots, roots
 
 

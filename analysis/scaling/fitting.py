@@ -16,11 +16,12 @@ from analysis.comparisons.comparisons import Comparisons
 from analysis.errors import ResultsError
 from analysis.scaling.clustered import ByObserver, by_observer
 from analysis.scaling.counts import Answers, Counts, count_pairs
+from analysis.scaling.jeffreys import Jeffreys
 from analysis.scaling.laplacian import for_equations
 from analysis.scaling.laws import LAWS, LOGISTIC, MODELS, Law, Model
 from analysis.scaling.newton import Maximum, joint_covariance, maximise
 from analysis.scaling.penalty import FIRTH, NO_PENALTY, Gaussian, Penalty
-from analysis.scaling.profile import wins_by_observer
+from analysis.scaling.profile import MOST_STEPS, climbed, wins_by_observer
 from analysis.scaling.result import (
     COVARIANCE_CHOICES,
     BatchFit,
@@ -42,6 +43,8 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 DEFAULT_PRIOR_SD = 2.0
+SETTLED = 1e-9  # a step of Fisher's scoring, whose slopes are exact to about 1e-10
+MOST_AT_START = 3.0  # of a tie parameter, where answers say that it is endless
 
 
 def fit(wins: Floats, *, method: Method = "ml", most_iterations: int | None = None) -> Fit:
@@ -177,8 +180,9 @@ def fit_model(
         ``bradley-terry`` [Bradley1952], ``davidson`` [Davidson1970] or ``rao-kupper`` [Rao1967] with ties, or
         ``thurstone``, Case V [Thurstone1927].
     method
-        ``ml``; ``firth``, for ``bradley-terry`` without an order effect; or ``map``, with a Gaussian prior on each
-        strength: the mode of the posterior, and the covariance from the curvature there.
+        ``ml``; ``firth``, with Jeffreys' prior, which keeps the strengths of all items that comparisons link finite;
+        or ``map``, with a Gaussian prior on each strength: the mode of the posterior, and the covariance from the
+        curvature there.
     prior_sd
         Standard deviation of that prior, in the units of the strengths.
     order_effect
@@ -199,7 +203,7 @@ def fit_model(
     Raises
     ------
     ResultsError
-        If there is no such model, it has no such method, no answer is a tie although the model is about ties, the
+        If there is no such model or method, no answer is a tie although the model is about ties, the
         prior is no positive number, the order was not noted, a covariance clustered by observer has fewer than two
         observers, or there is no such covariance.
 
@@ -223,7 +227,8 @@ def fit_model(
     if separation is not None:
         return _unfitted(counts, model, method, kind, prior, separation, left_out)
     penalty: Penalty = FIRTH if method == "firth" else Gaussian.of_sd(prior) if prior else NO_PENALTY
-    top = maximise(counts, law, penalty=penalty)
+    plain = law is LOGISTIC and not order_effect
+    top = maximise(counts, law, penalty=penalty) if plain or method != "firth" else _penalised(counts, law)
     joint = joint_covariance(counts, law, top.point, penalty)[0]
     clustered = None if kind == "model" else by_observer(kind, counts, answers, law, top.point, joint)
     wins = None if clustered is None else wins_by_observer(counts, answers)
@@ -241,6 +246,20 @@ def fit_model(
         ties_left_out=left_out,
         wins=wins,
     )
+
+
+def _penalised(counts: Counts, law: Law) -> Maximum:
+    """Return where the likelihood with Jeffreys' prior is largest by another law, or with an order effect."""
+    likelihood = Jeffreys(counts, law)
+    own = law.parameter is not None
+    start = np.zeros((1, likelihood.parameters))
+    if own:
+        start[:, counts.n] = np.clip(law.start(counts)[0], -MOST_AT_START, MOST_AT_START)
+    _, found, steps = climbed(likelihood, start, small=SETTLED)
+    theta, none = found[:, : counts.n], np.zeros((1, 1))
+    k, order = found[:, counts.n : counts.n + 1] if own else none, found[:, -1:] if counts.ordered else none
+    log_likelihood = law.log_likelihood(counts, counts.differences(theta, order), k).sum(axis=1)
+    return Maximum(theta, k, order, log_likelihood, steps, np.array(steps < MOST_STEPS))
 
 
 def _fitted(
@@ -334,10 +353,6 @@ def _check(comparisons: Comparisons, model: str, method: str, prior_sd: float, o
     if method not in get_args(ModelMethod):
         remedy = "expected one of: " + ", ".join(get_args(ModelMethod))
         raise ResultsError(Finding(f"there is no method '{method}'", remedy=remedy))
-    if method == "firth" and (model != "bradley-terry" or order_effect):
-        what = "Firth's method is for the Bradley-Terry model without an order effect"
-        leave = ", or leave the order effect out" if order_effect and model == "bradley-terry" else ""
-        raise ResultsError(Finding(what, remedy=f"use the method 'map'{leave}"))
     if method == "map" and not (np.isfinite(prior_sd) and prior_sd > 0):
         raise ResultsError(Finding(f"the prior's standard deviation is {prior_sd:g}", remedy="give one above zero"))
     if len(comparisons.items) < 2:

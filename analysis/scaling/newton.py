@@ -175,7 +175,7 @@ def joint_covariance(
     inverse = design.covariance(counts, slopes.dd, penalty.precision)
     if not (law.parameter or counts.ordered):
         return inverse
-    border, corner, _ = _border(counts, law, slopes)
+    border, corner, _ = border_of(counts, law, slopes)
     across = inverse @ border
     own = np.linalg.inv(corner - border.transpose(0, 2, 1) @ across)
     block = -across @ own
@@ -253,7 +253,7 @@ def _step(counts: Counts, law: Law, penalty: Penalty, design: Design, state: _St
     if not bordered:
         theta = design.solve(counts, weight, penalty.precision, gradient[:, :, None], ratio)[:, :, 0]
         return Point(theta, point.k, point.order)  # both 0, and stay so
-    border, corner, own = _border(counts, law, slopes)
+    border, corner, own = border_of(counts, law, slopes)
     right = np.concatenate([gradient[:, :, None], border], axis=2)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         solved = design.solve(counts, weight, penalty.precision, right - right.mean(axis=1, keepdims=True), ratio)
@@ -266,7 +266,7 @@ def _step(counts: Counts, law: Law, penalty: Penalty, design: Design, state: _St
     return Point(theta, k, further[:, -1] if counts.ordered else nothing)
 
 
-def _border(counts: Counts, law: Law, slopes: Slopes) -> tuple[Floats, Floats, Floats]:
+def border_of(counts: Counts, law: Law, slopes: Slopes) -> tuple[Floats, Floats, Floats]:
     """Return the information between θ and f further parameters (B, n, f), theirs (B, f, f), and their slope (B, f)."""
     dd, dk, kk, d, k = (part.sum(axis=1) for part in (slopes.dd, slopes.dk, slopes.kk, slopes.d, slopes.k))
     columns, own = [], []

@@ -26,11 +26,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.scaling.counts import Answers, Counts
+from analysis.scaling.jeffreys import Jeffreys
 from analysis.scaling.laplacian import contrast_variances
-from analysis.scaling.laws import LOGISTIC, Model
+from analysis.scaling.laws import LAWS, LOGISTIC
 from analysis.scaling.newton import maximise
 from analysis.scaling.penalty import FIRTH
-from analysis.scaling.separation import strong_groups
+from analysis.scaling.separation import LEVEL, drawn_apart
 
 if TYPE_CHECKING:
     from analysis.scaling.result import Fit
@@ -47,8 +48,9 @@ SMALL_STEP = 1e-6  # the likelihood is then exact to about its square
 COARSE_STEP = 0.02  # nats; what is left is far less, and the likelihood exact to about its square
 LONG_STEP = 0.5  # nats; only after longer ones is the likelihood compared
 SMALL_ROOT = 1e-8  # from the end of an interval, in standard deviations
+SHARES = (0.3, 1.5)
+TINY = 1e-300
 LEAST_WITHIN_ONE_SD = 0.1
-RIDGE = 1e-14
 FARTHEST = 30.0  # nats beyond which an interval has no end: a chance of 1 less 1e-13
 
 
@@ -58,19 +60,16 @@ class Profiles:
 
     Attributes
     ----------
-    counts
-        One set of counts of Bradley and Terry's law.
+    likelihood
+        The penalised likelihood of one set of counts.
     start
-        Shape (n,): strengths near those of largest penalised likelihood.
+        Shape (n + f,): strengths and further parameters near those of largest penalised likelihood.
     contrasts
-        Shape (K, n): what of the strengths each is; its value is ``contrasts @ theta``, in nats.
+        Shape (K, n + f): what of the strengths each is; its value is ``contrasts @ x``, in the units of the strengths.
     spread
         Shape (K,): κ, how many times the model's variance the one by observers is; 1 for the model's.
     freedom
         Shape (K,): degrees of freedom; None for the model's variance.
-    basis
-        Shape (n, p): what the strengths are free to do, columns that are orthonormal and sum to 0; None if each item
-        has a strength of its own.
     unbounded
         Shape (K,): 1 where no answers bound the value from above, such as that of an item that never lost; -1 where
         none bound it from below; else 0.
@@ -79,22 +78,17 @@ class Profiles:
         every pair as often; else None.
     """
 
-    counts: Counts
+    likelihood: Jeffreys
     start: Floats
     contrasts: Floats
     spread: Floats
     freedom: Floats | None
-    basis: Floats | None = None
     unbounded: Floats | float = 0.0
     wins: Floats | None = None
 
     @cached_property
     def _restricted(self) -> _Restricted:
-        if self.basis is None:
-            top = maximise(self.counts, penalty=FIRTH, start=self.start[None]).theta
-        else:
-            top = _climbed(self.counts, self.start[None], None, self.basis)[1]
-        return _Restricted.of(self.counts, top, self.basis)
+        return _Restricted.of(self.likelihood, penalised_top(self.likelihood, self.start[None]))
 
     def by(self, spread: Floats, freedom: Floats) -> Profiles:
         """Return the profiles with another variance; what the likelihood alone says is not computed again."""
@@ -108,7 +102,7 @@ class Profiles:
         return self.at(0.0)
 
     def at(self, bound: Floats | float) -> Floats:
-        """Return t(δ), shape (K,), of the value ``bound`` in nats; positive where the value is above it."""
+        """Return t(δ), shape (K,), of the value ``bound``; positive where the value is above it."""
         none = np.zeros(len(self.contrasts), dtype=np.intp)
         bounds = np.broadcast_to(np.asarray(bound, dtype=np.float64), none.shape)
         return scaled(self._restricted.roots(none, self.contrasts, bounds)[0], self.spread)
@@ -128,7 +122,7 @@ class Profiles:
         return np.ones(len(self.spread)) if self.wins is None else exchange_p(self.wins[None])[0]
 
     def interval(self, level: float = 0.95) -> Floats:
-        """Return the ends of the profile intervals of the values in nats, shape (K, 2); ±inf where there is no end.
+        """Return the ends of the profile intervals of the values, shape (K, 2); ±inf where there is no end.
 
         Where the exchange of the two items refuses 0 at this level, it refuses all differences beyond 0 on that side
         too, which have still less chance of such answers: the interval then ends at 0. Where only Firth's term bounds
@@ -142,19 +136,20 @@ class Profiles:
         refused = self.exchanged <= 1 - level
         low = np.where(refused & (self.at_zero > 0), np.maximum(low, 0.0), low)
         high = np.where(refused & (self.at_zero < 0), np.minimum(high, 0.0), high)
-        low, high = np.where(self.unbounded < 0, -np.inf, low), np.where(self.unbounded > 0, np.inf, high)
         return np.stack([low, high], axis=1)
 
     def _ends(self, reach: Floats) -> Floats:
         """Return below and above where r(δ) is ±``reach``, shape (2, K): bracketed, then by Illinois's secants."""
-        restricted, number = self._restricted, len(reach)
+        restricted, number, n = self._restricted, len(reach), self.likelihood.counts.n
         contrasts, side = np.tile(self.contrasts, (2, 1)), np.repeat([-1.0, 1.0], number)
         reach, none = np.tile(reach, 2), np.zeros(2 * number, dtype=np.intp)
         along, apart, width = restricted.along(none, contrasts)
-        nat = 1 / np.ptp(along, axis=1)  # by what a value changes where no two strengths come a nat farther apart
+        # By what a value changes where no two strengths come a nat farther apart.
+        nat = self.likelihood.law.jnd / LOGISTIC.jnd / np.ptp(along[:, :n], axis=1)
         most = np.maximum(FARTHEST * nat - side * apart, nat)
         near, below = np.zeros(2 * number), -reach
-        far = np.where(reach > 0, np.minimum(reach * np.sqrt(width), most), np.inf)  # the Wald interval's
+        bounded = (reach > 0) & (side * np.broadcast_to(self.unbounded, (2, number)).ravel() <= 0)
+        far = np.where(bounded, np.minimum(reach * np.sqrt(width), most), np.inf)  # the Wald interval's
         above = np.full(2 * number, np.nan)
         end, theta = far.copy(), np.repeat(restricted.top, 2 * number, axis=0)
         left = np.flatnonzero(np.isfinite(far))
@@ -182,14 +177,13 @@ class Profiles:
 def profiles_of(fit: Fit) -> Profiles | None:
     """Return the profiles of a fit's differences, pairs i < j as in ``numpy.triu_indices``; None where there are none.
 
-    Tests are by standard errors for laws other than Bradley and Terry's, with an order effect, under a prior, for more
-    than 40 items, and where there is no fit.
+    Tests are by standard errors under a prior, for more than 40 items, and where there is no fit.
     """
     counts = fit.counts
-    if fit.method == "map" or not profiled(counts, fit.model) or fit.separation or not np.isfinite(fit.theta).all():
+    if why_by_standard_errors(fit) or fit.separation or not np.isfinite(fit.theta).all():
         return None
     first, second = pairs = np.triu_indices(counts.n, 1)
-    contrasts = differences_of(counts.n, first, second)
+    likelihood = Jeffreys(counts, LAWS[fit.model])
     if fit.clustered is None:
         spread, freedom, wins = np.ones(len(first)), None, None
     else:
@@ -197,31 +191,41 @@ def profiles_of(fit: Fit) -> Profiles | None:
         own, model = contrast_variances(found.covariance[0])[pairs], contrast_variances(found.model[0])[pairs]
         spread, freedom, wins = own / model, fit.pair_freedom, fit.wins_by_observer
     unbounded = _unbounded(fit, first, second) if fit.held_by_penalty else 0.0
-    return Profiles(counts, fit.theta, contrasts, spread, freedom, None, unbounded, wins)
+    start = np.r_[fit.theta, [parameter.estimate for parameter in fit.parameters]]
+    contrasts = differences_of(likelihood.parameters, first, second)
+    return Profiles(likelihood, start, contrasts, spread, freedom, unbounded, wins)
+
+
+def why_by_standard_errors(fit: Fit) -> str:
+    """Return why the items of a fit are tested by standard errors, in words; empty where they are not."""
+    if fit.method == "map":
+        return "under a prior"
+    return "" if profiled(fit.counts) else f"more than {MOST_ITEMS_PROFILED} items"
 
 
 def differences_of(n: int, first: Indices, second: Indices) -> Floats:
-    """Return the contrasts (K, n) of ``n`` strengths that are the differences of two items each."""
+    """Return the contrasts (K, n) of ``n`` parameters that are the differences of two items each."""
     contrasts, each = np.zeros((len(first), n)), np.arange(len(first))
     contrasts[each, first], contrasts[each, second] = 1, -1
     return contrasts
 
 
 def _unbounded(fit: Fit, first: Indices, second: Indices) -> Floats:
-    place = np.empty(fit.counts.n)
-    for number, group in enumerate(strong_groups(fit.counts.wins()[0])):
-        place[list(group)] = number
-    return np.asarray(np.sign(place[second] - place[first]))
+    away = drawn_apart(fit.counts, ties=LAWS[fit.model].parameter is not None)
+    apart = away[first] - away[second]
+    return np.where(np.abs(apart) > LEVEL, np.sign(apart), 0.0)
 
 
-def profiled(counts: Counts, model: Model) -> bool:
-    """Return whether the pairs of a law's ``counts`` are tested by profiles."""
-    return model == "bradley-terry" and not counts.ordered and counts.n <= MOST_ITEMS_PROFILED
+def profiled(counts: Counts) -> bool:
+    """Return whether the pairs of ``counts`` are tested by profiles."""
+    return counts.n <= MOST_ITEMS_PROFILED
 
 
-def penalised_top(counts: Counts, start: Floats) -> Floats:
-    """Return where B penalised likelihoods are largest, to about a millionth of a nat; shapes (B, n)."""
-    return _climbed(counts, start, None, None)[1]
+def penalised_top(likelihood: Jeffreys, start: Floats) -> Floats:
+    """Return where B penalised likelihoods are largest, from ``start``; shapes (B, n + f)."""
+    if likelihood.law is LOGISTIC and likelihood.basis is None and not likelihood.counts.ordered:
+        return maximise(likelihood.counts, penalty=FIRTH, start=start).theta
+    return climbed(likelihood, start)[1]
 
 
 def scaled(roots: Floats, spread: Floats) -> Floats:
@@ -230,7 +234,7 @@ def scaled(roots: Floats, spread: Floats) -> Floats:
 
 
 def signed_roots(
-    counts: Counts,
+    likelihood: Jeffreys,
     top: Floats,
     bounds: Floats | float = 0.0,
     *,
@@ -241,26 +245,26 @@ def signed_roots(
 
     Parameters
     ----------
-    counts
-        Without ties or order, the items linked by comparisons.
+    likelihood
+        Of counts by which the items are linked.
     top
-        Shape (B, n): the strengths that maximise the penalised likelihood.
+        Shape (B, n + f): the parameters that maximise it.
     bounds
-        Shape (B, P): δ of each pair i < j, in nats; or one of all.
+        Shape (B, P): δ of each pair i < j, in the units of the strengths; or one of all.
     chosen
         Shape (B, P): which are wanted; 0 is returned of the others.
     small
-        Steps below so many nats are the last.
+        Steps below so many units are the last.
     """
-    batch, n = top.shape
-    first, second = np.triu_indices(n, 1)
+    batch, size = top.shape
+    first, second = np.triu_indices(likelihood.counts.n, 1)
     chosen = np.ones((batch, len(first)), dtype=np.bool_) if chosen is None else chosen
     row, pair = np.nonzero(chosen)
     bounds = np.broadcast_to(np.asarray(bounds, dtype=np.float64), chosen.shape)[chosen]
-    restricted = _Restricted.of(counts, top, None)
+    restricted = _Restricted.of(likelihood, top)
     roots, found = np.zeros(chosen.shape), np.empty(len(row))
-    for own in parts(len(row), n * n):
-        contrasts = differences_of(n, first[pair[own]], second[pair[own]])
+    for own in parts(len(row), size * size):
+        contrasts = differences_of(size, first[pair[own]], second[pair[own]])
         found[own] = restricted.roots(row[own], contrasts, bounds[own], small=small)[0]
     roots[chosen] = found
     return roots
@@ -275,24 +279,23 @@ def parts(number: int, size: int, most: int = MOST_NUMBERS) -> Iterator[slice]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Restricted:
-    """What is largest of the penalised likelihoods of B sets of counts where the value of one contrast is given.
+    """What is largest of B penalised likelihoods where the value of one contrast is given.
 
-    ``top`` (B, n) are the strengths where they are largest of all, ``highest`` (B,), ``inverse`` (B, n, n) the
-    inverse information there.
+    ``top`` (B, n + f) are the parameters where they are largest of all, ``highest`` (B,), ``inverse`` the inverse
+    information there.
     """
 
-    counts: Counts
+    likelihood: Jeffreys
     top: Floats
     highest: Floats
     inverse: Floats
-    basis: Floats | None
 
     @classmethod
-    def of(cls, counts: Counts, top: Floats, basis: Floats | None) -> _Restricted:
-        return cls(counts, top, _objective(counts, top, basis), _inverse(counts, top, basis), basis)
+    def of(cls, likelihood: Jeffreys, top: Floats) -> _Restricted:
+        return cls(likelihood, top, likelihood.value(top), likelihood.inverse(top))
 
     def along(self, row: Indices, contrasts: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return of each of K contrasts how strengths change with its value (K, n), the value and its variance."""
+        """Return of each of K contrasts how parameters change with its value (K, n + f), the value and its variance."""
         along = (self.inverse[row] @ contrasts[:, :, None])[:, :, 0]
         width = (contrasts * along).sum(axis=1)
         return along / width[:, None], (contrasts * self.top[row]).sum(axis=1), width
@@ -305,108 +308,77 @@ class _Restricted:
         start: Floats | None = None,
         small: float = SMALL_STEP,
     ) -> tuple[Floats, Floats]:
-        """Return r(δ) of K contrasts (K, n), shape (K,), and the strengths, (K, n), that are likeliest at δ.
+        """Return r(δ) of K contrasts (K, n + f), shape (K,), and the parameters, (K, n + f), that are likeliest at δ.
 
-        ``start`` (K, n) are strengths to begin from, those of ``top`` where None; steps below ``small`` are the last.
+        ``start`` (K, n + f) are parameters to begin from, ``top`` where None; steps below ``small`` are the last.
         """
-        n = self.counts.n
-        roots, found = np.empty(len(row)), np.empty((len(row), n))
-        for own in parts(len(row), max(len(self.counts.first), n * n)):
-            theta = self.top[row[own]] if start is None else start[own]
-            roots[own], found[own] = self._block(row[own], contrasts[own], bounds[own], theta, small)
+        size = contrasts.shape[1]
+        roots, found = np.empty(len(row)), np.empty((len(row), size))
+        for own in parts(len(row), max(len(self.likelihood.counts.first), size * size)):
+            x = self.top[row[own]] if start is None else start[own]
+            roots[own], found[own] = self._block(row[own], contrasts[own], bounds[own], x, small)
         return roots, found
 
-    def _block(
-        self, row: Indices, contrasts: Floats, bounds: Floats, theta: Floats, small: float
-    ) -> tuple[Floats, Floats]:
+    def _block(self, row: Indices, contrasts: Floats, bounds: Floats, x: Floats, small: float) -> tuple[Floats, Floats]:
         along, value, _ = self.along(row, contrasts)
-        toward = bounds - (contrasts * theta).sum(axis=1)
-        start = theta + toward[:, None] * along
-        reached, theta = _climbed(_rows(self.counts, row), start, contrasts, self.basis, small)
-        return np.sign(value - bounds) * np.sqrt(np.maximum(2 * (self.highest[row] - reached), 0)), theta
+        start = x + (bounds - (contrasts * x).sum(axis=1))[:, None] * along
+        if self.likelihood.law.parameter is not None:  # which may have a bound
+            own = self.likelihood.counts.n
+            start[:, own] = x[:, own]
+        reached, x, _ = climbed(self.likelihood.rows(row), start, contrasts, small)
+        return np.sign(value - bounds) * np.sqrt(np.maximum(2 * (self.highest[row] - reached), 0)), x
 
 
-def _climbed(
-    counts: Counts, theta: Floats, contrasts: Floats | None, basis: Floats | None, small: float = SMALL_STEP
-) -> tuple[Floats, Floats]:
-    """Return the largest penalised likelihood (K,), and where, with the values of ``contrasts`` (K, n) as they are."""
-    highest, found = np.empty(len(theta)), np.empty_like(theta)
-    active = np.arange(len(theta))
+def climbed(
+    likelihood: Jeffreys, x: Floats, contrasts: Floats | None = None, small: float = SMALL_STEP
+) -> tuple[Floats, Floats, Indices]:
+    """Return the largest penalised likelihoods (K,), where they are (K, n + f), and after how many steps (K,).
+
+    Values of ``contrasts`` (K, n + f) stay what they are at ``x``. Steps below ``small`` are the last.
+    """
+    highest, found, steps = np.empty(len(x)), np.empty_like(x), np.empty(len(x), dtype=np.intp)
+    active, before, share = np.arange(len(x)), np.zeros_like(x), np.ones((len(x), 1))
     for iteration in range(MOST_STEPS):
-        inverse = _inverse(counts, theta, basis)
-        step = (inverse @ _slope(counts, theta, inverse)[:, :, None])[:, :, 0]
+        inverse = likelihood.inverse(x)
+        step = (inverse @ likelihood.slope(x, inverse)[:, :, None])[:, :, 0]
         if contrasts is not None:
             along = (inverse @ contrasts[:, :, None])[:, :, 0]
             step -= along * ((contrasts * step).sum(axis=1) / (contrasts * along).sum(axis=1))[:, None]
         longest = np.abs(step).max(axis=1)
-        theta = theta + _shortened(counts, theta, step, longest, basis) * step
+        # The information is without the penalty's: a step is longer or shorter by what the last one was wrong.
+        size = np.maximum((before * before).sum(axis=1, keepdims=True), TINY)
+        share = np.clip(share / np.maximum(1 - (before * step).sum(axis=1, keepdims=True) / size, 0.5), *SHARES)
+        before = step
+        x = x + share * _shortened(likelihood, x, share * step, longest) * step
         done = (longest < small) | ~np.isfinite(longest) | (iteration == MOST_STEPS - 1)
         if done.any():
-            found[active[done]] = theta[done]
-            highest[active[done]] = _objective(_rows(counts, np.flatnonzero(done)), theta[done], basis)
+            found[active[done]] = x[done]
+            highest[active[done]] = likelihood.rows(done).value(x[done])
+            steps[active[done]] = iteration + 1
             left = ~done
             if not left.any():
                 break
-            active, theta, counts = active[left], theta[left], counts.select(left)
+            active, x, likelihood = active[left], x[left], likelihood.rows(left)
+            before, share = before[left], share[left]
             contrasts = None if contrasts is None else contrasts[left]
-    return highest, found
+    return highest, found, steps
 
 
-def _shortened(counts: Counts, theta: Floats, step: Floats, longest: Floats, basis: Floats | None) -> Floats:
+def _shortened(likelihood: Jeffreys, x: Floats, step: Floats, longest: Floats) -> Floats:
     """Return which share of each step to take, shape (K, 1): halved while the likelihood falls on a long step."""
-    share = np.ones((len(theta), 1))
-    doubtful = np.flatnonzero(longest > LONG_STEP)
+    share = np.ones((len(x), 1))
+    doubtful = np.flatnonzero(longest > (LONG_STEP if likelihood.law.safe_step else SMALL_STEP))
     if not len(doubtful):
         return share
-    some = _rows(counts, doubtful)
-    here = _objective(some, theta[doubtful], basis)
+    some = likelihood.rows(doubtful)
+    here = some.value(x[doubtful])
     for _ in range(30):
-        there = _objective(some, theta[doubtful] + share[doubtful] * step[doubtful], basis)
+        there = some.value(x[doubtful] + share[doubtful] * step[doubtful])
         falls = ~(there >= here - 1e-9 * (1 + np.abs(here)))
         if not falls.any():
             break
         share[doubtful[falls]] /= 2
     return share
-
-
-def _rows(counts: Counts, rows: Indices) -> Counts:
-    won, lost, tied = (part[rows] for part in (counts.won, counts.lost, counts.tied))
-    return Counts(counts.n, counts.first, counts.second, won, lost, tied)
-
-
-def _slope(counts: Counts, theta: Floats, inverse: Floats) -> Floats:
-    d = counts.differences(theta)
-    slopes = LOGISTIC.slopes(counts, d, 0.0)
-    variance = np.diagonal(inverse, axis1=1, axis2=2)
-    first, second = counts.first, counts.second
-    apart = variance[:, first] + variance[:, second] - 2 * inverse[:, first, second]
-    return counts.net_flows(slopes.d - slopes.dd * apart / 2 * np.tanh(d / 2), exact=False)
-
-
-def _information(counts: Counts, theta: Floats) -> Floats:
-    weights = counts.matrix(LOGISTIC.slopes(counts, counts.differences(theta), 0.0).dd)
-    n = counts.n
-    information: Floats = np.negative(weights, order="C")
-    information.reshape(-1, n * n)[:, :: n + 1] = weights.sum(axis=2)
-    return information
-
-
-def _inverse(counts: Counts, theta: Floats, basis: Floats | None) -> Floats:
-    """Return the pseudo-inverses of the information on what the strengths are free to do, shape (K, n, n)."""
-    n, information = counts.n, _information(counts, theta)
-    size = np.einsum("kii->k", information)[:, None, None] / n
-    information += RIDGE * size * np.eye(n)  # far out some weights are no longer distinguished from 0
-    if basis is not None:
-        return np.asarray(basis @ np.linalg.inv(basis.T @ information @ basis) @ basis.T)
-    return np.asarray(np.linalg.inv(information + size / n) - 1 / (size * n))
-
-
-def _objective(counts: Counts, theta: Floats, basis: Floats | None) -> Floats:
-    """Return the likelihood with Firth's term, up to a constant, shape (K,)."""
-    plain = LOGISTIC.log_likelihood(counts, counts.differences(theta), 0.0).sum(axis=1)
-    information = _information(counts, theta)
-    free = information[:, 1:, 1:] if basis is None else basis.T @ information @ basis
-    return np.asarray(plain + np.linalg.slogdet(free)[1] / 2)
 
 
 def wins_by_observer(counts: Counts, answers: Answers) -> Floats | None:
@@ -419,10 +391,11 @@ def wins_by_observer(counts: Counts, answers: Answers) -> Floats | None:
     if not 1 < people <= MOST_OBSERVERS_EXCHANGED or counts.ordered or pairs != n * (n - 1) // 2:
         return None
     given = np.bincount(observer * pairs + answers.pair, answers.count, people * pairs)
-    if not (given == given[0]).all() or (answers.count % 1).any() or (answers.outcome == 2).any():
+    if not (given == given[0]).all() or (answers.count % 1).any():
         return None
     winner = np.where(answers.outcome == 0, counts.first[answers.pair], counts.second[answers.pair])
-    return np.asarray(np.bincount(observer * n + winner, answers.count, people * n).reshape(people, n), np.float64)
+    decided = np.where(answers.outcome == 2, 0.0, answers.count)
+    return np.asarray(np.bincount(observer * n + winner, decided, people * n).reshape(people, n), np.float64)
 
 
 def exchange_p(wins: Floats, *, most: float = 1.0) -> Floats:

@@ -15,7 +15,7 @@ from analysis.scaling.counts import Counts
 from analysis.scaling.goodness import Goodness, goodness_of_fit
 from analysis.scaling.laws import LAWS, Model
 from analysis.scaling.robust_tests import ObserverTest
-from analysis.scaling.separation import Groups, Separation, are_connected, separated_items
+from analysis.scaling.separation import Groups, Separation, find_separation, separated_items
 from documents.text import json_fields
 
 if TYPE_CHECKING:
@@ -229,7 +229,8 @@ class Fit:
         """Whether residuals are the penalty's too: it alone keeps strengths finite, or a prior was used."""
         if self.method != "firth":
             return self.method == "map"
-        return not are_connected(self.counts.wins())[0]
+        names = [str(item) for item in range(self.counts.n)]
+        return find_separation(self.counts, names, ties=LAWS[self.model].parameter is not None) is not None
 
     @property
     def goodness(self) -> Goodness | None:

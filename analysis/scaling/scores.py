@@ -17,7 +17,7 @@ from analysis.comparisons.comparisons import Comparisons
 from analysis.scaling.departure import departure
 from analysis.scaling.fitting import DEFAULT_PRIOR_SD, fit_model
 from analysis.scaling.laws import LAWS, Model
-from analysis.scaling.profile import profiles_of
+from analysis.scaling.profile import profiles_of, why_by_standard_errors
 from analysis.scaling.result import CovarianceChoice, Fit, ModelMethod
 from analysis.scaling.separation import are_apart
 
@@ -112,6 +112,7 @@ class Scores:
         values = {
             "items": self.item_rows(),
             **self.fit.to_json(),
+            "tests": "standard errors" if why_by_standard_errors(self.fit) else "likelihood ratios",
             "separated": [names[item] for item in self.fit.separated_items],
             "why": list(separation.sentences) if separation else [],
         }
@@ -186,10 +187,10 @@ def score(
         order_effect=order_effect,
         covariance=covariance,
     )
-    penalised = model == "bradley-terry" and not order_effect and fitted.counts.n <= MOST_ITEMS_PENALISED
-    if method == "auto" and fitted.separation and penalised and not are_apart(fitted.counts):
+    few = fitted.counts.n <= MOST_ITEMS_PENALISED
+    if method == "auto" and fitted.separation and few and not are_apart(fitted.counts):
         kind: CovarianceChoice = covariance if covariance in ("model", "scaled") else "auto"
-        fitted = fit_model(comparisons, method="firth", covariance=kind)
+        fitted = fit_model(comparisons, model, method="firth", order_effect=order_effect, covariance=kind)
     sound = fitted.separation is None and bool(np.isfinite(fitted.theta).all())
     find_classes = partial(classes_of, fitted, alpha=alpha, adjust=adjust) if sound else partial(_known, None)
     quasi = fitted.quasi_variances() if sound and quasi_variances else None

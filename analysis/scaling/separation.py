@@ -221,13 +221,29 @@ def separation_of_method(
 ) -> Separation | None:
     """Say why there is no finite fit by ``method``; None if there is one. Parameters as `find_separation`.
 
-    Firth's penalty keeps all items that comparisons link finite; it is for counts without order and without ties.
+    Firth's penalty, as that by any law, acts as if each answer that some pair had might have been another: it keeps all
+    items that comparisons link finite.
     """
-    if method != "firth":
+    if method != "firth" or not (counts.won.any() or counts.lost.any()):
         return find_separation(counts, items, ties=ties, prior=method == "map")
     total = counts.total
-    both = Counts(counts.n, counts.first, counts.second, total, total, counts.tied)
-    return find_separation(both, items, ties=False)
+    tied = total if ties else np.zeros_like(total)
+    each = Counts(counts.n, counts.first, counts.second, total, total, tied, counts.ordered)
+    return find_separation(each, items, ties=ties)
+
+
+def drawn_apart(counts: Counts, *, ties: bool) -> Floats:
+    """Return a direction, shape (n,), in which the strengths of separated counts, a batch of one, run away.
+
+    Strengths that are equal along it, but for 1e-5, stay together.
+    """
+    if not counts.ordered and not ties:
+        direction = np.empty(counts.n)
+        for number, group in enumerate(strong_groups(_graph(counts, counts.won[0], counts.lost[0]))):
+            direction[list(group)] = -number
+        return direction
+    found = recession(counts, _one_each(counts.n), ties=ties)
+    return np.zeros(counts.n) if found is None else np.r_[0.0, found[:-2]]
 
 
 def recession(counts: Counts, columns: Floats | csr_array, *, ties: bool = False) -> Floats | None:

@@ -9,6 +9,7 @@ from analysis.scaling.clustered import ByObserver
 from analysis.scaling.counts import count_pairs
 from analysis.scaling.departure import one_scale
 from analysis.scaling.laws import LAWS, Model
+from analysis.scaling.profile import why_by_standard_errors
 from analysis.scaling.result import ModelMethod, Parameter
 from analysis.scaling.scores import Scores
 from analysis.scaling.separation import are_apart, separation_of_method
@@ -109,10 +110,13 @@ def summary_lines(scores: Scores) -> list[str]:
         likelihood = f"log likelihood {fit.log_likelihood:.6g}"
         lines = [f"{fit.model}, {METHODS[fit.method]}{prior}; {likelihood}; {deviance}; {grouped}"]
     if fit.method == "firth" and fit.held_by_penalty:
-        why = separation_of_method(fit.counts, scores.comparisons.items, ties=False, method="ml")
-        lines.append(ONLY_PENALTY + (f" {' '.join(why.sentences)}" if why else ""))
+        ties = LAWS[fit.model].parameter is not None
+        apart = separation_of_method(fit.counts, scores.comparisons.items, ties=ties, method="ml")
+        lines.append(ONLY_PENALTY + (f" {' '.join(apart.sentences)}" if apart else ""))
     if fit.clustered is not None:
         lines.append(_clustered(fit.covariance_kind, fit.clustered))
+    why = why_by_standard_errors(fit)
+    lines += [f"two items are tested by standard errors: {why}"] if why else []
     if tested is not None:
         basis = BASES[tested.by_observers]
         lines.append(
@@ -190,7 +194,7 @@ def _finite_methods(scores: Scores, model: Model, *, ordered: bool) -> list[Mode
     counts, _ = count_pairs(scores.comparisons, ordered=ordered, ties=ties)
     if not (counts.won.any() or counts.lost.any()):
         return []
-    methods = [one for one in get_args(ModelMethod) if one != "firth" or (model == "bradley-terry" and not ordered)]
+    methods: tuple[ModelMethod, ...] = get_args(ModelMethod)
     return [one for one in methods if separation_of_method(counts, items, ties=ties, method=one) is None]
 
 

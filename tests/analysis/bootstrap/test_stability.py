@@ -15,6 +15,7 @@ from analysis.classes import Adjust, classify
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
 from analysis.scaling import Counts, CovarianceKind, fit
+from analysis.scaling.jeffreys import Jeffreys
 from analysis.scaling.laplacian import contrast_variances
 from analysis.scaling.profile import Profiles, differences_of
 from analysis.scaling.shrinkage import shrink
@@ -44,7 +45,9 @@ def test_it_is_what_classifying_each_replicate_gives(study: Study, covariance: C
             spread, df = own.covariance[0], own.degrees_of_freedom()[0]
         pairs, counted = np.triu_indices(5, 1), Counts.from_wins(wins[None])
         model = contrast_variances(fit(wins, method="firth" if separated else "ml").covariance)[pairs]
-        profiles = Profiles(counted, theta, differences_of(5, *pairs), contrast_variances(spread)[pairs] / model, df)
+        profiles = Profiles(
+            Jeffreys(counted), theta, differences_of(5, *pairs), contrast_variances(spread)[pairs] / model, df
+        )
         classes = classify(theta, spread, alpha=0.1, adjust=adjust, df=df, profiles=profiles)
         shared += [[bool(set(a.split("+")) & set(b.split("+"))) for b in classes.labels] for a in classes.labels]
         counts[len(classes.members)] += 1

@@ -326,8 +326,6 @@ def test_strengths_thirty_units_apart_come_back(model: Model) -> None:
     [
         ("there is no model 'elo'", {"model": "elo"}),
         ("there is no method 'mcmc'", {"method": "mcmc"}),
-        ("Firth's method is for the Bradley-Terry model", {"model": "davidson", "method": "firth"}),
-        ("Firth's method is for the Bradley-Terry model", {"method": "firth", "order_effect": True}),
         ("standard deviation is 0", {"method": "map", "prior_sd": 0.0}),
         ("standard deviation is nan", {"method": "map", "prior_sd": float("nan")}),
         ("do not say which item was shown first", {"order_effect": True}),

@@ -14,11 +14,13 @@ from analysis.classes.multiplicity import ADJUSTMENTS
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.inference import equivalence, pair_probabilities
 from analysis.inference.chances import PairProbability
-from analysis.scaling import Counts, Scores, fit_model, maximise, score
+from analysis.scaling import MODELS, Counts, Model, Scores, fit_model, maximise, score
 from analysis.scaling.deciding import verdicts
+from analysis.scaling.jeffreys import Jeffreys
 from analysis.scaling.penalty import FIRTH
 from analysis.scaling.profile import exchange_p, signed_roots
-from tests.analysis.slow_profiles import SlowProfile, of_pair
+from analysis.scaling.terminal import summary_lines
+from tests.analysis.slow_profiles import SlowProfile, of_law, of_pair
 from tests.choice import nightly
 
 # Heinze and Schemper (2002): neovascularisation, pulsatility index, endometrium height, high grade; 79 patients.
@@ -43,6 +45,8 @@ LOGISTF = {
 }
 Floats = NDArray[np.float64]
 OBSERVERS = (5, 8, 10, 15, 30)
+DAILY = [("thurstone", False), ("rao-kupper", True)]
+LAWS = [*DAILY, *nightly(*(case for case in product(MODELS, (False, True)) if case not in DAILY))]
 
 
 def votes(pair: str, k: int, observers: int) -> list[Answer]:
@@ -126,6 +130,65 @@ def test_tests_and_intervals_equal_the_twin(seed: int) -> None:
     twin = of_pair(comparisons.wins, first, second)
     tails = [student.sf(side * twin.root(-side * margin) / np.sqrt(spread), pair.df) for side in (1, -1)]
     assert equivalence(scores, margin, adjust="none").pairs[-1].p_equivalent == pytest.approx(max(tails), abs=1e-6)
+
+
+def edge_of(model: Model, *, separated: bool = False) -> tuple[Comparisons, Floats]:
+    """Three items, shown both ways by nine observers: all who decide agree of a and c; ``separated``: of all."""
+    random = np.random.default_rng(7)
+    table, answers = np.zeros((3, 3, 3)), []
+    for first, second, observer in product(range(3), range(3), range(9)):
+        if first == second:
+            continue
+        kind = int(random.choice(3, p=[0.6, 0.15, 0.25] if first < second else [0.15, 0.6, 0.25]))
+        if separated or {first, second} == {0, 2}:
+            kind = 2 if observer == 0 and not (separated and 2 in (first, second)) else int(first > second)
+        if kind == 2 and model in ("bradley-terry", "thurstone"):
+            kind = int(first > second) if separated else int(random.integers(2))
+        better, worse = (first, second) if kind != 1 else (second, first)
+        names = "abc"[better], "abc"[worse]
+        answers.append(Answer(*names, observer=f"{observer}", first="abc"[first], tie=kind == 2))
+        table[first, second, kind] += 1
+    return from_answers(answers, "abc"), table
+
+
+@pytest.mark.parametrize(("model", "ordered"), LAWS)
+def test_tests_by_any_law_equal_the_twin(model: Model, ordered: bool) -> None:
+    answers, table = edge_of(model)
+    scores = score(answers, model, order_effect=ordered, covariance="model", adjust="none")
+    assert scores.classes is not None
+    for i, j in combinations(range(3), 2):
+        twin = of_law(model, table, i, j, ordered=ordered)
+        assert scores.classes.z[i, j] == pytest.approx(twin.root(), abs=1e-5)
+
+
+@pytest.mark.parametrize(("model", "ordered"), LAWS)
+def test_separated_items_have_the_twins_fit_by_any_law(model: Model, ordered: bool) -> None:
+    answers, table = edge_of(model, separated=True)
+    assert fit_model(answers, model, order_effect=ordered).separation is not None
+    scores = score(answers, model, order_effect=ordered, method="auto")
+    assert scores.fit.method == "firth"
+    assert scores.fit.converged
+    best = of_law(model, table, 0, 2, ordered=ordered).best()
+    assert scores.fit.theta[:2] - scores.fit.theta[2] == pytest.approx(best[:2], abs=2e-5)
+    with_last = [pair for pair in pair_probabilities(scores).pairs if pair.second == "c"]
+    assert [(pair.low >= 0, pair.high) for pair in with_last] == [(True, np.inf)] * 2
+
+
+def test_it_is_said_where_items_are_tested_by_standard_errors() -> None:
+    many = [f"{item:02d}" for item in range(41)]
+    ring = from_answers([Answer(one, other, 3) for one, other in zip(many, [*many[1:], many[0]], strict=True)])
+    few = preferred_by(6, 9)
+    for scores, errors in ((score(few), False), (score(few, method="map"), True), (score(ring), True)):
+        assert (scores.to_json()["tests"] == "standard errors") == errors
+        assert any("tested by standard errors" in line for line in summary_lines(scores)) == errors
+
+
+def test_more_who_agree_are_more_evidence_by_thurstones_law() -> None:
+    for observers in OBSERVERS:
+        each = [preferred_by(k, observers) for k in range((observers + 1) // 2, observers + 1)]
+        p = [float(score(one, "thurstone", method="auto").classes.p[0, 1]) for one in each]  # type: ignore[union-attr]  # two items have classes
+        assert all(later <= earlier for earlier, later in pairwise(p))
+        assert p[-1] <= 2 * binomtest(observers, observers).pvalue
 
 
 @pytest.mark.parametrize("observers", [6, 9])
@@ -229,7 +292,7 @@ def test_bounds_of_the_likelihood_ratios_change_no_verdict(
     counts = Counts.from_wins((won + (answers * compared - won).transpose(0, 2, 1)).astype(np.float64))
     top = maximise(counts, penalty=FIRTH).theta
     spread = random.uniform(0.5, 3, (20, items * (items - 1) // 2))
-    exact = np.abs(signed_roots(counts, top) / np.sqrt(spread))
+    exact = np.abs(signed_roots(Jeffreys(counts), top) / np.sqrt(spread))
     for border in np.quantile(exact, np.linspace(0.1, 0.95, 5)):
         found = verdicts(counts, top, spread, lambda t, _, border=border: t >= border)  # type: ignore[misc]
         clear = np.abs(exact - border) > 1e-4
