@@ -152,18 +152,6 @@ def test_one_reference_picture_is_the_photograph(tmp_path: Path, cyclopean: Cycl
     assert found["measures"][0]["correlations"]["spearman"]["value"] > 0.7
 
 
-@pytest.mark.nightly
-def test_a_reference_picture_that_is_compared_too_has_a_class(tmp_path: Path, cyclopean: Cyclopean) -> None:
-    stimuli = ", ".join(f"church-{step}" for step in range(5))
-    file = write_study(tmp_path, f"{{kind: all_pairs, stimuli: [{stimuli}], repeats: 2}}", "church-0", SCENES[:1])
-    simulate(file, tmp_path / "observers.yaml", 6, results=tmp_path / "results")
-    study = Study(tmp_path, file, tmp_path / "results")
-    found = json.loads(cyclopean(*asked(study, "--measures", "delta-e-2000", "--json")).stdout)
-    assert found["groups"][0]["photograph"] == "church-0"
-    assert found["measures"][0]["limit"]["stimuli"] == 4
-    assert found["measures"][0]["limit"]["table"]["limit"] == 1.4
-
-
 def test_ratings_are_divided_by_their_photographs(tmp_path: Path, cyclopean: Cyclopean) -> None:
     scale = "{name: quality, question: How good, lowest: 1, highest: 9}"
     file = write_study(tmp_path, f"{{kind: rating, ratings: [{scale}]}}")
@@ -311,12 +299,3 @@ def test_pictures_of_other_sizes(tmp_path: Path, cyclopean: Cyclopean) -> None:
     study = Study(tmp_path, file, tmp_path / "results")
     ended = cyclopean(*asked(study, "--measures", "delta-e-2000", "--photograph", "church-0"), expect=2).stderr
     assert "'church-4' was shown with 30 x 20 px" in ended
-
-
-def test_fewer_than_three_stimuli(tmp_path: Path, cyclopean: Cyclopean) -> None:
-    stimuli = "[church-0, church-1, church-4]"
-    file = write_study(tmp_path, f"{{kind: all_pairs, stimuli: {stimuli}}}", scenes=SCENES[:1])
-    simulate(file, tmp_path / "observers.yaml", 2, results=tmp_path / "results")
-    study = Study(tmp_path, file, tmp_path / "results")
-    ended = cyclopean(*asked(study, "--measures", "delta-e-2000", "--photograph", "church-0"), expect=2).stderr
-    assert "observers compared 2 stimuli" in ended

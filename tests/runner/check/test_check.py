@@ -235,22 +235,6 @@ def test_a_file_of_regions_is_told_with_its_areas(tmp_path: Path) -> None:
     assert "did you mean 'box'" in "\n".join(map(str, check_file(tmp_path / "regions.yaml").errors))
 
 
-@pytest.mark.parametrize(
-    ("file", "key", "named", "what"),
-    [
-        ("rig.yaml", "display", "rig.yaml", "this is a rig file, not a display file"),
-        ("small.yaml", "stimuli", "rig.yaml", "this is a rig file, not a recipe"),
-        ("small.yaml", "rig", "small.yaml", "this is an experiment, not a rig file"),
-    ],
-)
-def test_a_file_of_another_kind_is_one_finding(study: Study, file: str, key: str, named: str, what: str) -> None:
-    path = study.experiment.parent / file
-    lines = [f"{key}: {named}" if line.startswith(f"{key}:") else line for line in path.read_text().splitlines()]
-    path.write_text("\n".join(lines) + "\n")
-    (error,) = _check(study).errors
-    assert error.message == what
-
-
 def test_files_that_are_named_have_no_detour_in_their_path(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = study.experiment.parent
     (folder / "experiments").mkdir()
@@ -262,13 +246,6 @@ def test_files_that_are_named_have_no_detour_in_their_path(study: Study, monkeyp
     monkeypatch.chdir(folder)
     found = check_file(Path("experiments/small.yaml"), CheckOptions(results=study.results, screen="skip"))
     assert {error.file for error in found.errors} == {"rig.yaml", "recipe.yaml"}
-
-
-def test_wrong_options_of_a_mode_are_found_without_a_screen(study: Study) -> None:
-    """A rig is wrong on every machine, also where the screen is not looked at."""
-    study.edit("rig.yaml", "mode: side-by-side\n", "mode: side-by-side\nmode_options: {swap_eye: true}\n")
-    report = check_file(study.folder / "rig.yaml", CheckOptions(screen="skip"))
-    assert [("swap_eye" in str(fault), "swap_eyes" in str(fault)) for fault in report.errors] == [(True, True)]
 
 
 @pytest.mark.parametrize(
@@ -418,12 +395,6 @@ def test_without_a_planned_number_several_are_told_and_nothing_is_warned_of_if_s
     study.edit("small.yaml", "break_every: 4", "break_every: 4, repeats: 3")
     more = _check(study, observers=(30,)).facts["smallest_difference"]
     assert more[-1]["nats"] < found[-1]["nats"]
-
-
-def test_where_no_number_finds_a_difference_that_is_warned_of(study: Study) -> None:
-    checked = _check(study, observers=(2, 3))
-    assert [one["nats"] for one in checked.facts["smallest_difference"]] == [None, None]
-    assert "With 3 observers, this design" in _messages(checked)
 
 
 def test_what_is_not_asked_is_not_computed_and_what_was_computed_is_kept(

@@ -7,7 +7,6 @@ import re
 import shlex
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ import pytest
 from runner.cli.examples import EXAMPLES
 from runner.cli.main import group
 from tests.choice import nightly
+from tests.runner.cli.every_command import commands
 
 ROOT = Path(__file__).parents[3]
 LINES = [line for lines in EXAMPLES.values() for line in lines]
@@ -38,19 +38,8 @@ def _words(line: str) -> list[str]:
     return shlex.split(match[0])[1:]
 
 
-def _leaves(command: click.Command, called: str = "") -> Iterator[str]:
-    if not isinstance(command, click.Group):
-        yield called
-        return
-    context = click.Context(command)
-    for name in command.list_commands(context):
-        below = command.get_command(context, name)
-        assert below is not None
-        yield from _leaves(below, f"{called} {name}".strip())
-
-
 def test_every_command_has_examples_and_there_are_no_others() -> None:
-    assert set(EXAMPLES) == set(_leaves(group))
+    assert set(EXAMPLES) == {called for called, each in commands(group) if not isinstance(each, click.Group)}
 
 
 @pytest.mark.parametrize("line", LINES)

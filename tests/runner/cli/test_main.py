@@ -45,12 +45,6 @@ def test_a_start_looks_for_no_plugins_and_seldom_for_cycles() -> None:
     assert (told.returncode, told.stderr) == (0, "10000\n")
 
 
-def test_an_unknown_command_is_answered_with_the_nearest() -> None:
-    result = CliRunner().invoke(group, ["shew"])
-    assert result.exit_code == 2
-    assert "Did you mean 'show'?" in result.output
-
-
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_has_help(name: str) -> None:
     result = CliRunner().invoke(group, [name, "--help"])

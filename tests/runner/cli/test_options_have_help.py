@@ -10,28 +10,23 @@ import pytest
 
 from runner.cli.main import group
 from runner.cli.number_types import COUNT, NUMBER, POSITIVE, SEED, Whole, Within, several
-
-
-def _commands(command: click.Command, called: str) -> Iterator[tuple[str, click.Command]]:
-    yield called, command
-    if isinstance(command, click.Group):
-        context = click.Context(command)
-        for name in command.list_commands(context):
-            below = command.get_command(context, name)
-            assert below is not None
-            yield from _commands(below, f"{called} {name}")
+from tests.runner.cli.every_command import commands
 
 
 def test_every_option_has_help() -> None:
-    commands = list(_commands(group, "cyclopean"))
-    options = [(called, one) for called, each in commands for one in each.params if isinstance(one, click.Option)]
+    options = [
+        (called, one)
+        for called, each in commands(group, "cyclopean")
+        for one in each.params
+        if isinstance(one, click.Option)
+    ]
     assert ("cyclopean run", "results") in [(called, one.name) for called, one in options]
     assert [f"{called} {one.opts[0]}" for called, one in options if not one.help] == []
 
 
 def _numbers() -> Iterator[tuple[str, click.Option, click.ParamType[Any]]]:
     """Yield each number that an option takes, those of several at once too."""
-    for called, each in _commands(group, "cyclopean"):
+    for called, each in commands(group, "cyclopean"):
         for one in each.params:
             if isinstance(one, click.Option):
                 for kind in one.type.types if isinstance(one.type, click.Tuple) else (one.type,):

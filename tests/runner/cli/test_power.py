@@ -37,7 +37,7 @@ def told(*words: str) -> dict[str, Any]:
 
 
 def test_the_thesis_s_design_by_its_own_scores() -> None:
-    found = told(THESIS, "--scores", TABLE_4_4, "--observers", "10:30:20", "--replicates", "80")
+    found = told(THESIS, "--scores", TABLE_4_4, "--observers", "10:30:20", "--replicates", "40")
     assert [size["observers"] for size in found["sizes"]] == [10, 30]
     assert (found["alpha"], found["adjust"]) == (0.05, "holm")  # the experiment's
     assert len(found["items"]) == 10

@@ -31,6 +31,7 @@ from tests.conftest import write_study
 from tests.devices.diagnostics.simulated import MODEL, characterisation
 from tests.devices.profiles.profile_bytes import matrix_tags, para, profile
 from tests.runner.cli.camera.test_fit import _table
+from tests.runner.cli.every_command import commands
 from tests.runner.measuring.displays import DISPLAY as SMALL
 from tests.stimuli.bracket.sensor import TIMES, bracket, scene
 from tests.stimuli.comparison.scenes import PLATE, RIG, few, written
@@ -116,25 +117,14 @@ REFUSALS = {
 }
 
 
-def _commands(command: click.Command, called: str = "") -> Iterator[tuple[str, click.Command]]:
-    if isinstance(command, click.Group):
-        context = click.Context(command)
-        for name in command.list_commands(context):
-            below = command.get_command(context, name)
-            assert below is not None
-            yield from _commands(below, f"{called} {name}".strip())
-    else:
-        yield called, command
-
-
 def test_every_option_that_names_what_is_written_is_tried() -> None:
-    commands = dict(_commands(group))
+    typed = {called: each for called, each in commands(group) if not isinstance(each, click.Group)}
     tried = {called for called, _ in WRITES}
-    assert set(commands) == tried | ONLY_READ
+    assert set(typed) == tried | ONLY_READ
     assert not tried & ONLY_READ
     named = {
         (called, max(one.opts, key=len))
-        for called, command in commands.items()
+        for called, command in typed.items()
         for one in command.params
         if one.type.name in ("path", "text", "filename") or isinstance(one.type, click.Path | click.File)
     }

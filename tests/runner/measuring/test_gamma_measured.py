@@ -170,6 +170,8 @@ def test_without_a_window_the_readings_say_why_the_table_is_unknown(folder: Path
     [
         ("{size: 256}", "size and hash"),
         ("{hash: abc, size: 256, departure_codes: 12.0}", "needs its entries"),
+        ("{unknown: nobody looked, size: 256}", "no other key"),
+        ("{loaded: identity}", "loaded"),
     ],
 )
 def test_a_wrong_table_in_a_display_file_is_found_at_its_place(folder: Path, held: str, words: str) -> None:

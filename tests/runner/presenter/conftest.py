@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shutil
-import subprocess
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
@@ -19,6 +16,7 @@ from runner.presenter import PresentationError, Presenter, Surface, find_mode, o
 from runner.presenter.surfaces.egl import EglSurface
 from stimuli.pictures import StereoImage
 from tests.choice import nightly
+from tests.conftest import _x_server
 
 BACKENDS = ("egl", "null", "window")
 PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
@@ -165,32 +163,16 @@ def ramps_on() -> Callable[..., AskedRamps]:
     return make
 
 
-def _x_server(depth: int) -> Iterator[str]:
-    server = shutil.which("Xvfb")
-    if server is None:
-        pytest.skip("Xvfb is not installed (apt install xvfb)")
-    reading, writing = os.pipe()
-    command = [server, "-displayfd", str(writing), "-screen", "0", f"640x480x{depth}", "-nolisten", "tcp", "-noreset"]
-    with subprocess.Popen(command, pass_fds=[writing], stderr=subprocess.DEVNULL) as process:
-        os.close(writing)
-        with os.fdopen(reading) as numbers:
-            number = numbers.readline().strip()
-        if not number:
-            pytest.skip("Xvfb did not start")
-        yield f":{number}"
-        process.terminate()
-
-
 @pytest.fixture(scope="session")
 def xvfb_display() -> Iterator[str]:
     """A display of 640 × 480 on an X server of its own."""
-    yield from _x_server(24)
+    yield from _x_server("640x480x24")
 
 
 @pytest.fixture(scope="session")
 def xvfb_deep_display() -> Iterator[str]:
     """A display of 640 × 480 with 10 bits a channel on an X server of its own."""
-    yield from _x_server(30)
+    yield from _x_server("640x480x30")
 
 
 def _use_display(name: str, monkeypatch: pytest.MonkeyPatch) -> str:

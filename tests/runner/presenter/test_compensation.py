@@ -8,16 +8,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from numpy.typing import NDArray
 from PIL import Image
 
-from analysis.records import read_session, session_files
+from analysis.records import SessionLog, read_session, session_files
 from analysis.report.blocks import Table
 from analysis.report.sections.shown import clipping_section
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.compensation.crosstalk_cancel import seen_XYZ
-from devices.display import read_rig
-from runner.cli.main import group
+from devices.display import EYES, Eye, read_rig
 from runner.protocol import read_experiment
 from stimuli.pictures import read_exr
 from tests.choice import nightly
@@ -33,25 +32,42 @@ def _leaky(study: Study) -> None:
     study.edit("display.yaml", "    source: made up for tests\n", f"    source: made up for tests\n{CROSSTALK}")
 
 
-def _mean_delta_e(study: Study) -> list[float]:
-    """Preview the first pair and return, per eye, how far what it sees of the upper picture is from what was asked."""
-    output = study.folder / "preview"
-    words = ["preview", str(study.experiment), "-o", str(output), "--first", "1"]
-    result = CliRunner().invoke(group, words, catch_exceptions=False)
-    assert result.exit_code == 0, result.output
-    rig = read_rig(study.folder / "rig.yaml")
+UPPER = slice(240 - 30 - 20, 240 - 30 + 20), slice(160 - 40, 160 + 40)
+
+
+def _previewed(study: Study) -> dict[Eye, Path]:
+    """Preview the first pair and return each eye's picture of it."""
+    study.cyclopean("preview", study.experiment, "-o", study.folder / "preview", "--first", "1")
+    return {eye: study.folder / "preview" / f"block-02_screen-001_{eye}.png" for eye in EYES}
+
+
+def _codes(study: Study) -> dict[Eye, NDArray[np.uint8]]:
+    return {eye: np.asarray(Image.open(file)) for eye, file in _previewed(study).items()}
+
+
+def _first_pair(study: Study) -> tuple[str, ...]:
     steps = read_experiment(study.experiment).blocks("01")[1].steps()
-    (first, _second) = next(iter(steps)).scene.stimuli  # type: ignore[union-attr]  # an Ask or a Hold
-    image = read_exr(study.folder / f"{first}.exr")
-    codes = {}
-    for eye in ("left", "right"):
-        png = np.asarray(Image.open(output / f"block-02_screen-001_{eye}.png"))
-        codes[eye] = png[240 - 30 - 20 : 240 - 30 + 20, 160 - 40 : 160 + 40] / 255
+    return tuple(next(iter(steps)).scene.stimuli)  # type: ignore[union-attr]  # an Ask or a Hold
+
+
+def _run(study: Study) -> SessionLog:
+    study.cyclopean(
+        *("run", study.experiment, "--observer", "01", "--simulate", study.observers, "--results", study.results)
+    )
+    (file,) = session_files(study.results)
+    return read_session(file)
+
+
+def _mean_delta_e(study: Study) -> list[float]:
+    """Return, per eye, how far what it sees of the upper picture is from what was asked."""
+    codes = {eye: shown[UPPER] / 255 for eye, shown in _codes(study).items()}
+    rig = read_rig(study.folder / "rig.yaml")
+    image = read_exr(study.folder / f"{_first_pair(study)[0]}.exr")
     seen = seen_XYZ(rig.models, rig.crosstalk, codes["left"], codes["right"])
     differences = []
-    for eye, light in zip(("left", "right"), seen, strict=True):
-        white = rig.models.eye(eye).white_XYZ_cd_m2  # type: ignore[arg-type]  # an eye
-        asked = xyz_to_lab(image.eye(eye), white)  # type: ignore[arg-type]  # an eye
+    for eye, light in zip(EYES, seen, strict=True):
+        white = rig.models.eye(eye).white_XYZ_cd_m2
+        asked = xyz_to_lab(image.eye(eye), white)
         differences.append(float(np.mean(delta_e_2000(asked, xyz_to_lab(light, white)))))
     return differences
 
@@ -87,11 +103,7 @@ def test_without_cancelling_the_leak_would_be_seen(inside: Study, monkeypatch: p
 
 
 def _report(study: Study) -> dict[str, Any]:
-    words = ["run", study.experiment, "--observer", "01", "--simulate", study.observers, "--results", study.results]
-    result = CliRunner().invoke(group, [str(word) for word in words], catch_exceptions=False)
-    assert result.exit_code == 0, result.output
-    (file,) = session_files(study.results)
-    log = read_session(file)
+    log = _run(study)
     assert log.header.display["crosstalk_cancelled"] is True
     trial = next(trial for trial in log.trials if trial.kind == "all_pairs")
     assert set(trial.data["clipping"][trial.data["first"]]) == {"left", "right", "crosstalk"}
@@ -109,9 +121,10 @@ def _dark_against_bright(folder: Path) -> None:
 
 def test_check_and_report_tell_of_ghosts(study: Study) -> None:
     _leaky(study)
-    plain = CliRunner().invoke(group, ["check", str(study.experiment), "--no-screen"]).output
+    check = ("check", study.experiment, "--no-screen", "--observers", "5")
+    plain = study.cyclopean(*check).stdout
     _dark_against_bright(study.folder)
-    words = CliRunner().invoke(group, ["check", str(study.experiment), "--no-screen"]).output
+    words = study.cyclopean(*check).stdout
     assert "most in 'one', where 100.00 %" not in plain
     assert "most in 'one', where 100.00 %" in " ".join(words.split())
     assert "write lift_black: true" in " ".join(words.split())
@@ -142,33 +155,21 @@ def test_the_room_s_light_is_taken_off_what_is_asked_and_stands_in_the_header(in
     plain = _mean_delta_e(inside)
     inside.edit("display.yaml", "modes:\n", "ambient_XYZ_cd_m2: [0.4, 0.5, 0.3]\nmodes:\n")
     assert max(_mean_delta_e(inside)) < 1.1 * max(plain)
-    words = ["run", inside.experiment, "--observer", "01", "--simulate", inside.observers, "--results", inside.results]
-    assert CliRunner().invoke(group, [str(word) for word in words], catch_exceptions=False).exit_code == 0
-    (file,) = session_files(inside.results)
-    display = read_session(file).header.display
+    display = _run(inside).header.display
     black = read_rig(inside.folder / "rig.yaml").models.left.black_XYZ_cd_m2
     assert display["ambient_XYZ_cd_m2"]["left"] == [0.4, 0.5, 0.3]
     assert display["black_XYZ_cd_m2"]["left"] == pytest.approx(black.tolist(), abs=1e-6)
-    checked = CliRunner().invoke(group, ["check", str(inside.folder / "display.yaml"), "--json"])
-    facts = json.loads(checked.output)
-    text = json.dumps(facts)
+    text = inside.cyclopean("check", inside.folder / "display.yaml", "--json").stdout
     assert "contrast_in_the_room" in text
     assert '"contrast"' in text
 
 
 def test_mode_options_of_the_rig_reach_the_screen(study: Study) -> None:
-    before = study.folder / "before"
-    after = study.folder / "after"
-    runner = CliRunner()
-    words = ["preview", str(study.experiment), "--first", "1", "-o"]
-    runner.invoke(group, [*words, str(before)], catch_exceptions=False)
+    before = _codes(study)
     study.edit("rig.yaml", "distance_mm: 700\n", "distance_mm: 700\nmode_options: {left_mirror: horizontal}\n")
-    runner.invoke(group, [*words, str(after)], catch_exceptions=False)
-    name = "block-02_screen-001_{}.png"
-    left = [np.asarray(Image.open(folder / name.format("left"))) for folder in (before, after)]
-    right = [np.asarray(Image.open(folder / name.format("right"))) for folder in (before, after)]
-    assert np.array_equal(left[0][:, ::-1], left[1])
-    assert np.array_equal(right[0], right[1])
+    after = _codes(study)
+    assert np.array_equal(before["left"][:, ::-1], after["left"])
+    assert np.array_equal(before["right"], after["right"])
 
 
 GAIN = """    gain_map:
@@ -190,30 +191,19 @@ def test_an_uneven_panel_is_evened_out_where_each_picture_stands(inside: Study, 
     inside.edit("display.yaml", "    source: made up for tests\n", f"    source: made up for tests\n{GAIN}")
     if crosstalk:
         _leaky(inside)
-    output = inside.folder / "preview"
-    result = CliRunner().invoke(
-        group, ["preview", str(inside.experiment), "-o", str(output), "--first", "1"], catch_exceptions=False
-    )
-    assert result.exit_code == 0, result.output
-    rig = read_rig(inside.folder / "rig.yaml")
-    steps = read_experiment(inside.experiment).blocks("01")[1].steps()
-    shown = next(iter(steps)).scene.stimuli  # type: ignore[union-attr]  # an Ask or a Hold
-    gain = _panel_gain(inside)
-    sent = {}
-    for eye, left in (("left", 0), ("right", 320)):
-        codes = np.asarray(Image.open(output / f"block-02_screen-001_{eye}.png")) / 255
-        model = rig.models.eye(eye)  # type: ignore[arg-type]  # an eye
-        sent[eye] = model.xyz(codes) * gain[:, left : left + 320, None]
+    codes, rig, gain = _codes(inside), read_rig(inside.folder / "rig.yaml"), _panel_gain(inside)
+    panel = dict(zip(EYES, (gain[:, :320, None], gain[:, 320:, None]), strict=True))
+    sent: dict[Eye, Any] = {eye: rig.models.eye(eye).xyz(codes[eye] / 255) * panel[eye] for eye in EYES}
     black = rig.models.left.black_XYZ_cd_m2
     if rig.crosstalk:
         lights = rig.crosstalk.seen(sent["left"] - black, sent["right"] - black)
         sent = {"left": lights[0] + black, "right": lights[1] + black}
     white = rig.models.left.white_XYZ_cd_m2
-    for name, middle in zip(shown, (240 - 30, 240 + 30), strict=True):
+    for name, middle in zip(_first_pair(inside), (240 - 30, 240 + 30), strict=True):
         image = read_exr(inside.folder / f"{name}.exr")
-        for eye in ("left", "right"):
+        for eye in EYES:
             seen = sent[eye][middle - 20 : middle + 20, 160 - 40 : 160 + 40]
-            asked = image.eye(eye)  # type: ignore[arg-type]  # an eye
+            asked = image.eye(eye)
             fits = (asked[..., 1] < 0.6 * white[1])[..., None]  # where the dimmest part of the panel reaches it
             difference = delta_e_2000(xyz_to_lab(asked, white), xyz_to_lab(seen, white))
             assert float(difference[fits[..., 0]].mean()) < 0.35
@@ -223,8 +213,8 @@ def test_an_uneven_panel_is_evened_out_where_each_picture_stands(inside: Study, 
 
 def test_the_costs_count_where_the_panel_is_too_dim(inside: Study) -> None:
     def clipped() -> float:
-        result = CliRunner().invoke(group, ["check", str(inside.experiment), "--json"], catch_exceptions=False)
-        return float(json.loads(result.output)[0]["clipped_percent"]["one"][0])
+        told = inside.cyclopean("check", inside.experiment, "--observers", "5", "--json").stdout
+        return float(json.loads(told)[0]["clipped_percent"]["one"][0])
 
     assert clipped() == 0.0
     dim = GAIN.replace("[0.9, 1.0, 0.95]", "[0.4, 1.0, 0.5]")
@@ -236,23 +226,12 @@ def test_a_panel_of_ten_bits_gets_codes_of_ten_bits(study: Study) -> None:
     import OpenImageIO as oiio
 
     study.edit("display.yaml", "pixel_pitch_mm: 0.25}", "pixel_pitch_mm: 0.25, bits: 10}")
-    output = study.folder / "preview"
-    words = ["preview", str(study.experiment), "-o", str(output), "--first", "1"]
-    result = CliRunner().invoke(group, words, catch_exceptions=False)
-    assert result.exit_code == 0, result.output
-    png = oiio.ImageBuf(str(output / "block-02_screen-001_left.png"))
-    codes = np.asarray(png.get_pixels("uint16")) >> 6
-    shown = codes[240 - 30 - 20 : 240 - 30 + 20, 160 - 40 : 160 + 40]
-    steps = read_experiment(study.experiment).blocks("01")[1].steps()
-    (first, _second) = next(iter(steps)).scene.stimuli  # type: ignore[union-attr]  # an Ask or a Hold
+    png = oiio.ImageBuf(str(_previewed(study)["left"]))
+    shown = (np.asarray(png.get_pixels("uint16")) >> 6)[UPPER]
     model = read_rig(study.folder / "rig.yaml").models.left
-    reference = model.code(read_exr(study.folder / f"{first}.exr").left) * 1023
+    reference = model.code(read_exr(study.folder / f"{_first_pair(study)[0]}.exr").left) * 1023
     assert np.abs(shown - reference).max() <= 0.501
-    words = ["run", study.experiment, "--observer", "01", "--simulate", study.observers, "--results", study.results]
-    result = CliRunner().invoke(group, [str(word) for word in words], catch_exceptions=False)
-    assert result.exit_code == 0, result.output
-    (file,) = session_files(study.results)
-    assert read_session(file).header.presentation["bits"] == 10
+    assert _run(study).header.presentation["bits"] == 10
 
 
 def test_the_costs_of_an_anaglyph_counts_the_mixed_picture(study: Study) -> None:
@@ -260,9 +239,8 @@ def test_the_costs_of_an_anaglyph_counts_the_mixed_picture(study: Study) -> None
 
     study.edit("display.yaml", "  quad-buffered: {same_as", "  anaglyph-red-cyan: {same_as")
     study.edit("rig.yaml", "mode: side-by-side", "mode: anaglyph-red-cyan")
-    result = CliRunner().invoke(group, ["check", str(study.experiment), "--json"], catch_exceptions=False)
-    assert result.exit_code == 0, result.output
-    told = json.loads(result.output)[0]["clipped_percent"]["one"]
+    checked = study.cyclopean("check", study.experiment, "--observers", "5", "--json").stdout
+    told = json.loads(checked)[0]["clipped_percent"]["one"]
     rig = read_rig(study.folder / "rig.yaml")
     mixture = find_mode("anaglyph-red-cyan").mixture(rig.models)
     assert mixture is not None
@@ -281,18 +259,9 @@ def test_dithering_of_the_rig_reaches_the_screen_and_keeps_the_mean_light(study:
     for name in ("one", "two", "three", "four"):
         flat = np.broadcast_to(between, (40, 80, 3)).astype(np.float32)
         write_exr(study.folder / f"{name}.exr", StereoImage.flat(np.ascontiguousarray(flat)))
-
-    def shown(folder: str) -> np.ndarray:
-        output = study.folder / folder
-        words = ["preview", str(study.experiment), "-o", str(output), "--first", "1"]
-        result = CliRunner().invoke(group, words, catch_exceptions=False)
-        assert result.exit_code == 0, result.output
-        codes = np.asarray(Image.open(output / "block-02_screen-001_left.png"))
-        return codes[240 - 30 - 20 : 240 - 30 + 20, 160 - 40 : 160 + 40]
-
-    assert set(np.unique(shown("rounded"))) == {20}
+    assert set(np.unique(_codes(study)["left"][UPPER])) == {20}
     study.edit("rig.yaml", "distance_mm: 700\n", "distance_mm: 700\ndither: shared\n")
-    dithered = shown("dithered")
+    dithered = _codes(study)["left"][UPPER]
     assert set(np.unique(dithered)) == {20, 21}
     mean = model.xyz(dithered / 255).mean(axis=(0, 1))
     assert np.abs(mean / between - 1).max() < 0.002

@@ -31,9 +31,9 @@ from tests.runner.presenter.drawn_displays import (
 
 # The same displays each time, so that no run is unlucky: the stress tests look for others.
 FEW = settings(
-    max_examples=8, derandomize=True, database=None, suppress_health_check=[HealthCheck.too_slow], deadline=None
+    max_examples=5, derandomize=True, database=None, suppress_health_check=[HealthCheck.too_slow], deadline=None
 )
-FEWER = settings(FEW, max_examples=4)
+FEWER = settings(FEW, max_examples=3)
 # Newton's method for both eyes takes seconds to compile.
 TWO = settings(FEW, max_examples=2)
 MODE_NAMES = tuple(name for name in MODES if not find_mode(name).needs_stereo)  # the others: tests/quad

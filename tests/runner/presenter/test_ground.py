@@ -24,10 +24,6 @@ GROUNDS = (
 )
 
 
-def inks(ground: Ground, models: EyeModels, mode: str = "side-by-side", correction: Correction | None = None) -> Inks:
-    return Inks(ground, find_mode(mode).compensation(models, (640, 480), correction or Correction()))
-
-
 def test_a_light_is_of_a_luminance_or_a_share_of_white_and_of_a_colour(model: Model) -> None:
     display = model(2.2)
     white = display.white_XYZ_cd_m2

@@ -15,6 +15,7 @@ from devices.measurements import read_csv
 from runner.presenter import ColourPass, Dithering
 from runner.presenter.colour_pass import MixedPass
 from runner.presenter.surfaces.egl import EglSurface
+from tests.runner.presenter.test_plvc_pass import read, upload
 
 pytestmark = pytest.mark.usefixtures("each_arithmetic")
 
@@ -50,16 +51,6 @@ def colours(model: DisplayModel) -> NDArray[np.float32]:
     inside = asked[(asked[:, 1] >= 1e-7) & (asked[:, 1] <= model.white_XYZ_cd_m2[1])]
     assert len(inside) > 10000
     return np.asarray(inside[np.linspace(0, len(inside) - 1, 10000).astype(int)].reshape(100, 100, 3))
-
-
-def read(framebuffer, dtype: str = "f4") -> Floats:  # type: ignore[no-untyped-def]  # moderngl's own types are not named
-    numbers = np.float32 if dtype == "f4" else np.uint8
-    found = np.frombuffer(framebuffer.read(components=3, dtype=dtype, alignment=1), numbers)
-    return found.reshape(framebuffer.height, framebuffer.width, 3)[::-1].astype(np.float64)
-
-
-def upload(egl: EglSurface, asked: NDArray[np.float32]):  # type: ignore[no-untyped-def]  # moderngl's own types are not named
-    return egl.context.texture(asked.shape[1::-1], 3, asked.tobytes(), alignment=1, dtype="f4")
 
 
 def check(egl: EglSurface, model: DisplayModel) -> None:

@@ -11,10 +11,8 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from devices.colour import D65_XY, SRGB_PRIMARIES_XY, rgb_to_xyz_matrix, srgb_decoded
 from devices.display import EYES, Eye, EyeModels, Nominal, NominalKind
 from runner.presenter import MODES, ModeOptions, Picture, Presenter, Scene, Surface, find_mode, open_surface
-from runner.presenter.modes.options import Filters
 from stimuli.build import StimulusSet, build_set
 from stimuli.pictures import StereoImage
 
@@ -30,12 +28,6 @@ def _codes(seed: int) -> Codes:
     every = np.concatenate([greys, colours])
     filled = np.resize(every, (-(-len(every) // COLUMNS) * COLUMNS, 3))
     return filled.reshape(-1, COLUMNS, 3).astype(np.uint8)
-
-
-def _xyz(codes: Codes, white_cd_m2: float) -> NDArray[np.float32]:
-    """Decode sRGB as IEC 61966-2-1 does."""
-    matrix = rgb_to_xyz_matrix(*SRGB_PRIMARIES_XY, D65_XY)
-    return (white_cd_m2 * srgb_decoded(codes / 255.0) @ matrix.T).astype(np.float32)
 
 
 @pytest.fixture(scope="module")
@@ -105,28 +97,6 @@ def test_every_grey_and_ten_thousand_colours_of_a_PNG_come_back_exactly(
         assert not model.clipping(pictures[eye]).any_channel
         seen += int(mine.sum())
     assert seen >= codes["left"][..., 0].size
-
-
-@pytest.mark.parametrize("mode", ["side-by-side-half", "top-bottom-half"])
-def test_squeezed_modes_keep_what_is_alike_in_the_pixels_that_share_one(mode: str, two_windows: Surface) -> None:
-    model = Nominal.of("srgb", 100.0).model()
-    codes = _codes(3)[:, : COLUMNS // 2]
-    down, across = (1, 2) if "side" in mode else (2, 1)
-    wide = codes.repeat(across, 1).repeat(down, 0)
-    image = StereoImage.flat(_xyz(wide, 100.0))
-    size_px = codes.shape[1], codes.shape[0]
-    for _, shown, _ in _shown(two_windows, mode, EyeModels(model, model), image, size_px):
-        assert np.array_equal(shown, codes)
-
-
-@pytest.mark.parametrize("mode", [name for name in MODES if "anaglyph" in name])
-def test_an_anaglyph_by_channels_keeps_the_codes_of_a_flat_picture(mode: str, two_windows: Surface) -> None:
-    model = Nominal.of("srgb", 100.0).model()
-    codes = _codes(4)
-    options = ModeOptions(filters=Filters(split_channels=True))
-    image = StereoImage.flat(_xyz(codes, 100.0))
-    for _, shown, _ in _shown(two_windows, mode, EyeModels(model, model), image, SIZE_PX, options):
-        assert np.array_equal(shown, codes)
 
 
 @pytest.mark.parametrize("kind", get_args(NominalKind))

@@ -108,10 +108,6 @@ def test_the_pass_is_what_newton_s_steps_make_of_it(egl: EglSurface) -> None:
 
 
 MIXING = tuple(name for name in MODES if name.startswith("anaglyph"))
-OTHER_SURFACES = ("quad-buffered", "dual-window")
-
-
-SHOWN = [name for name in MODES if name not in (*MIXING, *OTHER_SURFACES)]
 
 
 @pytest.mark.parametrize("masks", [*nightly("shared"), "independent"])

@@ -102,21 +102,6 @@ def test_a_motion_is_a_frame_but_no_scene_and_no_onset(make_presenter: MakePrese
     assert (work.frames_drawn, work.pointers_drawn, work.frames_redrawn, work.scenes_skipped) == (1, 1, 0, 1)
 
 
-def test_the_next_scene_comes_without_it(make_presenter: MakePresenter) -> None:
-    presenter = make_presenter({})
-    other = Scene((Text("Another."),))
-    presenter.show(other)
-    clean = presenter.capture()["screen"]
-    presenter.show(SCENE)
-    presenter.point(True)
-    _move(presenter, 5.0, 5.0)
-    presenter.point(False)
-    assert presenter.counters.pointers_drawn == 1  # nothing is drawn to hide it
-    presenter.show(other)
-    assert presenter.pointer_px is None
-    np.testing.assert_array_equal(presenter.capture()["screen"], clean)
-
-
 def test_it_comes_back_at_once_where_it_was_if_asked(make_presenter: MakePresenter) -> None:
     presenter = make_presenter({})
     presenter.show(SCENE)

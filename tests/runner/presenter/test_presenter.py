@@ -16,7 +16,6 @@ from stimuli.pictures import StereoImage
 
 Make = Callable[..., Presenter]
 Stereo = Callable[..., StereoImage]
-HALF = 320  # of the 640 px surface
 
 
 def expected(model: DisplayModel, XYZ: NDArray[np.float32]) -> NDArray[np.float64]:
@@ -109,18 +108,6 @@ def test_nine_trials_decode_upload_and_transform_each_picture_once(
     assert work.colour_passes == 19
     assert work.pixels_shaded == 19 * 30 * 40
     assert work.evictions == 0
-
-
-def test_prefetched_pictures_need_no_work_when_shown(make_presenter: Make, random_stereo: Stereo) -> None:
-    presenter = make_presenter({"a": random_stereo(20, 20)})
-    scene = Scene((Picture("a"), Text("Which?")))
-    presenter.prefetch(scene)
-    ready = presenter.counters
-    assert (ready.frames_drawn, ready.decodes, ready.uploads, ready.texts_rasterised) == (0, 1, 2, 1)
-    presenter.show(scene)
-    shown = presenter.counters
-    assert shown.frames_drawn == 1
-    assert (shown.decodes, shown.uploads, shown.colour_passes, shown.texts_rasterised) == (1, 2, 2, 1)
 
 
 def test_the_picture_used_longest_ago_goes_first_and_never_one_that_is_shown(

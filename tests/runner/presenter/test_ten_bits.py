@@ -35,7 +35,6 @@ from tests.runner.presenter.conftest import AskedRamps
 
 Floats = NDArray[np.float64]
 MakeModel = Callable[..., DisplayModel]
-Ramps = Callable[[DisplayModel], NDArray[np.float32]]
 Stereo = Callable[..., StereoImage]
 
 ASUS = Path(__file__).parents[3] / "configs/displays/asus_vg248qe.yaml"

@@ -10,7 +10,7 @@ from documents import InputError
 from runner.reports import report_comparison
 from stimuli.comparison import CompareOptions
 from stimuli.measures import ViewingConditions
-from tests.pages import policy_of, works_and_runs_nothing
+from tests.pages import policy_of
 from tests.stimuli.comparison.scenes import PLATE, RIG, spots, written
 
 
@@ -25,7 +25,6 @@ def test_a_page_and_an_experiment_are_written_where_they_are_asked_for(tmp_path:
     assert report.validated
     assert report.page == page
     assert policy_of(page.read_text(encoding="utf-8"))
-    works_and_runs_nothing(page.read_text(encoding="utf-8"), tmp_path)
     assert report.experiment[0] == tmp_path / "study" / "experiments" / "plate.yaml"
     assert all(file.is_file() for file in report.experiment)
     record = report.to_json()

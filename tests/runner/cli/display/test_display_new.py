@@ -65,11 +65,6 @@ def test_the_panel_comes_from_the_monitor_or_is_asked_for(
     assert (nominal.black_cd_m2, nominal.black_assumed) == (0.3, False)
 
 
-def test_a_black_above_white_is_refused(tmp_path: Path, cyclopean: Cyclopean) -> None:
-    refused = cyclopean("display", "new", "-o", tmp_path / "a.yaml", "--black-cd-m2", "100", *PANEL, expect=2)
-    assert "must be below --white-cd-m2" in refused.stderr
-
-
 def test_a_mode_that_is_measured_goes_into_the_file_and_the_others_stay_nominal(
     tmp_path: Path, cyclopean: Cyclopean
 ) -> None:

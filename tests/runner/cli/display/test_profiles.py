@@ -82,3 +82,16 @@ def test_what_is_missing_is_asked_for(arguments: list[str], words: str) -> None:
     result = CliRunner().invoke(group, ["display", "convert", *arguments])
     assert result.exit_code != 0
     assert words in result.output + str(result.exception)
+
+
+def test_the_room_s_light_goes_into_no_file_for_other_programs(tmp_path: Path) -> None:
+    """In a ``.cube``: tests/devices/profiles/test_cube.py."""
+    made: dict[str, bytes] = {}
+    for name, room in (("dark", ""), ("lit", "ambient_XYZ_cd_m2: [0.5, 0.6, 0.4]\n")):
+        path, out = tmp_path / name / "d.yaml", tmp_path / name / "d.icc"
+        path.parent.mkdir()
+        path.write_text(DISPLAY.read_text(encoding="utf-8") + room, encoding="utf-8")
+        words = _run("convert", str(path), "--mode", "side-by-side", "--to", "icc", "-o", str(out))
+        assert ("the room's light, 0.6 cd/m²" in words) == bool(room)
+        made[name] = out.read_bytes()
+    assert made["lit"] == made["dark"]

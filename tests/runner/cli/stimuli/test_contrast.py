@@ -23,7 +23,7 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def recipe(tmp_path: Path) -> Path:
     text = (ROOT / "configs/stimuli/manitoba_gray.yaml").read_text(encoding="utf-8")
     small = tmp_path / "small.yaml"
-    small.write_text(text.replace("size_mm: [150, 100]", "size_mm: [30, 20]"), encoding="utf-8")
+    small.write_text(text.replace("size_mm: [150, 100]", "size_mm: [15, 10]"), encoding="utf-8")
     return small
 
 
