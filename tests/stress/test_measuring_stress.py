@@ -17,8 +17,8 @@ from documents import InputError
 from runner.measuring.code_screen import CodeScreen, EyeCodes
 from runner.presenter import MODES, find_mode, open_surface
 from tests.devices.patches.simulated_sets import read_sets
-from tests.stress.killed_measurement import kill_and_resume
 from tests.runner.measuring.test_commands import DISPLAY, RIG
+from tests.stress.killed_measurement import kill_and_resume
 
 pytestmark = pytest.mark.stress
 

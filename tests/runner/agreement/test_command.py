@@ -165,6 +165,7 @@ def test_ratings_are_divided_by_their_photographs(tmp_path: Path, cyclopean: Cyc
     assert found["measures"][0]["decision"] == "agrees"
 
 
+@pytest.mark.nightly
 def test_a_flat_stimulus_beside_a_photograph_in_stereo_is_measured_as_both_eyes_saw_it(
     tmp_path: Path, cyclopean: Cyclopean
 ) -> None:

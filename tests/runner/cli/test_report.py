@@ -137,6 +137,7 @@ def test_pictures_are_taken_for_what_they_are_worth_and_observers_left_out_by_na
     assert "no pictures" not in page
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("undrawn")
 def test_an_experiments_name_leads_out_of_no_folder(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for file in results.rglob("session.jsonl"):

@@ -147,12 +147,14 @@ def test_a_second_session_is_refused_before_anything_is_drawn_and_what_it_says_t
     _simulate(study, "--again")  # nothing is unfinished now
 
 
+@pytest.mark.nightly
 def test_a_session_that_stopped_before_its_first_answer_is_no_obstacle(study: Study) -> None:
     _simulate(study)
     _cut(study.results, 2)  # header, instructions
     assert json.loads(_simulate(study).stdout)["ending"] == "completed"
 
 
+@pytest.mark.nightly
 def test_many_simulated_observers_with_unfinished_sessions_are_named(study: Study) -> None:
     from runner.session import simulate
 
@@ -449,6 +451,7 @@ def test_a_further_sitting_has_an_order_of_its_own_the_other_sides_and_a_note_in
     assert "sittings" not in " ".join(on_sessions([first]))
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("undrawn")
 def test_codes_that_differ_in_leading_zeros_are_noted(study: Study) -> None:
     said: list[str] = []

@@ -71,11 +71,16 @@ def test_asked_for_they_count_and_a_shared_code_stays_two_observers(folder: Fold
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_simulated_observers_alone_and_people_alone_are_reported_as_such(folder: Folder) -> None:
+def test_simulated_observers_alone_are_reported_as_such(folder: Folder) -> None:
     alone = folder((), SIMULATED)
     values = _reported(alone)
     assert (values["trials"], values["simulated"]) == (36, True)
     assert "all of them were simulated" in (alone / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.nightly
+@pytest.mark.usefixtures("undrawn")
+def test_of_people_alone_nothing_is_said_of_simulated_observers(folder: Folder) -> None:
     people = _run("report", folder(PEOPLE, ()), "--no-thumbnails")
     assert "2 observers, 24 comparisons" in people
     assert "imulated observer" not in people

@@ -89,6 +89,7 @@ def test_a_fit_carries_the_table_into_the_display_file(folder: Path, load_table:
     assert not read_display(new).gamma_table("row-interleaved", "left").known
 
 
+@pytest.mark.nightly
 def test_a_measurement_is_resumed_with_its_own_table_alone(folder: Path, load_table: Load) -> None:
     measure(folder)
     lines = (folder / "m.jsonl").read_text().splitlines(True)
@@ -183,6 +184,7 @@ def test_a_wrong_table_in_a_display_file_is_found_at_its_place(folder: Path, hel
     assert finding.line == len(text.splitlines())
 
 
+@pytest.mark.nightly
 def test_patches_shown_for_another_instrument_name_their_table(folder: Path, load_table: Load) -> None:
     shown = folder / "shown.csv"
     command = ["patches", folder / "rig.yaml", "--set", "grey", "--windowed", "--settle", "0", "--each", "0.001"]

@@ -75,7 +75,7 @@ def test_what_channels_that_act_on_each_other_leave_over(surface: EglSurface, mo
     _check(worst_of_an_eye(surface, models, None, "left", 10, seed))
 
 
-@FEW
+@FEWER
 @given(models=eye_models(plvc=False), correction=corrections(SIZE_PX), eye=st.sampled_from(EYES), seed=SEEDS)
 def test_crosstalk_and_uneven_panels(
     surface: EglSurface, models: EyeModels, correction: Correction, eye: Eye, seed: int

@@ -69,8 +69,8 @@ def _told(*words: object) -> dict[str, object]:
 def test_a_table_to_a_camera_file_and_a_page(
     tmp_path: Path, form: str, loss: str, request: pytest.FixtureRequest
 ) -> None:
-    """Figures are drawn of the form and the loss that are taken unless others are named."""
-    if (form, loss) != ("linear", "xyz"):
+    """Figures are drawn at night."""
+    if form == ("linear" if loss == "xyz" else "affine"):
         request.getfixturevalue("undrawn")
     table, camera, page = _table(tmp_path / "chart.csv"), tmp_path / "camera.yaml", tmp_path / "out" / "page.html"
     result = _fit(

@@ -65,6 +65,7 @@ def test_the_panel_comes_from_the_monitor_or_is_asked_for(
     assert (nominal.black_cd_m2, nominal.black_assumed) == (0.3, False)
 
 
+@pytest.mark.nightly
 def test_a_mode_that_is_measured_goes_into_the_file_and_the_others_stay_nominal(
     tmp_path: Path, cyclopean: Cyclopean
 ) -> None:

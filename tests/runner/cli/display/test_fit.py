@@ -118,6 +118,7 @@ def test_the_black_that_is_printed_is_the_light_of_code_0(tmp_path: Path, model:
         assert by_model == pytest.approx(black[1], rel=0.3)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("observer", ["CIE 1964 10", *nightly("CIE 1931 2")])
 def test_the_observer_of_readings_is_said(tmp_path: Path, observer: str) -> None:
     file = tmp_path / "r.ti3"
