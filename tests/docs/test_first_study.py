@@ -54,7 +54,7 @@ def test_the_page_ends_with_a_report(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "cache"))
     monkeypatch.setenv("DISPLAY", "")
-    draw_pairs(tmp_path / "photos", [f"photo{number}" for number in range(1, 11)], (300, 200))
+    draw_pairs(tmp_path / "photos", [f"photo{number}" for number in range(1, 11)], (90, 60))
     commands = _commands()
     assert len(commands) <= MOST_COMMANDS
     assert [words[1] for words in commands] == ["env", "new", "check", "run", "report"]

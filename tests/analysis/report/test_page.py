@@ -16,7 +16,6 @@ from analysis.records import SessionLog
 from analysis.report import Report, write_report
 from analysis.report.figures import CLASS_COLOURS, draw_scores
 from analysis.report.page import render
-from analysis.report.summary import summarise
 from analysis.report.words import plain
 from tests.analysis.report.conftest import scores_with
 from tests.kept import known
@@ -146,12 +145,8 @@ def test_a_phone_scrolls_the_page_one_way_only(sessions: list[SessionLog], tmp_p
     assert int(found.group(1)) <= int(found.group(2))
 
 
-def test_stimuli_in_very_many_classes_leave_room_for_the_picture(make_session: Maker) -> None:
-    names = [f"{number:03d}" for number in range(12)]
-    answers = [(one, other) for one, other in zip(names, names[1:] + names[:1], strict=True)]
-    summary = summarise(
-        [make_session(f"{number}", names=names, answers=answers + [(b, a) for a, b in answers]) for number in range(2)]
-    )
+def test_stimuli_in_very_many_classes_leave_room_for_the_picture(described: Report) -> None:
+    summary = known(described.pairs)
     crowded = scores_with(
         summary.scores,
         items=tuple(
