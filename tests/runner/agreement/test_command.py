@@ -152,6 +152,7 @@ def test_one_reference_picture_is_the_photograph(tmp_path: Path, cyclopean: Cycl
     assert found["measures"][0]["correlations"]["spearman"]["value"] > 0.7
 
 
+@pytest.mark.nightly
 def test_ratings_are_divided_by_their_photographs(tmp_path: Path, cyclopean: Cyclopean) -> None:
     scale = "{name: quality, question: How good, lowest: 1, highest: 9}"
     file = write_study(tmp_path, f"{{kind: rating, ratings: [{scale}]}}")
@@ -238,6 +239,7 @@ def test_another_display_is_refused(study: Study, cyclopean: Cyclopean, tmp_path
     assert "is not that of the sessions" in ended
 
 
+@pytest.mark.nightly
 def test_sessions_from_other_distances_are_refused(
     study: Study, cyclopean: Cyclopean, tmp_path: Path, unchained: Callable[[Path], None]
 ) -> None:

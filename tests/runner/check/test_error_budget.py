@@ -85,6 +85,7 @@ def test_the_shipped_rig_has_a_number_for_what_is_known_and_none_for_what_is_not
     assert 0.0 < codes["left"].mean < together["left"].mean < codes["left"].mean + 0.2
 
 
+@pytest.mark.nightly
 def test_dither_and_more_bits_cost_less_than_rounding() -> None:
     rounded, dithered, ten = (
         rig_budget(rig, encoding).row(Step.CODES).eyes

@@ -70,6 +70,7 @@ def test_asked_for_they_count_and_a_shared_code_stays_two_observers(folder: Fold
     assert (values["trials"], values["simulated"], values["left_out"]["simulated"]) == (60, False, [])
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("undrawn")
 def test_simulated_observers_alone_are_reported_as_such(folder: Folder) -> None:
     alone = folder((), SIMULATED)

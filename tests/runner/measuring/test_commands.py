@@ -158,6 +158,7 @@ def test_patches_are_shown_in_every_mode(folder: Path, mode: str, eye: str) -> N
     assert ("hold the left filter" in result.stderr) == (eye == "left" and mode.startswith("anaglyph"))
 
 
+@pytest.mark.nightly
 def test_the_list_is_what_is_measured(folder: Path) -> None:
     listed = _run("patches", folder / "rig.yaml", "--set", "dark", "--seed", "3", "--list").stdout
     _measure(folder, "--set", "dark", "--seed", "3")

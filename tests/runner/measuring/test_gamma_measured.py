@@ -67,6 +67,7 @@ def test_readings_keep_the_table_through_every_file(folder: Path, load_table: Lo
     np.testing.assert_allclose(of_ti3.codes, power(1.1).at(plain.codes), atol=1e-5)
 
 
+@pytest.mark.nightly
 def test_a_fit_carries_the_table_into_the_display_file(folder: Path, load_table: Load) -> None:
     codes = [patch.codes for patch in find_patches("table_c1").patches][::3]  # a third of them tells as much here
     rows = "".join(",".join(f"{255 * code:g}" for code in one) + "\n" for one in codes)

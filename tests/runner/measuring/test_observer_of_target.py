@@ -92,6 +92,7 @@ def test_readings_without_spectra_are_not_compared_with_it(display: Path, tmp_pa
     assert not any("observer" in note for note in verdicts.notes)
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("undrawn")
 def test_readings_with_spectra_are_compared_with_it_for_its_observer_and_the_page_says_so(tmp_path: Path) -> None:
     waves = np.arange(380.0, 781.0, 5.0)

@@ -187,6 +187,7 @@ def test_a_rig_and_a_mode_that_was_not_measured(tmp_path: Path) -> None:
     assert "not characterised in the mode 'flat'" in str(CliRunner().invoke(group, arguments).exception)
 
 
+@pytest.mark.nightly
 def test_channels_that_act_on_each_other_are_undone_in_what_is_verified() -> None:
     """PLVC: every colour asked can be shown, and the codes read back are the float64 model's."""
     model = plvc(mixed=0.05)

@@ -15,7 +15,7 @@ import pytest
 
 from devices.measurements import read_session
 
-pytestmark = pytest.mark.window
+pytestmark = [pytest.mark.window, pytest.mark.nightly]
 
 DISPLAY = "schema_version: 1\npanel: {resolution_px: [640, 480], pixel_pitch_mm: 0.25}\n"
 
@@ -81,7 +81,6 @@ def window(xvfb: str, tmp_path: Path) -> Iterator[Callable[..., Window]]:
         one.process.communicate()
 
 
-@pytest.mark.nightly
 def test_keys_go_on_back_and_stop(window: Callable[..., Window], tmp_path: Path) -> None:
     shown = window("patches", "-o", str(tmp_path / "shown.csv"))
     shown.until("1/39  black: 0 0 0")

@@ -69,6 +69,7 @@ def test_channels_that_act_on_each_other(surface: EglSurface, models: EyeModels,
     _check(worst_of_an_eye(surface, models, None, "left", 10, seed))
 
 
+@pytest.mark.nightly
 @TWO
 @given(models=eye_models(plvc=True, residual=True), seed=SEEDS)
 def test_what_channels_that_act_on_each_other_leave_over(surface: EglSurface, models: EyeModels, seed: int) -> None:

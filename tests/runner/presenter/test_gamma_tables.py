@@ -23,6 +23,7 @@ from runner.presenter.surfaces.gamma_tables import Entries, set_tables
 from runner.presenter.surfaces.glfw_session import GlfwSession
 from runner.presenter.surfaces.identity_tables import IdentityTables, restore_left, tables_folder
 from runner.presenter.surfaces.windows import WindowSurface
+from tests.choice import nightly
 from tests.forked import Server
 
 pytestmark = pytest.mark.window
@@ -188,7 +189,7 @@ def test_a_killed_session_and_a_new_one_with_the_identity_keep_the_first_table(
     assert kept() == []
 
 
-@pytest.mark.parametrize("ends", ["end", "kill"])
+@pytest.mark.parametrize("ends", [*nightly("end"), "kill"])
 def test_of_two_sessions_the_last_restores(load_table: Load, other: Callable[[], Other], ends: str) -> None:
     first = other()
     with WindowSurface(SIZE_PX, windowed=True, identity=True) as window:

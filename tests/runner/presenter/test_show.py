@@ -85,7 +85,7 @@ def test_the_screenshot_holds_the_framebuffers_codes(show: Run, picture: Path, t
 
 
 @pytest.mark.parametrize(
-    ("panel", "asked", "bits"), [(10, (), 10), (10, ("--bits", "8"), 8), *nightly((12, (), 10), (8, (), 8))]
+    ("panel", "asked", "bits"), [(10, (), 10), *nightly((10, ("--bits", "8"), 8), (12, (), 10), (8, (), 8))]
 )
 def test_bits_are_the_panel_s_unless_others_are_asked_for(
     show: Run, picture: Path, tmp_path: Path, panel: int, asked: tuple[str, ...], bits: int

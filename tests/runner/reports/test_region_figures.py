@@ -43,6 +43,7 @@ def test_what_the_figures_say() -> None:
     assert "&lt;region 3&gt; (excluded)" in delta_e_figure(table(24, saturated=1.0), 1.4, "E")
 
 
+@pytest.mark.nightly
 def test_of_many_regions_those_that_differ_most_are_drawn() -> None:
     many = table(200)
     svg = delta_e_figure(many, 1.4, "E")

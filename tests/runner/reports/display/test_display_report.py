@@ -128,6 +128,7 @@ def test_verdicts_come_first_and_each_check_has_its_section(page: str, verdicts:
     assert verdicts.sentence in parsed.text
 
 
+@pytest.mark.nightly
 def test_it_opens_and_runs_nothing(page: str, tmp_path: Path) -> None:
     works_and_runs_nothing(page, tmp_path)
 
