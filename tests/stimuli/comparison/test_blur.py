@@ -14,7 +14,7 @@ from stimuli.comparison.sharpness import blur_between
 from stimuli.comparison.sparkles import SparkleArea
 from stimuli.measures import ViewingConditions
 from stimuli.pictures import RowFile
-from tests.stimuli.comparison.scenes import PLATE, SIZE, Floats32, coloured, spots, written
+from tests.stimuli.comparison.scenes import PLATE, SIZE, Floats32, coloured, few, spots, written
 
 
 def blurred(picture: Floats32, sd_px: float) -> Floats32:
@@ -55,7 +55,7 @@ def test_a_blurred_picture_is_registered(sd_px: float, way: str) -> None:
 
 
 def test_a_blurred_rendering_fails_for_its_blur(tmp_path: Path) -> None:
-    photo = spots()
+    photo = few()
     files = [written(tmp_path / name, one) for name, one in (("a.exr", photo), ("b.exr", blurred(photo, 4.0)))]
     result = compare_pictures(files[0], files[1], PLATE)
     assert result.verdict.decision == "not validated"
