@@ -104,6 +104,7 @@ def tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return made
 
 
+@pytest.mark.nightly
 def test_a_sum_that_becomes_a_difference_is_killed_and_what_no_test_sees_survives(tree: Path) -> None:
     source = (tree / "sums.py").read_bytes()
     unseen, seen = mutants_of("sums.py", source)
@@ -115,6 +116,7 @@ def test_a_sum_that_becomes_a_difference_is_killed_and_what_no_test_sees_survive
     assert mutants.run_tests(tree, ["test_sums.py"], 60.0)[0] == "survived"  # nothing compiled from a mutant is left
 
 
+@pytest.mark.nightly
 def test_what_never_ends_is_ended(tree: Path) -> None:
     put(tree / "sums.py", b"while True:\n    pass\n", 1_000_000_000)
     status, _, seconds = mutants.run_tests(tree, ["test_sums.py"], 1.5)
