@@ -162,11 +162,11 @@ def eye_models(
 
 
 @st.composite
-def crosstalks(draw: st.DrawFn) -> Crosstalk:
-    """Leaks that add up to 8 % of each of X, Y and Z, or take up to 6 %, and a little of each into the others."""
+def crosstalks(draw: st.DrawFn, takes: float = 0.06, adds: float = 0.08) -> Crosstalk:
+    """Leaks that add to each of X, Y and Z, or take from them, and a little of each into the others."""
 
     def matrix() -> Floats:
-        own = np.diag([draw(st.floats(-0.06, 0.08)) for _ in range(3)])
+        own = np.diag([draw(st.floats(-takes, adds)) for _ in range(3)])
         return np.asarray(own + 0.003 * np.array([[draw(_SHARES) for _ in range(3)] for _ in range(3)]))
 
     return Crosstalk(matrix(), matrix())
@@ -184,10 +184,12 @@ def gain_maps(draw: st.DrawFn, resolution_px: tuple[int, int]) -> GainMap:
 
 
 @st.composite
-def corrections(draw: st.DrawFn, resolution_px: tuple[int, int], lifts: bool = True) -> Correction:
+def corrections(
+    draw: st.DrawFn, resolution_px: tuple[int, int], lifts: bool = True, takes: float = 0.06, adds: float = 0.08
+) -> Correction:
     """Crosstalk, an uneven panel, or both; ``lifts`` where black may be lifted, which takes channels that add up."""
     which = draw(st.sampled_from(["crosstalk", "gain map", "both"]))
-    crosstalk = None if which == "gain map" else draw(crosstalks())
+    crosstalk = None if which == "gain map" else draw(crosstalks(takes, adds))
     gain_map = None if which == "crosstalk" else draw(gain_maps(resolution_px))
     lift_share = draw(st.sampled_from([0.0, 0.01, 0.05])) if lifts and crosstalk else 0.0
     return Correction(crosstalk, gain_map, lift_share)

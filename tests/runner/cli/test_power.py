@@ -143,12 +143,6 @@ def test_answers_that_set_no_limit_are_compared_with_a_large_spread(tmp_path: Pa
     assert [line["observer_sd"] for line in found["by_observer_sd"]] == [0.0, 1.5]
 
 
-@pytest.mark.nightly
-def test_processes_print_the_same() -> None:
-    words = [THESIS, "--scores", TABLE_4_4, "--observers", "10", "--replicates", "600"]
-    assert told(*words, "--workers", "2") == told(*words, "--workers", "1")
-
-
 @pytest.mark.parametrize(
     ("words", "finding"),
     [

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import json
-import os
 import shlex
 import signal
 import subprocess
 import sys
-import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -25,7 +23,6 @@ from runner.blocks.incomplete_pairs import PLACES, place_of
 from runner.errors import SessionError, UsedCodeError
 from runner.session import SessionOptions, run_session
 from runner.session.one_at_a_time import only_session
-from tests.forked import Server
 
 Study = Any  # tests/conftest.py
 
@@ -216,35 +213,6 @@ def test_a_results_folder_that_cannot_be_made_is_refused(study: Study) -> None:
     study.results.write_text("a file stands where the folder should be")
     told = _simulate(study, expect=2)
     assert "results is no folder" in told.stderr
-
-
-@pytest.mark.nightly
-def test_killed_while_drawing_for_real(study: Study, forked: Server) -> None:
-    """The whole program, killed with SIGKILL at several moments, then resumed to its end."""
-    study.edit("small.yaml", "break_every: 4", "break_every: 4, repeats: 40")
-    words = ["run", str(study.experiment), "--observer", "01", "--simulate", str(study.observers)]
-    words += ["--results", str(study.results), "--json"]
-    seen: list[int] = []
-    for more in ([], ["--resume"], ["--resume"]):
-        process = forked.start("from runner.cli.main import main; main()", [*words, *more], {**os.environ})
-        enough = (seen[-1] if seen else 0) + 5
-        until = time.monotonic() + 60
-        while time.monotonic() < until and process.poll() is None:
-            files = list(session_files(study.results))
-            if files and files[0].read_bytes().count(b'"all_pairs"') >= enough:
-                break
-            time.sleep(0.002)
-        process.kill()
-        process.communicate()
-        seen.append(len(_answered(study.results)))
-    assert seen[0] < seen[1] < seen[2] < 240
-    before = _answered(study.results)
-    done = json.loads(_simulate(study, "--resume").stdout)
-    assert done["answered"] == 240
-    assert _answered(study.results)[: len(before)] == before
-    (file,) = session_files(study.results)
-    keys = [(trial.block, trial.trial) for trial in read_session(file).trials]
-    assert len(keys) == len(set(keys)) == 241
 
 
 @pytest.mark.promise("measured-mode")
