@@ -67,7 +67,10 @@ class _NoAliases(yaml.SafeDumper):
         return True
 
 
-@pytest.mark.parametrize("curve", [gog, tables, plvc])
+NIGHTLY = pytest.mark.nightly
+
+
+@pytest.mark.parametrize("curve", [pytest.param(gog, marks=NIGHTLY), pytest.param(tables, marks=NIGHTLY), plvc])
 def test_absurd_numbers_are_refused_or_harmless(tmp_path: Path, curve: Any) -> None:
     path = tmp_path / "d.yaml"
     wrong = []

@@ -53,7 +53,7 @@ def doubted_rows(codes: Floats, XYZ: Floats) -> NDArray[np.bool_]:
 @pytest.mark.parametrize(
     "display",
     [
-        name if name == "interaction" else pytest.param(name, marks=pytest.mark.stress)
+        pytest.param(name, marks=pytest.mark.nightly if name == "interaction" else pytest.mark.stress)
         for name in DISPLAYS  # that the others lose none but the wrong one, the tests below tell
     ],
 )

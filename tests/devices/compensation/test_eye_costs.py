@@ -32,7 +32,7 @@ def _model(black: Floats = BLACK, primaries: Floats = PRIMARIES) -> DisplayModel
 
 
 def _picture(model: DisplayModel, seed: int = 0) -> StereoImage:
-    light = np.random.default_rng(seed).uniform(-0.02, 1.1, (2, 9, 11, 3))
+    light = np.random.default_rng(seed).uniform(-0.02, 1.1, (2, 5, 6, 3))
     left, right = np.maximum(model.black_XYZ_cd_m2 + light @ model.primaries_XYZ_cd_m2.T, 0.0).astype(np.float32)
     return StereoImage(left, right)
 

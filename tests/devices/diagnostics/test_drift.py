@@ -103,18 +103,21 @@ def test_a_display_whose_black_gives_no_light_is_judged_by_its_light() -> None:
     assert found.seen
 
 
-def test_a_backlight_takes_black_with_it_and_daylight_is_added() -> None:
-    for light, added, kind in (
+@pytest.mark.parametrize(
+    ("light", "added", "kind"),
+    [
         (COURSES["a line"], NONE, "with the light"),
-        (ONE, lambda t: 0.05 * t, "measured"),
+        pytest.param(ONE, lambda t: 0.05 * t, "measured", marks=pytest.mark.nightly),
         (COURSES["a line"], lambda t: 0.5 * t, "measured"),
-    ):
-        readings, truth = run(2, light, added)
-        found = estimate_drift(readings)
-        put_right = found.corrected(readings)
-        assert found.black_kind == kind
-        assert error_percent(put_right, truth) < 1.0
-        assert error_percent(put_right, truth, dark=True) < max(0.1 * error_percent(readings, truth, dark=True), 1.5)
+    ],
+)
+def test_a_backlight_takes_black_with_it_and_daylight_is_added(light: Course, added: Course, kind: str) -> None:
+    readings, truth = run(2, light, added)
+    found = estimate_drift(readings)
+    put_right = found.corrected(readings)
+    assert found.black_kind == kind
+    assert error_percent(put_right, truth) < 1.0
+    assert error_percent(put_right, truth, dark=True) < max(0.1 * error_percent(readings, truth, dark=True), 1.5)
 
 
 def test_a_change_of_the_channels_balance_is_followed() -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from devices.compensation import fit_crosstalk
@@ -116,6 +116,7 @@ def test_other_names_are_plain(name: str) -> None:
     assert tag(name) is None
 
 
+@settings(max_examples=6)
 @given(st.floats(0.3, 2.0), st.floats(-0.5, 0.5), st.floats(1.0, 20.0))
 def test_an_exact_exponential_is_found(settled: float, excess: float, tau: float) -> None:
     time = np.linspace(0, 60, 25)
@@ -127,6 +128,7 @@ def test_an_exact_exponential_is_found(settled: float, excess: float, tau: float
         assert found.stable_s == 0
 
 
+@settings(max_examples=6)
 @given(st.lists(st.tuples(st.floats(0, 1), st.floats(0, 1)), min_size=1, max_size=20))
 def test_points_mixed_from_corners_lie_inside(shares: list[tuple[float, float]]) -> None:
     corners = np.array([[0.45, 0.52], [0.13, 0.57], [0.18, 0.16]])
@@ -162,6 +164,7 @@ def test_everything_at_once() -> None:
     assert all(one.source and one.words for one in found)
 
 
+@pytest.mark.nightly
 def test_the_order_of_readings_does_not_matter_to_colour() -> None:
     panel = characterisation()
     order = np.random.default_rng(3).permutation(len(panel))

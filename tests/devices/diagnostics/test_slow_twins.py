@@ -15,7 +15,7 @@ def test_one_curve_is_the_best_of_a_least_squares_fit_for_each_time_constant(exc
     rng = np.random.default_rng(3)
     place = np.repeat([0, 1, 2], [9, 11, 10])
     when = np.concatenate([np.sort(rng.uniform(0, 1800, count)) for count in (9, 11, 10)])
-    logs = np.log1p(-0.1 * np.exp(-when / 300)) + 0.2 * place + 0.002 * rng.standard_normal((40, 30))
+    logs = np.log1p(-0.1 * np.exp(-when / 300)) + 0.2 * place + 0.002 * rng.standard_normal((12, 30))
     taus = np.geomspace(36, 5400, 50)
     found = settling._one_curve(logs, when, place, taus, excess)
     levels = (place[:, None] == np.arange(3)).astype(float)

@@ -62,7 +62,12 @@ def test_a_model_for_another_observer_comes_from_the_spectra_and_says_so(tmp_pat
     fit.write(file, PANEL)
     assert "observer: CIE 2015 10" in file.read_text()
     assert read_display(file).observers == {"flat": "CIE 2015 10"}
-    # Fitted again for the readings' own observer, nothing of the other stays.
+
+
+@pytest.mark.nightly
+def test_fitted_again_for_the_readings_own_observer_nothing_of_the_other_stays(tmp_path: Path) -> None:
+    file, readings = tmp_path / "d.yaml", display_readings()
+    fit_display(readings, model="gamma", observer="2012_10").write(file, PANEL)
     fit_display(readings, model="gamma").write(file, replace=True)
     assert read_display(file).observers == {"flat": "CIE 1931 2"}
 

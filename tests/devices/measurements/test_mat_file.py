@@ -70,7 +70,7 @@ def test_large_variables_that_are_not_wanted_are_not_unpacked() -> None:
     [
         pytest.param("a bomb", "unpacks to more than|a part states", marks=pytest.mark.nightly),
         pytest.param("a hundred bombs", "more than 20000000 numbers", marks=pytest.mark.nightly),
-        ("structs", "values in one variable"),
+        pytest.param("structs", "values in one variable", marks=pytest.mark.nightly),
         ("too many cells", "values in one variable"),
         ("nested", "in each other"),
         ("variables", "more than 10000 variables"),

@@ -50,7 +50,7 @@ def test_white_of_srgb_is_the_white_of_any_display() -> None:
         assert finer.mean < 0.5 * made.mean
 
 
-@pytest.mark.parametrize("given", ["srgb", "light"])
+@pytest.mark.parametrize("given", ["srgb", pytest.param("light", marks=pytest.mark.nightly)])
 def test_opencolorio_reads_the_table_as_it_is_meant(given: CubeInput, tmp_path: Path) -> None:
     oiio = pytest.importorskip("OpenImageIO")
     model = thesis_display()
