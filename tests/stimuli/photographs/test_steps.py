@@ -133,6 +133,14 @@ def test_a_rolled_camera_is_straightened_before_the_pair_is_aligned(tmp_path: Pa
         made(tmp_path, rolled, align={"method": "points", "points": points, "straighten": True})
 
 
+def test_toe_in_is_undone_before_the_pair_is_aligned(tmp_path: Path) -> None:
+    scene = texture()[10:120, 20:160]
+    write_exr(tmp_path / "pair.exr", StereoImage(scene, scene.copy()))
+    sets = made(tmp_path, {"name": "a", "file": "pair.exr"}, toe_in={"toe_in_deg": 2.6, "field_of_view_deg": 20})
+    assert max(map(abs, step(sets.entry("a"), "rectify_toe_in")["keystone"]["vertical_px"])) > 0.3
+    assert sets.size_px("a")[0] < 140
+
+
 @pytest.mark.parametrize(
     ("luminance", "measured"),
     [

@@ -107,12 +107,6 @@ def test_the_descriptor_of_a_jps(tmp_path: Path, flags: int, layout: int, packin
     assert listed(tmp_path / "a.jps")["a"].packing == packing
 
 
-def test_exif_orientation_turns_the_size(tmp_path: Path) -> None:
-    exif = Image.Exif()
-    exif[0x0112] = 6
-    assert listed(save(tmp_path / "a.jpg", exif=exif))["a"].size_px == (6, 8)
-
-
 def complaint(*paths: Path) -> str:
     with pytest.raises(InputError) as error:
         find_pictures(paths)
