@@ -20,16 +20,21 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from analysis.comparisons.columns import COLUMNS, GROUP_NAMES, Columns, column_of
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.comparisons.columns import COLUMNS, GROUP_NAMES, column_of
 from analysis.comparisons.comparisons import MOST_ITEMS
 from analysis.comparisons.missing import WORDS
 from analysis.comparisons.plain_lines import Fault, PlainReading, is_count
+from analysis.comparisons.sources import Coded, Texts, coded, joined, plain
 from analysis.comparisons.trials_table import Trials
 from analysis.errors import ResultsError
 from documents import Finding
 from documents.text import did_you_mean
 
 Row = Sequence[str]
+Indices = NDArray[np.intp]
 PLAIN = "winner-loser"
 OBSERVER_NAMES = ("observer", "participant", "subject")
 CHOICE_NAMES = ("choice", "chosen", "selection", "selected", "response", "answer", "preferred")
@@ -43,8 +48,8 @@ class Reading(Protocol):
     """Reads the lines below one header."""
 
     @property
-    def columns(self) -> Columns:
-        """Places of the columns of what `translate` returns, as the plain layout names them."""
+    def width(self) -> int:
+        """How many fields a line has."""
         ...
 
     @property
@@ -62,8 +67,8 @@ class Reading(Protocol):
         """What to bear in mind of how the table was read, in sentences."""
         ...
 
-    def translate(self, rows: Sequence[Row]) -> Sequence[Row] | None:
-        """Return ``rows`` as lines of the plain layout; None if one of them has a fault."""
+    def translate(self, columns: Sequence[Texts]) -> Mapping[str, Texts] | None:
+        """Return rows by their ``columns`` as columns of the plain layout; None if a row has a fault or is empty."""
         ...
 
     def fault(self, row: Row) -> Fault | None:
@@ -152,7 +157,7 @@ class _Choice:
 
 
 _SELECTED = {"1": 0, "true": 0, "0": 1, "false": 1}
-TIE = -1
+TIE, UNCLEAR = -1, -2
 
 
 def _options(names: Sequence[str]) -> list[int]:
@@ -187,11 +192,6 @@ class _ChoiceReading:
     meaning: Mapping[str, int]
     by_name: bool
     notes: tuple[str, ...]
-    columns: Columns = field(init=False)
-
-    def __post_init__(self) -> None:
-        roles = ["winner", "loser", "outcome", *(role for role in ("observer", "group") if role in self.places)]
-        object.__setattr__(self, "columns", {role: place for place, role in enumerate(roles)})
 
     @property
     def needed(self) -> Mapping[int, str]:
@@ -202,21 +202,27 @@ class _ChoiceReading:
     def unknown(self) -> Collection[int]:
         return self.options if len(self.options) > 2 else ()
 
-    def translate(self, rows: Sequence[Row]) -> Sequence[Row] | None:
-        told: list[Row] = []
-        for row in rows:
-            if not any(map(str.strip, row)):
-                continue
-            if self.fault(row):
-                return None
-            shown, chosen = self._shown(row), self._chosen(row)
-            beside = [row[self.places[role]] for role in ("observer", "group") if role in self.places]
-            if chosen == TIE:
-                first, second = shown.values()
-                told.append([first, second, "tie", *beside])
-            else:
-                told += [[shown[chosen], item, "win", *beside] for place, item in shown.items() if place != chosen]
-        return told
+    def translate(self, columns: Sequence[Texts]) -> Mapping[str, Texts] | None:
+        items, numbers = joined([coded(columns[place]) for place in self.options])
+        shown, choice = np.stack(numbers, axis=1), coded(columns[self.places["choice"]])
+        if (np.sum(shown >= 0, axis=1) < 2).any() or _repeated(shown) or self._without_group(columns):
+            return None
+        chosen = self._chosen(shown, {item: number for number, item in enumerate(items)}, choice)
+        each, tie = np.arange(len(shown)), chosen == TIE
+        many = np.sum(shown >= 0, axis=1) > 2
+        winner = np.where(tie, np.argmax(shown >= 0, axis=1), chosen)
+        if (chosen == UNCLEAR).any() or (tie & many).any() or (shown[each, winner] < 0).any():
+            return None
+        others = shown >= 0
+        others[each, winner] = False
+        row, place = np.nonzero(others)
+        told: dict[str, Texts] = {
+            "winner": Coded(items, shown[row, winner[row]]),
+            "loser": Coded(items, shown[row, place]),
+            "outcome": Coded(["win", "tie"], tie[row].astype(np.intp)),
+        }
+        beside = {role: coded(columns[place]) for role, place in self.places.items() if role != "choice"}
+        return told | {role: Coded(column.texts, column.code[row]) for role, column in beside.items()}
 
     def fault(self, row: Row) -> Fault | None:
         if len(row) != self.width:
@@ -253,16 +259,36 @@ class _ChoiceReading:
         texts = ((place, row[column].strip()) for place, column in enumerate(self.options))
         return {place: text for place, text in texts if text}
 
-    def _chosen(self, row: Row) -> int:
-        text = row[self.places["choice"]].strip()
-        named = {item: place for place, item in self._shown(row).items()}.get(text) if self.by_name else None
-        return self.meaning[text.lower()] if named is None else named
+    def _chosen(self, shown: Indices, items: Mapping[str, int], choice: Coded) -> Indices:
+        """Return the place of what was chosen among the options of each row; TIE, or UNCLEAR where that is a fault."""
+        texts = [text.strip() for text in choice.texts]
+        meant = np.array([self.meaning.get(text.lower(), UNCLEAR) for text in texts], dtype=np.intp)[choice.code]
+        if not self.by_name:
+            return meant
+        item = np.array([items.get(text, UNCLEAR) for text in texts], dtype=np.intp)[choice.code]
+        same = shown == item[:, None]
+        named = np.where(same.any(axis=1), same.argmax(axis=1), UNCLEAR)
+        torn = (named != UNCLEAR) & (meant != UNCLEAR) & (named != meant)
+        return np.where(torn, UNCLEAR, np.where(named == UNCLEAR, meant, named))
+
+    def _without_group(self, columns: Sequence[Texts]) -> bool:
+        """Say whether a row names no group although there is a column for it."""
+        if "group" not in self.places:
+            return False
+        (groups,) = joined([coded(columns[self.places["group"]])])[1]
+        return bool((groups < 0).any())
 
     def _remedy(self, items: Sequence[str]) -> str:
         if not self.by_name:
             return "write one of: " + ", ".join(self.meaning)
         names = " or ".join(f"'{item}'" for item in items[:3])
         return f"write {names}, or say what it stands for, first option first and a tie last: --choice-codes 1,2,0"
+
+
+def _repeated(shown: Indices) -> bool:
+    """Say whether a row has an item twice."""
+    ordered = np.sort(shown, axis=1)
+    return bool(((ordered[:, 1:] == ordered[:, :-1]) & (ordered[:, 1:] >= 0)).any())
 
 
 @dataclass(frozen=True, slots=True)
@@ -289,14 +315,17 @@ class _Matrix:
 class _MatrixReading:
     items: tuple[str, ...]
     notes: tuple[str, ...] = ("the item of a line was preferred over that of a column as often as the number says",)
-    columns: Columns = field(default_factory=lambda: {"winner": 0, "loser": 1, "count": 2})
     met: list[str] = field(default_factory=list)
     needed: Mapping[int, str] = field(default_factory=dict)
     unknown: Collection[int] = ()
 
-    def translate(self, rows: Sequence[Row]) -> Sequence[Row] | None:
+    @property
+    def width(self) -> int:
+        return len(self.items) + 1
+
+    def translate(self, columns: Sequence[Texts]) -> Mapping[str, Texts] | None:
         told: list[Row] = []
-        for row in rows:
+        for row in zip(*map(plain, columns), strict=True):
             if not any(map(str.strip, row)):
                 continue
             if self.fault(row):
@@ -307,7 +336,7 @@ class _MatrixReading:
             self.met.append(name)
             cells = zip(self.items, row[1:], strict=True)
             told += [[name, item, cell] for item, cell in cells if item != name]
-        return told
+        return dict(zip(("winner", "loser", "count"), zip(*told, strict=True), strict=True)) if told else {}
 
     def fault(self, row: Row) -> Fault | None:
         width = len(self.items) + 1

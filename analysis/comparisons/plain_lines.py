@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from analysis.comparisons.columns import OUTCOMES, REQUIRED, Columns, read_header
+from analysis.comparisons.sources import Texts
 
 Fault = tuple[int, str, str]
 NEEDED = (*REQUIRED, "outcome", "observer", "group")
@@ -34,9 +35,14 @@ class PlainReading:
         """The columns in which a missing value is read as an empty field: nobody knows which item was first."""
         return [self.columns["first"]] if "first" in self.columns else []
 
-    def translate(self, rows: Sequence[Sequence[str]]) -> Sequence[Sequence[str]]:
-        """Return ``rows``; their faults are found when they are counted."""
-        return rows
+    @property
+    def width(self) -> int:
+        """How many fields a line has."""
+        return len(self.columns)
+
+    def translate(self, columns: Sequence[Texts]) -> Mapping[str, Texts]:
+        """Return the ``columns`` by name; their faults are found when they are counted."""
+        return {name: columns[place] for name, place in self.columns.items()}
 
     def end(self) -> None:
         """Return None: nothing can be wrong with the table as a whole."""

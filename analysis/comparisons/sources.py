@@ -42,6 +42,35 @@ class Coded:
         return Coded(self.texts, self.code[rows])
 
 
+Texts = Sequence[str] | Coded
+
+
+def coded(texts: Texts) -> Coded:
+    """Return a column of texts as its distinct ones, in the order in which they are met."""
+    if isinstance(texts, Coded):
+        return texts
+    number = {text: place for place, text in enumerate(dict.fromkeys(texts))}
+    return Coded(list(number), np.fromiter(map(number.__getitem__, texts), np.intp, len(texts)))
+
+
+def plain(texts: Texts) -> Sequence[str]:
+    """Return the text of each row."""
+    return [texts.texts[code] for code in texts.code.tolist()] if isinstance(texts, Coded) else texts
+
+
+def joined(columns: Sequence[Coded]) -> tuple[list[str], list[NDArray[np.intp]]]:
+    """Return the texts of some columns, without the blanks around them, and which of them each row has; -1: none."""
+    number = {"": -1}
+    codes = []
+    for column in columns:
+        texts = [text.strip() for text in column.texts]
+        for text in texts:
+            number.setdefault(text, len(number) - 1)
+        codes.append(np.array([number[text] for text in texts], dtype=np.intp)[column.code])
+    del number[""]
+    return list(number), codes
+
+
 @dataclass(frozen=True, slots=True)
 class CodedTable:
     """A table as columns of texts, all of one length, with their ``names``."""
@@ -197,10 +226,10 @@ class ColumnSource:
         rows = len(table.columns[0].code) if table.columns else 0
         ends = np.ones(rows, dtype=np.intp)
         for column in table.columns:
-            breaks = np.array([len(_BREAK.findall(text)) for text in column.texts], dtype=np.intp)
+            breaks = np.array([_breaks(text) for text in column.texts], dtype=np.intp)
             if breaks.any():
                 ends += breaks[column.code]
-        start = 1 + len(_BREAK.findall(self.header_text))
+        start = 1 + _breaks(self.header_text)
         self._whole = ColumnBlock(table.columns, start + np.cumsum(ends))
         self.line = start
 
@@ -213,6 +242,10 @@ class ColumnSource:
             block = self._whole.part(slice(start, start + BLOCK_ROWS))
             self.line = int(block.number[-1])
             yield block
+
+
+def _breaks(text: str) -> int:
+    return len(_BREAK.findall(text)) if "\n" in text or "\r" in text else 0
 
 
 def _as_line(row: Row) -> str:

@@ -21,16 +21,19 @@ from analysis.comparisons.comparisons import Comparisons
 from analysis.comparisons.layouts import PLAIN, Reading, find_layout
 from analysis.comparisons.mat_table import read_mat_table
 from analysis.comparisons.missing import KEEP, WORDS, Missing
-from analysis.comparisons.plain_lines import PlainReading
 from analysis.comparisons.sources import (
     MOST_LETTERS,
     Block,
+    Coded,
     CodedTable,
     ColumnBlock,
     ColumnSource,
     LineSource,
     NumberedRow,
+    Row,
     Source,
+    Texts,
+    plain,
 )
 from analysis.comparisons.tally import Tally
 from analysis.errors import ResultsError
@@ -280,7 +283,7 @@ def _read(source: Source, file: str, asked: _Asked) -> TableRead:
         codes = {code.lower() for code in asked.codes}
         words = frozenset() if asked.keep_na else frozenset(word for word in WORDS if word.lower() not in codes)
         missing = Missing(file, reading.needed, reading.unknown, words)
-        tally = Tally(reading.columns)
+        tally = Tally()
         for block in source.blocks():
             findings += _take_in(block, tally, reading, missing)
             if len(findings) >= MOST_FINDINGS:
@@ -304,9 +307,9 @@ def _read(source: Source, file: str, asked: _Asked) -> TableRead:
 
 def _take_in(block: Block, tally: Tally, reading: Reading, missing: Missing) -> list[Finding]:
     """Count the rows of ``block`` in which nothing is missing, or return their faults."""
-    if isinstance(block, ColumnBlock) and isinstance(reading, PlainReading):
+    if isinstance(block, ColumnBlock):
         kept = missing.without_rows(block)
-        if tally.add_columns({name: kept.columns[place] for name, place in reading.columns.items()}):
+        if _counted(tally, reading, kept.columns):
             return []
         rows = kept.rows
     else:
@@ -337,10 +340,20 @@ def _with_named_items(table: TableRead, file: str, asked: _Asked) -> TableRead:
     return table
 
 
-def _added(tally: Tally, reading: Reading, rows: Sequence[Sequence[str]]) -> bool:
+def _added(tally: Tally, reading: Reading, rows: Sequence[Row]) -> bool:
     """Count ``rows`` and say True, or say False if one of them has a fault."""
-    told = reading.translate(rows)
-    return told is not None and (not told or tally.add(told))
+    if all(len(row) == reading.width for row in rows) and _counted(tally, reading, list(zip(*rows, strict=True))):
+        return True
+    kept = [row for row in rows if any(field.strip() for field in row)]
+    return len(kept) < len(rows) and (not kept or _added(tally, reading, kept))
+
+
+def _counted(tally: Tally, reading: Reading, columns: Sequence[Texts]) -> bool:
+    """Count rows by their ``columns`` and say True, or say False if one of them has a fault."""
+    told = reading.translate(columns)
+    if told is not None and not isinstance(columns[0], Coded):  # whose distinct texts differ from block to block
+        told = {name: plain(texts) for name, texts in told.items()}
+    return told is not None and (not told or tally.add_columns(told))
 
 
 def _find_faults(rows: Iterable[NumberedRow], reading: Reading, missing: Missing) -> list[Finding]:

@@ -9,16 +9,14 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.comparisons.columns import Columns
 from analysis.comparisons.comparisons import MOST_ITEMS, Comparisons, from_arrays
-from analysis.comparisons.sources import Coded, Row
+from analysis.comparisons.sources import Coded, Texts
 from analysis.errors import ResultsError
 from documents import Finding
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Number = TypeVar("Number", bound=np.generic)
-Texts = Sequence[str] | Coded
 
 NO_ITEM = UNKNOWN = -1
 UNMET = -2
@@ -52,8 +50,7 @@ class Tally:
     those of new blocks wait until there are about as many as are sorted already.
     """
 
-    def __init__(self, columns: Columns) -> None:
-        self._columns = columns
+    def __init__(self) -> None:
         self._items, self._people, self._groups = _Names(), _Names(), _Names()
         self._items[""] = NO_ITEM
         self._kinds, self._counts = np.empty(0, np.int64), np.empty(0)
@@ -61,18 +58,8 @@ class Tally:
         self._waiting = 0
         self._numbers_of: dict[str, Indices] = {}
 
-    def add(self, rows: Sequence[Row]) -> bool:
-        """Count ``rows``, and say True; or say False if one of them has a fault, and count none."""
-        width = len(self._columns)
-        if all(len(row) == width for row in rows):
-            texts = list(zip(*rows, strict=True))
-            if self.add_columns({name: texts[field] for name, field in self._columns.items()}):
-                return True
-        kept = [row for row in rows if any(field.strip() for field in row)]
-        return len(kept) < len(rows) and (not kept or self.add(kept))
-
     def add_columns(self, column: Mapping[str, Texts]) -> bool:
-        """Count rows by the texts of their columns, as `add` does; an empty row is a fault here."""
+        """Count rows by the texts of their columns, and say True; or say False if one has a fault, and count none."""
         pairs = self._pairs(column["winner"], column["loser"])
         winner, loser = pairs[::2], pairs[1::2]
         if len(self._items.list) > MOST_ITEMS:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
 
 from analysis.comparisons.columns import KINDS, TIES, Columns
 from analysis.comparisons.plain_lines import Fault, PlainReading
+from analysis.comparisons.sources import Coded, Texts, coded, plain
 
 _NEEDED = ("experiment", "kind", "first", "second", "answer", "chosen", "rejected")
 # Columns of the plain layout, and the column of trials that each is taken from.
@@ -56,23 +60,37 @@ class TrialsReading:
         taken = [name for name, source in _TAKEN.items() if source in self.places]
         self.columns = {name: place for place, name in enumerate([*taken, "outcome"])}
 
-    def translate(self, rows: Sequence[Sequence[str]]) -> Sequence[Sequence[str]] | None:
-        """Return the comparisons among ``rows`` in the plain layout; None if a line has a fault."""
-        if any(len(row) != self.width for row in rows if any(map(str.strip, row))):
-            return None
-        told = list(self._compared(rows))
-        self.found += len(told)
-        return told
+    def translate(self, columns: Sequence[Texts]) -> Mapping[str, Texts]:
+        """Return the comparisons among trials in the columns of the plain layout; none if there are none."""
+        column = {name: coded(columns[place]) for name, place in self.places.items()}
+        self.experiments |= _met(column["experiment"].part(_filled(column["experiment"], columns)), str.strip)
+        compared = _where(column["kind"], lambda text: text.strip() in KINDS)
+        if "catch" in column:
+            compared &= _where(column["catch"], lambda text: not text.strip())
+        if not compared.any():
+            return {}
+        column = {name: part.part(compared) for name, part in column.items()}
+        self.found += int(compared.sum())
+        simulated = column.get("simulated", Coded([""], np.zeros(1, dtype=np.intp)))
+        self.simulated |= _met(simulated, lambda text: text.strip().casefold())
+        tie = _where(column["answer"], lambda text: text.strip() in TIES)
+        for name, shown in (("chosen", "first"), ("rejected", "second")):
+            texts = [*column[name].texts, *column[shown].texts]
+            code = np.where(tie, column[shown].code + len(column[name].texts), column[name].code)
+            column[name] = Coded(texts, code)
+        told: dict[str, Texts] = {name: column[_TAKEN[name]] for name in self.columns if name in _TAKEN}
+        return told | {"outcome": Coded(["win", "tie"], tie.astype(np.intp))}
 
     def fault(self, row: Sequence[str]) -> Fault | None:
         """Return the field that is wrong, what is wrong with it, and the remedy; None if nothing is."""
         if len(row) != self.width:
             where = self.width if len(row) > self.width else max(len(row) - 1, 0)
             return where, f"the line has {len(row)} fields", f"the header has {self.width}; quote a name with a comma"
-        for told in self._compared([row]):
-            if fault := PlainReading(self.columns).fault(told):
-                name = list(self.columns)[fault[0]]
-                return self.places[_TAKEN.get(name, "answer")], *fault[1:]
+        told = self.translate([[text] for text in row])
+        line = [plain(told[name])[0].strip() for name in self.columns] if told else None
+        if line and (fault := PlainReading(self.columns).fault(line)):
+            name = list(self.columns)[fault[0]]
+            return self.places[_TAKEN.get(name, "answer")], *fault[1:]
         return None
 
     def end(self) -> tuple[str, str] | None:
@@ -86,15 +104,22 @@ class TrialsReading:
             return what, "keep one: trials[~trials['simulated']]; or drop the column to count both"
         return None if self.found else _EMPTY
 
-    def _compared(self, rows: Sequence[Sequence[str]]) -> Iterator[list[str]]:
-        for row in rows:
-            value = {name: row[place].strip() for name, place in self.places.items()} if any(row) else {}
-            if value:
-                self.experiments.add(value["experiment"])
-            if value.get("kind") not in KINDS or value.get("catch"):
-                continue
-            self.simulated.add(value.get("simulated", "").casefold())
-            tie = value["answer"] in TIES
-            if tie:
-                value |= {"chosen": value["first"], "rejected": value["second"]}
-            yield [*(value[_TAKEN[name]] for name in self.columns if name in _TAKEN), "tie" if tie else "win"]
+
+def _where(column: Coded, what: Callable[[str], bool]) -> NDArray[np.bool_]:
+    """Return of which rows ``what`` is true."""
+    return np.array([what(text) for text in column.texts], dtype=np.bool_)[column.code]
+
+
+def _filled(column: Coded, beside: Sequence[Texts]) -> NDArray[np.bool_]:
+    """Return which rows have a text in ``column``, or at least in one ``beside``."""
+    filled = _where(column, bool)
+    for place in np.flatnonzero(~filled).tolist():
+        filled[place] = any(
+            texts.texts[texts.code[place]] if isinstance(texts, Coded) else texts[place] for texts in beside
+        )
+    return filled
+
+
+def _met(column: Coded, what: Callable[[str], str]) -> set[str]:
+    """Return what each text that occurs means."""
+    return {what(column.texts[code]) for code in np.unique(column.code).tolist()}

@@ -19,6 +19,7 @@ from analysis.comparisons.mat_table import MOST_BYTES
 from analysis.comparisons.sources import MOST_LETTERS
 from analysis.errors import ResultsError
 from cyclopean import scores
+from cyclopean.scaling import comparisons
 
 Call = Callable[..., subprocess.CompletedProcess[str]]
 
@@ -188,6 +189,35 @@ def test_data_frames_of_any_layout() -> None:
     assert told["wins"].to_dict() == {"a": 3, "b": 1}
     matrix = pd.DataFrame([[0, 3], [1, 0]], index=["a", "b"], columns=["a", "b"])
     assert scores(matrix).to_frame().set_index("name")["wins"].to_dict() == {"a": 3, "b": 1}
+
+
+IN_COLUMNS = (
+    "observer,item_a,item_b,choice\n01,x,y,x\n02,x,z,b\n,y,z,tie\n01,z,x,A\n01, y ,x, y\n",
+    "group,left,right,response\nday,y,x,left\nday,x,z,right\nnight,z,y,equal\n",
+    "option_1,option_2,option_3,choice\nx,y,z,y\nz,,y,1\nx,NA,z,option_3\nx,z,,z\n",
+    "experiment,observer,kind,first,second,answer,chosen,rejected,catch,group,simulated\ne,01,instructions,,,,,,,,\n"
+    "e,01,all_pairs,a,b,first,a,b,,day,False\ne,01,all_pairs,b,a,first,b,a,repeat,day,False\n"
+    ",,,,,,,,,,\ne,02,all_pairs,c,a,not_sure,,,,day,False\n",
+)
+
+
+@pytest.mark.parametrize("text", IN_COLUMNS)
+@pytest.mark.filterwarnings("ignore:.*left out")
+def test_frames_of_choices_and_of_trials_are_read_by_column_as_their_lines_are(
+    monkeypatch: pytest.MonkeyPatch, text: str
+) -> None:
+    frame = pd.read_csv(io.StringIO(text), dtype=str, keep_default_na=False)
+    lines = read(text)
+    if not text.startswith("experiment"):  # which has a row without texts: it is looked at by itself
+        monkeypatch.setattr(
+            "analysis.comparisons.sources.ColumnBlock.rows", property(lambda block: pytest.fail("a row"))
+        )
+    columns = comparisons(frame)
+    told = lines.comparisons
+    assert (columns.items, columns.observers, columns.groups) == (told.items, told.observers, told.groups)
+    for name in ("winner", "loser", "observer", "group", "count", "winner_was_first"):
+        assert getattr(columns, name).tolist() == getattr(told, name).tolist()
+    assert columns.tied.count.tolist() == told.tied.count.tolist()
 
 
 def test_the_command_says_how_a_table_was_read(cyclopean: Call) -> None:
