@@ -2,6 +2,7 @@ from .chances import PairProbabilities as PairProbabilities
 from .chances import pair_probabilities as pair_probabilities
 from .choices import Multiverse as Multiverse
 from .choices import multiverse as multiverse
+from .conclusions import neighbour_conclusions as neighbour_conclusions
 from .conclusions import pair_conclusions as pair_conclusions
 from .fit_of_pairs import PairResiduals as PairResiduals
 from .fit_of_pairs import pair_residuals as pair_residuals

@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
+
+import numpy as np
 
 from analysis.bootstrap.stability import Stability
 from analysis.classes.conclusions import Conclusion, verdict_of
 from analysis.comparisons.comparisons import Comparisons, without_observers
-from analysis.inference.chances import PairProbabilities, PairProbability
+from analysis.inference.chances import PairProbabilities
 from analysis.inference.choices import Multiverse, observer_parts
+from analysis.inference.differences import differences
 from analysis.inference.terminal import ReviewAnswer
 from analysis.inference.tost import Equivalence
 from analysis.scaling.scores import Scores
 
 MOST_REFITS = 30
+MOST_NEIGHBOURS = 199
+LEVEL = 0.95
+_Pair = tuple[str, str, float | None, float, float, float]  # two names, p, difference and the ends of its interval
 
 
 def pair_conclusions(
@@ -52,13 +58,50 @@ def pair_conclusions(
     found = answers.get("pairs")
     if not isinstance(found, PairProbabilities) or scores.classes is None:
         return ()
+    pairs = [(one.first, one.second, one.p, one.difference, one.low, one.high) for one in found.pairs]
+    return _concluded(scores, pairs, answers, stability)
+
+
+def neighbour_conclusions(
+    scores: Scores,
+    answers: Mapping[str, ReviewAnswer] | None = None,
+    stability: Stability | None = None,
+    *,
+    most: int = MOST_NEIGHBOURS,
+) -> tuple[Conclusion, ...]:
+    """Return what is concluded of each item and the next in rank, of ``most`` pairs, best first.
+
+    Parameters are those of `pair_conclusions`; ``pairs`` are not read, and no others are computed.
+
+    Raises
+    ------
+    ResultsError
+        If there are no finite strengths.
+    """
+    classes, names = scores.classes, scores.comparisons.items
+    if classes is None:
+        return ()
+    n = len(scores.order)
+    ranks = np.arange(min(n - 1, most))
+    apart = differences(scores).only(ranks * n - ranks * (ranks + 1) // 2)  # in which rows rank r stands before r + 1
+    columns = (apart.first.tolist(), apart.second.tolist(), apart.estimate.tolist(), *apart.interval(LEVEL))
+    pairs = [
+        (names[first], names[second], float(classes.p[first, second]), estimate, float(low), float(high))
+        for first, second, estimate, low, high in zip(*columns, strict=True)
+    ]
+    return _concluded(scores, pairs, answers or {}, stability)
+
+
+def _concluded(
+    scores: Scores, pairs: Iterable[_Pair], answers: Mapping[str, ReviewAnswer], stability: Stability | None
+) -> tuple[Conclusion, ...]:
     others, equivalent = answers.get("multiverse"), answers.get("equivalence")
     stands = _shares(others) if isinstance(others, Multiverse) else {}
     alike = _alike(equivalent) if isinstance(equivalent, Equivalence) else {}
     conclusions = []
-    for pair in found.pairs:
-        both = frozenset((pair.first, pair.second))
-        one = _tested(pair, found.jnd, scores.classes.alpha, by_observers=scores.fit.clustered is not None)
+    for pair in pairs:
+        both = frozenset(pair[:2])
+        one = _tested(pair, scores)
         if both in alike:
             one = replace(one, verdict="equivalent", **alike[both])
         elif both in stands:
@@ -69,11 +112,12 @@ def pair_conclusions(
     return tuple(conclusions)
 
 
-def _tested(pair: PairProbability, jnd: float, level: float, *, by_observers: bool) -> Conclusion:
-    low, high = (end / jnd if math.isfinite(end) else None for end in (pair.low, pair.high))
-    verdict = None if pair.p is None else verdict_of(pair.p <= level)
-    question = f"{pair.first} over {pair.second}"
-    return Conclusion(question, verdict, pair.p, by_observers, pair.difference / jnd, low, high, "JND")
+def _tested(pair: _Pair, scores: Scores) -> Conclusion:
+    first, second, p, *values = pair
+    estimate, low, high = (value / scores.jnd if math.isfinite(value) else None for value in values)
+    verdict = None if p is None or scores.classes is None else verdict_of(p <= scores.classes.alpha)
+    by_observers = scores.fit.clustered is not None
+    return Conclusion(f"{first} over {second}", verdict, p, by_observers, estimate, low, high, "JND")
 
 
 def _shares(others: Multiverse) -> dict[frozenset[str], dict[str, Any]]:
@@ -89,9 +133,9 @@ def _alike(found: Equivalence) -> dict[frozenset[str], dict[str, Any]]:
     }
 
 
-def _in_samples(one: Conclusion, pair: PairProbability, stability: Stability) -> Conclusion:
+def _in_samples(one: Conclusion, pair: _Pair, stability: Stability) -> Conclusion:
     place = {name: number for number, name in enumerate(stability.items)}
-    shared = float(stability.shared[place[pair.first], place[pair.second]])
+    shared = float(stability.shared[place[pair[0]], place[pair[1]]])
     samples = f"{stability.replicates - stability.without_fit:,} bootstrap samples"
     return replace(one, stands=1 - shared if one.verdict == "distinguished" else shared, others=samples)
 

@@ -49,6 +49,13 @@ class Differences:
     place: Indices
     sign: Floats
 
+    def only(self, rows: Indices) -> Differences:
+        """Return some of the pairs, so that no profiles of others are climbed."""
+        profiles = None if self.profiles is None else self.profiles.only(self.place[rows])
+        df = None if self.df is None else self.df[rows]
+        parts = (self.first[rows], self.second[rows], self.estimate[rows], self.se[rows], df)
+        return Differences(*parts, profiles, np.arange(len(rows)), self.sign[rows])
+
     def above(self, bound: float) -> Floats:
         """Return the one-sided p values, shape (P,), of the hypotheses that the differences are at most ``bound``."""
         return self._upper_tail(self._statistic(bound))

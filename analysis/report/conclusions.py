@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,9 +18,8 @@ from analysis.classes.conclusions import Conclusion, concluded, with_shares
 from analysis.comparisons.comparisons import Comparisons
 from analysis.errors import ResultsError
 from analysis.factors.result import FactorEffects
-from analysis.inference.chances import pair_probabilities
 from analysis.inference.choices import observer_parts
-from analysis.inference.conclusions import MOST_REFITS, pair_conclusions, without_each
+from analysis.inference.conclusions import MOST_REFITS, neighbour_conclusions, without_each
 from analysis.ratings.preferences import Preferences
 from analysis.report.blocks import Column, Paragraph, Section, Table
 from analysis.report.sections.factors import effects_in
@@ -68,11 +66,7 @@ def neighbours(summary: Summary, review: Review) -> Iterator[Conclusion]:
     scores = summary.scores
     if scores.classes is None or len(scores.items) > MOST_ITEMS:
         return
-    answers = review or {"pairs": pair_probabilities(scores)}
-    asked = {f"{better.name} over {worse.name}" for better, worse in pairwise(scores.items)}
-    for one in pair_conclusions(scores, answers, summary.estimate.stability):
-        if one.question in asked:
-            yield one
+    yield from neighbour_conclusions(scores, review, summary.estimate.stability)
 
 
 def _neighbours_in_groups(grouped: GroupedSummary, reviews: Mapping[str, Review]) -> Iterator[Conclusion]:

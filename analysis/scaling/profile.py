@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -95,6 +95,21 @@ class Profiles:
         others = replace(self, spread=spread, freedom=freedom)
         others.__dict__["_restricted"] = self._restricted
         return others
+
+    def only(self, places: Indices) -> Profiles:
+        """Return the profiles of some of the contrasts."""
+        freedom = None if self.freedom is None else self.freedom[places]
+        unbounded = np.broadcast_to(self.unbounded, self.spread.shape)[places]
+        some = replace(
+            self,
+            contrasts=self.contrasts[places],
+            spread=self.spread[places],
+            freedom=freedom,
+            unbounded=unbounded,
+            wins=None,
+        )
+        some.__dict__.update(_restricted=self._restricted, exchanged=self.exchanged[places])
+        return some
 
     @cached_property
     def at_zero(self) -> Floats:
@@ -179,9 +194,15 @@ def profiles_of(fit: Fit) -> Profiles | None:
 
     Tests are by standard errors under a prior, for more than 40 items, and where there is no fit.
     """
-    counts = fit.counts
     if why_by_standard_errors(fit) or fit.separation or not np.isfinite(fit.theta).all():
         return None
+    return _profiles_of(fit)
+
+
+@lru_cache(maxsize=1)
+def _profiles_of(fit: Fit) -> Profiles:
+    """Return the profiles, those of the last fit again: classes, intervals and conclusions climb them once."""
+    counts = fit.counts
     first, second = pairs = np.triu_indices(counts.n, 1)
     likelihood = Jeffreys(counts, LAWS[fit.model])
     if fit.clustered is None:

@@ -158,7 +158,7 @@ def command(
 
     from analysis.classes import Adjust
     from analysis.comparisons import read_any
-    from analysis.inference import parse_margin, print_answer, review
+    from analysis.inference import neighbour_conclusions, parse_margin, print_answer, review
     from analysis.scaling import (
         DEFAULT_PRIOR_SD,
         CovarianceChoice,
@@ -173,6 +173,7 @@ def command(
         score,
         score_groups,
     )
+    from documents.text import clean_console
 
     if prior_sd is not None and method != "map":
         raise click.UsageError("--prior-sd goes with --method map.")
@@ -219,7 +220,10 @@ def command(
             return {}
         asked = review(scores, pairs=pairs, margin=margin, checks=checks, choices=multiverse)
         if as_json:
-            return {name: answer.to_json() for name, answer in asked.items()}
+            concluded = [one.to_json() for one in neighbour_conclusions(scores, asked)]
+            return {"conclusions": concluded} | {name: answer.to_json() for name, answer in asked.items()}
+        for one in neighbour_conclusions(scores, asked, most=1):  # the best item and the next
+            clean_console().print(one.sentence, markup=False, highlight=False)
         for answer in asked.values():
             print_answer(answer)
         return {}

@@ -45,7 +45,9 @@ def test_table_4_4_in_json(call: Call, table_4_4: Table, tmp_path: Path) -> None
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)
     keys = "items model method prior_sd covariance log_likelihood log_posterior deviance df goodness_of_fit "
-    keys += "parameters order_test held_by_prior ties_left_out converged iterations separated tests why work"
+    keys += (
+        "parameters order_test held_by_prior ties_left_out converged iterations separated tests conclusions why work"
+    )
     assert set(told) == set(keys.split())
     assert (told["model"], told["method"]) == ("bradley-terry", "ml")
     assert told["goodness_of_fit"]["p_deviance"] == pytest.approx(1)
@@ -287,3 +289,18 @@ def test_groups_have_a_table_each_and_are_named_where_they_have_no_scores(call: 
     assert without.returncode == 1
     assert without.stderr.startswith("cyclopean: the group 'beach': no finite scores fit these comparisons:")
     assert "church" in without.stdout
+
+
+@pytest.mark.parametrize(("wins", "verdict"), [(10, "distinguished"), (6, "not distinguished")])
+def test_the_best_item_and_the_next_are_concluded_of(call: Call, wins: int, verdict: str) -> None:
+    lines = [f"{'a,b' if place < wins else 'b,a'},{place}" for place in range(10)]
+    lines += [f"{pair},{place}" for place in range(10) for pair in (("a,c", "b,c") if place else ("c,a", "c,b"))]
+    table = "\n".join(["winner,loser,observer", *lines])
+    told = json.loads(call(["scores", "-", "--json"], table).stdout)["conclusions"]
+    assert [one["question"] for one in told] == ["a over b", "b over c"]
+    assert told[0]["verdict"] == verdict
+    assert told[0]["by_observers"]
+    printed = " ".join(call(["scores", "-"], table).stdout.split())
+    assert "a over b: " in printed
+    assert f", {verdict} (p " in printed
+    assert "b over c" not in printed
