@@ -546,9 +546,9 @@ def test_a_wrong_lens_is_no_crosstalk(left_own: float, right_own: float, wrong: 
         for mine, light in (("white", own), ("black", 100 - own)):
             left, right = (mine, "black" if mine == "white" else "white")[:: 1 if eye == "left" else -1]
             rows.append(CrosstalkReading(eye, left, right, tuple(light * colours)))  # type: ignore[arg-type]  # three
-    none = {"left": np.zeros(3), "right": np.zeros(3)}
+    none: dict[Eye, Floats] = {"left": np.zeros(3), "right": np.zeros(3)}
     if not wrong:
-        assert fit_crosstalk(rows, none).crosstalk.left[1, 1] == pytest.approx(2 / 98)  # type: ignore[arg-type]
+        assert fit_crosstalk(rows, none).crosstalk.left[1, 1] == pytest.approx(2 / 98)
         return
     with pytest.raises(DeviceError, match=f"put the {wrong} eye's lens before the instrument"):
-        fit_crosstalk(rows, none)  # type: ignore[arg-type]
+        fit_crosstalk(rows, none)
