@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -22,6 +22,7 @@ from documents.text import counted
 
 BIDS_VERSION = "1.10.0"
 GENERATOR = "cyclopean"
+METHODS = "methods.json"
 PARTICIPANTS = {
     "participant_id": {"Description": "A code for the observer, and all that stands here of a person."},
     "simulated": {
@@ -37,11 +38,15 @@ PARTICIPANTS = {
 
 @dataclass(frozen=True, slots=True)
 class About:
-    """Name, authors and licence of a dataset; without a ``name`` it is named after the experiments."""
+    """Name, authors and licence of a dataset; without a ``name`` it is named after the experiments.
+
+    ``facts`` are what a paper must say of each experiment and no log can, by the code of the item.
+    """
 
     name: str | None = None
     authors: tuple[str, ...] = ()
     license: str | None = None
+    facts: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
 
 def description(about: About, sources: Sequence[Source]) -> dict[str, Any]:
@@ -56,6 +61,9 @@ def description(about: About, sources: Sequence[Source]) -> dict[str, Any]:
         made["License"] = about.license
     if about.authors:
         made["Authors"] = list(about.authors)
+    ethics = dict.fromkeys(facts["ethics"] for facts in about.facts.values() if "ethics" in facts)
+    if ethics:
+        made["EthicsApprovals"] = list(ethics)
     return made | {
         "GeneratedBy": [
             {
@@ -89,6 +97,7 @@ def readme(about: About, sources: Sequence[Source]) -> str:
             for (task, name), count in tasks.items()
         ),
         "",
+        *_facts_lines(about.facts),
         "## Where things are",
         "",
         "- `sub-*/ses-*/beh/*_beh.tsv`: one row per trial that counts, in the order in which they were first answered.",
@@ -97,6 +106,7 @@ def readme(about: About, sources: Sequence[Source]) -> str:
         "  software, and the SHA-256 of what decided on it.",
         "- `sub-*/ses-*/beh/*_events.tsv`, where there is any: answers that a later attempt replaced, marks, notes,",
         "  resumptions.",
+        "- `sourcedata/*/methods.json`, where there is any: what the experimenters said for Methods.",
         "- `sourcedata/`: the sessions as they were recorded, byte for byte, and the files that they were made with.",
         "",
         "Words that people wrote have tabs, line ends and invisible characters escaped as in JSON (`\\t`, `\\n`, "
@@ -104,6 +114,15 @@ def readme(about: About, sources: Sequence[Source]) -> str:
         "",
     ]
     return "\n".join(lines)
+
+
+def _facts_lines(facts: Mapping[str, Mapping[str, str]]) -> list[str]:
+    """Return what the experimenters said of each experiment, as a section of ``README``; nothing where they did not."""
+    lines = ["## What the experimenters say", ""] if any(facts.values()) else []
+    for experiment, given in facts.items():
+        if given:
+            lines += [f"{_line(experiment)}:", "", *(f"- {code}: {_line(text)}" for code, text in given.items()), ""]
+    return lines
 
 
 def changes(before: str | None, sources: Sequence[Source]) -> str:
@@ -124,6 +143,9 @@ def write_dataset_files(folder: Path, about: About, sources: Sequence[Source], c
     write_json(folder / "dataset_description.json", description(about, sources))
     (folder / "README").write_text(readme(about, sources), encoding="utf-8", newline="\n")
     (folder / "CHANGES").write_text(changes(changes_before, sources), encoding="utf-8", newline="\n")
+    for task, experiment in {source.task: source.experiment for source in sources}.items():
+        if about.facts.get(experiment):
+            write_json(folder / "sourcedata" / task / METHODS, dict(about.facts[experiment]))
     labels = sorted({source.observer for source in sources})
     who = WhoAnswered.of((source.observer, source.simulated) for source in sources)
     rows = ((f"sub-{label}", _simulated(who, label)) for label in labels)
@@ -146,7 +168,7 @@ _OURS = re.compile(
     r"dataset_description\.json|README|CHANGES|participants\.(tsv|json)|task-[^/]+_(beh|events)\.json"
     r"|sub-[^/]+/ses-[^/]+/beh/sub-[^/]+_ses-[^/]+_task-[^/]+_(beh|events)\.(tsv|json)"
     r"|sourcedata/[^/]+/sub-[^/]+/ses-[^/]+/session\.jsonl"
-    r"|sourcedata/[^/]+/configuration/[0-9a-f]{16}/.+"
+    r"|sourcedata/[^/]+/configuration/[0-9a-f]{16}/.+|sourcedata/[^/]+/methods\.json"
 )
 # Files that file managers add to folders.
 _LITTER = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})

@@ -10,7 +10,7 @@ import hashlib
 import re
 import shutil
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,12 +22,13 @@ from analysis.bids.text import MISSING, cell, write_json, write_table
 from analysis.errors import ResultsError
 from analysis.records.answered_by import WhoAnswered
 from analysis.records.configuration import kept_files
-from analysis.records.session_record import SessionLog, Trial, read_session
+from analysis.records.session_record import Header, SessionLog, Trial, read_session
 from analysis.records.times import Record, SessionTimes
 from documents import Finding
 from documents.files import MOST_LOG_BYTES, read_regular
 
 Progress = Callable[[str, int, int], None]
+FactsOf = Callable[[Header, Collection[str], Path], Mapping[str, str]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +70,8 @@ class _Task:
     columns: tuple[Column, ...] = ()
     whole: frozenset[str] = frozenset()
     has_events: bool = False
+    first: tuple[Header, Path] | None = None
+    versions: set[str] = field(default_factory=set)
 
 
 def export_dataset(
@@ -78,6 +81,7 @@ def export_dataset(
     progress: Progress = lambda what, done, of: None,
     *,
     with_simulated: bool = False,
+    facts: FactsOf = lambda header, versions, file: {},
 ) -> Export:
     """Export every session in ``results`` as a BIDS dataset.
 
@@ -97,6 +101,9 @@ def export_dataset(
     with_simulated
         Whether to export sessions of simulated observers beside those of people. Where there are no others, they are
         always exported.
+    facts
+        Called with the header of an experiment's first session, the SHA-256 of the experiment files of all, and the
+        first session's log: returns what a paper must say of it and no log can, by the code of the item.
 
     Returns
     -------
@@ -129,7 +136,10 @@ def export_dataset(
     tasks: dict[str, _Task] = {}
 
     def collect(source: Source, log: SessionLog) -> None:
-        collector = tasks.setdefault(source.task, _Task()).collector
+        task = tasks.setdefault(source.task, _Task())
+        task.first = task.first or (log.header, source.file)
+        task.versions.add(str(log.header.hashes.get("experiment")))
+        collector = task.collector
         stimuli = _names(log)
         for trial in log.answers:
             check_trial(trial, log)
@@ -145,6 +155,8 @@ def export_dataset(
     read = find_sources(counted(), collect)
     for task in tasks.values():
         task.columns, task.whole = task.collector.columns(), task.collector.whole
+    first = [(*task.first, task.versions) for task in tasks.values() if task.first is not None]
+    given = {header.experiment: facts(header, versions, file) for header, file, versions in first}
     trials = notes = 0
     changes = folder / "CHANGES"
     before = (
@@ -159,7 +171,7 @@ def export_dataset(
             _copy_configuration(source, part)
         for label, task in tasks.items():
             _write_descriptions(part, label, task)
-        write_dataset_files(part, about or About(), read.sources, before)
+        write_dataset_files(part, replace(about or About(), facts=given), read.sources, before)
     progress("Writing sessions", len(read.sources), len(read.sources))
     return Export(
         folder,

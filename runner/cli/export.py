@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +12,7 @@ from documents.text import counted
 
 if TYPE_CHECKING:
     from analysis.bids import Export
+    from analysis.records import Header
 
 
 @click.command(name="export")
@@ -45,10 +46,16 @@ def command(
     from documents.files import writing
     from runner.cli.main import WorkError
     from runner.cli.progress import progress_bar
+    from runner.reports import given_facts
+
+    def facts(header: Header, versions: Collection[str], log: Path) -> Mapping[str, str]:
+        return given_facts(
+            header, None, log.parent.parent.parent.parent, versions
+        )  # RESULTS/EXPERIMENT/OBSERVER/SESSION
 
     with writing(output, "dataset", WorkError), progress_bar(quiet=as_json) as step:
         about = About(name, authors, license_)
-        done = export_dataset(results, output, about, step, with_simulated=with_simulated)
+        done = export_dataset(results, output, about, step, with_simulated=with_simulated, facts=facts)
     if as_json:
         click.echo(json.dumps(done.to_json(), indent=2))
         return

@@ -5,5 +5,6 @@ from .power import PowerOptions as PowerOptions
 from .power import PowerStudy as PowerStudy
 from .power import study_power as study_power
 from .results import ReportOptions as ReportOptions
+from .results import given_facts as given_facts
 from .results import report_results as report_results
 from .screens import preview as preview

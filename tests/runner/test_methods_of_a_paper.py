@@ -181,6 +181,22 @@ def test_the_experiment_file_fills_blanks(tmp_path: Path, report: Callable[..., 
     assert ITEMS["data"].blank not in after.blanks
 
 
+def test_facts_are_carried_into_an_exported_dataset(tmp_path: Path, cyclopean: Callable[..., Any]) -> None:
+    facts = "methods: {ethics: 'Approved, *2026-17*.', data: osf.io/abc}\n"
+    file = write_experiment(tmp_path / "study", facts).rename(tmp_path / "study" / "experiment.yaml")
+    made_with = read_experiment(file).digest
+    for name, digest, given in (("bids", made_with, True), ("other", "ab" * 32, False)):
+        results = record(tmp_path / "study" / f"results_of_{name}", "rating", hashes={"experiment": digest})
+        dataset = tmp_path / name
+        for _ in range(2):  # the second replaces the first
+            cyclopean("export", results, "-o", dataset, expect=0)
+        description = json.loads((dataset / "dataset_description.json").read_text(encoding="utf-8"))
+        assert description.get("EthicsApprovals") == (["Approved, *2026-17*."] if given else None)
+        assert ("- ethics: Approved, \\*2026-17\\*." in (dataset / "README").read_text(encoding="utf-8")) == given
+        carried = list(dataset.glob("sourcedata/*/methods.json"))
+        assert [set(json.loads(one.read_text(encoding="utf-8"))) for one in carried] == [{"ethics", "data"}] * given
+
+
 def test_facts_of_another_experiment_are_not_taken(
     tmp_path: Path, report: Callable[..., Told], cyclopean: Callable[..., Any]
 ) -> None:
