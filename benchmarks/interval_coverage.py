@@ -23,6 +23,7 @@ from simulated_studies import Coverage, Decisions, Design, coverage, decisions
 
 from analysis.bootstrap.confidence_intervals import KINDS, Kind, intervals
 from analysis.bootstrap.replicates import NAMES, resample_counts
+from analysis.scaling.laws import Model
 from analysis.scaling.result import CovarianceChoice
 
 Row = dict[str, object]
@@ -55,6 +56,13 @@ PAIRS: dict[str, Any] = {"all pairs": 1.0, "20 to 100 % of the pairs": (0.2, 1.0
 LADDERS = sized(((0.25, 6), (0.5, 6), (1.0, 6), (2.0, 6), (4.0, 3)), ((2.0, 4),))
 CLIMBERS = sized((5, 8, 10, 15, 30), (5,))
 LADDER_POPULATIONS = ("alike", "each their own (0.7 nats)", "each their own (1.5 nats)", "two camps, 1 nat either way")
+# Law, its parameter, and what being shown first adds; 0 without an order effect.
+BY_LAW: tuple[tuple[Model, float, float], ...] = (
+    ("thurstone", 0.0, 0.0),
+    ("bradley-terry", 0.0, 0.5),
+    ("davidson", 0.0, 0.0),
+    ("rao-kupper", 0.4, 0.0),
+)
 COVARIANCES: tuple[CovarianceChoice, ...] = ("auto", "model", "scaled", "sandwich")
 
 
@@ -75,7 +83,8 @@ def run(studies: int = sized(300, 4)) -> dict[str, Any]:
         )
         rows += _covered(name, slow, times)
     decided, climbed = [*_decided(studies)], [*_climbed(studies)]
-    return {"title": TITLE, "rows": [*rows, *decided, *climbed], "promises": _promises(decided, climbed)}
+    rows += [*decided, *climbed, *_by_law(studies)]
+    return {"title": TITLE, "rows": rows, "promises": _promises(decided, climbed)}
 
 
 def _promises(decided: list[Row], climbed: list[Row]) -> list[Promise]:
@@ -143,6 +152,23 @@ def _climbed(studies: int) -> Iterator[Row]:
         yield _decision(kind, name, found, many) | {"series": "ladders, holm, auto"}
 
 
+def _by_law(studies: int) -> Iterator[Row]:
+    """Yield what tests by other laws and with an order effect did, of six items up to two nats apart."""
+    cells: list[tuple[str, str, Design, CovarianceChoice, int]] = []
+    halves = np.where(np.arange(6) < 3, 1.0, -1.0)
+    populations: dict[str, dict[str, Any]] = {"alike": {}, "1.5 nats": {"observer_sd": 1.5}, "camps": {"camps": halves}}
+    for (law, k, order), people, step in product(BY_LAW, sized((5, 10, 30), (5,)), sized((0.0, 1.0, 2.0), (0.0,))):
+        nat = 0.6 if law == "thurstone" else 1.0
+        theta = -step * nat * (np.arange(6) - 2.5)
+        for population, fields in [*populations.items()][: sized(None, 1)]:
+            own = {name: nat * value for name, value in fields.items()}
+            name = f"6 items {step:g} nats apart, {people} observers, {population}, {law}{' with order' * (order > 0)}"
+            design = Design(theta, people, law=law, k=k, order=order or None, **own)
+            cells.append(("auto", name, design, "auto", studies))
+    for (kind, name, _, _, many), found in zip(cells, in_two_processes(_decide, cells), strict=True):
+        yield _decision(kind, name, found, many) | {"series": "laws, holm, auto"}
+
+
 def _decide(cell: tuple[str, str, Design, CovarianceChoice, int]) -> Decisions:
     _, _, design, kind, many = cell
     return decisions(design, studies=many, covariance=kind)
@@ -152,6 +178,7 @@ def _decision(kind: str, name: str, found: Decisions, studies: int) -> Row:
     none_true = np.isnan(found.separated)
     true_ones = f", {100 * found.separated:.1f} % of true ones come out, by signs {100 * found.direct:.1f} %"
     true_ones = "" if none_true else true_ones
+    scores = "" if np.isnan(found.log10_scores) else f", {100 * found.log10_scores:.1f} % of log scores"
     return {
         "series": f"classes, holm, {kind}",
         "parameter": name,
@@ -160,7 +187,7 @@ def _decision(kind: str, name: str, found: Decisions, studies: int) -> Row:
         "note": f"{studies} studies: {100 * found.false_difference:.1f} ± {100 * found.standard_error:.1f} % report a "
         f"false difference{true_ones}; 95 % intervals contain "
         f"{100 * found.differences:.1f} % of differences ({100 * found.too_far:.1f} % lie farther from 0, "
-        f"{100 * found.too_near:.1f} % nearer), {100 * found.log10_scores:.1f} % of log scores",
+        f"{100 * found.too_near:.1f} % nearer)" + scores,
         "studies": studies,
         "false_difference": found.false_difference,
         "separated": None if none_true else found.separated,
@@ -168,7 +195,7 @@ def _decision(kind: str, name: str, found: Decisions, studies: int) -> Row:
         "too_far": found.too_far,
         "too_near": found.too_near,
         "covered": found.differences,
-        "covered_log10_scores": found.log10_scores,
+        "covered_log10_scores": found.log10_scores if scores else None,
     }
 
 
