@@ -61,3 +61,19 @@ def test_what_the_user_asked_for_is_kept() -> None:
         asked = {name: "4"}
         prefer_one_blas_thread(asked)
         assert asked == {name: "4"}
+
+
+def test_as_a_decorator_it_is_restored_after_an_error() -> None:
+    seen = []
+
+    @one_blas_thread()
+    def fails() -> None:
+        seen.append(blas_threads())
+        raise ValueError
+
+    set_blas_threads(2)
+    for _ in range(2):
+        with pytest.raises(ValueError):  # noqa: PT011, raised just above
+            fails()
+    assert seen == [[1, 1], [1, 1]]
+    assert blas_threads() == [2, 2]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from pathlib import Path
 from typing import Annotated, Literal
@@ -13,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from documents import InputError, load_document
 from documents.text import hidden_character, visible
-from documents.yaml import parse_yaml
+from documents.yaml import parse_yaml, read_yaml
 from documents.yaml.load import MOST_FINDINGS
 
 
@@ -93,3 +94,11 @@ def test_recursive_anchors_are_refused_whichever_way_they_lie() -> None:
     for text in ("a: &x {b: *x}\n", "&x [1, [*x]]\n", "a: &x {b: &y {c: *x, d: *y}}\n"):
         with pytest.raises(InputError, match="the value that contains it"):
             parse_yaml(text, "f.yaml")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes with names")
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path: Path) -> None:
+    path = tmp_path / "pipe.yaml"
+    os.mkfifo(path)
+    with pytest.raises(InputError, match="this is a pipe, not a file"):
+        read_yaml(path)

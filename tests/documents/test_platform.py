@@ -131,3 +131,17 @@ def test_folders_of_the_user_are_where_the_system_has_them(
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "own"))
     assert platform.user_folder("cache") == tmp_path / "own"
     assert platform.user_folder("state") != tmp_path / "own"
+
+
+def test_there_is_a_core_at_least(system: str) -> None:
+    assert 1 <= platform.cores() <= (os.cpu_count() or 1)
+
+
+def test_time_passes(system: str) -> None:
+    first = platform.elapsed_s()
+    assert platform.elapsed_s() >= first
+
+
+def test_a_file_is_no_terminal_that_obeys(system: str, tmp_path: Path) -> None:
+    with (tmp_path / "out.txt").open("wb") as out:
+        assert not platform.obeys_sequences(out.fileno())

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
@@ -17,12 +19,35 @@ from stimuli.align.interpolate import Interpolation, cut, sampled, transfer, wei
 from stimuli.align.phase import correlation, find_peak, hann
 from stimuli.errors import StimulusError
 from stimuli.pictures import StereoImage
+from stimuli.recipes import read_recipe
+from stimuli.recipes.sparkle_plate import SparklePlateRecipe
+from stimuli.sparkle import Studio
 
 Floats = NDArray[np.float64]
 Floats32 = NDArray[np.float32]
 ROOT = Path(__file__).parents[2]
 WITHIN_PX = 0.02  # promised
 PITCH_MM = 0.277
+
+
+@pytest.fixture(scope="module")
+def plate_views() -> dict[str, Floats32]:
+    """Views of half the shipped grey plate, each eye with sparkles of its own; the right one as it lies, and moved.
+
+    They are rendered on pixels a quarter as wide and averaged: moved by one of these, a view is moved by 0.25 px.
+    """
+    recipe, _ = read_recipe(ROOT / "configs/stimuli/manitoba_gray.yaml")
+    assert isinstance(recipe, SparklePlateRecipe)
+    plate = recipe.plate.model_copy(update={"size_mm": (105.0, 70.0)})
+    studio = Studio(plate, recipe.lamp, recipe.camera, recipe.seed, PITCH_MM / 4)
+    left, right = (one.xyz_cd_m2 for one in studio.photographs("stereo", 1.0))
+
+    def averaged(view: Floats32, quarters: int) -> Floats32:
+        height, width = ((length - 32) // 4 for length in view.shape[:2])
+        part = view[16 : 16 + 4 * height, 16 - quarters : 16 - quarters + 4 * width]
+        return np.asarray(part.reshape(height, 4, width, 4, 3).mean(axis=(1, 3)), dtype=np.float32)
+
+    return {"left": averaged(left, 0), **{str(k / 4): averaged(right, k) for k in (0, 1, -2, 13)}}
 
 
 def sparkles(
@@ -263,3 +288,59 @@ def test_no_negative_light_is_made() -> None:
     kept, none = cut(dark - 1.0, (4.5, 4.25), (30, 30), "sinc")
     assert kept.min() < -1.0
     assert none == 0
+
+
+@pytest.mark.nightly
+def test_the_shipped_plate_lies_at_zero_and_moves_as_it_was_moved(plate_views: dict[str, Floats32]) -> None:
+    still = register(plate_views["left"], plate_views["0.0"])
+    # Each eye sees sparkles of its own: the plane is found as well as the ones in common allow.
+    assert still.correlation < 0.9
+    np.testing.assert_allclose(still.shift_px, 0.0, atol=0.04)
+    for name in ("0.25", "-0.5", "3.25"):
+        moved = register(plate_views["left"], plate_views[name])
+        np.testing.assert_allclose(np.subtract(moved.shift_px, still.shift_px), (float(name), 0.0), atol=WITHIN_PX)
+    report = measure_disparity(plate_views["left"], plate_views["0.0"], viewing=Viewing(PITCH_MM, 700.0))
+    assert report.used > 0.9 * report.blocks
+    assert abs(report.horizontal["px"].median) < 0.05
+
+
+def test_vertical_is_measured_even_where_it_is_left() -> None:
+    found = align_pair(picture(sparkles(0.0)), picture(sparkles(2.0, 0.5)), correct_vertical=False)
+    assert found.vertical_px == pytest.approx(0.5, abs=0.005)
+    assert found.disparity.vertical["px"].median == pytest.approx(0.5, abs=0.02)
+    assert found.disparity.horizontal["px"].median == pytest.approx(0.0, abs=0.02)
+
+
+@settings(max_examples=15, deadline=None)
+@given(dx=st.floats(-6.0, 6.0), dy=st.floats(-3.0, 3.0), seed=st.integers(0, 1000), noise=st.sampled_from([0.0, 0.02]))
+def test_swapping_the_eyes_negates(dx: float, dy: float, seed: int, noise: float) -> None:
+    rng = np.random.default_rng(seed)
+    left, right = (
+        sparkles(x, y, side=80, seed=seed) + rng.normal(0.0, noise, (80, 80)) for x, y in ((0.0, 0.0), (dx, dy))
+    )
+    one, two = register(left, right), register(right, left)
+    # The same sums in another order, stopped at 1e-4 px.
+    np.testing.assert_allclose(one.shift_px, np.negative(two.shift_px), atol=2e-6)
+    np.testing.assert_allclose(one.shift_px, (dx, dy), atol=WITHIN_PX)
+    assert one.standard_error_px == pytest.approx(two.standard_error_px, rel=1e-3)
+
+
+@pytest.mark.nightly
+@settings(max_examples=15, deadline=None)
+@given(dx=st.floats(-20.0, 20.0), dy=st.floats(-20.0, 20.0), shift=st.floats(-3.0, 3.0), seed=st.integers(0, 1000))
+def test_shifting_both_shifts_nothing(dx: float, dy: float, shift: float, seed: int) -> None:
+    still = register(*(sparkles(x, side=112, seed=seed) for x in (0.0, shift)))
+    moved = register(*(sparkles(dx + x, dy, side=112, seed=seed) for x in (0.0, shift)))
+    np.testing.assert_allclose(moved.shift_px, still.shift_px, atol=WITHIN_PX / 2)  # other sparkles enter at the edges
+
+
+def test_the_spread_of_blocks_is_told_apart_from_their_noise() -> None:
+    """One plane and noise: the blocks scatter by what their standard errors say."""
+    rng = np.random.default_rng(7)
+    clean = sparkles(0.0, side=384, count=3400)
+    left, right = (clean + rng.normal(0.0, 1.0, clean.shape) for _ in range(2))
+    found = measure_disparity(left, right)
+    assert found.used == 36
+    told = np.sqrt(np.mean(found.standard_error_px**2))
+    # 72 disparities: their root mean square is known to 8.3 %; each standard error rests on 36 squares or fewer.
+    assert np.sqrt(np.mean(found.disparity_px**2)) == pytest.approx(told, rel=0.25)

@@ -157,3 +157,31 @@ def test_a_compiled_shift_is_that_of_numpy(shift: tuple[float, float]) -> None:
     np.testing.assert_allclose(fast.picture, slow.picture, rtol=0, atol=4e-6)
     assert fast.outside_px == slow.outside_px
     assert fast.picture.min() >= 0.0
+
+
+def test_residual_of_more_than_four_corners() -> None:
+    places = scattered(40)
+    away = np.random.default_rng(1).normal(0.0, 0.3, places.shape)
+    found = homography_from_points(places, mapped(MATRIX, places) + away)
+    # 80 readings less 8 parameters, of standard deviation 0.3 each way.
+    assert found.residual_px == pytest.approx(0.3 * np.sqrt(2 * 72 / 80), rel=0.2)
+
+
+def test_parallel_cameras_are_left_alone() -> None:
+    left = spots(scattered())
+    found = rectify_toe_in(left, left, 0.0, 500.0)
+    np.testing.assert_allclose(found.left, left, atol=1e-4)
+    assert found.crop == (0, 0, *SIZE_PX)
+    np.testing.assert_allclose(found.keystone.vertical_px, 0.0, atol=1e-9)
+    assert "vertical_arcmin" not in found.keystone.to_json()
+
+
+@pytest.mark.parametrize("shift_px", [(0.4, 0.0), (-3.7, 2.25), (12.5, -30.9), (5.0, 0.0), (1e3, 1e3)])
+def test_a_shift_along_rows_and_columns_is_the_shift_at_once(shift_px: tuple[float, float]) -> None:
+    """The slow twin takes every place by itself, as any homography does."""
+    picture = np.random.default_rng(5).gamma(0.3, 10.0, (340, 90, 2)).astype(np.float32)
+    matrix = np.array([[1.0, 0.0, shift_px[0]], [0.0, 1.0, shift_px[1]], [0.0, 0.0, 1.0]])
+    quick = warp(picture, matrix, (100, 300))
+    plain = warp(picture, matrix * 2.0, (100, 300))  # the same homography, and not seen as a shift
+    np.testing.assert_allclose(quick.picture, plain.picture, rtol=0, atol=2e-6 * picture.max())
+    assert quick.outside_px == plain.outside_px

@@ -131,3 +131,47 @@ def test_what_cannot_be_straightened_is_refused() -> None:
         straighten(view(), view()[1:])
     with pytest.raises(StimulusError, match="one channel"):
         straighten(view()[..., 0], view()[..., 0])
+
+
+def test_the_report_of_an_aligned_pair_tells_roll_and_scale() -> None:
+    found = align_pair(view(), view(0.2, 1.001)).disparity.roll_scale
+    assert found is not None
+    assert found.certain
+    assert found.roll_deg == pytest.approx(0.2, abs=4 * found.roll_se_deg)
+    assert found.scale == pytest.approx(1.001, abs=4 * found.scale_se)
+    assert found.roll_se_deg < 0.02
+    assert found.corner_px == pytest.approx(np.radians(0.2) * (SIDE - 1) / 2 + 0.001 * (SIDE - 1) / 2, rel=0.1)
+
+
+@pytest.mark.nightly
+def test_swapping_the_eyes_turns_the_roll_round() -> None:
+    left, right = view(), view(0.4, 1.003, (5.0, 0.5))
+    one, other = straighten(left, right), straighten(right, left)
+    assert one.roll_scale.roll_deg == pytest.approx(-other.roll_scale.roll_deg, abs=1e-3)
+    assert one.roll_scale.scale == pytest.approx(1 / other.roll_scale.scale, abs=1e-5)
+    assert np.abs(one.left - other.right).max() < 0.02 * left.max()
+
+
+@pytest.mark.nightly
+def test_large_views_are_averaged_to_measure(monkeypatch: pytest.MonkeyPatch) -> None:
+    left, right = view(), view(0.4, 1.002, (6.0, 1.0))
+    whole = straighten(left, right).roll_scale
+    monkeypatch.setattr("stimuli.align.straightening.MOST_PIXELS", SIDE**2 // 4)
+    monkeypatch.setattr("stimuli.align.straightening.BLOCK_PX", 36)
+    halved = straighten(left, right, offset_px=(6.0, 1.0), region=(0, 0, SIDE, SIDE))
+    assert halved.roll_scale.blocks <= 16  # of 36 averaged pixels
+    assert halved.roll_scale.roll_deg == pytest.approx(0.4, abs=5 * ROUNDS_DEG)
+    assert halved.roll_scale.corner_px == pytest.approx(whole.corner_px, rel=0.05)
+    assert halved.left.shape == straighten(left, right).left.shape
+
+
+def test_views_that_agree_to_the_last_bit_are_level_and_one_wrong_block_is_not_believed() -> None:
+    places = np.stack(np.meshgrid(np.arange(32.0, 600, 64), np.arange(32.0, 400, 64)), axis=-1).reshape(-1, 2)
+    vertical = np.full(len(places), 2.0)
+    level = fit_roll_scale(places, vertical, (600, 400))
+    assert level is not None
+    assert (level.roll_deg, level.scale, level.middle_px) == pytest.approx((0, 1, 2), abs=1e-9)
+    vertical[3] += 5
+    one_wrong = fit_roll_scale(places, vertical, (600, 400))
+    assert one_wrong is not None
+    assert (one_wrong.roll_deg, one_wrong.scale, one_wrong.middle_px) == pytest.approx((0, 1, 2), abs=1e-6)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import OpenImageIO as oiio
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
 
 from devices.colour import rgb_to_xyz_matrix
 from stimuli.errors import StimulusError
@@ -17,6 +21,37 @@ from tests.stimuli.oiio_files import save_parts
 
 XYZ = (1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1 / 3, 1 / 3)
 RGB709 = tuple(float(number) for number in REC709.ravel())
+
+
+def write_parts(
+    path: Path,
+    parts: Sequence[tuple[Mapping[str, Any], Sequence[str], XYZImage]],
+    data_window_offset_px: tuple[int, int] = (0, 0),
+    display_size_px: tuple[int, int] | None = None,
+) -> Path:
+    """Write parts of (attributes, channel names, pixels) with OpenImageIO directly."""
+    specs = []
+    for attributes, channels, pixels in parts:
+        spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], "float")
+        spec.channelnames = tuple(channels)
+        spec.x, spec.y = data_window_offset_px
+        spec.full_width, spec.full_height = display_size_px or (spec.width, spec.height)
+        for key, value in attributes.items():
+            if isinstance(value, str | float):
+                spec.attribute(key, value)
+            else:
+                values = tuple(value)
+                spec.attribute(key, f"{'string' if isinstance(values[0], str) else 'float'}[{len(values)}]", values)
+        specs.append(spec)
+    output = oiio.ImageOutput.create(str(path))
+    assert output is not None
+    assert output.open(str(path), specs if len(specs) > 1 else specs[0]), output.geterror()
+    for index, (_, _, pixels) in enumerate(parts):
+        if index:
+            assert output.open(str(path), specs[index], "AppendSubimage"), output.geterror()
+        assert output.write_image(pixels.astype(np.float32)), output.geterror()
+    assert output.close()
+    return path
 
 
 def noise(shape: tuple[int, ...] = (5, 7, 3), seed: int = 1) -> XYZImage:
@@ -223,3 +258,64 @@ def test_a_real_xyz_picture(shared_data: Path) -> None:
     image = read_exr(path)
     assert (image.height_px, image.width_px, image.is_flat) == (406, 610, True)
     np.testing.assert_array_equal(image.left, oiio.ImageBuf(str(path)).get_pixels(oiio.FLOAT))
+
+
+def test_equal_pictures_make_equal_files(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        write_exr(tmp_path / f"{name}.exr", StereoImage.flat(noise()))
+    assert (tmp_path / "a.exr").read_bytes() == (tmp_path / "b.exr").read_bytes()
+
+
+def test_clipping_does_not_let_nan_through(tmp_path: Path) -> None:
+    path = write_parts(tmp_path / "a.exr", [({"chromaticities": XYZ}, "RGB", np.full((2, 2, 3), np.nan))])
+    with pytest.raises(StimulusError, match="4 pixels are not finite"):
+        read_exr(path, negative="clip")
+
+
+def test_overflow_in_conversion_is_refused(tmp_path: Path) -> None:
+    part = ({"chromaticities": XYZ, "whiteLuminance": 1e10}, "RGB", np.full((2, 2, 3), 1e30))
+    with pytest.raises(StimulusError, match="beyond single precision"):
+        read_exr(write_parts(tmp_path / "a.exr", [part]))
+
+
+@pytest.mark.parametrize("luminance", [0.0, -1.0, float("nan")])
+def test_a_white_without_luminance_is_refused(tmp_path: Path, luminance: float) -> None:
+    path = write_parts(tmp_path / "a.exr", [({"chromaticities": XYZ, "whiteLuminance": luminance}, "RGB", noise())])
+    with pytest.raises(StimulusError, match="whiteLuminance"):
+        read_exr(path)
+
+
+def test_views_stored_in_different_windows_lie_on_one_display_window(tmp_path: Path) -> None:
+    """As a compositor crops each view by itself to what is not black."""
+    left, right = noise((4, 6, 3)), noise((4, 5, 3), 2)
+    parts = [
+        ({"view": "left", "chromaticities": XYZ, "oiio:subimagename": "left"}, "RGB", left),
+        ({"view": "right", "chromaticities": XYZ, "oiio:subimagename": "right"}, "RGB", right),
+    ]
+    image = read_exr(write_parts(tmp_path / "a.exr", parts, (1, 1), display_size_px=(7, 6)))
+    expected = np.zeros((2, 6, 7, 3), np.float32)
+    expected[0, 1:5, 1:7], expected[1, 1:5, 1:6] = left, right
+    np.testing.assert_array_equal(np.stack([image.left, image.right]), expected)
+
+
+def test_a_data_window_is_placed_on_the_display_window(tmp_path: Path) -> None:
+    pixels = noise((4, 6, 3))
+    part = ({"chromaticities": XYZ}, "RGB", pixels)
+    path = write_parts(tmp_path / "a.exr", [part], data_window_offset_px=(2, -1), display_size_px=(7, 5))
+    image = read_exr(path)
+    expected = np.zeros((5, 7, 3), np.float32)
+    expected[0:3, 2:7] = pixels[1:4, 0:5]
+    np.testing.assert_array_equal(image.left, expected)
+
+
+@given(
+    hnp.arrays(
+        np.float32,
+        hnp.array_shapes(min_dims=2, max_dims=2, max_side=9).map(lambda shape: (*shape, 3)),
+        elements=st.floats(0, 65504, width=32),
+    )
+)
+def test_any_half_range_picture_survives(tmp_path_factory: pytest.TempPathFactory, pixels: XYZImage) -> None:
+    path = tmp_path_factory.mktemp("exr") / "a.exr"
+    write_exr(path, StereoImage.flat(pixels))
+    np.testing.assert_allclose(read_exr(path).left, pixels, rtol=2**-11, atol=2**-25)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import OpenImageIO as oiio
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -93,3 +94,23 @@ def test_a_region_that_is_not_of_the_picture_is_refused(tmp_path: Path, region: 
     with pytest.raises(StimulusError, match=r"a\.exr.*12 × 10 px and holds no") as raised:
         read_views(path, region)
     assert len(raised.value.findings) == 1
+
+
+def test_views_stored_in_different_windows_have_one_region(tmp_path: Path) -> None:
+    path = tmp_path / "a.exr"
+    specs, left, right = [], noise(20, 30, 3), noise(21, 30, 3)
+    for view, height in (("left", 20), ("right", 21)):
+        spec = oiio.ImageSpec(30, height, 3, "float")
+        spec.attribute("view", view)
+        spec.full_width, spec.full_height = 30, 21
+        specs.append(spec)
+    output = oiio.ImageOutput.create(str(path))
+    assert output is not None
+    assert output.open(str(path), specs)
+    assert output.write_image(left)
+    assert output.open(str(path), specs[1], "AppendSubimage")
+    assert output.write_image(right)
+    assert output.close()
+    image = read_exr(path, "xyz", region=Region(3, 16, 10, 5))
+    np.testing.assert_array_equal(image.left, np.vstack([left[16:, 3:13], np.zeros((1, 10, 3))]))
+    np.testing.assert_array_equal(image.right, right[16:, 3:13])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -12,20 +12,31 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
+from hypothesis import given
+from hypothesis import strategies as st
 
 import stimuli.sparkle.studio
+from devices.colour import xyz_to_lab
 from documents import InputError
 from stimuli.build import build_set
+from stimuli.errors import StimulusError
 from stimuli.pictures import StereoImage
-from stimuli.recipes import read_recipe
+from stimuli.recipes import Recipe, read_recipe
 from stimuli.recipes.build_context import BuildContext, MadePicture
 from stimuli.recipes.sparkle_series import SparkleSeriesRecipe, plate_seed
+from stimuli.recipes.values import SeriesSpec
 from stimuli.sparkle import Studio
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 FIVE = CONFIGS / "stimuli" / "exposure_series.yaml"
 WHITE_XY = (0.3117, 0.3151)
 PITCH_MM = 0.2768
+
+
+PRELIMINARY = CONFIGS / "stimuli" / "preliminary.yaml"
+
+
+chromaticities = st.tuples(st.floats(0.05, 0.6), st.floats(0.05, 0.4))
 
 
 def seen(made: MadePicture) -> StereoImage:
@@ -254,3 +265,165 @@ def test_too_many_pictures(tmp_path: Path) -> None:
     path = five(tmp_path, plates=[{"name": f"p{i}"} for i in range(60)])
     with pytest.raises(InputError, match="1080 pictures"):
         read_recipe(path)
+
+
+def test_the_preliminary_test_s_pictures_are_stereo_and_flat() -> None:
+    factors = series_recipe(PRELIMINARY).factors()
+    assert list(factors)[:3] == ["GM1-base-1.3-stereo", "GM1-base-1.3-flat", "GM1-base-1.6-stereo"]
+    assert [one["view"] for one in factors.values()] == ["stereo", "flat"] * 6
+
+
+def test_brighter_is_a_third_brighter_in_every_pixel(made: dict[str, MadePicture]) -> None:
+    for name in made:
+        if "-base-" in name:
+            for base, brighter in zip(views(made[name]), views(made[name.replace("base", "brighter")]), strict=True):
+                np.testing.assert_allclose(brighter, 1.33 * base.astype(np.float64), rtol=3e-7)
+
+
+@given(st.lists(st.floats(0, 2**13, width=32), min_size=3, max_size=3), chromaticities, st.floats(0.01, 100))
+def test_grey_of_any_pixel(pixel: Sequence[float], white_xy: tuple[float, float], scale: float) -> None:
+    spec = SeriesSpec(name="grey", greyscale_white_xy=white_xy)
+    (grey,) = spec.apply(np.array([[pixel]], np.float32), scale)[0]
+    luminance = pixel[1] * scale
+    x, y = white_xy
+    expected = [luminance * x / y, luminance, luminance * (1 - x - y) / y]
+    np.testing.assert_allclose(grey, expected, rtol=1e-6, atol=1e-37)
+
+
+def test_the_paints_have_the_thesis_s_tints_and_one_is_matte(made: dict[str, MadePicture]) -> None:
+    x, y = WHITE_XY
+    white = np.array([x / y, 1.0, (1 - x - y) / y]) * 26.5
+    lab = {
+        paint: xyz_to_lab(seen(made[f"{paint}-base-2"]).left.mean(axis=(0, 1), dtype=np.float64), white)
+        for paint in ("GM1", "GM2", "HI", "BC", "BR")
+    }
+    for green in ("GM1", "GM2", "HI"):
+        assert lab[green][1] < -5, green
+        assert lab[green][2] > 0, green
+    hue = {paint: np.degrees(np.arctan2(one[2], one[1])) for paint, one in lab.items()}
+    assert 90 < hue["HI"] < hue["GM1"] - 10, "HI is the brownish green"
+    assert -30 < hue["BC"] < 45
+    assert -120 < hue["BR"] < -60
+    outstanding = {
+        paint: float(np.percentile(luminance, 99.5) / np.median(luminance))
+        for paint in lab
+        for luminance in [seen(made[f"{paint}-base-1.3"]).left[..., 1]]
+    }
+    assert outstanding["GM2"] < 2 < 3 < min(value for paint, value in outstanding.items() if paint != "GM2")
+
+
+def test_a_tinted_coat_tints_what_flakes_add(recipe: SparkleSeriesRecipe) -> None:
+    named = recipe.plates[0]
+    tint = named.flakes.chromaticity_xy
+    assert tint is not None
+    tinted = named.over(recipe.plate)
+    clear = tinted.model_copy(update={"flakes": tinted.flakes.model_copy(update={"chromaticity_xy": None})})
+    dark = {"base": tinted.base.model_copy(update={"reflectance": 0.0})}
+    for plate, expected in ((tinted, tint), (clear, recipe.lamp.chromaticity_xy)):
+        studio = Studio(plate.model_copy(update=dark), recipe.lamp, recipe.camera, 1, PITCH_MM)
+        (photograph,) = studio.photographs("flat", 1e-3)
+        assert photograph.saturated_percent == (0.0, 0.0, 0.0)
+        total = photograph.xyz_cd_m2.sum(axis=(0, 1), dtype=np.float64)
+        assert expected is not None
+        np.testing.assert_allclose(total[:2] / total.sum(), expected, rtol=1e-5)
+
+
+def test_the_preliminary_test_shows_the_plate_of_the_five() -> None:
+    both, one = series_recipe(FIVE), series_recipe(PRELIMINARY)
+    assert (one.seed, one.lamp, one.camera) == (both.seed, both.lamp, both.camera)
+    assert one.plates[0].over(one.plate) == both.plates[0].over(both.plate)
+    assert one.plates[0].name == both.plates[0].name == "GM1"
+    assert one.target_mean_luminance_cd_m2 == both.target_mean_luminance_cd_m2
+
+
+@pytest.mark.nightly
+def test_threads_make_the_same_pictures_and_stop_at_the_first_fault(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    data: Any = yaml.safe_load(FIVE.read_text())
+    path = five(tmp_path, (9, 6), exposures_s=[1.3, 4], plates=data["plates"][:2])
+    digests = []
+    for jobs in (1, 3):
+        monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / f"cache{jobs}"))
+        counted: list[int] = []
+
+        def count(doing: str, done: int, total: int, counted: list[int] = counted) -> None:
+            counted.append(done)
+
+        made = build_set(path, PITCH_MM, count, jobs=jobs)
+        assert made.names == series_recipe(path).names()
+        assert counted == sorted(counted)
+        assert counted[-1] == 12
+        digests.append(made.digest)
+    assert digests[0] == digests[1]
+
+    def stop(doing: str, done: int, total: int) -> None:
+        if done >= 4:
+            raise KeyboardInterrupt
+
+    monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "cache"))
+    with pytest.raises(KeyboardInterrupt):
+        build_set(path, PITCH_MM, stop, jobs=3)
+    kept = len(list((tmp_path / "cache").glob(".*/*.exr")))
+    assert 4 <= kept < 12
+    again = build_set(path, PITCH_MM, jobs=3)
+    assert (again.rendered, again.digest) == (12 - kept, digests[0])
+
+
+def test_the_second_build_touches_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "cache"))
+    path = five(tmp_path, (9, 6), exposures_s=[1.3, 4])
+    told: list[tuple[str, int, int]] = []
+    first = build_set(path, PITCH_MM, lambda *what: told.append(what))
+    assert first.names == series_recipe(path).names()
+    assert first.rendered == 30
+    assert ("rendering GM1-base-1.3", 0, 30) in told
+    assert told[-1] == ("done", 30, 30)
+    before = {file: file.stat().st_mtime_ns for file in first.folder.iterdir()}
+    told.clear()
+    second = build_set(path, PITCH_MM, lambda *what: told.append(what))
+    assert (second.rendered, second.digest, told) == (0, first.digest, [])
+    assert {file: file.stat().st_mtime_ns for file in second.folder.iterdir()} == before
+    assert second.factors("BR-grey-4") == {"paint": "BR", "series": "grey", "exposure_s": 4.0, "view": "stereo"}
+    stored = second.load("BR-grey-4")
+    assert stored.left[..., 1].mean(dtype=np.float64) == pytest.approx(
+        second.entry("BR-grey-4")["statistics"]["eyes"]["left"]["mean_luminance_cd_m2"], rel=1e-4
+    )
+    assert [step["step"] for step in second.entry("BR-grey-4")["steps"]] == [
+        "render",
+        "expose",
+        "resample",
+        "adapt",
+        "scale",
+        "greyscale",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("observers", "recipe_file"),
+    [("figure_4_14", "exposure_series"), ("preliminary", "preliminary"), ("paints", "paints")],
+)
+def test_the_made_up_observers_score_every_picture(observers: str, recipe_file: str) -> None:
+    scored = yaml.safe_load((CONFIGS / "observers" / f"{observers}.yaml").read_text())["stimuli"]
+    factors = series_recipe(CONFIGS / "stimuli" / f"{recipe_file}.yaml").factors()
+    assert list(scored) == list(factors)
+    best: dict[tuple[object, object], str] = {}
+    for name, one in factors.items():
+        group = (one["paint"], one["series"])
+        if group not in best or scored[name]["score"] > scored[best[group]]["score"]:
+            best[group] = name
+    assert {factors[name]["exposure_s"] for name in best.values()} == {4.0}
+    assert {factors[name]["view"] for name in best.values()} == {"stereo"}
+
+
+def test_a_plate_without_light_is_named(tmp_path: Path) -> None:
+    data: Any = yaml.safe_load(FIVE.read_text())
+    recipe = series_recipe(five(tmp_path, lamp={**data["lamp"], "illuminance_lx": 0}))
+    with pytest.raises(StimulusError, match="the plate 'GM1' sends no light"):
+        next(make(recipe))
+
+
+def test_editors_know_the_kind() -> None:
+    schema = Recipe.model_json_schema()
+    assert schema["discriminator"]["mapping"]["sparkle_series"] == "#/$defs/SparkleSeriesRecipe"
+    assert "target_mean_luminance_cd_m2" in schema["$defs"]["SparkleSeriesRecipe"]["required"]

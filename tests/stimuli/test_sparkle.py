@@ -21,7 +21,7 @@ from stimuli.sparkle.flakes import Flakes
 from stimuli.sparkle.light import Colour, Light, Term
 from stimuli.sparkle.optics import Sparkles, half_way, lobe_sd, refract, shade, transmittance, view_directions
 from stimuli.sparkle.scene import Camera, Lamp, Plate
-from stimuli.sparkle.studio import photograph
+from stimuli.sparkle.studio import photograph, sparkle_map
 
 ROOT = Path(__file__).parents[2]
 NONE = np.zeros(0, np.int64)
@@ -249,3 +249,81 @@ def test_the_grey_plate_clips_as_table_4_3_says(gray: SparklePlateRecipe) -> Non
         red, green = table[stimulus.name]
         assert red / 3 < clipping.percent(clipping.red) < red * 3, stimulus.name
         assert green / 3 <= clipping.percent(clipping.green) <= green * 3, stimulus.name
+
+
+def test_equal_seeds_scatter_equal_flakes(plate: Plate) -> None:
+    one, same, other = scatter_flakes(plate, 1), scatter_flakes(plate, 1), scatter_flakes(plate, 2)
+    np.testing.assert_array_equal(one.slope_x, same.slope_x)
+    np.testing.assert_array_equal(one.diameter_mm, same.diameter_mm)
+    assert len(one) != len(other) or not np.array_equal(one.x_mm, other.x_mm)
+
+
+@pytest.mark.nightly
+def test_eyes_share_sparkles_as_their_half_way_directions_say(plate: Plate, lamp: Lamp, camera: Camera) -> None:
+    """Gaussian lobes over slopes of nearly constant density correlate as exp(−d² / 4σ²)."""
+    small = replace(plate, width_mm=4.0, height_mm=4.0, flakes_per_mm2=60_000.0)
+    flakes = scatter_flakes(small, 5)
+    left, right = (shade(flakes, small, lamp, camera.position_mm(eye)) for eye in ("left", "right"))
+    one, other = left.lobe_share, right.lobe_share
+    got = np.sum(one * other) / np.sqrt(np.sum(one**2) * np.sum(other**2))
+    zero = np.zeros(1)
+    h = [
+        half_way(refract(view_directions(zero, zero, camera.position_mm(eye)), 1.5), refract(lamp.direction, 1.5))[0]
+        for eye in ("left", "right")
+    ]
+    apart = np.arccos(h[0] @ h[1])
+    assert got == pytest.approx(np.exp(-(apart**2) / (4 * sd_of(small, lamp) ** 2)), rel=0.03)
+
+
+def test_without_a_distance_between_them_the_eyes_agree(plate: Plate, lamp: Lamp, camera: Camera) -> None:
+    cyclops = replace(camera, interpupillary_distance_mm=0.0)
+    flakes = scatter_flakes(plate, 5)
+    maps = [sparkle_map(plate, lamp, cyclops, eye, flakes).luminance_cd_m2 for eye in ("left", "center", "right")]
+    np.testing.assert_array_equal(maps[0], maps[1])
+    np.testing.assert_array_equal(maps[0], maps[2])
+    apart = sparkle_map(plate, lamp, camera, "left", flakes).luminance_cd_m2
+    assert not np.array_equal(maps[0], apart)
+
+
+def test_the_eyes_are_mirror_images(plate: Plate, lamp: Lamp, camera: Camera) -> None:
+    """Mirror the plate left to right: with the lamp straight above, the left eye sees what the right one saw."""
+    flakes = scatter_flakes(plate, 5)
+    mirrored = replace(flakes, x_mm=-flakes.x_mm, slope_x=-flakes.slope_x)
+    left = sparkle_map(plate, lamp, camera, "left", flakes).luminance_cd_m2
+    right = sparkle_map(plate, lamp, camera, "right", mirrored).luminance_cd_m2
+    np.testing.assert_allclose(left, right[:, ::-1], rtol=1e-4, atol=1e-4)
+
+
+def test_the_lens_keeps_all_light_and_its_place(plate: Plate, camera: Camera) -> None:
+    luminance, visited = splat(sparkle_at(2.5, 3.25), plate, camera, 16)
+    assert visited == 1
+    image = luminance.astype(np.float64)
+    rows, columns = image.shape
+    pixel = (plate.width_mm / columns) * (plate.height_mm / rows)
+    assert image.sum() * pixel == pytest.approx(1000.0 * 3e-4, rel=1e-6)
+    x = (image.sum(axis=0) @ (np.arange(columns) + 0.5)) / image.sum() * plate.width_mm / columns
+    y = (image.sum(axis=1) @ (np.arange(rows) + 0.5)) / image.sum() * plate.height_mm / rows
+    assert x - plate.width_mm / 2 == pytest.approx(2.5, abs=1e-3)
+    assert plate.height_mm / 2 - y == pytest.approx(3.25, abs=1e-3)
+
+
+def test_full_pixels_have_the_table_s_luminance(camera: Camera) -> None:
+    sensor = sensor_of(camera)
+    for exposure_s, luminance in ((1 / 15, 205.3), (1 / 8, 109.6), (1.0, 13.7)):
+        full = sensor.XYZ_from_raw @ np.ones(3) / exposure_s
+        assert full[1] == pytest.approx(luminance, rel=2e-3)
+
+
+def test_a_longer_exposure_cuts_sparkles_and_leaves_the_base(plate: Plate, lamp: Lamp, camera: Camera) -> None:
+    light = plate_light(plate, [lamp], camera, "left", scatter_flakes(plate, 4))
+    short, long = (photograph(light, camera, seconds, 0.25) for seconds in (1 / 15, 1.0))
+    assert long.xyz_cd_m2[..., 1].max() <= 13.7 * 1.001 < short.xyz_cd_m2[..., 1].max()
+    assert max(long.saturated_percent) > max(short.saturated_percent)
+    np.testing.assert_allclose(np.median(long.xyz_cd_m2, (0, 1)), np.median(short.xyz_cd_m2, (0, 1)), rtol=1e-3)
+
+
+def test_a_photograph_never_has_negative_light(plate: Plate, lamp: Lamp, camera: Camera) -> None:
+    """Between one full channel and three, the sensor's colours leave XYZ's positive octant only if the matrix does."""
+    luminance = np.geomspace(1e-3, 1e6, 292 * 438, dtype=np.float32).reshape(292, 438)
+    picture = photograph(light_of(luminance, plate, lamp, camera), camera, 1 / 15, 0.0685)
+    assert picture.xyz_cd_m2.min() > 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 import yaml
 from numpy.typing import NDArray
 
+from devices.colour import XYZ_from_xyY
 from devices.measurements import xyz_from_spectra
 from documents import InputError
 from stimuli.build import build_set
@@ -100,3 +102,25 @@ def test_a_recipe_of_plates_is_built_for_its_observer(tmp_path: Path) -> None:
     np.testing.assert_allclose(seen, alone, rtol=1e-3, atol=1e-4)
     with pytest.raises(InputError, match="CIE 2015 10; CIE 1931 2 is wanted"):
         read_exr(built.path(built.names[0]))
+
+
+def test_chromaticities_of_a_recipe_are_its_observers(tmp_path: Path) -> None:
+    recipe = _read("manitoba_gray", tmp_path, {})
+    assert isinstance(recipe, SparklePlateRecipe)
+    scene = recipe.plate, recipe.lamp, recipe.camera, recipe.seed, PITCH_MM, recipe.further_lamps
+    plain, ten = (Studio(*scene, observer=one).photographs("flat", 0.1)[0].xyz_cd_m2 for one in (PLAIN, TEN))
+    np.testing.assert_array_equal(plain, ten)
+
+
+def test_a_base_with_a_chromaticity_in_a_spectral_lamp_is_as_bright_as_that_lamp_to_the_observer(
+    tmp_path: Path,
+) -> None:
+    recipe = _cabin(tmp_path, further_lamps=[])
+    bare = replace(recipe.plate.plate(), base_chromaticity_xy=(0.4, 0.35), base_spectrum=None, flop_reflectance=0.0)
+    flakes = scatter_flakes(bare, 1).chosen(np.zeros(0, np.int64))
+    lamp = recipe.lamp.lamp(TEN)
+    (term,) = plate_light(bare, [lamp], recipe.camera.camera(), "left", flakes).terms
+    own = xyz_from_spectra(np.array(lamp.spectrum), wavelengths_nm(), TEN)[0]
+    brightness = own[1] / xyz_from_spectra(np.array(lamp.spectrum), wavelengths_nm())[0, 1]
+    np.testing.assert_allclose(term.colour.XYZ, XYZ_from_xyY([0.4, 0.35, brightness]), rtol=1e-12)
+    np.testing.assert_allclose(lamp.chromaticity_xy, own[:2] / own.sum(), rtol=1e-12)

@@ -17,11 +17,11 @@ from devices.measurements import xyz_from_spectra
 from stimuli.errors import StimulusError
 from stimuli.recipes import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
-from stimuli.sparkle import plate_light, scatter_flakes, wavelengths_nm
-from stimuli.sparkle.camera import eye_mtf
+from stimuli.sparkle import Studio, plate_light, scatter_flakes, wavelengths_nm
+from stimuli.sparkle.camera import eye_mtf, through_the_eye
 from stimuli.sparkle.flakes import Flakes
 from stimuli.sparkle.lamplight import angular_radius, illuminance_lx, lamp_directions
-from stimuli.sparkle.light import flop_luminance, gathered, matt_luminance
+from stimuli.sparkle.light import flop_luminance, gathered, matt_luminance, planck
 from stimuli.sparkle.optics import DIFFRACTION_SD, half_way, lobe_sd, mirror, refract, shade, view_directions
 from stimuli.sparkle.scene import Clusters, Lamp, Noise, Plate
 from stimuli.sparkle.studio import photograph
@@ -304,3 +304,144 @@ def test_a_chromaticity_has_no_spectrum() -> None:
     with pytest.raises(StimulusError, match="has no spectrum"):
         light.spectral(0.25)
     assert gathered([]) == ()
+
+
+def test_a_lamp_far_enough_is_a_far_lamp() -> None:
+    far = replace(LAMP, distance_mm=1e7)
+    one, other = (shade(FLAKES, PLATE, lamp, EYE) for lamp in (LAMP, far))
+    np.testing.assert_allclose(other.luminance_cd_m2, one.luminance_cd_m2, rtol=1e-3, atol=1e-9)
+    np.testing.assert_allclose(matt_luminance(PLATE, far, CAMERA), matt_luminance(PLATE, LAMP, CAMERA), rtol=1e-5)
+
+
+@pytest.mark.nightly
+def test_lamps_add_up_and_equal_colours_share_a_map() -> None:
+    second = replace(NEAR, azimuth_deg=30.0)
+    tinted = replace(second, chromaticity_xy=(0.31, 0.33))
+    for lamps, terms in (([LAMP, second], 3), ([LAMP, tinted], 4)):
+        together = plate_light(PLATE, lamps, CAMERA, "left", FLAKES)
+        alone = [photograph(plate_light(PLATE, [lamp], CAMERA, "left", FLAKES), CAMERA, 1e-4, 0.25) for lamp in lamps]
+        assert together.counts["lamps"] == 2
+        assert len(together.terms) == terms
+        both = photograph(together, CAMERA, 1e-4, 0.25).xyz_cd_m2
+        np.testing.assert_allclose(both, sum(one.xyz_cd_m2.astype(np.float64) for one in alone), rtol=2e-5)
+    dark = plate_light(PLATE, [LAMP, replace(NEAR, illuminance_lx=0.0)], CAMERA, "left", FLAKES)
+    assert dark.counts["lamps"] == 1
+
+
+def test_small_flakes_scatter_wider_and_send_back_as_much() -> None:
+    plate = replace(PLATE, diffraction_nm=555.0, lobe_sd_deg=0.3)
+    slopes = np.tan(np.radians(np.linspace(-30, 60, 181))).astype(np.float32)
+    grid_x, grid_y = (one.ravel() for one in np.meshgrid(slopes, slopes))
+    widths = []
+    for diameter_mm in (0.008, 0.08):
+        flakes = replace(flakes_of(len(grid_x), diameter_mm=diameter_mm), slope_x=grid_x, slope_y=grid_y)
+        widths.append(float(np.sum(shade(flakes, plate, LAMP, EYE).lobe_share > 0.5)))
+        square = lobe_sd(plate, np.radians(LAMP.angular_radius_deg), diameter_mm) ** 2
+        peak = shade(replace(flakes), plate, LAMP, EYE).luminance_cd_m2.max()
+        widths.append(float(peak * square))
+    assert widths[0] > 2 * widths[2]
+    assert widths[1] == pytest.approx(widths[3], rel=0.2)
+
+
+def test_a_rim_takes_from_a_flake_s_mirror_and_depth_from_its_light() -> None:
+    plain = shade(flakes_of(1), PLATE, LAMP, EYE)
+    rimmed = shade(flakes_of(1), replace(PLATE, flake_rim_um=1.0), LAMP, EYE)
+    assert rimmed.area_mm2[0] == pytest.approx(plain.area_mm2[0] * 0.9**2, rel=1e-6)
+    assert shade(flakes_of(1), replace(PLATE, flake_rim_um=10.0), LAMP, EYE).area_mm2[0] == pytest.approx(0, abs=1e-12)
+    murky = replace(PLATE, coat_extinction_per_mm=8.0)
+    surface, deep = (shade(flakes_of(1, depth_mm=depth), murky, LAMP, EYE).luminance_cd_m2[0] for depth in (0.0, 0.04))
+    assert surface == pytest.approx(plain.luminance_cd_m2[0])
+    view = refract(view_directions(np.zeros(1), np.zeros(1), EYE), 1.5)[0, 2]
+    path_mm = 0.04 / view + 0.04 / refract(LAMP.direction, 1.5)[2]
+    assert deep == pytest.approx(surface * np.exp(-8 * path_mm), rel=1e-5)
+
+
+def test_with_a_base_of_zero_both_eyes_are_one_picture_rendered_once() -> None:
+    assert isinstance(GRAY, SparklePlateRecipe)
+    data = GRAY.model_dump()
+    data["plate"]["size_mm"] = (30, 20)
+    data["camera"]["interpupillary_distance_mm"] = 0.0
+    recipe = SparklePlateRecipe.model_validate(data)
+    studio = Studio(recipe.plate, recipe.lamp, recipe.camera, 1, 0.25)
+    left, right = studio.photographs("stereo", 0.1)
+    assert left is right
+    assert studio.photographs("flat", 0.1) == (left,)
+    render = studio.steps("stereo", 0.1)[0]
+    assert render["places"] == 1
+    apart = Studio(recipe.plate, recipe.lamp, GRAY.camera, 1, 0.25)
+    left, right = apart.photographs("stereo", 0.1)
+    assert not np.array_equal(left.xyz_cd_m2, right.xyz_cd_m2)
+    assert apart.steps("stereo", 0.1)[0]["places"] == 2
+
+
+def test_flop_darkens_with_the_angle_and_keeps_its_energy() -> None:
+    """Tilt the lamp: what shines falls by its lobe, what is matt by nothing. Its light over all eyes is what it got."""
+    plate = replace(PLATE, width_mm=2.0, height_mm=2.0, flop_reflectance=0.3, flop_lobe_sd_deg=8.0)
+    seen = [
+        float(np.mean(flop_luminance(plate, replace(LAMP, zenith_deg=zenith), CAMERA, EYE)))
+        for zenith in (0.0, 20.0, 40.0, 60.0)
+    ]
+    assert np.all(np.diff(seen) < 0)
+    assert seen[0] > 5 * seen[-1]
+    assert flop_luminance(PLATE, LAMP, CAMERA, EYE) == 0.0
+    # Inside the coat, over all directions: reflectance times the light that entered.
+    lamp, total, step = replace(LAMP, zenith_deg=0.0), 0.0, 0.02
+    for a in np.arange(-1.6, 1.6, step):
+        b = np.arange(-1.6, 1.6, step)
+        solid = step**2 / (1 + a**2 + b**2) ** 1.5
+        h = np.stack([np.full_like(b, a), b, np.ones_like(b)], axis=-1)
+        ray = h / np.linalg.norm(h, axis=1, keepdims=True)
+        cos = (ray + [0.0, 0.0, 1.0])[:, 2] / np.linalg.norm(ray + [0.0, 0.0, 1.0], axis=1)
+        sd = np.radians(8.0)
+        lobe = np.exp((cos - 1) / sd**2) / (2 * np.pi * sd**2)
+        total += float(np.sum(lobe / (4 * cos) * solid))
+    assert total == pytest.approx(1.0, rel=5e-3)
+    straight = mirror((np.zeros(1), np.zeros(1)), np.array([0, 0, 1.0]), 0.3, sd, plate, lamp, np.array([0, 0, 700.0]))
+    through = 0.96**2
+    expected = 0.3 * LAMP.illuminance_lx * through / (2 * np.pi * sd**2) / 4 / 1.5**2
+    assert straight.luminance_cd_m2[0] == pytest.approx(expected)
+
+
+def test_the_eye_keeps_light_and_damps_a_grating_by_its_transfer() -> None:
+    camera = replace(CAMERA, pupil_mm=4.0)
+    point = np.zeros((401, 401), np.float32)
+    point[200, 200] = 100.0
+    spread = through_the_eye(point, camera)
+    assert spread.sum(dtype=np.float64) == pytest.approx(100.0, rel=0.03)
+    assert spread[200, 200] == spread.max() < 20
+    np.testing.assert_allclose(spread, spread[::-1, ::-1], atol=1e-5)
+    per_degree = 14.6 * 700 * np.tan(np.radians(1.0))
+    x = np.arange(1784) / per_degree
+    grating = np.broadcast_to(1 + np.cos(2 * np.pi * 12 * x), (400, 1784)).astype(np.float32)
+    middle = through_the_eye(grating, camera)[200, 400:1384]
+    contrast = (middle.max() - middle.min()) / (middle.max() + middle.min())
+    assert contrast == pytest.approx(float(eye_mtf(np.array([12.0]), 4.0)[0]), rel=0.02)
+    assert through_the_eye(grating, CAMERA) is grating
+    seen = plate_light(PLATE, [LAMP], camera, "left", FLAKES).terms[-1].luminance_cd_m2
+    plain = plate_light(PLATE, [LAMP], CAMERA, "left", FLAKES).terms[-1].luminance_cd_m2
+    assert np.max(seen) < 0.5 * np.max(plain)
+
+
+def test_a_spectral_base_follows_the_lamp_s_temperature(tmp_path: Path) -> None:
+    """A lamp of 3000 K makes the same paint yellower; the base's radiance is lamp times reflectance in every band."""
+    data = cabin(further_lamps=[])
+    data["plate"]["flakes"]["per_mm2"] = 0
+    del data["plate"]["base"]["flop"]
+    chromaticity = []
+    for kelvin in (3000, 4700):
+        data["lamp"]["temperature_K"] = kelvin
+        bands, xyz, plate = bands_of(read(data, tmp_path))
+        mean = xyz.mean(axis=(0, 1))
+        chromaticity.append(mean[0] / mean.sum())
+        base = np.array(plate.base_spectrum)
+        ratio = bands.mean(axis=(0, 1)) / (np.array(planck(kelvin)) * base)
+        np.testing.assert_allclose(ratio, ratio[0], rtol=1e-6)
+    assert chromaticity[0] > chromaticity[1] + 0.03
+
+
+def test_planck_at_two_points() -> None:
+    light = np.array(planck(4700))
+    waves = wavelengths_nm()
+    assert light[waves == 560] == 1
+    peak = waves[np.argmax(light)]
+    assert peak == pytest.approx(2.897771955e6 / 4700, abs=2.5)

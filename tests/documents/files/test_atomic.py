@@ -182,3 +182,9 @@ def test_a_pipe_a_device_or_a_socket_is_not_replaced(
     assert sorted(file.name for file in tmp_path.iterdir()) == ["link.html", "page.html"][1 - linked :]
     words = f"{place}: the page cannot be written: it is {kind}, not a file (name a file)"
     assert str(unwritable(refused.value, place, "page")) == words
+
+
+def test_what_is_no_text_leaves_nothing(tmp_path: Path) -> None:
+    with pytest.raises(UnicodeEncodeError):
+        write_whole(tmp_path / "page.html", "\ud800")
+    assert not list(tmp_path.iterdir())

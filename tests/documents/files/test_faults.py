@@ -18,7 +18,7 @@ from devices.display import read_display
 from devices.measurements import read_measurements
 from devices.profiles import read_profile
 from documents import InputError, read_yaml
-from documents.files import DurableLog, system_fault
+from documents.files import DurableLog, system_fault, unwritable
 from stimuli.pictures import StereoImage, picture_input, read_coded, read_exr, read_picture, write_exr
 
 CODES = ("EMFILE", "ENFILE", "ENOMEM", "EIO", "EROFS", "ENOSPC", "EDQUOT", "EFBIG", "EOVERFLOW")
@@ -175,3 +175,26 @@ def test_other_errors_are_no_faults_of_the_machine() -> None:
     chained = InputError("the picture cannot be read")
     chained.__cause__ = OSError(errno.EIO, "x")
     assert str(system_fault(chained)).endswith("(EIO)")
+
+
+def test_a_lack_of_memory_is_no_damage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from PIL import Image
+
+    path = tmp_path / "picture.png"
+    Image.new("RGB", (8, 8)).save(path)
+
+    def refused(*_: Any, **__: Any) -> NoReturn:
+        raise MemoryError
+
+    monkeypatch.setattr(Image, "open", refused)
+    message = _refused(read_picture, path)
+    assert "(ENOMEM)" in message
+    assert "damaged" not in message
+
+
+@pytest.mark.parametrize("code", ["EMFILE", "ENFILE", "ENOMEM", "EIO", "EOVERFLOW"])
+def test_what_cannot_be_written_is_said_with_a_remedy(code: str) -> None:
+    number = getattr(errno, code)
+    finding = unwritable(OSError(number, os.strerror(number)), Path("page.html"), "page")
+    assert f"({code})" in finding.message
+    assert finding.remedy

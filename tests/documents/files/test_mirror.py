@@ -225,3 +225,43 @@ def test_how_a_copy_compares(tmp_path: Path) -> None:
         copy.write_bytes(content)
         assert compare_copy(file, copy) == expected
         assert str(compare_copy(file, copy)) == words
+
+
+def test_a_folder_that_stays_away_is_the_last_word(lab: Lab) -> None:
+    lab.write()
+    lab.until(lambda: lab.is_whole)
+    lab.root.rename(lab.root.with_name("away"))
+    lab.write()
+    assert "there is no such folder" in str(lab.mirror.close())
+
+
+def test_a_copy_in_a_new_folder_begins_at_the_first_line(lab: Lab) -> None:
+    lab.write()
+    lab.until(lambda: lab.is_whole)
+    lab.root.rename(lab.root.with_name("away"))
+    lab.root.mkdir()
+    lab.write(1)
+    lab.until(lambda: lab.is_whole)
+
+
+def test_a_copy_that_is_longer_than_the_log_is_left_as_it_is(lab: Lab) -> None:
+    lab.write(3)
+    assert lab.mirror.close() is None
+    longer = lab.copy.read_bytes() + b'{"a":1}\n'
+    lab.copy.write_bytes(longer)
+    lab.mirror = lab.mirrored()
+    assert "another line 5" in str(lab.mirror.close())
+    assert lab.copy.read_bytes() == longer
+
+
+def test_an_access_without_meaning_is_said_and_the_copy_goes_on_without_it(
+    lab: Lab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lab.until(lambda: lab.is_whole)
+    monkeypatch.setenv("CYCLOPEAN_ACCESS", "everyone")
+    lab.write()
+    lab.until(lambda: lab.said)
+    assert "CYCLOPEAN_ACCESS" in lab.said[0]
+    monkeypatch.delenv("CYCLOPEAN_ACCESS")
+    lab.until(lambda: lab.is_whole)
+    assert lab.mirror.close() is None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import socket
 import sys
 import threading
 from contextlib import suppress
@@ -191,3 +192,11 @@ def test_a_link_is_followed_before_it_is_inside(tmp_path: Path) -> None:
     for outside in (study / "out", study / "up" / "secret", study / "up" / "new"):
         with pytest.raises(InputError, match="this leads out of the folder"):
             inside(study, outside)
+
+
+@posix
+def test_a_socket_is_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)  # a socket's path is short
+    with socket.socket(socket.AF_UNIX) as listening:
+        listening.bind("socket")
+        assert refused("socket") == "this is a socket, not a file (name a file)"

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from documents.pages import page_environment
-from tests.pages import policy_of, works_and_runs_nothing
+from tests.pages import INJECTED, opened, policy_of, works_and_runs_nothing
 
 ROOT = Path(__file__).parents[3]
 FLOORS = ("documents", "devices", "stimuli", "analysis", "runner", "cyclopean")
@@ -64,3 +64,10 @@ def test_scripts_and_fetching_are_not_allowed(page: str) -> None:
 @pytest.mark.nightly
 def test_a_page_is_drawn_and_what_was_injected_does_not_run(page: str, tmp_path: Path) -> None:
     works_and_runs_nothing(page, tmp_path)
+
+
+@pytest.mark.nightly
+def test_without_the_policy_it_would_run(page: str, tmp_path: Path) -> None:
+    bare = tmp_path / "bare.html"
+    bare.write_text(re.sub("<meta http-equiv.*?>", "", page).replace("</body>", f"{INJECTED}</body>"))
+    assert opened(bare, tmp_path / "profile")[0] == "owned"

@@ -15,7 +15,9 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from devices.diagnostics import Line, Panel
 from documents.pages import INK, drawing, drawn, row_names
+from runner.reports.display.figure import panel_svg
 
 LETTERS = "画像"  # not in the font that is shipped
 
@@ -90,3 +92,9 @@ def test_a_figure_is_drawn_once_and_as_by_savefig(monkeypatch: pytest.MonkeyPatc
     svg = made(once=True)
     assert len(draws) == 1
     assert svg[svg.index("<defs>") :].strip() in made(once=False)
+
+
+@pytest.mark.usefixtures("_two_seconds_between_looks_at_the_clock")
+def test_a_panel_s_legend_that_takes_long_to_place_is_no_warning() -> None:
+    lines = [Line(name, (0.0, 1.0), (0.0, 1.0)) for name in (LETTERS, "b")]
+    assert LETTERS in panel_svg(Panel("a panel", "x", "y", tuple(lines)), "key", "what it shows")

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import pytest
-from pydantic import BaseModel, ConfigDict, Field, RootModel
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, RootModel
 
 from devices.camera import read_camera
 from devices.display import read_display, read_rig, read_verification
@@ -159,3 +159,63 @@ def test_a_file_of_several_kinds_builds_its_checks_when_one_is_read(tmp_path: Pa
     document, _ = load_document(tmp_path / "either.yaml", Either)
     assert isinstance(document.root, Second)
     assert Either.__pydantic_complete__
+
+
+def test_a_list_whose_entries_are_all_wrong_is_not_called_too_short(tmp_path: Path) -> None:
+    class Names(BaseModel):
+        names: Annotated[tuple[_Text, ...], Field(min_length=1)]
+
+    path = tmp_path / "f.yaml"
+    path.write_text("names: [{kind: text, words: 1}]\n")
+    with pytest.raises(InputError) as caught:
+        load_document(path, Names)
+    assert [finding.message for finding in caught.value.findings] == ["'names.1.words' is 1"]
+
+
+@pytest.mark.parametrize(("words", "shown"), [("CIE names only", "CIE names only"), ("A name", "a name")])
+def test_words_of_a_model_begin_small_unless_with_an_abbreviation(words: str, shown: str, tmp_path: Path) -> None:
+    def refuse(text: str) -> str:
+        raise ValueError(words)
+
+    class Named(BaseModel):
+        observer: Annotated[str, AfterValidator(refuse)]
+
+    (tmp_path / "file.yaml").write_text("observer: me\n")
+    with pytest.raises(InputError, match=f"'observer' is 'me' \\({shown}\\)"):
+        load_document(tmp_path / "file.yaml", Named)
+
+
+def test_an_empty_list(tmp_path: Path) -> None:
+    class _Some(BaseModel):
+        names: Annotated[list[str], Field(min_length=2)]
+
+    path = tmp_path / "f.yaml"
+    path.write_text("names: []\n")
+    with pytest.raises(InputError, match=r"f.yaml:1:8: 'names' holds nothing \(give it at least 2 entries\)"):
+        load_document(path, _Some)
+
+
+@pytest.mark.parametrize(("pattern", "text"), [(r"^[a-z0-9][a-z0-9_-]*$", "My plates"), (r"^[a-z][a-z0-9_]*$", "1st")])
+def test_the_pattern_of_a_name_is_told_in_words(pattern: str, text: str, tmp_path: Path) -> None:
+    class _Named(BaseModel):
+        name: Annotated[str, Field(pattern=pattern)]
+
+    path = tmp_path / "f.yaml"
+    path.write_text(f"name: {text}\n")
+    with pytest.raises(InputError) as caught:
+        load_document(path, _Named)
+    (finding,) = caught.value.findings
+    assert finding.message == f"'name' is '{text}'"
+    assert str(finding.remedy).startswith("use small letters a to z, digits")
+
+
+def test_a_file_with_the_telling_key_of_its_kind_has_faults_of_its_own(tmp_path: Path) -> None:
+    for text, read, fault in (
+        ("schema_version: 1\nkind: pictures\nmode: x\nstimuli: []\n", read_recipe, "unknown key 'mode'"),
+        ("schema_version: 1\ndisplay: d.yaml\nmode: x\nmodes: {}\n", read_rig, "unknown key 'modes'"),
+    ):
+        (tmp_path / "f.yaml").write_text(text)
+        with pytest.raises(InputError) as caught:
+            read(tmp_path / "f.yaml")
+        assert fault in str(caught.value)
+        assert "this is" not in str(caught.value)

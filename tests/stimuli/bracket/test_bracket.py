@@ -15,11 +15,11 @@ from scipy.ndimage import gaussian_filter, shift
 
 from devices.camera import CameraModel, Exposure
 from documents import InputError
-from stimuli.bracket import BracketOptions, BracketReport, bracket_photographs
+from stimuli.bracket import BracketOptions, BracketReport, NoiseModel, bracket_photographs
 from stimuli.develop import DevelopOptions, read_camera_image
 from stimuli.pictures import RowFile, read_exr
-from tests.stimuli.bracket.sensor import FULL_E, READ_E, TIMES, WHITE, bracket, codes, record, scene
-from tests.stimuli.develop.dng import camera_tags, exposure_tags, save_dng
+from tests.stimuli.bracket.sensor import BLACK, FULL_E, READ_E, SPAN, TIMES, WHITE, bracket, codes, record, scene
+from tests.stimuli.develop.dng import camera_tags, exposure_tags, save_dng, save_linear_dng
 
 SUPERPIXEL = DevelopOptions(demosaic="superpixel")
 MATRIX = np.array([[60.0, 25.0, 15.0], [25.0, 80.0, 5.0], [1.0, 10.0, 120.0]])
@@ -194,3 +194,124 @@ def test_a_bracket_full_throughout_and_a_full_disk_are_refused(tmp_path: Path, m
     monkeypatch.setattr(RowFile, "write", no_room)
     with pytest.raises(InputError, match=r"disk of the folder .* is full"):
         merge(tmp_path, photos)
+
+
+def test_a_bracket_has_less_noise_than_its_best_photograph(tmp_path: Path) -> None:
+    light = scene(stops=6) / 8
+    photos = bracket(tmp_path, light)
+    merge(tmp_path, photos)
+    truth = halves(light)
+
+    def error(path: Path, time: float) -> float:
+        image = read_camera_image(path, demosaic="superpixel")
+        return float(np.median(np.abs(image.rgb / (truth * time) - 1)[~image.saturated & (truth < truth.max() / 8)]))
+
+    assert error(tmp_path / "merged.exr", 1 / 250) < 0.95 * min(
+        error(path, time[0] / time[1]) for path, time in zip(photos[:4], TIMES[:4], strict=True)
+    )
+
+
+def test_a_lamp_that_changed_colour_is_named(tmp_path: Path) -> None:
+    light = scene(stops=5) / 4
+    redder = light.copy()
+    redder[::2, ::2] *= 1.06
+    report = merge(tmp_path, bracket(tmp_path, [light, light, redder], TIMES[1:4]))
+    assert any("1_30.dng: the light's colour changed" in note for note in report.notes)
+
+
+def test_the_place_is_named_in_the_upright_picture(tmp_path: Path) -> None:
+    light = scene(stops=5) / 4
+    lights = [light, moving(light, (0, 0), 16, 0.5), light]
+    photos = bracket(tmp_path, lights, TIMES[1:4], tags=[(274, "H", 1, 6, True)])
+    said = refusal(tmp_path, photos)
+    assert "16 × 16 pixels at x 80, y 0" in said  # turned clockwise: 96 across
+
+
+@pytest.mark.nightly
+def test_nothing_is_found_where_nothing_moved(tmp_path: Path) -> None:
+    """Ten brackets of other noise and scenes, and sixty in tests/stress."""
+    for seed in range(10):
+        light = scene(48, 64, stops=9, seed=seed)
+        photos = [
+            save_dng(
+                tmp_path / f"{number}.dng",
+                codes(record(light, time[0] / time[1], seed=100 * seed + number)),
+                black=(BLACK,),
+                white=WHITE,
+                tags=exposure_tags(time, (8, 1), 200),
+            )
+            for number, time in enumerate(TIMES)
+        ]
+        assert merge(tmp_path, photos).merge["moved"] == []
+
+
+def test_hot_photosites_are_no_motion(tmp_path: Path) -> None:
+    light = scene(stops=5) / 4
+    hot = np.random.default_rng(0).random(light.shape) < 0.002
+    lights = [light + 40 * hot * time[1] / 250 for time in TIMES[1:4]]  # not in proportion to time
+    assert merge(tmp_path, bracket(tmp_path, lights, TIMES[1:4])).merge["moved"] == []
+
+
+def test_a_tripod_that_gives_by_a_fifth_of_a_pixel_is_let_pass(tmp_path: Path) -> None:
+    sharp = gaussian_filter(scene(192, 192, stops=5) / 4, 0.8)
+    moved = shift(sharp, (0.1, 0.2), order=3, mode="nearest").clip(1e-6)
+    assert merge(tmp_path, bracket(tmp_path, [sharp, moved], TIMES[1:3])).merge["moved"] == []
+
+
+def test_given_exposures_take_the_place_of_the_files(tmp_path: Path) -> None:
+    light = scene(48, 64, stops=5) / 4
+    photos = [
+        save_dng(tmp_path / f"{time[1]}.dng", codes(record(light, 1 / time[1], seed)), black=(BLACK,), white=WHITE)
+        for seed, time in enumerate(TIMES[1:4])
+    ]
+    exposures = tuple(Exposure(1 / time[1], 8, 200) for time in TIMES[1:4])
+    report = merge(tmp_path, photos, exposures=exposures, noise=NoiseModel.of_electrons(FULL_E, READ_E))
+    assert report.merge["noise"]["source"] == "given"
+    assert abs((read_camera_image(tmp_path / "merged.exr").rgb / halves(light / 125) - 1).mean()) < 0.003
+
+
+def test_dark_frames_and_flat_fields_of_a_bracket(tmp_path: Path) -> None:
+    light = scene(stops=5) / 4
+    rows, columns = np.mgrid[-1 : 1 : light.shape[0] * 1j, -1 : 1 : light.shape[1] * 1j]
+    vignette = 1 - 0.3 * (rows**2 + columns**2)
+    pattern = np.random.default_rng(4).normal(0, 8, light.shape) / SPAN
+
+    def saved(name: str, values: NDArray[np.float64], time: tuple[int, int] = (1, 60)) -> Path:
+        tags = exposure_tags(time, (8, 1), 200)
+        return save_dng(tmp_path / name, codes(values + pattern), black=(BLACK,), white=WHITE, tags=tags)
+
+    photos = [
+        saved(f"{time[1]}.dng", record(light * vignette, 1 / time[1], seed), time)
+        for seed, time in enumerate(TIMES[1:4])
+    ]
+    darks = tuple(
+        saved(f"d{i}.dng", np.random.default_rng(i).normal(0, READ_E / FULL_E, light.shape)) for i in range(8)
+    )
+    flat = saved("flat.dng", 0.6 * vignette)
+    develop = DevelopOptions(demosaic="superpixel", dark=darks, flat=(flat,))
+    report = merge(tmp_path, photos, develop=develop)
+    truth = halves(light / 125) * vignette[38:58, 51:77].mean()
+    off = read_camera_image(tmp_path / "merged.exr").rgb / truth - 1
+    assert abs(off.mean()) < 0.002
+    assert np.abs(off).mean() < 0.02
+    assert report.merge["noise"]["source"] == "photographs and dark frames"
+    assert report.merge["noise"]["red"]["read_noise_electrons"] == pytest.approx(READ_E, rel=0.05)
+    full = DevelopOptions(demosaic="superpixel", flat=(saved("bright.dng", 2 * vignette),))
+    assert "bright.dng: the flat field is saturated" in refusal(tmp_path, photos, develop=full)
+
+
+def test_a_bracket_of_linear_dng(tmp_path: Path) -> None:
+    light = scene(48, 64, stops=5)[..., None] / 4 * np.array([1.0, 0.8, 0.5])
+    photos = [
+        save_linear_dng(
+            tmp_path / f"{time[1]}.dng",
+            codes(record(light, 1 / time[1], seed)),
+            black=(BLACK,) * 3,
+            white=WHITE,
+            tags=exposure_tags(time, (8, 1), 200),
+        )
+        for seed, time in enumerate(TIMES[1:4])
+    ]
+    report = merge(tmp_path, photos)
+    assert abs((read_camera_image(tmp_path / "merged.exr").rgb / (light / 125) - 1).mean()) < 0.002
+    assert report.merge["noise"]["blue"]["full_scale_electrons"] == pytest.approx(FULL_E, rel=0.15)

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import OpenImageIO as oiio
 import pytest
 import yaml
 
 import stimuli.build.recipe_to_set
+from documents import InputError
 from stimuli.build import build_set, cache_folder
 from stimuli.errors import StimulusError
 from stimuli.pictures import StereoImage, write_exr
@@ -210,3 +213,127 @@ def test_where_the_cache_lies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     assert cache_folder() == tmp_path / "cyclopean" / "stimuli"
     monkeypatch.delenv("XDG_CACHE_HOME")
     assert cache_folder() == Path.home() / ".cache" / "cyclopean" / "stimuli"
+
+
+def test_luminance_scale_multiplies_xyz_after_the_sensor(tmp_path: Path) -> None:
+    recipe = {
+        **PLATE,
+        "stimuli": [{"name": "a", "exposure_s": 1}, {"name": "b", "exposure_s": 1, "luminance_scale": 2}],
+    }
+    made = build_set(recipe_file(tmp_path, recipe), 0.2768)
+    np.testing.assert_allclose(made.load("b-stereo").left, 2 * made.load("a-stereo").left, rtol=2e-3)
+
+
+def test_the_second_build_renders_nothing_and_says_the_same(tmp_path: Path) -> None:
+    path = recipe_file(tmp_path, PLATE)
+    first, second = build_set(path, 0.2768), build_set(path, 0.2768)
+    assert (first.rendered, second.rendered) == (4, 0)
+    assert first.digest == second.digest
+    assert first.names == second.names
+
+
+def test_the_same_recipe_elsewhere_makes_the_same_pictures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = recipe_file(tmp_path, PLATE)
+    first = build_set(path, 0.2768)
+    monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "other"))
+    second = build_set(path, 0.2768)
+    assert second.rendered == 4
+    assert first.digest == second.digest
+
+
+def test_progress_counts_up_to_the_number_of_pictures(tmp_path: Path) -> None:
+    calls: list[tuple[str, int, int]] = []
+    build_set(recipe_file(tmp_path, PLATE), 0.2768, lambda doing, done, total: calls.append((doing, done, total)))
+    assert [(done, total) for _, done, total in calls] == [(0, 4), (1, 4), (2, 4), (3, 4), (4, 4)]
+    assert calls[1][0] == "rendering short-flat"
+
+
+def test_a_half_done_picture_is_made_again(tmp_path: Path, cache: Path) -> None:
+    path = recipe_file(tmp_path, PLATE)
+
+    def stop(doing: str, done: int, total: int) -> None:
+        if done == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        build_set(path, 0.2768, stop)
+    (workshop,) = cache.glob(".*/")
+    first, second, third = sorted(workshop.glob("*.exr"))
+    first.write_bytes(first.read_bytes()[:-50])
+    second.with_suffix(".json").write_text("{")
+    made = build_set(path, 0.2768)
+    assert made.rendered == 3
+    assert third.name not in [file.name for file in made.folder.iterdir()]
+    assert made.digest == build_set(path, 0.2768, force=True).digest
+
+
+def test_two_names_of_one_picture_are_made_once(tmp_path: Path) -> None:
+    twice = [{"name": "a", "exposure_s": 1}, {"name": "b", "exposure_s": 1}]
+    made = build_set(recipe_file(tmp_path, {**PLATE, "stimuli": twice}), 0.2768)
+    assert made.rendered == 2
+    assert made.names == ("a-stereo", "a-flat", "b-stereo", "b-flat")
+    np.testing.assert_array_equal(made.load("a-flat").left, made.load("b-flat").left)
+
+
+def test_a_changed_picture_is_built_again(tmp_path: Path) -> None:
+    write_exr(tmp_path / "one.exr", StereoImage.flat(noise(3)))
+    path = pictures_recipe(tmp_path, {"name": "one", "file": "one.exr"})
+    first = build_set(path, 0.2768)
+    write_exr(tmp_path / "one.exr", StereoImage.flat(noise(4)))
+    second = build_set(path, 0.2768)
+    assert second.rendered == 1
+    assert second.digest != first.digest
+
+
+def test_a_flat_view_of_a_pair_needs_an_eye(tmp_path: Path) -> None:
+    write_exr(tmp_path / "pair.exr", StereoImage(noise(1), noise(2)))
+    path = pictures_recipe(tmp_path, {"name": "pair", "file": "pair.exr"}, views=["stereo", "flat"])
+    with pytest.raises(StimulusError, match="no centre view"):
+        build_set(path, 0.2768)
+    path = pictures_recipe(
+        tmp_path, {"name": "pair", "file": "pair.exr", "flat_eye": "right"}, views=["stereo", "flat"]
+    )
+    assert build_set(path, 0.2768).names == ("pair-stereo", "pair-flat")
+
+
+def test_an_unknown_stimulus_gets_the_nearest_spelling(tmp_path: Path) -> None:
+    made = build_set(recipe_file(tmp_path, PLATE), 0.2768)
+    with pytest.raises(StimulusError, match="did you mean 'short-stereo'"):
+        made.load("short-sterio")
+
+
+def test_a_cache_that_cannot_be_written_is_one_clear_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "file"))
+    with pytest.raises(InputError, match="the cache of stimuli cannot be written"):
+        build_set(recipe_file(tmp_path, PLATE), 0.2768)
+
+
+@pytest.mark.shared_data
+def test_real_pictures_in_a_recipe(shared_data: Path, tmp_path: Path) -> None:
+    for name in ("Adjuster.exr", "chromaticities_XYZ.exr"):
+        shutil.copyfile(shared_data / "data/stereo" / name, tmp_path / name)
+    blade = {"name": "blade", "file": "Adjuster.exr", "colour_space": "rec709"}
+    path = pictures_recipe(tmp_path, blade, views=["stereo", "flat"])
+    made = build_set(path, 0.2768)
+    assert [made.load(name).is_flat for name in ("blade-stereo", "blade-flat")] == [False, True]
+    assert made.entry("blade-flat")["steps"][0]["views"] == ["center"]
+    made = build_set(pictures_recipe(tmp_path, {"name": "room", "file": "chromaticities_XYZ.exr"}), 0.2768)
+    assert made.factors("room") == {"image": "room", "view": "flat"}
+    with pytest.raises(StimulusError, match="does not declare its chromaticities"):
+        build_set(pictures_recipe(tmp_path, {"name": "blade", "file": "Adjuster.exr"}), 0.2768)
+
+
+@pytest.mark.parametrize(("negative", "clipped"), [("refuse", None), ("clip", 2)])
+def test_what_was_clipped_stands_in_the_manifest(tmp_path: Path, negative: str, clipped: int | None) -> None:
+    pixels = noise(1)
+    pixels[0, :2, 1] = -0.5
+    picture = oiio.ImageBuf(pixels)
+    picture.specmod().attribute("chromaticities", "float[8]", (1, 0, 0, 1, 0, 0, 1 / 3, 1 / 3))
+    assert picture.write(str(tmp_path / "one.exr"))
+    path = pictures_recipe(tmp_path, {"name": "one", "file": "one.exr", "negative": negative})
+    if clipped is None:
+        with pytest.raises(StimulusError, match="2 pixels have negative XYZ"):
+            build_set(path, 0.2768)
+    else:
+        assert build_set(path, 0.2768).entry("one")["steps"][0]["clipped_pixels"] == clipped

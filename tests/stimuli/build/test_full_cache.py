@@ -4,19 +4,42 @@ from __future__ import annotations
 
 import errno
 import os
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import OpenImageIO as oiio
 import pytest
 from PIL import Image
 
 from documents import InputError
+from documents.files import unwritable, what_stopped
 from stimuli.build import build_set, export_exr
+from stimuli.errors import StimulusError
 from stimuli.pictures import StereoImage, write_exr
 
 RECIPE = "schema_version: 1\nkind: pictures\ncolour_space: srgb\nwhite_luminance_cd_m2: 100\n"
 NOISE = np.random.default_rng(3).random((200, 300, 3)).astype(np.float32)
+
+
+LIMITED = """
+import resource, signal, sys
+from pathlib import Path
+from typing import Any
+import numpy as np
+from documents import InputError
+from stimuli.build import build_set
+from stimuli.pictures import StereoImage, write_exr
+
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, resource.RLIM_INFINITY))
+try:
+    build_set(Path(sys.argv[1]), 0.25)
+except InputError as error:
+    print(*error.findings)
+"""
 
 
 @pytest.fixture
@@ -73,3 +96,41 @@ def test_an_export_that_could_not_be_written_is_named(recipe: Path, monkeypatch:
     with pytest.raises(InputError, match="light: the exported pictures cannot"):
         export_exr(built, recipe.parent / "light")
     assert not [path for path in recipe.parent.iterdir() if "light" in path.name]
+
+
+@pytest.mark.nightly
+@pytest.mark.skipif(sys.platform == "win32", reason="no limit on the size of files")
+def test_openexr_says_why_its_output_failed(recipe: Path) -> None:
+    done = subprocess.run([sys.executable, "-c", LIMITED, str(recipe)], capture_output=True, text=True, check=True)
+    assert "the picture of the stimulus 'b' cannot be written: files in the folder" in done.stdout, done
+    assert "may not become as large (name another folder in the environment variable CYCLOPEAN_CACHE)" in done.stdout
+    assert "File output failed" not in done.stdout
+    assert _files(recipe.parent / "cache") == []
+
+
+def test_what_a_library_says_that_is_not_utf_8_is_text(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Refusing:
+        def open(self, *args: object) -> bool:
+            return False
+
+        def write_scanlines(self, *args: object) -> bool:
+            return False
+
+        def close(self) -> bool:
+            return False
+
+        def geterror(self) -> str:
+            return b"no \xff\x1b[2Jroom".decode()
+
+    monkeypatch.setattr(oiio.ImageOutput, "create", lambda name: Refusing())
+    with pytest.raises(StimulusError, match="cannot be written: no �") as caught:
+        write_exr(tmp_path / "a.exr", StereoImage.flat(NOISE))
+    assert str(caught.value).isprintable()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_disk_that_takes_more_stopped_nothing(tmp_path: Path) -> None:
+    assert what_stopped(tmp_path / "draft") is None
+    missing = what_stopped(tmp_path / "none" / "draft")
+    assert missing is not None
+    assert "may only be read" not in str(unwritable(missing, tmp_path, "picture"))

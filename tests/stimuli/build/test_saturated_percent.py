@@ -68,3 +68,9 @@ def test_bands_of_rows_are_counted_as_the_whole(built: StimulusSet, monkeypatch:
     with counted_work() as work:
         assert saturated_percent(built, SETUP) == whole
     assert not work["parts_of_pictures_read"]
+
+
+def test_a_small_picture_is_read_once_and_whole(built: StimulusSet) -> None:
+    with counted_work() as work:
+        saturated_percent(built, SETUP)
+    assert (work["pictures_read"], work["parts_of_pictures_read"]) == (2, 0)

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 from devices.camera import ReferenceColours, fit_camera
-from devices.chart import WAYS, patch_quadrangles
+from devices.chart import COLORCHECKER, WAYS, patch_quadrangles
 from devices.errors import DeviceError
 from stimuli.chart.camera_fit import read_chart
+from stimuli.chart.find import find_corners
 from stimuli.chart.sample import sample_patches
 from stimuli.errors import StimulusError
 
@@ -158,3 +160,54 @@ def test_corners_that_are_none(photograph: Draw, reference: ReferenceColours, co
     with pytest.raises(StimulusError, match=words) as caught:
         read_chart(picture, _none(picture), reference, corners, file="photo.nef")
     _one(caught)
+
+
+@pytest.mark.nightly
+def test_a_large_photograph_is_found_on_a_small_preview(photograph: Draw, reference: ReferenceColours) -> None:
+    picture = photograph().repeat(4, axis=0).repeat(4, axis=1)
+    assert find_corners(picture) == pytest.approx(CORNERS * 4, abs=6.0)
+
+
+def test_dust_does_not_move_the_mean(photograph: Draw, true_rgb: np.ndarray) -> None:
+    picture = photograph()
+    quadrangle = patch_quadrangles(CORNERS)[2]
+    x, y = quadrangle.min(axis=0).astype(int) + 8
+    picture[y : y + 6, x : x + 6] = 0.9  # a glint, 36 of some 1200 pixels
+    values = sample_patches(picture, _none(picture), CORNERS)
+    assert values.rgb[2] == pytest.approx(true_rgb[2], abs=1e-6)
+
+
+def test_a_saturated_chart(photograph: Draw, reference: ReferenceColours) -> None:
+    picture = np.minimum(photograph() * 100, 1).astype(np.float32)
+    with pytest.raises(StimulusError) as caught:
+        read_chart(picture, picture >= 1, reference, CORNERS, file="photo.nef")
+    assert "chart's 24 patches are saturated" in _one(caught)
+
+
+def test_a_reference_of_another_chart(photograph: Draw, reference: ReferenceColours) -> None:
+    picture = photograph()
+    other = ReferenceColours(reference.XYZ[:12], reference.names[:12], "reference.csv")
+    with pytest.raises(DeviceError, match="12 colours and the chart 24 patches"):
+        read_chart(picture, _none(picture), other, CORNERS)
+
+
+def test_numbers_that_are_none(photograph: Draw, reference: ReferenceColours) -> None:
+    picture = photograph()
+    x, y = patch_quadrangles(CORNERS)[8].mean(axis=0).astype(int)
+    picture[y, x - 3 : x + 3] = np.nan
+    with pytest.raises(StimulusError, match="holds values that are no numbers"):
+        read_chart(picture, _none(picture), reference, CORNERS)
+
+
+def test_corners_that_do_not_sit_well_are_said(photograph: Draw, reference: ReferenceColours) -> None:
+    picture = photograph()
+    read = read_chart(picture, _none(picture), reference, CORNERS + [22.0, 0.0])
+    assert "pixels differ" in " ".join(read.notes)
+
+
+def test_json_is_plain(photograph: Draw, reference: ReferenceColours) -> None:
+    picture = photograph()
+    told = json.loads(json.dumps(read_chart(picture, _none(picture), reference, CORNERS[[2, 3, 0, 1]]).to_json()))
+    assert told["way_round"] == "upside down"
+    assert told["corners_px"] == CORNERS.tolist()
+    assert len(told["spread_rgb"]) == len(COLORCHECKER)

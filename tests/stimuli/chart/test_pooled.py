@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.camera import Correspondences, Exposure, ReferenceColours, fit_camera
+from devices.errors import DeviceError
 from stimuli.chart import fit_camera_to_chart
 from stimuli.chart.pooled import ChartShot, pool_shots
 from stimuli.develop import CameraImage, write_camera_exr
@@ -122,3 +123,24 @@ def test_photographs_are_read_and_pooled(tmp_path: Path, reference: ReferenceCol
     ):
         with pytest.raises(StimulusError, match=words):
             fit_camera_to_chart(charts, reference=references, corners_px=CORNERS)
+
+
+@pytest.mark.nightly
+def test_noisy_rows_count_less(reference: ReferenceColours, rgb: Floats) -> None:
+    """Half of the patches with twenty times the noise: weighed by it, the matrix errs by less; alike, as without."""
+    rng = np.random.default_rng(5)
+    noise = np.where(np.arange(24)[:, None] % 2 == 0, 0.004, 0.0002) * np.ones(3)
+    plain: list[float] = []
+    weighed: list[float] = []
+    for _ in range(12):
+        seen = np.clip(rgb + noise * rng.normal(size=rgb.shape), 1e-4, 0.99)
+        for errors, known in ((plain, None), (weighed, noise)):
+            colours = Correspondences(seen, reference.XYZ, reference.names, seen > 1, noise_rgb=known)
+            errors.append(float(np.sqrt(((fit_camera(colours).model.matrix - MATRIX) ** 2).mean())))
+    assert np.mean(weighed) < 0.7 * np.mean(plain)
+    seen = np.clip(rgb + 0.001 * rng.normal(size=rgb.shape), 1e-4, 0.99)
+    even = Correspondences(seen, reference.XYZ, reference.names, seen > 1, noise_rgb=np.full((24, 3), 1e-9))
+    without = Correspondences(seen, reference.XYZ, reference.names, seen > 1)
+    np.testing.assert_allclose(fit_camera(even).model.matrix, fit_camera(without).model.matrix, rtol=1e-6)
+    with pytest.raises(DeviceError, match="noise"):
+        Correspondences(seen, reference.XYZ, reference.names, seen > 1, noise_rgb=np.zeros((3, 3)))

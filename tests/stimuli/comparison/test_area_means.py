@@ -100,3 +100,17 @@ def test_what_cannot_be_averaged_is_refused() -> None:
     assert first.message == "the region 'all' holds 3 pixels of the photograph that are no numbers"
     assert "'tiny' holds" in second.message
     assert "fewer than 25" in second.message
+
+
+def test_float32_light_is_summed_in_float64() -> None:
+    picture = np.full((1024, 512, 3), 0.1, dtype=np.float32)
+    picture[0, 0] = 3e4
+    outline = np.array([[0.0, 0.0], [512.0, 0.0], [512.0, 1024.0], [0.0, 1024.0]])
+    (area,) = area_means(picture, [("all", outline)])
+    np.testing.assert_allclose(area.XYZ, picture.astype(np.float64).mean(axis=(0, 1)), rtol=1e-14)
+
+
+def test_small_areas_have_no_standard_error() -> None:
+    picture = np.random.default_rng(1).uniform(1, 2, (64, 64, 3))
+    (area,) = area_means(picture, [("small", SQUARE / 8)])
+    assert area.covariance_XYZ is None

@@ -17,6 +17,7 @@ from stimuli.comparison.areas import area_means
 from stimuli.comparison.by_region import ComparedRegions
 from tests.stimuli.comparison.scenes import (
     CHART,
+    CORNERS,
     PLATE,
     Cyclopean,
     Floats32,
@@ -173,3 +174,64 @@ def test_the_command_prints_it_in_the_terminal_and_on_the_page(
     html = page.read_text()
     assert "<h2>Camera RGB</h2>" in html
     assert "what sensor and observer see differently is not in it" in html
+
+
+@pytest.mark.nightly
+def test_standard_errors_are_those_of_the_picture_in_rgb(tmp_path: Path) -> None:
+    # Large enough patches for the cells that errors come from.
+    corners, size = 2 * CORNERS, (480, 360)
+    photo, rendering = (chart(None, corners, size, noise, seed) for noise, seed in ((0.02, 1), (0.03, 2)))
+    large = tmp_path / "large.yaml"
+    large.write_text(CHART.replace("[[20, 18], [222, 22], [218, 160], [16, 154]]", str(corners.tolist())))
+    regions = read_regions(large)
+    found = in_regions(photo, rendering, large).camera_rgb
+    assert found is not None
+    outlines = [(region.name, region.photo_px) for region in place_regions(regions, photo.shape).regions]
+    sides = [
+        area_means(np.asarray(CAMERA.rgb(side), dtype=np.float32), outlines, None, least_pixels=4, what="picture")
+        for side in (photo, rendering)
+    ]
+    for row, one, other in zip(found.rows, *sides, strict=True):
+        assert one.covariance_XYZ is not None
+        assert other.covariance_XYZ is not None
+        expected = np.sqrt(np.diag(one.covariance_XYZ + other.covariance_XYZ))
+        assert row.delta_rgb_se == pytest.approx(tuple(expected), rel=1e-3)
+        assert row.photo_rgb == pytest.approx(tuple(one.XYZ), abs=1e-6)
+
+
+def test_another_exposure_scales_the_signal_and_full_channels_are_named(regions_yaml: Path) -> None:
+    light, regions = chart(noise=0.0), read_regions(regions_yaml)
+    placed = place_regions(regions, light.shape)
+    found = compare_regions(
+        light, light, placed, regions, white_XYZ=[96, 100, 82], camera=CAMERA, exposure=Exposure(1 / 5, 8.0, 800.0)
+    ).camera_rgb
+    assert found is not None
+    np.testing.assert_allclose(rgb_of(found.rows, "photo_rgb"), 3 * RGB, atol=3e-6)
+    full = [row.above_full_scale for row in found.rows]
+    assert full == [tuple(c for c, v in zip(("red", "green", "blue"), 3 * rgb, strict=True) if v > 1) for rgb in RGB]
+    assert any(full)
+    assert not all(full)
+
+
+@pytest.mark.nightly
+@pytest.mark.usefixtures("undrawn")
+def test_the_command_prints_it_in_the_terminal_in_json_and_on_the_page(
+    cyclopean: Cyclopean, regions_yaml: Path, tmp_path: Path
+) -> None:
+    write_camera(CAMERA, tmp_path / "camera.yaml")
+    picture = written(tmp_path / "plate.exr", chart())
+    words = (picture, picture, "--regions", regions_yaml, "--register", "none")
+    page = tmp_path / "page.html"
+    told = cyclopean("compare", *words, "--camera", tmp_path / "camera.yaml", "-o", page)
+    lines = told.stdout.splitlines()
+    start = lines.index(
+        "Camera RGB of Made up at 1/15 s, f/8, ISO 800, in % of full scale, photograph, rendering and difference:"
+    )
+    assert len([line for line in lines[start + 1 :] if " G " in line]) == 24
+    html = page.read_text()
+    assert "<h2>Camera RGB</h2>" in html
+    assert "what sensor and observer see differently is not in it" in html
+    found = compared(cyclopean, *words, "--camera", tmp_path / "camera.yaml")
+    rows = found["eyes"]["both"]["camera_rgb"]["rows"]
+    np.testing.assert_allclose([row["photo_rgb"] for row in rows], RGB, rtol=0.01, atol=1e-3)
+    assert compared(cyclopean, *words)["eyes"]["both"]["camera_rgb"] is None

@@ -14,6 +14,7 @@ from stimuli.comparison.by_region import check_charts
 from stimuli.comparison.regions import Chart
 from stimuli.comparison.regions_file import RegionsFile
 from stimuli.errors import StimulusError
+from stimuli.pictures import rows
 
 Draw = Callable[..., NDArray[np.float64]]
 Write = Callable[..., RegionsFile]
@@ -60,3 +61,8 @@ def test_a_saturated_chart_is_left_open(chart_picture: Draw) -> None:
 def test_another_chart_is_not_asked_for_its_colours(regions_of: Write) -> None:
     entry = "{kind: colorchecker, colours: other, corners: [[0, 0], [138, 0], [138, 90], [0, 90]]}"
     assert place_regions(regions_of(entry), (100, 200, 3)).charts == ()
+
+
+def test_bands_do_not_matter(chart_picture: Draw, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rows, "BAND_PIXELS", 700)
+    assert check_charts(chart_picture(), [chart(CORNERS)], "photograph") == ()

@@ -7,8 +7,9 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.colour import delta_e_2000, xyz_to_lab
+from runner.reports.comparison.figures import histogram_figure, map_figure, profile, profile_figure
 from stimuli.comparison import summarise
-from stimuli.comparison.by_pixel import histogram
+from stimuli.comparison.by_pixel import histogram, overview
 from stimuli.errors import StimulusError
 from stimuli.measures import difference_map, reduced
 from stimuli.pictures import rows
@@ -75,3 +76,31 @@ def test_a_reduced_map_keeps_the_mean_of_what_is_compared() -> None:
     assert np.isnan(small[0, 0])
     assert small[1, 1] == pytest.approx(delta_e[6:12, 6:12][compared[6:12, 6:12]].mean(), rel=1e-6)
     np.testing.assert_array_equal(reduced(delta_e, longest_px=103), delta_e)
+
+
+def test_a_picture_does_not_differ_from_itself() -> None:
+    photo, _ = pair()
+    assert not difference_map(photo, photo, WHITE).any()
+
+
+def test_light_below_none_counts_as_none() -> None:
+    dark = np.full((2, 2, 3), -0.5)
+    assert not difference_map(dark, np.zeros((2, 2, 3)), WHITE).any()
+
+
+def test_a_profile_follows_its_line() -> None:
+    plane = np.add.outer(10.0 * np.arange(50), np.arange(80.0))
+    along = profile(plane, (3, 7), (63, 7))
+    np.testing.assert_allclose(along, 70 + np.linspace(3, 63, 61))
+    np.testing.assert_allclose(profile(plane, (5, 5), (5, 6.0)), [55, 65])
+
+
+def test_figures_say_what_they_show() -> None:
+    delta_e = np.full((30, 40), 2.0, dtype=np.float32)
+    shown = overview(delta_e)
+    svg = map_figure(shown.reduced, "difference <map>")
+    assert svg.startswith("<svg")
+    assert "difference &lt;map&gt;" in svg
+    assert "ΔE00" in svg
+    assert "limit 1.4" in histogram_figure(shown, 1.4, "histogram")
+    assert "rendering" in profile_figure(np.arange(5.0), np.arange(5.0), "profile")

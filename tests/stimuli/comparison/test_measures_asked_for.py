@@ -93,3 +93,14 @@ def test_a_missing_package_is_named(tmp_path: Path, cyclopean: Cyclopean, monkey
     told = cyclopean("compare", photo, photo, "--regions", PLATE, "--rig", RIG, "--measures", "flip", expect=2)
     assert "pip install '.[measures]'" in told.stderr
     assert len(told.stderr.splitlines()) == 1
+
+
+@pytest.mark.nightly
+def test_measures_make_a_table_and_do_not_change_the_verdict(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    photo, other = written(tmp_path / "a.exr", few()), written(tmp_path / "b.exr", few(gain=1.05))
+    words = ("--regions", PLATE, "--rig", RIG)
+    plain = compared(cyclopean, photo, other, *words, expect=None)
+    measured = compared(cyclopean, photo, other, *words, "--measures", NAMES, expect=None)
+    assert measured["verdict"] == plain["verdict"]
+    assert measured["measures"] is not None
+    assert plain["measures"] is None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
@@ -10,25 +12,46 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from devices.camera import CameraModel, write_camera
 from devices.chart import perspective
 from devices.colour import rgb_to_xyz_matrix, white_point
 from devices.display import read_rig
 from runner.reports.comparison.figures import draw_pictures
 from stimuli.align import warp
 from stimuli.comparison.alignment import Alignment, resample, resample_flags
+from stimuli.comparison.registering import align
 from stimuli.pictures import REC709, RowFile
 from tests.stimuli.comparison.scenes import (
     CHART,
     PLATE,
     RIG,
+    SIZE,
     Cyclopean,
     chart,
     compared,
     few,
+    patch_XYZ,
     said,
     spots,
     written,
 )
+from tests.stimuli.spectral.pictures import WAVES, save_exr
+
+
+class Ids(HTMLParser):
+    """Gathers what a page names and asks for."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.ids: list[str] = []
+        self.asked: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        for name, value in attrs:
+            if name == "id":
+                self.ids.append(value or "")
+            if name in ("src", "href", "xlink:href") and value and not value.startswith(("data:", "#")):
+                self.asked.append(value)
 
 
 @settings(max_examples=30, deadline=None)
@@ -145,3 +168,85 @@ def test_a_full_disk_is_told(tmp_path: Path, cyclopean: Cyclopean, monkeypatch: 
     assert "the temporary files cannot be written: the disk of the folder" in told.stderr
     assert "TMPDIR" in told.stderr
     assert not (tmp_path / "o.html").exists()
+
+
+@pytest.mark.nightly
+def test_shifts_and_turns_do_not_depend_on_luminance_or_noise() -> None:
+    rng = np.random.default_rng(3)
+    noisy = [
+        np.maximum(one * (1 + 0.05 * rng.standard_normal(one.shape)), 0).astype(np.float32)
+        for one in (spots(), spots(-1.3, 0.6, 1.0, gain=40.0))
+    ]
+    lies = align(RowFile.of(noisy[0]), RowFile.of(noisy[1]), "auto")
+    assert lies.shift_px == pytest.approx((-1.3, 0.6), abs=0.03)
+    assert lies.rotation_deg == pytest.approx(1.0, abs=0.03)
+    assert lies.rotation_se_deg is not None
+    assert abs(lies.rotation_deg - 1.0) < 4 * lies.rotation_se_deg
+    assert lies.scale == pytest.approx(1.0, abs=3e-4)
+
+
+@pytest.mark.nightly
+def test_spectral_renderings(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    """By the observer, and by the sensor: both of a grey world give the photograph's XYZ."""
+    waves = WAVES[::4]
+    flat = np.ones((SIZE[1], SIZE[0], len(waves)), dtype=np.float32)
+    light = spots()[..., 1:2]
+    save_exr(tmp_path / "s.exr", flat * light * 1e-5, waves)
+    seen = compared(
+        cyclopean, tmp_path / "s.exr", tmp_path / "s.exr", "--regions", PLATE, "--rendering-holds", "spectral"
+    )
+    xyz = seen["eyes"]["both"]["regions"]["rows"][0]["photo"]
+    assert (xyz["x"], xyz["y"]) == pytest.approx((1 / 3, 1 / 3), abs=2e-3)
+    # A sensor whose channels see alike gives equal RGB; its camera file says that full scale is E at 1000 cd/m².
+    curves = "\n".join(f"{wave:g},1,1,1" for wave in waves)
+    (tmp_path / "sensor.csv").write_text(f"wavelength_nm,red,green,blue\n{curves}\n", encoding="utf-8")
+    full = 1000.0
+    matrix = np.diag([full, full, full])
+    write_camera(CameraModel(matrix, np.zeros(3), np.zeros(3)), tmp_path / "c.yaml")
+    words = (
+        "--regions",
+        PLATE,
+        "--camera",
+        tmp_path / "c.yaml",
+        "--full-scale",
+        full,
+        "--sensitivities",
+        tmp_path / "sensor.csv",
+    )
+    taken = compared(cyclopean, tmp_path / "s.exr", tmp_path / "s.exr", *words)
+    row = taken["eyes"]["both"]["regions"]["rows"][0]["photo"]
+    assert row["luminance_cd_m2"] == pytest.approx(xyz["luminance_cd_m2"], rel=1e-3)
+    assert taken["photograph"]["holds"] == "spectral"
+
+
+@pytest.mark.nightly
+def test_the_page(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    one = written(tmp_path / "<b>a.exr", chart(), chart(seed=7))
+    two = written(tmp_path / "b.exr", chart(1.03 * patch_XYZ(), seed=6), chart(1.03 * patch_XYZ(), seed=8))
+    (tmp_path / "r.yaml").write_text(CHART, encoding="utf-8")
+    asked = ("--regions", tmp_path / "r.yaml", "--rig", RIG, "--measures", "pu-ssim", "-o", tmp_path / "o.html")
+    cyclopean("compare", one, two, *asked, expect=None)
+    page = (tmp_path / "o.html").read_text(encoding="utf-8")
+    assert "<b>a.exr" not in page
+    seen = Ids()
+    seen.feed(page)
+    assert len(seen.ids) == len(set(seen.ids)) > 10
+    assert seen.asked == []
+    used = set(re.findall(r"url\(#([^)]+)\)", page)) | set(re.findall(r'href="#([^"]+)"', page))
+    assert used <= set(seen.ids)
+    first = page.index('class="decision')
+    assert first < page.index("Tone-mapped for this page") < page.index("Colour differences") < page.index("sha256")
+    for words in (
+        "Δxy",
+        "S<sub>L</sub>",
+        "mean ratio",
+        "Left eye",
+        "Right eye",
+        "Disparity",
+        "the rendering 2.99 % brighter",
+        "Luminance along the greys of 'chart'".replace("'", "&#39;"),
+        "Within their limits, left eye / right eye:",
+    ):
+        assert words in page
+    assert page.count("data:image/png;base64,") >= 4 + 4
+    assert "in the colour of the display&#39;s white" in page.replace("'", "&#39;")

@@ -129,3 +129,26 @@ def test_the_page_and_the_file_know_every_limit() -> None:
     assert set(LimitsSpec.model_fields) == set(asdict(Limits()))
     for name in asdict(Limits()):
         assert f"`{name}`" in page
+
+
+def test_a_region_outside_the_rendering_is_told(regions_of: Write) -> None:
+    regions = regions_of("{kind: rectangle, name: box, box: [90, 20, 30, 40]}")
+    with pytest.raises(StimulusError, match="the rendering has 100 × 100"):
+        place_regions(regions, SHAPE, (100, 100, 3))
+
+
+@pytest.mark.parametrize(
+    ("entry", "words"),
+    [
+        ("{kind: rectangel, name: a, box: [0, 0, 1, 1]}", "did you mean 'rectangle'"),
+        ("{kind: rectangle, name: a, box: [0, 0, 1, 0]}", "a number above 0"),
+        ("{kind: plate, inner: 1.5}", "above 0, 1 at most"),
+        ("{kind: plate, colour: red}", "unknown key"),
+        ("{kind: polygon, name: a, points: [[0, 0], [1, 1]]}", "holds 2 entries"),
+        ("{kind: plate, corners: [[0, 0], [.nan, 0], [2, 2], [0, 9]]}", "finite"),
+        ("{kind: grid, rows: 1000, columns: 1}", "100"),
+    ],
+)
+def test_what_a_file_may_not_hold(regions_of: Write, entry: str, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        regions_of(entry)

@@ -46,3 +46,52 @@ def test_another_flake_density(tmp_path: Path, cyclopean: Cyclopean) -> None:
     assert 0.3 < density["relative"] < 0.7
     assert any(line.startswith("sparkle density on 'plate'") for line in said(found, "fails"))
     assert all(line.startswith("sparkle ") for line in said(found, "fails"))
+
+
+@pytest.mark.nightly
+def test_brute_force_and_culled(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    files = [
+        written(tmp_path / f"{name}.exr", rendered(100.0, 9, cull=cull))
+        for name, cull in (("brute", False), ("fast", True))
+    ]
+    found = compared(cyclopean, *files, "--regions", PLATE, "--rig", RIG)
+    assert found["decision"] == "validated"
+    (area,) = found["eyes"]["both"]["sparkle"]
+    assert area["in_both"] == area["photograph"]["count"]["value"] > 100
+    sums = found["eyes"]["both"]["per_pixel"]
+    assert sums["mean"] < 0.01
+    assert sums["largest"] < 0.5  # half floats round X, Y and Z apart, by 1/2048 each
+
+
+@pytest.mark.nightly
+def test_another_plate_of_the_same_paint(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    """Other flakes of one density differ by chance, and single pixels by where the flakes lie."""
+    files = [written(tmp_path / f"{seed}.exr", rendered(100.0, seed, cull=True)) for seed in (9, 10)]
+    found = compared(cyclopean, *files, "--regions", PLATE, "--register", "none", "--rig", RIG, expect=None)
+    assert said(found, "fails") == []
+    assert any("flakes lie elsewhere" in line for line in said(found, "noted"))
+    assert found["eyes"]["both"]["registration"]["residual_px"] is None
+    assert found["eyes"]["both"]["as_seen"]["mean"] > 1.4  # and yet it is told
+
+
+@pytest.mark.nightly
+def test_single_pixels_count_where_flakes_do_not(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    """A plate of other flakes beside a table: the table's pixels are judged, and the plate's are not."""
+    pictures = []
+    for seed, stain in ((9, 1.0), (10, 1.3)):
+        picture = rendered(100.0, seed, cull=True)
+        picture[:, :60] = [4.4, 4.5, 3.7]
+        picture[:100, :60] *= np.float32(stain)
+        picture[100:120, :60] /= np.float32(stain)
+        pictures.append(written(tmp_path / f"{seed}.exr", picture))
+    height, width, _ = picture.shape
+    regions = tmp_path / "r.yaml"
+    plate = f"{{kind: plate, corners: [[60, 0], [{width}, 0], [{width}, {height}], [60, {height}]]}}"
+    table = f"{{kind: rectangle, name: table, box: [0, 0, 60, {height}]}}"
+    regions.write_text(f"schema_version: 1\nregions:\n  - {plate}\n  - {table}\n", encoding="utf-8")
+    words = (*pictures, "--regions", regions, "--register", "none", "--rig", RIG)
+    found = compared(cyclopean, *words, expect=1)
+    one = found["eyes"]["both"]
+    assert one["per_pixel"]["pixels"] == 60 * height
+    assert any("single pixels of 'plate' are left out" in line for line in one["said"])
+    assert any(line.startswith("pixels differ by") for line in said(found, "fails"))

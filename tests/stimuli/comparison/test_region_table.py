@@ -218,3 +218,47 @@ def test_progress_goes_through_both_pictures(chart_picture: Draw, regions_of: Wr
     picture = chart_picture()
     compared(picture, picture, regions_of(CHART), rows_done=lambda rows, of: done.append((rows, of)))
     assert done == [(270, 540), (540, 540)]
+
+
+def test_a_picture_does_not_differ_from_itself(chart_picture: Draw, regions_of: Write) -> None:
+    regions, picture = regions_of(CHART, "{kind: plate}"), chart_picture(noise=0.02)
+    table = compared(picture, picture, regions).table
+    for row in table.rows:
+        assert (row.delta_x, row.delta_y, row.delta_e, row.luminance_ratio) == (0, 0, 0, 1)
+    verdict = judge(Evidence(regions=table), regions.limits)
+    assert verdict.decision == "validated"
+    assert {reason.outcome for reason in verdict.reasons} == {"passes"}
+
+
+def test_a_difference_within_its_error_has_no_symmetric_error() -> None:
+    same = [AreaMean(100, np.array([30.0, 32.0, 20.0]), np.zeros(3), np.eye(3), 0.0)]
+    (row,) = region_table([named("a")], same, same, WHITE).rows
+    assert (row.delta_e_se, row.delta_xy_se) == (None, None)
+    assert row.delta_x_se is not None
+
+
+def test_where_the_white_comes_from_is_said(chart_picture: Draw, regions_of: Write) -> None:
+    picture = chart_picture()
+
+    def said(**keys: object) -> tuple[str, float]:
+        found = compared(picture, picture, regions_of(CHART, **keys))
+        return found.notes[0], found.table.white_XYZ[1]
+
+    assert said(white_luminance_cd_m2=120) == ("white is icc-d50 at 120 cd/m², given", 120)
+    sentence, luminance = said(white_region="chart 20 neutral 8", white="d65")
+    assert sentence.startswith("white is d65 at ")
+    assert luminance < said()[1]
+    assert "'chart 19 white 9.5'" in said()[0]
+    found = compared(picture, picture, regions_of(CHART), white_XYZ=WHITE)
+    assert found.notes == ()
+    np.testing.assert_array_equal(found.table.white_XYZ, WHITE)
+
+
+def test_a_chart_upside_down_in_one_picture_is_said(chart_picture: Draw, regions_of: Write) -> None:
+    regions, upright = regions_of(CHART), chart_picture()
+    turned = chart_picture([[318.0, 240.0], [28.0, 220.0], [40.0, 30.0], [330.0, 44.0]])
+    with pytest.raises(StimulusError, match="lies upside down in the rendering") as caught:
+        compared(upright, turned, regions)
+    assert caught.value.findings[0].file == regions.file
+    with pytest.raises(StimulusError, match="lies upside down in the photograph"):
+        compared(turned, upright, regions)

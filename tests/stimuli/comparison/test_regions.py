@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stimuli.comparison.areas import crosses_itself, inside
+from stimuli.comparison.areas import crosses_itself, inside, window
 
 Corner = tuple[float, float]
 # Not on pixel centres, where rounding decides; sides that pass through one are left out of the comparison.
@@ -65,3 +65,23 @@ def test_outlines_that_cross_themselves_are_told(points: list[Corner], crosses: 
     assert crosses_itself(outline) is crosses
     assert crosses_itself(outline[::-1].copy()) is crosses
     assert crosses_itself(np.roll(outline, 1, axis=0)) is crosses
+
+
+@given(
+    st.tuples(st.integers(0, 20), st.integers(0, 20), st.integers(1, 9)),
+    st.tuples(st.integers(0, 20), st.integers(0, 20)),
+)
+@settings(max_examples=60, deadline=None)
+def test_a_side_through_centres_is_rounded_alike_by_both(one: tuple[int, int, int], other: tuple[int, int]) -> None:
+    whole = slice(0, 20), slice(0, 20)
+    top, bottom = one[0] + one[1] / one[2] / 2, other[0] + other[1] / 20
+    left = inside(np.array([[-1, 0], [top, 0], [bottom, 20], [-1, 20.0]]), *whole)
+    right = inside(np.array([[top, 0], [41, 0], [41, 20], [bottom, 20.0]]), *whole)
+    assert np.all(left ^ right)
+
+
+def test_a_pixel_belongs_if_its_centre_does() -> None:
+    square = np.array([[0.4, 0.6], [2.5, 0.6], [2.5, 2.6], [0.4, 2.6]])
+    rows, columns = window(square, (10, 10, 3))
+    assert (rows, columns) == (slice(0, 3), slice(0, 3))
+    np.testing.assert_array_equal(inside(square, rows, columns), [[0, 0, 0], [1, 1, 0], [1, 1, 0]])

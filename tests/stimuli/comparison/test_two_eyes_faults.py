@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stimuli.comparison import Comparison, compare_pictures
+from stimuli.comparison import CompareOptions, Comparison, compare_pictures
 from stimuli.comparison.eye_evidence import EyesEvidence, eyes_reasons
 from stimuli.comparison.eye_identity import identify_eyes
 from stimuli.comparison.jackknife import EyesPair
@@ -17,7 +17,7 @@ from stimuli.comparison.two_eyes import measure_two_eyes
 from stimuli.comparison.verdict import Limits
 from stimuli.comparison.views import Views
 from tests.kept import kept
-from tests.stimuli.comparison.scenes import PLATE, coloured, written
+from tests.stimuli.comparison.scenes import PLATE, Cyclopean, coloured, compared, said, written
 from tests.stimuli.comparison.two_eye_scenes import Pair, Relief, Scene, Sparkles, contrasted, rendered
 
 RELIEF, PAINT = Relief(shape=(200, 260)), Sparkles()
@@ -34,6 +34,10 @@ FAULTS: dict[str, tuple[Callable[[], Pair], Scene, str]] = {
     "sparkles shuffled": (lambda: Sparkles(shuffled=1.0, noise=1).views(), PAINT, "right eye has its sparkles"),
     "roll of 1°": (lambda: replace(rendered(RELIEF), roll_deg=1.0).views(), RELIEF, "right view is turned by"),
 }
+
+
+def fails_of(result: Comparison) -> list[str]:
+    return [reason.sentence for reason in result.verdict.having("fails")]
 
 
 @kept
@@ -128,3 +132,60 @@ def test_a_measure_fails_beyond_its_limit_by_three_errors(difference: float, err
     pair = EyesPair(0.5, 0.5 + difference, difference, error)
     reasons = eyes_reasons(EyesEvidence({"one-eyed share": pair}, None, (0, 0)), Limits())
     assert reasons[0].outcome == outcome
+
+
+@pytest.mark.nightly
+def test_a_shift_of_both_eyes_is_no_fault(tmp_path: Path) -> None:
+    left, right = rendered(SMALL_PAINT).views()
+    shifted = (np.roll(left, (3, 5), axis=(0, 1)), np.roll(right, (3, 5), axis=(0, 1)))
+    assert fails_of(compare(tmp_path, SMALL_PAINT.views(), shifted)) == []
+
+
+@pytest.mark.nightly
+def test_eyes_are_exchanged_in_a_turned_rendering(tmp_path: Path) -> None:
+    from scipy.ndimage import rotate
+
+    left, right = (rotate(view, 3.0, reshape=False, mode="nearest") for view in rendered(SMALL_PAINT).views())
+    result = compare(tmp_path, SMALL_PAINT.views(), (right, left))
+    assert any("eyes are exchanged" in line for line in fails_of(result))
+    assert result.eyes["left"].alignment.rotation_deg == pytest.approx(-3.0, abs=0.05)
+
+
+def test_views_without_any_texture(tmp_path: Path) -> None:
+    """Nothing in two even pictures can differ but their light."""
+    even = np.full((100, 140), 20.0, np.float32)
+    files = [written(tmp_path / name, coloured(even), coloured(even)) for name in ("a.exr", "b.exr")]
+    result = compare_pictures(files[0], files[1], PLATE, CompareOptions(register="none"))
+    assert result.verdict.decision == "validated"
+    assert any("neither picture has enough texture" in reason.sentence for reason in result.verdict.having("noted"))
+
+
+@pytest.mark.nightly
+def test_eyes_and_pictures_may_be_exchanged() -> None:
+    """Exchanged in both pictures, ratios turn over; exchanged pictures, differences turn over."""
+    photo, rendering = PAINT.views(), contrasted(rendered(PAINT).views(), 2.0)
+    one = evidence(photo, rendering).measures
+    back = evidence(rendering, photo).measures
+    assert back["eye contrast"].difference == pytest.approx(-one["eye contrast"].difference, abs=1e-12)
+    assert back["one-eyed share"].difference == pytest.approx(-one["one-eyed share"].difference, abs=1e-12)
+    mirrored = evidence(photo[::-1], rendering[::-1]).measures
+    assert mirrored["eye contrast"].difference == pytest.approx(-one["eye contrast"].difference, abs=0.05)
+
+
+@pytest.mark.nightly
+@pytest.mark.usefixtures("undrawn")
+def test_limits_can_be_set(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    regions = tmp_path / "regions.yaml"
+    text = "schema_version: 1\nregions:\n  - {kind: plate}\nlimits: {depth_scale: 0.5, registration_residual_px: 2}\n"
+    regions.write_text(text, encoding="utf-8")
+    scene = Relief(shape=(200, 310))
+    photo = written(tmp_path / "a.exr", *map(coloured, scene.views()))
+    deeper = written(tmp_path / "b.exr", *map(coloured, replace(rendered(scene), base=1.2).views()))
+    found = compared(cyclopean, photo, deeper, "--regions", regions, "-o", tmp_path / "page.html", expect=None)
+    assert any("times the photograph's, within 50 %" in line for line in said(found, "passes"))
+    measures = found["disparity"]["measures"]
+    assert measures["depth scale"]["rendering"] == pytest.approx(1.2, abs=0.02)
+    assert len(found["disparity"]["squares"]) > 20
+    page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "As two eyes see it" in page
+    assert "Disparities of squares at the same places" in page

@@ -223,3 +223,23 @@ def test_a_scatter_that_all_share_names_nobody() -> None:
     common = [AreaMean(400, colour * [1.02, 1.0, 1.0], np.zeros(3), None, 0.0) for colour in colours]
     (shift,) = judge(Evidence(region_table(regions, photo, common, WHITE))).having("noted")
     assert "shifted alike" in shift.sentence
+
+
+def test_a_map_of_another_limit_is_not_judged() -> None:
+    assert judge(Evidence(seen=SMALL), Limits(delta_e=1.0)).decision == "cannot say"
+
+
+def test_how_the_pictures_lay_is_noted() -> None:
+    lay = RegistrationEvidence(0.02, (0.4, 0.0), (0.01, 0.01), 2.0)
+    said = [reason.sentence for reason in judge(Evidence(table(1.0), registration=lay)).having("noted")]
+    assert "(0.40, 0.00) px" in said[0]
+    assert "2.00°" in said[1]
+    within = RegistrationEvidence(0.02, (0.4, 0.0), (0.2, 0.2), 0.0)
+    assert not judge(Evidence(table(1.0), registration=within)).having("noted")
+
+
+def test_the_right_mean_colour_and_the_wrong_sparkle_fail() -> None:
+    pairs = (SparklePair("density", 400.0, 20.0, 520.0, 22.8), SparklePair("contrast", 3.0, 0.1, 3.01, 0.1))
+    verdict = judge(Evidence(table(1.0), SMALL, SMALL, pairs))
+    assert verdict.decision == "not validated"
+    assert "30.0 ± 8.6 % more" in only(verdict, "fails").sentence

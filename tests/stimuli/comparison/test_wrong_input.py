@@ -10,7 +10,7 @@ import pytest
 
 from devices.camera import CameraModel, Exposure, write_camera
 from stimuli.develop import CameraImage, write_camera_exr
-from tests.stimuli.comparison.scenes import CHART, PLATE, RIG, Cyclopean, chart, spots, written
+from tests.stimuli.comparison.scenes import CHART, PLATE, RIG, SIZE, Cyclopean, chart, patch_XYZ, spots, written
 
 Refused = Callable[..., str]
 
@@ -130,3 +130,52 @@ def test_files_that_are_not_there_or_would_be_lost(tmp_path: Path, refused: Refu
     told = cyclopean("compare", file, file, "--regions", PLATE, "--rig", RIG, "--experiment", "A B", expect=2)
     assert "an experiment cannot be called 'A B'" in told.stderr
     assert cyclopean("compare", file, file, "--regions", PLATE, "--experiment", "x", expect=2).stderr
+
+
+@pytest.mark.nightly
+def test_a_rendering_of_another_scale(tmp_path: Path, refused: Refused) -> None:
+    large = spots(size=(480, 360), sd_px=1.8, amplitude=1200.0, count=900)
+    small = large.reshape(180, 2, 240, 2, 3).mean(axis=(1, 3))
+    files = written(tmp_path / "a.exr", small), written(tmp_path / "b.exr", large)
+    line = refused(*files, "--regions", PLATE)
+    assert "the rendering is 2 times as large as the photograph" in line
+
+
+def test_a_region_outside(tmp_path: Path, refused: Refused) -> None:
+    file = written(tmp_path / "a.exr", spots())
+    regions = tmp_path / "r.yaml"
+    text = "schema_version: 1\nregions:\n  - {kind: rectangle, name: rim, box: [200, 20, 60, 40]}\n"
+    regions.write_text(text, encoding="utf-8")
+    line = refused(file, file, "--regions", regions)
+    assert f"{regions}:3:" in line
+    assert "'rim'" in line
+    assert "240 × 180" in line
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("which", ["photograph", "rendering"])
+def test_a_chart_upside_down(tmp_path: Path, refused: Refused, which: str) -> None:
+    (tmp_path / "r.yaml").write_text(CHART, encoding="utf-8")
+    upright = written(tmp_path / "a.exr", chart())
+    turned = written(tmp_path / "b.exr", chart(patch_XYZ()[::-1]))
+    files = (turned, upright) if which == "photograph" else (upright, turned)
+    registering = "none" if which == "photograph" else "auto"
+    line = refused(*files, "--regions", tmp_path / "r.yaml", "--register", registering)
+    assert f"the chart 'chart' lies upside down in the {which}" in line
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_values_that_are_no_numbers(tmp_path: Path, refused: Refused, bad: float) -> None:
+    import OpenImageIO as oiio
+
+    picture = spots().copy()
+    picture[7, 9, 1] = bad
+    spec = oiio.ImageSpec(*SIZE, 3, "float")
+    spec.channelnames = ("X", "Y", "Z")
+    output = oiio.ImageOutput.create(str(tmp_path / "b.exr"))
+    assert output is not None
+    assert output.open(str(tmp_path / "b.exr"), spec)
+    assert output.write_image(picture)
+    output.close()
+    line = refused(written(tmp_path / "a.exr", spots()), tmp_path / "b.exr", "--regions", PLATE)
+    assert "b.exr: 1 pixel is not finite" in line

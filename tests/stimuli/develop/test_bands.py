@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from devices.camera import CameraModel, Exposure
 from documents import at_most_threads
-from stimuli.develop import DevelopOptions, demosaic, develop_photographs, to_xyz
+from stimuli.develop import CameraImage, DevelopOptions, demosaic, develop_photographs, to_xyz
 from stimuli.develop.demosaic import Linear, Mosaic, interpolate, superpixel
 from stimuli.develop.raw_files import read_raw, read_sensor
 from stimuli.develop.sensor_image import make_picture
@@ -114,3 +114,20 @@ def test_forms_of_dng_that_cannot_be_read_are_named(tmp_path: Path, compression:
     (finding,) = caught.value.findings
     assert finding.file == str(path)
     assert finding.remedy
+
+
+def test_a_refused_picture_is_not_written(tmp_path: Path) -> None:
+    path = save_dng(
+        tmp_path / "a.dng", noisy((96, 64)), black=(200,), white=4000, tags=exposure_tags((1, 8), (8, 1), 200)
+    )
+    camera = CameraModel(MATRIX, np.zeros(3), np.zeros(3), Exposure(1 / 8, 8, 200))
+    report = develop_photographs([path], tmp_path / "a.exr", DevelopOptions(camera=camera, negative="refuse"))
+    assert "negative XYZ" in report.findings[0].message
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["a.dng"]
+
+
+def test_a_linear_dng_is_turned_and_kept_by_any_demosaicing(tmp_path: Path) -> None:
+    codes = np.random.default_rng(1).integers(90, 4100, (24, 32, 3)).astype(np.uint16)
+    path = save_linear_dng(tmp_path / "a.dng", codes, tags=[(274, "H", 1, 6, True)])
+    image: CameraImage = read_raw(path, demosaic="superpixel")
+    np.testing.assert_allclose(image.rgb, np.rot90(codes, -1) / 65535, atol=1e-6)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from devices.camera import Exposure
 from stimuli.develop import read_camera_image
 from stimuli.develop.calibration_frames import clipped_variance, read_calibration
 from stimuli.errors import StimulusError
@@ -129,3 +130,30 @@ def test_frames_that_cannot_be_are_refused(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     with pytest.raises(StimulusError, match="no files"):
         read_calibration([tmp_path / "empty"])
+
+
+def test_photosites_full_in_the_dark_are_marked(tmp_path: Path) -> None:
+    hot = np.zeros((HEIGHT, WIDTH))
+    hot[30, 40] = 1.2
+    dark = save(tmp_path / "dark.dng", codes(hot))
+    photo = save(tmp_path / "photo.dng", codes(np.full((HEIGHT, WIDTH), 0.3) + hot))
+    image = read_camera_image(photo, demosaic="superpixel", calibration=read_calibration([dark]))
+    assert image.saturated[15, 20].tolist() == [True, False, False]
+    assert image.saturated.sum() == 1
+
+
+def test_a_linear_dng_has_frames_too(tmp_path: Path) -> None:
+    light = np.repeat(vignette()[..., None], 3, axis=-1)
+    photo, flat = (
+        save_linear_dng(tmp_path / f"{name}.dng", codes(share * light), black=(BLACK,) * 3, white=WHITE, tags=AT)
+        for name, share in (("photo", 0.3), ("flat", 0.6))
+    )
+    image = read_camera_image(photo, calibration=read_calibration(flat=[flat]))
+    assert np.ptp(image.rgb) < 1e-3
+
+
+def test_short_dark_frames_serve_other_short_times(tmp_path: Path) -> None:
+    dark = save(tmp_path / "dark.dng", codes(np.zeros((HEIGHT, WIDTH))), exposure_tags((1, 250), (8, 1), 200))
+    photo = save(tmp_path / "photo.dng", codes(np.full((HEIGHT, WIDTH), 0.3)))
+    image = read_camera_image(photo, calibration=read_calibration([dark]))
+    assert image.exposure == Exposure(1 / 8, 8, 200)

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from devices.camera import CameraModel, read_camera, read_reference, write_camera
+from devices.camera import CameraModel, Correspondences, fit_camera, read_camera, read_reference, write_camera
 from devices.measurements import xyz_from_spectra
 from documents import InputError
 from runner.cli.main import group
 from stimuli.build import build_set
 from stimuli.chart import fit_camera_to_chart
+from stimuli.comparison import CompareOptions, ReadOptions, compare_pictures
 from stimuli.develop import CameraImage, DevelopOptions, write_camera_exr
 from stimuli.develop.photograph import develop_photograph
 from stimuli.pictures import read_exr
@@ -23,6 +24,9 @@ TEN = "CIE 2015 10"
 ROOT = Path(__file__).parents[3]
 MATRIX = np.array([[41.0, 36.0, 18.0], [21.0, 72.0, 7.0], [2.0, 12.0, 95.0]])
 WAVES = np.arange(380.0, 781.0, 5.0)
+
+
+REGIONS = ROOT / "configs/regions/plate.yaml"
 
 
 def _camera(path: Path, observer: str = TEN) -> Path:
@@ -127,3 +131,54 @@ def test_a_table_that_names_its_observer_is_taken_at_its_word(tmp_path: Path) ->
     ten.write_text(ten.read_text().replace("2012_10", "me"))
     with pytest.raises(InputError, match=r"chart.csv:1: .*'me'"):
         fit_camera_to_chart(ten)
+
+
+def test_a_camera_fitted_for_an_observer_sees_as_that_observer() -> None:
+    rgb, spectra = _chart()
+    for observer in (TEN, "CIE 1964 10"):
+        XYZ = xyz_from_spectra(spectra, WAVES, observer)
+        names = tuple(f"patch {number}" for number in range(24))
+        fit = fit_camera(Correspondences(rgb, XYZ, names, rgb > 1), observer=observer)
+        assert fit.model.observer == observer
+        np.testing.assert_allclose(fit.model.xyz(rgb), XYZ, rtol=1e-6)
+
+
+def test_published_chart_colours_are_of_1931_alone(tmp_path: Path) -> None:
+    photo = _photo(tmp_path / "chart.exr")
+    words = ["camera", "fit", str(photo), "--white", "90,100,80", "--observer", TEN]
+    result = CliRunner().invoke(group, words)
+    assert isinstance(result.exception, InputError)
+    assert "the chart's published colours are for CIE 1931 2" in str(result.exception)
+
+
+def test_a_recipe_of_photographs_is_of_its_camera_files_observer(tmp_path: Path) -> None:
+    _camera(tmp_path / "c.yaml")
+    built = build_set(_recipe(tmp_path, f"observer: {TEN}\n"), 0.2768)
+    assert read_exr(built.path(built.names[0]), observer=TEN).left.shape == (180, 240, 3)
+    first = built.manifest["stimuli"][0]["key"]
+    _camera(tmp_path / "c.yaml", "CIE 1931 2")
+    assert build_set(_recipe(tmp_path, ""), 0.2768).manifest["stimuli"][0]["key"] != first
+
+
+def test_a_comparison_refuses_a_photograph_and_a_rendering_of_two_observers(tmp_path: Path) -> None:
+    photo = _photo(tmp_path / "p.exr")
+    plain, ten = (
+        DevelopOptions(camera=read_camera(_camera(tmp_path / f"{name}.yaml", observer)))
+        for name, observer in (("plain", "CIE 1931 2"), ("ten", TEN))
+    )
+    develop_photograph(photo, tmp_path / "ten.exr", ten)
+    develop_photograph(photo, tmp_path / "plain.exr", plain)
+    options = CompareOptions(reading=ReadOptions(camera=ten.camera), register="none")
+    with pytest.raises(InputError, match="the photograph is of CIE 2015 10, the rendering of CIE 1931 2") as caught:
+        compare_pictures(photo, tmp_path / "plain.exr", REGIONS, options)
+    assert len(caught.value.findings) == 1
+    result = compare_pictures(photo, tmp_path / "ten.exr", REGIONS, options)
+    assert result.photo.observer == TEN
+
+
+def test_camera_rgb_of_a_spectral_picture_takes_no_observer(tmp_path: Path) -> None:
+    words = ["camera", "spectral", "p.exr", "-o", str(tmp_path / "o.exr"), "--sensitivities", "s.csv"]
+    result = CliRunner().invoke(group, [*words, "--full-scale", "100", "--observer", TEN])
+    assert result.exit_code == 2
+    assert "--observer" in result.output
+    assert "camera file" in result.output

@@ -9,13 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from devices.camera import parse_exposure
+from devices.camera import Exposure, parse_exposure
 from devices.errors import DeviceError
-from stimuli.develop import CameraImage
+from stimuli.develop import CameraImage, write_camera_exr
 from stimuli.develop import linear_files as reader
 from stimuli.develop.linear_files import STEPS_ATTRIBUTE, read_linear
 from stimuli.develop.metadata import EXPOSURE_ATTRIBUTE, MOST_CHARACTERS, MOST_STEPS, earlier_steps, kept_exposure
+from stimuli.develop.raw_files import read_raw
 from stimuli.errors import StimulusError
+from tests.stimuli.develop.dng import exposure_tags, write_dng
 from tests.stimuli.oiio_files import save_picture
 
 READ = {"step": "read", "file": "a.nef", "kind": "raw", "sha256": "0" * 64}
@@ -90,3 +92,31 @@ def test_channels_without_end_are_refused_before_they_are_read(tmp_path: Path, m
     monkeypatch.setattr(reader, "MAX_VALUES", 8 * 8 * 39)
     with pytest.raises(StimulusError, match="40 channels, more than 2496 values"):
         read_linear(path)
+
+
+def test_what_a_raw_file_went_through_is_kept(tmp_path: Path) -> None:
+    rgb = np.full((40, 48, 3), 0.3)
+    tags = exposure_tags((1, 15), (8, 1), 800)
+    image = read_raw(write_dng(tmp_path / "a.dng", rgb, black=(600,), white=65000, tags=tags))
+    write_camera_exr(tmp_path / "a.exr", image)
+    back = read_linear(tmp_path / "a.exr")
+    assert len(image.steps) >= 5
+    assert json.dumps(back.steps[: len(image.steps)]) == json.dumps(image.steps)
+
+
+@pytest.mark.parametrize(
+    "attributes",
+    [
+        {"ExposureTime": 1e-30, "FNumber": 8.0, "Exif:PhotographicSensitivity": 100},
+        {"ExposureTime": 0.5, "FNumber": 1e30, "Exif:PhotographicSensitivity": 100},
+    ],
+)
+def test_absurd_exposures_in_metadata_are_none(tmp_path: Path, attributes: dict[str, Any]) -> None:
+    assert read_linear(exr(tmp_path / "a.exr", attributes)).exposure is None
+
+
+def test_what_exposures_may_be_can_be_told() -> None:
+    for time_s, f_number, iso in ((1e-12, 1e12, 1e12), (1e12, 1e-12, 1e-12)):
+        exposure = Exposure(time_s, f_number, iso)
+        assert np.isfinite([exposure.ev, exposure.light, exposure.relative_to(Exposure(1, 1))]).all()
+        assert str(exposure)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import struct
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -83,3 +84,17 @@ def test_a_file_that_ends_its_process_is_refused_by_name(tmp_path: Path, monkeyp
         assert len(processes._idle) == 1
     finally:
         processes.close()
+
+
+def test_threads_read_side_by_side(tmp_path: Path) -> None:
+    paths = [save_dng(tmp_path / f"{n}.dng", CODES + np.uint16(n)) for n in range(6)]
+    with ThreadPoolExecutor(3) as pool:
+        contents = list(pool.map(read_by_libraw, paths))
+    for n, content in enumerate(contents):
+        np.testing.assert_array_equal(content.codes, CODES + np.uint16(n))
+
+
+def test_a_filter_that_is_not_known_is_refused(tmp_path: Path) -> None:
+    path = save_dng(tmp_path / "a.dng", CODES, pattern=(3, 5, 1, 2))
+    with pytest.raises(StimulusError, match=r"colour filter|raw file"):
+        read_raw(path)

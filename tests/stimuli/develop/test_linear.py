@@ -141,3 +141,54 @@ def test_what_cannot_be_read_is_refused(tmp_path: Path) -> None:
 def test_a_camera_picture_has_three_colours(shape: tuple[int, ...]) -> None:
     with pytest.raises(StimulusError, match="shape"):
         CameraImage(np.zeros(shape, np.float32), np.zeros(shape, bool), None, "a")
+
+
+def test_planes_and_alpha_change_nothing(tmp_path: Path) -> None:
+    tifffile.imwrite(tmp_path / "p.tif", np.moveaxis(CODES, 2, 0).copy(), photometric="rgb", planarconfig="separate")
+    alpha = np.concatenate([CODES, CODES[..., :1]], axis=-1)
+    tifffile.imwrite(tmp_path / "a.tif", alpha, photometric="rgb", extrasamples=["unassalpha"])
+    for name in ("p.tif", "a.tif"):
+        np.testing.assert_allclose(read_camera_image(tmp_path / name).rgb, CODES / 65535.0, rtol=1e-7)
+
+
+def test_equal_pictures_make_equal_files(tmp_path: Path) -> None:
+    image = CameraImage(np.ones((2, 2, 3), np.float32), np.ones((2, 2, 3), bool), None, "a")
+    write_camera_exr(tmp_path / "a.exr", image)
+    write_camera_exr(tmp_path / "b.exr", image)
+    assert (tmp_path / "a.exr").read_bytes() == (tmp_path / "b.exr").read_bytes()
+
+
+def test_writing_where_nothing_can_be_written_leaves_nothing(tmp_path: Path) -> None:
+    image = CameraImage(np.ones((2, 2, 3), np.float32), np.ones((2, 2, 3), bool), None, "a")
+    with pytest.raises(StimulusError, match="cannot be written"):
+        write_camera_exr(tmp_path / "none" / "a.exr", image)
+    (tmp_path / "taken.exr").mkdir()
+    with pytest.raises(StimulusError, match="cannot be written"):
+        write_camera_exr(tmp_path / "taken.exr", image)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["taken.exr"]
+
+
+def test_the_map_has_the_picture_s_shape() -> None:
+    with pytest.raises(StimulusError, match="saturation map"):
+        CameraImage(np.zeros((4, 4, 3), np.float32), np.zeros((4, 4), bool), None, "a")
+    full = np.zeros((4, 5, 3), bool)
+    full[:2, :, 1] = True
+    image = CameraImage(np.zeros((4, 5, 3), np.float32), full, None, "a")
+    assert image.saturated_share == (0.0, 0.5, 0.0)
+
+
+def test_double_precision_is_held_a_few_rows_at_a_time(tmp_path: Path) -> None:
+    """What is stored, R, G and B of it, and the result: no more than that, and flags, lie in memory whole."""
+    import tracemalloc
+
+    pixels = np.random.default_rng(1).random((1200, 800, 3)).astype(np.float32)
+    tifffile.imwrite(tmp_path / "a.tif", pixels, photometric="rgb")
+    read_camera_image(tmp_path / "a.tif")
+    tracemalloc.start()
+    try:
+        image = read_camera_image(tmp_path / "a.tif")
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    np.testing.assert_array_equal(image.rgb, pixels)
+    assert peak < 3.8 * image.rgb.nbytes

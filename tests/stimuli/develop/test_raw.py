@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import rawpy
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from devices.camera import Exposure
@@ -179,3 +181,74 @@ def test_what_is_no_bayer_raw_file_is_refused(tmp_path: Path) -> None:
     assert "white level 400" in refusal(path)
     with pytest.raises(StimulusError, match="no demosaicing 'dht'"):
         read_camera_image(path, demosaic="dht")  # type: ignore[arg-type]  # a wrong word on purpose
+
+
+def test_bilinear_is_libraw_s_own_without_its_rounding(tmp_path: Path) -> None:
+    """LibRaw's linear interpolation is the same but for its 16-bit integers, away from the border."""
+    codes = np.random.default_rng(3).integers(0, 65536, (32, 40)).astype(np.uint16)
+    path = save_dng(tmp_path / "a.dng", codes)
+    ours = read_camera_image(path, demosaic="bilinear").rgb
+    with rawpy.imread(str(path)) as raw:
+        theirs = raw.postprocess(
+            demosaic_algorithm=rawpy.DemosaicAlgorithm.LINEAR,
+            output_color=rawpy.ColorSpace.raw,
+            output_bps=16,
+            gamma=(1, 1),
+            user_wb=[1, 1, 1, 1],
+            no_auto_bright=True,
+            no_auto_scale=True,
+        )
+    assert np.abs(ours * 65535 - theirs)[1:-1, 1:-1].max() <= 1.0
+
+
+def test_what_libraw_would_do_is_not_done(tmp_path: Path) -> None:
+    """Its own development of the same file is balanced, curved and clipped: the test would see it."""
+    path = write_dng(tmp_path / "a.dng", smooth(), black=BLACK, white=16000)
+    with rawpy.imread(str(path)) as raw:
+        curved = raw.postprocess(output_bps=16) / 65535.0
+    assert np.abs(curved - smooth())[4:-4, 4:-4].max() > 0.1
+    balanced = write_dng(tmp_path / "b.dng", smooth(), black=BLACK, white=16000, neutral=(1.0, 0.3, 0.8))
+    for method in ("superpixel", "bilinear", "malvar"):
+        np.testing.assert_array_equal(
+            read_camera_image(path, demosaic=method).rgb, read_camera_image(balanced, demosaic=method).rgb
+        )
+    for adaptive in ("vng", "ppg", "ahd"):
+        one, other = (read_camera_image(file, demosaic=adaptive).rgb for file in (path, balanced))
+        # the balance may change a direction, and VNG's integers round by its gains: not more than is promised
+        assert np.abs(one - other)[4:-4, 4:-4].max() < 1e-3
+
+
+@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    black=st.integers(0, 3000),
+    span=st.integers(200, 60000),
+    method=st.sampled_from(DEMOSAICS),
+    light=st.lists(st.floats(0, 1), min_size=3, max_size=3),
+)
+def test_an_even_colour_is_even(tmp_path: Path, black: int, span: int, method: Demosaic, light: list[float]) -> None:
+    """Whatever the levels, an even colour comes back as its codes say, to the border."""
+    rgb = np.broadcast_to(np.array(light), (24, 26, 3)).copy()
+    path = write_dng(tmp_path / "even.dng", rgb, black=(black,), white=black + span)
+    image = read_camera_image(path, demosaic=method)
+    truth = np.rint(black + np.array(light) * span).clip(0, 65535) - black
+    assert np.abs(image.rgb - truth / span).max() < 1e-4
+
+
+def test_told_levels_take_the_place_of_the_file_s(tmp_path: Path) -> None:
+    path = write_dng(tmp_path / "a.dng", smooth(), black=(64,), white=4000)
+    wrong = save_dng(tmp_path / "b.dng", coded(smooth(), black=(64,), white=4000), black=(0,), white=65535)
+    told = read_camera_image(wrong, demosaic="malvar", levels=Levels(black=64, white=4000))
+    np.testing.assert_allclose(told.rgb, read_camera_image(path, demosaic="malvar").rgb, atol=1e-6)
+
+
+@pytest.mark.parametrize("levels", [{"black": -1}, {"white": 0}, {"black": 5, "white": 5}, {"saturated": np.inf}])
+def test_levels_that_cannot_be(levels: dict[str, float]) -> None:
+    with pytest.raises(StimulusError, match="level"):
+        Levels(**levels)
+
+
+def test_equal_files_give_equal_pictures(tmp_path: Path) -> None:
+    path = write_dng(tmp_path / "a.dng", smooth())
+    one, other = read_camera_image(path), read_camera_image(path)
+    np.testing.assert_array_equal(one.rgb, other.rgb)
+    assert one.steps == other.steps

@@ -110,3 +110,21 @@ def test_table_4_3_shows_a_full_sensor_and_the_plate_made_after_it_does_as_figur
 def test_what_gives_no_series_is_refused(pictures: list[tuple[str, float, StereoImage]], words: str) -> None:
     with pytest.raises(StimulusError, match=words):
         contrast_over_exposure(pictures)
+
+
+def test_where_nothing_is_full_contrast_stays() -> None:
+    some = np.linspace(10, 30, 36)
+    found = contrast_over_exposure([(str(t), t, exposed(t, some)) for t in (0.01, 0.1, 0.3)])
+    contrasts = [row.as_photographed.contrast for row in found.rows]
+    assert [one.value for one in contrasts] == pytest.approx([float(np.mean(some / BASE_CD_M2 - 1))] * 3, rel=1e-6)
+    weber = some / BASE_CD_M2 - 1
+    assert contrasts[0].se == pytest.approx(float(weber.std(ddof=1) / 6), rel=1e-5)
+
+
+def test_pictures_are_brought_to_one_mean_which_leaves_contrast_as_it_is() -> None:
+    plain, calibrated = over(0.05, 1.0), over(0.05, 1.0, mean_cd_m2=5.0)
+    for before, after in zip(plain.rows, calibrated.rows, strict=True):
+        assert after.mean_cd_m2 == pytest.approx(5, rel=1e-6)
+        assert after.factor == pytest.approx(5 / before.mean_cd_m2, rel=1e-6)
+        assert after.as_photographed.contrast.value == pytest.approx(before.as_photographed.contrast.value, rel=1e-5)
+        assert after.exposed_background_cd_s_m2 == pytest.approx(before.exposed_background_cd_s_m2, rel=1e-5)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from devices.colour import xyY_from_XYZ
 from stimuli.errors import StimulusError
 from stimuli.luminance import factor_to, mean_luminance_cd_m2, scaled_picture, white_luminance_cd_m2
-from stimuli.luminance.scale import factor_series, greyscale, scaled
+from stimuli.luminance.scale import factor_series, grey_picture, greyscale, max_luminance_cd_m2, scaled
 from stimuli.pictures import StereoImage, XYZImage
 
 
@@ -91,3 +91,19 @@ def test_series_of_factors() -> None:
     for step, count, first in ((33, 0, 1.0), (-100, 2, 1.0), (10, 2, 0.0), (math.nan, 2, 1.0)):
         with pytest.raises(StimulusError, match="no series"):
             factor_series(step, count, first)
+
+
+def test_flat_pictures_stay_flat() -> None:
+    flat = StereoImage.flat(pixels(3))
+    assert scaled_picture(flat, 2.0).is_flat
+    assert grey_picture(flat, (0.3127, 0.329)).is_flat
+
+
+def test_scaling_and_grey_commute(pair: StereoImage) -> None:
+    one = scaled_picture(grey_picture(pair, (0.31, 0.33)), 1.33)
+    other = grey_picture(scaled_picture(pair, 1.33), (0.31, 0.33))
+    np.testing.assert_allclose(one.right, other.right, rtol=3e-7)
+
+
+def test_maximum_is_of_either_eye(pair: StereoImage) -> None:
+    assert max_luminance_cd_m2(pair) == max(pair.left[..., 1].max(), pair.right[..., 1].max())

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import math
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from devices.display import EyeModels, read_display
-from stimuli.luminance import picture_statistics
-from stimuli.luminance.statistics import _ends, _mean_and_deviation
+from stimuli.luminance import factor_to, picture_statistics, scaled_picture
+from stimuli.luminance.statistics import DynamicRange, _ends, _mean_and_deviation
 from stimuli.pictures import StereoImage
 from stimuli.sparkle import PixelScale, Threshold
 
@@ -97,3 +99,37 @@ def test_mean_and_deviation_in_one_pass(shape: tuple[int, int], offset: float) -
     assert deviation == pytest.approx(values.std(dtype=np.float64), rel=1e-9)
     tenth = np.float32(0.1)
     assert _mean_and_deviation(np.full(shape, tenth)) == (float(tenth), 0.0)
+
+
+def test_contrasts_and_ranges_do_not_depend_on_the_factor(pair: StereoImage) -> None:
+    one = picture_statistics(pair, threshold=Threshold()).eyes["right"]
+    two = picture_statistics(scaled_picture(pair, 0.37), threshold=Threshold()).eyes["right"]
+    assert two.rms_contrast == pytest.approx(one.rms_contrast, rel=1e-6)
+    assert two.robust_range.ratio == pytest.approx(one.robust_range.ratio, rel=1e-6)
+    assert one.sparkles is not None
+    assert two.sparkles is not None
+    assert two.sparkles.contrast.value == pytest.approx(one.sparkles.contrast.value, rel=1e-5)
+
+
+def test_ten_stops() -> None:
+    assert DynamicRange(0.1, 102.4).to_json()["stops"] == pytest.approx(10)
+    assert DynamicRange(0.1, 100.0).to_json()["log10"] == pytest.approx(3)
+
+
+@pytest.mark.shared_data
+def test_what_of_table_4_3_can_be_recomputed(shared_data: Path) -> None:
+    """Factors and maxima; exposures and shares of saturated pixels are of photographs that are not published."""
+    with (shared_data / "reference/table_4_3_images.csv").open(encoding="utf-8") as file:
+        rows = {row["image"]: row for row in csv.DictReader(file)}
+    most = {name: float(row["max_luminance_cd_m2"]) for name, row in rows.items()}
+    used = {name: float(row["luminance_scale"]) for name, row in rows.items()}
+    assert factor_to(most["1.1"], most["2.1"]) == pytest.approx(used["1.2"], abs=0.005)
+    assert factor_to(most["3.1"], most["2.1"]) == pytest.approx(6.7, abs=0.05)
+    assert most["1.1"] * used["1.2"] == pytest.approx(most["1.2"], abs=0.05)
+    # 27.857 is printed as 27.85: the factor has two digits after its point.
+    assert most["3.1"] * used["3.2"] == pytest.approx(most["3.2"], abs=0.01)
+    assert float(rows["3.2"]["saturated_red_percent"]) == 0.3
+    assert max(float(row["saturated_red_percent"]) for row in rows.values()) == 0.3
+    # Were the same pixels full in all, luminance times exposure would be the same.
+    full_well = [most[name] * float(Fraction(rows[name]["exposure_s"])) for name in ("1.1", "2.1", "3.1")]
+    assert full_well == pytest.approx([13.69, 13.09, 15.65], abs=0.005)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from devices.display import DisplayModel, EyeModels, ToneCurve, read_display
+from devices.display import DisplayModel, EyeModels, Plvc, TableCurve, ToneCurve, read_display
 from stimuli.errors import StimulusError
 from stimuli.luminance import picture_statistics, tone_mapping
 from stimuli.luminance.saturation import largest_factor, measure_saturation, saturation_factors
@@ -198,3 +199,55 @@ def test_full_light_that_half_floats_held_is_not_saturated() -> None:
     statistics = picture_statistics(image, models=EyeModels(model, model)).eyes["left"]
     assert statistics.saturated is not None
     assert statistics.saturated.any_channel == 0
+
+
+def test_pictures_of_many_blocks() -> None:
+    xyz = sparkling(5, (700, 900))
+    found = largest_factor(xyz, with_black(), 0.3)
+    assert found.allowed_pixels == 1890
+    onsets = saturation_factors(xyz, with_black())
+    assert onsets.shape == (700, 900)
+    assert found.factor == np.sort(onsets.ravel())[1890]
+
+
+@pytest.mark.nightly
+def test_channels_that_act_on_each_other_saturate_by_their_own_light() -> None:
+    own = np.tile(thesis().primaries_XYZ_cd_m2.T[:, np.newaxis], (1, 4, 1))
+    mixtures = np.zeros((10, 3))
+    mixtures[:3] = [[-1.5, -1.4, -0.2], [-0.8, -0.5, -1.5], [-0.9, -1.2, -1.4]]
+    table = TableCurve((0.0, 0.3, 1.0), (0.0, 0.07, 1.0))
+    model = Plvc(np.array([0.02, 0.02, 0.03]), thesis().primaries_XYZ_cd_m2, (table, table, table), own, mixtures)
+    xyz = sparkling(3, (40, 50))
+    for limit in (0.0, 0.3, 5.0):
+        found = largest_factor(xyz, model, limit)
+        at, beyond = (saturated_pixels_plain(xyz, model, found.factor * (1 + off)) for off in (-1e-5, 1e-5))
+        assert at <= found.allowed_pixels < beyond
+        assert measure_saturation(xyz, model, found.factor).any_channel <= found.allowed_pixels
+        assert found.pixels_transformed < 12 * 2000
+    assert measure_saturation(xyz, model, 3.0).any_channel == saturated_pixels_plain(xyz, model, 3.0)
+    assert largest_factor(np.zeros((4, 5, 3), np.float32), model, 0.0).factor == math.inf
+
+
+def test_a_limit_in_whole_pixels() -> None:
+    """0.3 % of 1000 pixels are three of them, and a channel that is just full is not saturated."""
+    white = thesis().shown_white_XYZ_cd_m2
+    xyz = (white * np.linspace(0.001, 1.0, 1000)[:, None]).astype(np.float32)[None]
+    found = largest_factor(xyz, thesis(), 0.3)
+    assert found.allowed_pixels == 3
+    assert found.factor == pytest.approx(1 / 0.997, rel=1e-6)
+
+
+def test_a_flat_picture_on_one_model_is_transformed_once() -> None:
+    one = sparkling(1)
+    model = thesis()
+    assert tone_mapping(StereoImage.flat(one), 50.0, EyeModels(model, model)).pixels_transformed == 4800
+    both = tone_mapping(StereoImage.flat(one), 50.0, EyeModels(model, with_black()))
+    assert both.pixels_transformed == 9600
+
+
+def test_the_step_says_both_factors_and_is_json() -> None:
+    mapped = tone_mapping(StereoImage.flat(sparkling(1)), 1e4, EyeModels(thesis(), thesis()))
+    step = json.loads(json.dumps(mapped.to_json(), allow_nan=False))
+    assert step["asked_luminance_scale"] > step["luminance_scale"] > 0
+    assert step["held_back"] is True
+    assert step["saturated_percent"]["left"]["any"] <= 0.3 < step["saturated_percent_at_asked"]["right"]["any"]

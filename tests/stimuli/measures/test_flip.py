@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from devices.colour import linear_srgb_matrix
 from stimuli.errors import StimulusError
-from stimuli.measures import ViewingConditions, measure_named, measure_pictures
+from stimuli.measures import PicturePair, ViewingConditions, measure_named, measure_pairs, measure_pictures
 from stimuli.pictures import rows
 
 evaluate = pytest.importorskip("flip_evaluator").evaluate
@@ -87,3 +90,38 @@ def test_pixels_per_degree_that_take_minutes_are_refused() -> None:
     reference, test = pair()
     with pytest.raises(StimulusError, match="computed up to 2000"):
         measure_pictures(reference, test, ["flip"], ViewingConditions(5000.0, WHITE))
+
+
+def test_the_white_of_the_display_is_white() -> None:
+    matrix = linear_srgb_matrix(WHITE)
+    np.testing.assert_allclose(matrix @ WHITE, [1.0, 1.0, 1.0], atol=1e-12)
+    np.testing.assert_allclose(matrix @ (0.18 * WHITE), [0.18, 0.18, 0.18], atol=1e-12)
+
+
+@pytest.mark.parametrize("band_pixels", [1 << 19, 40 * 7])
+def test_the_share_of_clipped_pixels_is_of_each_picture(monkeypatch: pytest.MonkeyPatch, band_pixels: int) -> None:
+    reference = np.broadcast_to(0.5 * WHITE, (40, 40, 3)).astype(np.float32)
+    test = reference.copy()
+    test[:10] *= 3.0
+    monkeypatch.setattr(rows, "BAND_PIXELS", band_pixels)
+    remarks = measure_pictures(reference, test, ["flip"], VIEWING)["flip"].eyes["both"].remarks
+    assert "0 % of the reference's pixels and 25 % of the test picture's" in remarks[0]
+
+
+def test_the_inputs_stay_as_they_are() -> None:
+    reference, test = pair()
+    copies = reference.copy(), test.copy()
+    measure_pairs({"both": PicturePair(reference, test)}, ["flip", "hdr-flip"], VIEWING)
+    np.testing.assert_array_equal(reference, copies[0])
+    np.testing.assert_array_equal(test, copies[1])
+
+
+def test_nothing_heavy_is_imported_before_it_is_used() -> None:
+    code = (
+        "import sys, numpy as np\n"
+        "from stimuli.measures import measure_names, measure_named\n"
+        "measure_named('flip'), measure_names(installed_only=True)\n"
+        "print([name for name in ('flip_evaluator', 'torch', 'skimage') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

@@ -24,6 +24,24 @@ from stimuli.pictures import StereoImage, rows
 VIEWING = ViewingConditions(45.0, np.array([95.0, 100.0, 108.9]))
 
 
+def wang_2004(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
+    """The definition, window by window: an 11 × 11 Gaussian of 1.5 pixels, K1 = 0.01, K2 = 0.03, L = 256."""
+    axis = np.exp(-0.5 * (np.arange(-5, 6) / 1.5) ** 2)
+    window = np.outer(axis, axis) / np.outer(axis, axis).sum()
+    c1, c2 = (0.01 * 256) ** 2, (0.03 * 256) ** 2
+    values = []
+    for y in range(5, first.shape[0] - 5):
+        for x in range(5, first.shape[1] - 5):
+            a, b = (picture[y - 5 : y + 6, x - 5 : x + 6] for picture in (first, second))
+            mean_a, mean_b = (window * a).sum(), (window * b).sum()
+            var_a, var_b = (window * (a - mean_a) ** 2).sum(), (window * (b - mean_b) ** 2).sum()
+            cov = (window * (a - mean_a) * (b - mean_b)).sum()
+            values.append(
+                (2 * mean_a * mean_b + c1) * (2 * cov + c2) / ((mean_a**2 + mean_b**2 + c1) * (var_a + var_b + c2))
+            )
+    return float(np.mean(values))
+
+
 def pair(seed: int = 1) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     rng = np.random.default_rng(seed)
     reference = np.exp(rng.uniform(-2.0, 7.0, (6, 8, 3))).repeat(6, axis=0).repeat(6, axis=1)
@@ -95,3 +113,28 @@ def test_pixels_that_count_only_near_the_edge() -> None:
     counted[0] = True
     with pytest.raises(StimulusError, match="6 pixels from the edge"):
         measure_pairs({"both": PicturePair(reference, test, counted=counted)}, ["pu-ssim"], VIEWING)
+
+
+def test_values_beyond_the_ends_are_decoded_as_the_ends() -> None:
+    np.testing.assert_allclose(pu21_decoded([-5.0, 0.0, 600.0, 1e4, np.inf]), [0.005, 0.005, 1e4, 1e4, 1e4], rtol=1e-9)
+
+
+@pytest.mark.parametrize("band_pixels", [1 << 19, 48 * 20])
+def test_ssim_is_that_of_the_definition_and_of_scikit_image(monkeypatch: pytest.MonkeyPatch, band_pixels: int) -> None:
+    reference, test = pair()
+    encoded = [pu21_encoded(picture[..., 1]) for picture in (reference, test)]
+    monkeypatch.setattr(rows, "BAND_PIXELS", band_pixels)
+    got = measure_named("pu-ssim").measure(reference, test, VIEWING).value
+    assert got == pytest.approx(wang_2004(*encoded), abs=1e-6)
+    theirs = structural_similarity(
+        *encoded, gaussian_weights=True, sigma=1.5, use_sample_covariance=False, data_range=256
+    )
+    assert got == pytest.approx(float(theirs), abs=1e-7)
+    assert 0.3 < got < 0.999
+
+
+def test_five_units_of_difference_everywhere() -> None:
+    reference = np.full((20, 20, 3), 40.0)
+    test = np.full((20, 20, 3), float(pu21_decoded(pu21_encoded(40.0) + 5.0)))
+    value = measure_pictures(reference, test, ["pu-psnr"], VIEWING)["pu-psnr"].eyes["both"].value
+    assert value == pytest.approx(20 * np.log10(256 / 5), abs=1e-4)

@@ -179,3 +179,25 @@ def test_a_package_that_cannot_be_loaded_is_one_message(monkeypatch: pytest.Monk
 def test_too_far_away() -> None:
     with pytest.raises(StimulusError, match="check the viewing distance"):
         ColorVideoVDP().measure(GREY, GREY, ViewingConditions(1e5))
+
+
+def test_the_value_for_both_eyes_is_the_mean_of_each() -> None:
+    one, other = picture(1), picture(2)
+    row = measure_pictures(stereo(one, other), stereo(one, 1.1 * other), NAMES, VIEWING)["delta-e-2000"]
+    assert row.eyes["left"].value == 0.0
+    assert row.eyes["right"].value > 0.5
+    assert row.binocular == pytest.approx(row.eyes["right"].value / 2, rel=1e-12)
+
+
+def test_all_stands_for_those_that_are_installed() -> None:
+    names = [measure.name for measure in measures_named(["s-cielab, all"])]
+    assert names[:2] == ["s-cielab", "delta-e-2000"]
+    assert len(names) == len(set(names))
+
+
+def test_maps_are_kept_small_where_asked() -> None:
+    row = measure_pairs({"both": PicturePair(picture(1), picture(2))}, ["delta-e-2000"], VIEWING, map_longest_px=25)
+    small = row["delta-e-2000"].eyes["both"].error_map
+    assert small is not None
+    assert small.shape == (20, 25)
+    assert float(small.mean()) == pytest.approx(row["delta-e-2000"].eyes["both"].value, rel=1e-5)

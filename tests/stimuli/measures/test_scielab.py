@@ -9,9 +9,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from devices.colour import xyY_from_XYZ
 from stimuli.errors import StimulusError
 from stimuli.measures import SeenPicture, difference_map
 from stimuli.measures.scielab import GAUSSIANS, opponent_from_xyz
+from stimuli.pictures import Rows
 
 WHITE = np.array([96.4, 100.0, 82.5])
 OPPONENT = opponent_from_xyz(WHITE)
@@ -84,3 +86,65 @@ def test_a_distance_that_cannot_be_is_refused(pixels_per_degree: float) -> None:
         SeenPicture(np.ones((4, 4, 3)), pixels_per_degree, WHITE)
     with pytest.raises(StimulusError, match="white"):
         SeenPicture(np.ones((4, 4, 3)), 60.0, [1.0, np.nan, 1.0])
+
+
+def test_a_fine_pattern_is_seen_near_and_not_far() -> None:
+    """A checkerboard of single pixels beside its mean: at arm's length a difference, across the room none."""
+    board = np.indices((64, 64)).sum(axis=0) % 2
+    pattern = (0.2 + 0.6 * board)[..., None] * WHITE
+    mean = np.broadcast_to(0.5 * WHITE, pattern.shape)
+    point_by_point = difference_map(pattern, mean, WHITE).mean()
+    near = difference_map(SeenPicture(pattern, 15, WHITE), SeenPicture(mean, 15, WHITE), WHITE, filtered=True)[
+        16:-16, 16:-16
+    ].mean()
+    far = difference_map(SeenPicture(pattern, 240, WHITE), SeenPicture(mean, 240, WHITE), WHITE, filtered=True)[
+        16:-16, 16:-16
+    ].mean()
+    assert point_by_point > 15
+    assert near > 5
+    assert far < 0.05
+
+
+def test_colour_is_lost_before_lightness() -> None:
+    """Stripes of 12 cycles per degree, in lightness and in colour: those in colour fade more."""
+    stripes = (np.arange(240) // 4 % 2 * 2 - 1)[None, :, None] * np.ones((32, 1, 1))
+    grey = 0.4 * WHITE
+    red_green = np.linalg.inv(OPPONENT) @ np.array([0.0, 1.0, 0.0])
+    flat = np.broadcast_to(grey, stripes.shape[:2] + (3,))
+    left = []
+    for pattern in (grey * (1 + 0.2 * stripes), grey + 3.0 * stripes * red_green):
+        seen = difference_map(SeenPicture(pattern, 96, WHITE), SeenPicture(flat, 96, WHITE), WHITE, filtered=True)
+        left.append(float(seen.mean() / difference_map(pattern, flat, WHITE).mean()))
+    assert left[0] > 3 * left[1]
+
+
+def test_a_grey_pattern_gets_no_colour() -> None:
+    grey = np.random.default_rng(4).gamma(0.5, 30.0, (60, 60, 1)) * (WHITE / WHITE[1])
+    seen = xyY_from_XYZ(SeenPicture(grey, 60, WHITE)[:])
+    np.testing.assert_allclose(seen[..., :2], np.broadcast_to(xyY_from_XYZ(WHITE)[:2], seen[..., :2].shape), atol=1e-4)
+
+
+def test_farther_away_is_finer() -> None:
+    """Twice the distance blurs a picture as much as one of pixels half the size blurs at the first distance."""
+    coarse = np.random.default_rng(3).gamma(1.0, 10.0, (40, 40, 3))
+    fine = coarse.repeat(2, axis=0).repeat(2, axis=1)
+    seen = SeenPicture(fine, 120, WHITE)[:].reshape(40, 2, 40, 2, 3).mean(axis=(1, 3))
+    np.testing.assert_allclose(seen, SeenPicture(coarse, 60, WHITE)[:], rtol=0, atol=0.06 * coarse.max())
+
+
+def test_rows_are_read_a_few_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("stimuli.pictures.rows.BAND_PIXELS", 20 * 30)
+    most = 0
+
+    class Counted:
+        shape = (400, 30, 3)
+
+        def __getitem__(self, rows: slice) -> NDArray[np.float64]:
+            nonlocal most
+            height = len(range(*rows.indices(400)))
+            most = max(most, height)
+            return np.ones((height, 30, 3))
+
+    source: Rows = Counted()
+    difference_map(SeenPicture(source, 20, WHITE), SeenPicture(source, 20, WHITE), WHITE, filtered=True)
+    assert most < 400 / 4

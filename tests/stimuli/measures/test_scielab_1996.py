@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from devices.colour import xyz_to_lab
 from stimuli.errors import StimulusError
-from stimuli.measures import SCielab1996, ViewingConditions, kernels_1996, measure_pictures, seen_1996
+from stimuli.measures import SCielab1996, ViewingConditions, kernels_1996, measure_named, measure_pictures, seen_1996
 from stimuli.measures.scielab_1996 import GAUSSIANS, OPPONENT_FROM_XYZ
 
 WHITE = np.array([95.0, 100.0, 108.9])
@@ -94,3 +95,43 @@ def test_wrong_input() -> None:
         measure_pictures(noise((9, 9)), noise((9, 9)), ["s-cielab-1996"], ViewingConditions(9e4, WHITE))
     with pytest.raises(StimulusError, match=r"0\.1° to 60°"):
         kernels_1996(30.0, support_deg=0.01)
+
+
+@pytest.mark.parametrize("density", [23.0, 60.0, 224.0])
+def test_what_the_kernels_are(density: float) -> None:
+    """Weights sum to 1 as in the code's figures; half a degree to each side; half the height at the half width."""
+    for kernels, gaussians in zip(kernels_1996(density), GAUSSIANS, strict=True):
+        assert sum(weight for _, weight in gaussians) == pytest.approx(1.0, abs=1e-6)
+        assert kernels.shape[1] % 2 == 1
+        assert abs(kernels.shape[1] / density - 1.0) <= 2 / density
+        np.testing.assert_allclose(kernels, kernels[:, ::-1], rtol=0, atol=1e-15)
+        volume = sum(float(kernel.sum() * np.abs(kernel).sum()) for kernel in kernels)
+        # What the triangle carries over the cut ends is lost, most of the flat Gaussian of 7°.
+        assert volume == pytest.approx(1.0, abs=0.01)
+    narrow = kernels_1996(400.0)[0][0]
+    middle = len(narrow) // 2
+    assert narrow[middle + 20] / narrow[middle] == pytest.approx(0.5, abs=1e-12)
+
+
+def test_the_cut_takes_the_flat_gaussian_of_seven_degrees() -> None:
+    """Within 1° it is nearly constant: it lowers the mean luminance around; without the cut it hardly does."""
+    cut, wide = kernels_1996(30.0)[0], kernels_1996(30.0, support_deg=30.0)[0]
+    assert np.ptp(cut[2][1:-1]) / np.abs(cut[2]).max() < 0.005
+    assert np.ptp(wide[2]) / np.abs(wide[2]).max() > 0.9
+    assert len(wide[2]) > 25 * len(cut[2])
+
+
+def test_the_map_is_the_difference_of_1976() -> None:
+    first, second = noise((60, 40)), noise((60, 40), 2)
+    labs = [xyz_to_lab(seen_1996(one, 30.0), WHITE) for one in (first, second)]
+    errors = SCielab1996().error_map(first, second, ViewingConditions(30.0, WHITE))
+    np.testing.assert_allclose(errors, np.linalg.norm(labs[0] - labs[1], axis=-1), rtol=1e-6)
+
+
+def test_a_fine_pattern_is_seen_near_and_not_far() -> None:
+    board = (0.2 + 0.6 * (np.indices((96, 96)).sum(axis=0) % 2))[..., None] * WHITE
+    mean = np.broadcast_to(0.5 * WHITE, board.shape)
+    measure = measure_named("s-cielab-1996")
+    near, far = (measure.measure(mean, board, ViewingConditions(ppd, WHITE)).value for ppd in (4.0, 90.0))
+    assert near > 10
+    assert far < 0.1

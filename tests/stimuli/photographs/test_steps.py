@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +14,14 @@ from scipy.ndimage import gaussian_filter
 import stimuli.recipes.view_sources
 from documents import InputError
 from stimuli.build import StimulusSet, build_set
+from stimuli.develop import read_camera_image
 from stimuli.errors import StimulusError
-from stimuli.pictures import StereoImage, read_exr_counted, resample_picture, write_exr
+from stimuli.pictures import StereoImage, read_exr, read_exr_counted, resample_picture, write_exr
 from stimuli.recipes import read_recipe
+from stimuli.recipes.photographs import DevelopSpec, PhotographsRecipe
 from stimuli.recipes.picture_steps import _within
 from tests.runner.cli.stimuli.test_wrong_input import exr
-from tests.stimuli.photographs.raw_pair import write_recipe
+from tests.stimuli.photographs.raw_pair import ROOT, write_recipe
 from tests.stimuli.spectral.pictures import save_exr
 from tests.stimuli.test_align_straighten import view
 
@@ -227,3 +231,46 @@ def test_spectral_views_become_xyz_in_their_light(tmp_path: Path) -> None:
         build_set(
             write_recipe(tmp_path, {**recipe, "spectral": {"quantity": "radiance", "illuminant": "D65"}}), PITCH_MM
         )
+
+
+def test_photographs_in_xyz_and_spectra_need_no_camera(tmp_path: Path) -> None:
+    scene = texture()
+    for name in ("left", "right"):
+        write_exr(tmp_path / f"{name}.exr", StereoImage.flat(scene * (1 if name == "left" else 2)))
+    recipe: dict[str, Any] = {
+        "schema_version": 1,
+        "kind": "photographs",
+        "stimuli": [{"name": "a", "left": "left.exr", "right": "right.exr"}],
+    }
+    sets = build_set(write_recipe(tmp_path, recipe), PITCH_MM)
+    np.testing.assert_allclose(sets.load("a").right, 2 * sets.load("a").left, rtol=1e-3)
+    assert [(one["step"], one["view"]) for one in sets.entry("a")["steps"]] == [("read", "left"), ("read", "right")]
+
+
+def test_recipes_demosaic_as_camera_develop_does_unless_told() -> None:
+    assert DevelopSpec().demosaic == inspect.signature(read_camera_image).parameters["demosaic"].default
+
+
+def test_the_shipped_recipe_of_photographs_says_which_files_it_lacks() -> None:
+    path = ROOT / "configs/stimuli/photographs/recipe.yaml"
+    recipe, _ = read_recipe(path)
+    assert isinstance(recipe, PhotographsRecipe)
+    with pytest.raises(StimulusError) as error:
+        build_set(path, PITCH_MM)
+    assert all("cannot be read" in finding.message for finding in error.value.findings)
+    assert len(error.value.findings) == sum(len(one.files) for one in recipe.stimuli)
+
+
+@pytest.mark.shared_data
+def test_a_real_stereo_file_becomes_a_stereo_and_a_flat_stimulus(shared_data: Path, tmp_path: Path) -> None:
+    shutil.copyfile(shared_data / "data/stereo/Adjuster.exr", tmp_path / "Adjuster.exr")
+    blade = {"name": "blade", "file": "Adjuster.exr", "colour_space": "rec709", "white_luminance_cd_m2": 20}
+    sets = made(tmp_path, blade, views=["stereo", "flat"], resample={"width_mm": 150})
+    assert sets.size_px("blade-stereo")[0] == 542
+    stereo, flat = sets.load("blade-stereo"), sets.load("blade-flat")
+    assert not np.array_equal(stereo.left, stereo.right)
+    assert flat.is_flat
+    source = read_exr(shared_data / "data/stereo/Adjuster.exr", "rec709", white_luminance_cd_m2=20)
+    assert stereo.left[..., 1].mean(dtype=np.float64) == pytest.approx(
+        source.left[..., 1].mean(dtype=np.float64), rel=5e-3
+    )

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from PIL import Image, ImageCms
 
+from devices.errors import DeviceError
+from devices.profiles import profile_measurements, read_profile
 from stimuli.errors import StimulusError
 from stimuli.pictures import ColourSpace, StereoImage, find_pictures, read_picture
 from tests.devices.profiles.profile_bytes import matrix_tags, para, profile, text, vcgt
@@ -101,3 +103,34 @@ def test_other_codes_than_those_of_full_range_are_refused(tmp_path: Path, last: 
     for space in (None, "srgb"):
         with pytest.raises(StimulusError, match=words):
             read(path, space)
+
+
+def test_a_damaged_tag_of_a_display_is_refused_where_a_display_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "display.icc"
+    for name, damaged in (("vcgt", b"vcgt\0\0\0\0\0\0\0\x07"), ("lumi", text("very")), ("bkpt", text("dark"))):
+        path.write_bytes(profile(OWN | {name: damaged}))
+        with pytest.raises(DeviceError, match=f"the tag '{name}'"):
+            read_profile(path)
+
+
+def test_filling_behind_the_gamma_table_changes_no_reading(tmp_path: Path) -> None:
+    table, path = vcgt(3, 2, [0, 30000, 65535] * 3), tmp_path / "display.icc"
+    found = []
+    for filling in (b"", b"\0" * 22):
+        path.write_bytes(profile(OWN | {"vcgt": table + filling}))
+        found.append(profile_measurements(read_profile(path)))
+    np.testing.assert_array_equal(found[0].codes, found[1].codes)
+
+
+@pytest.mark.nightly
+def test_a_png_of_16_bits_with_a_large_profile(tmp_path: Path) -> None:
+    large = profile(OWN | {"priv": b"data\0\0\0\0" + np.random.default_rng(2).bytes(9_500_000)})
+    grey = np.arange(96, dtype=np.uint16).reshape(8, 12) * 600
+    for name, data in (("plain", profile(OWN)), ("large", large)):
+        Image.fromarray(grey).save(tmp_path / f"{name}.png", icc_profile=data)
+    np.testing.assert_array_equal(read(tmp_path / "large.png").left, read(tmp_path / "plain.png").left)
+
+
+def test_cICP_and_a_profile_that_agree(tmp_path: Path) -> None:
+    own = read(with_chunks(tmp_path / "a.png", CICP_SRGB, iccp(SRGB_PROFILE)))
+    np.testing.assert_array_equal(own.left, read(with_chunks(tmp_path / "b.png"), "srgb").left)

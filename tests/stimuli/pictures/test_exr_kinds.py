@@ -202,3 +202,88 @@ def test_chromaticities_of_no_display_are_refused(tmp_path: Path, odd: Floats) -
     with pytest.raises(StimulusError) as error:
         read_exr(write_bytes(tmp_path / "a.exr", rgb_part(chromaticities(odd))))
     assert error.value.findings[0].remedy
+
+
+def test_luminance_and_chroma_that_declare_nothing_are_rec709(tmp_path: Path) -> None:
+    """As OpenEXR defines for the conversion; which light they are must still be said."""
+    rgb = smooth(2)
+    channels, steps = halved(luminance_chroma(rgb, REC709, "<f2"))
+    path = write_bytes(tmp_path / "a.exr", Part(channels, steps=steps))
+    with pytest.raises(StimulusError, match="does not declare its chromaticities"):
+        read_exr(path)
+    image = read_exr(path, "rec709")
+    np.testing.assert_allclose(image.left[8:-8, 8:-8], light(rgb, REC709)[8:-8, 8:-8], rtol=4e-3)
+
+
+@pytest.mark.parametrize("primaries", [REC709, REC2020], ids=["rec709", "rec2020"])
+def test_luminance_and_chroma_of_full_resolution_in_both_eyes(tmp_path: Path, primaries: Floats) -> None:
+    pair = [smooth(3), smooth(4)]
+    pair[1][5, 6] = 0.5  # grey: no chroma, exactly its luminance
+    left, right = (luminance_chroma(rgb, primaries) for rgb in pair)
+    channels = left | {f"right.{name}": values for name, values in right.items()}
+    image = read_exr(write_bytes(tmp_path / "a.exr", Part(channels, [STEREO, chromaticities(primaries)])))
+    for eye, rgb in zip((image.left, image.right), pair, strict=True):
+        np.testing.assert_allclose(eye, light(rgb, primaries), rtol=2e-6)
+
+
+def test_a_black_pixel_of_any_chroma_is_black(tmp_path: Path) -> None:
+    channels = {name: np.zeros((2, 3), "<f4") for name in ("Y", "RY", "BY")}
+    channels["RY"] += 7
+    image = read_exr(write_bytes(tmp_path / "a.exr", Part(channels, [chromaticities(REC709)])))
+    assert not image.left.any()
+
+
+def test_colours_of_lower_resolution_are_refused_rightly(tmp_path: Path) -> None:
+    rgb = smooth(1).astype("<f4")
+    channels = {"R": decimated(rgb[..., 0]), "G": np.ascontiguousarray(rgb[..., 1]), "B": decimated(rgb[..., 2])}
+    with pytest.raises(StimulusError, match=r"the channels R, B have a lower resolution|the channels B, R have"):
+        read_exr(write_bytes(tmp_path / "a.exr", Part(channels, steps={"R": 2, "B": 2})), "rec709")
+
+
+def test_grey_with_alpha_and_in_parts(tmp_path: Path) -> None:
+    grey = smooth(1)[..., 0].astype("<f4")
+    parts = [
+        Part({"Y": grey * k, "A": np.ones_like(grey)}, [("view", "string", eye), chromaticities(REC709)])
+        for k, eye in ((1, b"left"), (2, b"right"))
+    ]
+    image = read_exr(write_bytes(tmp_path / "a.exr", *parts))
+    np.testing.assert_allclose(image.right, 2 * image.left, rtol=1e-6)
+    np.testing.assert_allclose(image.left[..., 1], grey, rtol=1e-6)
+
+
+def test_views_of_display_windows_that_differ_are_refused(tmp_path: Path) -> None:
+    """By OpenEXR itself, whose parts share one display window."""
+    grey = np.ones((4, 6), "<f4")
+    parts = [
+        Part({"Y": grey}, [("view", "string", eye), chromaticities(REC709)], display=(0, 0, 5, last))
+        for eye, last in ((b"left", 3), (b"right", 4))
+    ]
+    with pytest.raises(StimulusError, match="cannot be read"):
+        read_exr(write_bytes(tmp_path / "a.exr", *parts))
+
+
+def test_neutrals_of_a_rendering_change_no_light(tmp_path: Path) -> None:
+    """`adoptedNeutral` is for those who adapt a picture; XYZ are as they are."""
+    plain = read_exr(write_bytes(tmp_path / "a.exr", rgb_part(chromaticities(REC709))))
+    part = rgb_part(chromaticities(REC709), ("adoptedNeutral", "v2f", floats(0.45, 0.41)))
+    np.testing.assert_array_equal(read_exr(write_bytes(tmp_path / "b.exr", part)).left, plain.left)
+
+
+@pytest.mark.parametrize("tiles", [0, 16])
+def test_of_a_mipmapped_picture_the_first_level_is_read(tmp_path: Path, tiles: int) -> None:
+    pixels = np.random.default_rng(0).uniform(0, 9, (32, 48, 3)).astype(np.float32)
+    source = oiio.ImageBuf(pixels)
+    config = oiio.ImageSpec()
+    config.attribute("maketx:filtername", "box")
+    config.attribute("maketx:resize", 0)
+    path = tmp_path / "a.exr"
+    if tiles:
+        config.tile_width = config.tile_height = tiles
+    assert oiio.ImageBufAlgo.make_texture(oiio.MakeTxTexture, source, str(path), config), oiio.geterror()
+    read = oiio.ImageInput.open(str(path))
+    assert read is not None
+    assert read.seek_subimage(0, 1)
+    read.close()
+    image = read_exr(path, "xyz")
+    np.testing.assert_allclose(image.left, pixels, rtol=2**-10)
+    np.testing.assert_array_equal(read_exr(path, "xyz", region=Region(7, 9, 20, 11)).left, image.left[9:20, 7:27])

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import struct
+import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PIL import Image
 
 from documents import InputError
 from stimuli.pictures import FoundPicture, find_pictures
-from stimuli.pictures.packing import named_packing
+from stimuli.pictures.packing import eye_size_px, named_packing
 
 
 def save(path: Path, size: tuple[int, int] = (8, 6), **more: object) -> Path:
@@ -153,3 +155,53 @@ def test_a_preview_in_an_mpo_is_no_second_eye(tmp_path: Path) -> None:
     found = listed(tmp_path)
     assert found["a"].stereo
     assert not found["b"].stereo
+
+
+def test_declared_colour_spaces(tmp_path: Path) -> None:
+    from PIL import ImageCms
+    from PIL.PngImagePlugin import PngInfo
+
+    srgb = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
+    save(tmp_path / "profile.jpg", icc_profile=srgb)
+    save(tmp_path / "nothing.png")
+    chunk = PngInfo()
+    chunk.add(b"sRGB", b"\0")
+    save(tmp_path / "chunk.png", pnginfo=chunk)
+    exif = Image.Exif()
+    exif.get_ifd(0x8769)[0xA001] = 1
+    exif[0x8769] = {0xA001: 1}
+    save(tmp_path / "exif.jpg", exif=exif)
+    found = listed(tmp_path)
+    spaces = {name: picture.colour_space for name, picture in found.items()}
+    assert spaces == {"profile": "srgb", "nothing": None, "chunk": "srgb", "exif": "srgb"}
+
+
+def test_exif_orientation_turns_the_size(tmp_path: Path) -> None:
+    exif = Image.Exif()
+    exif[0x0112] = 6
+    assert listed(save(tmp_path / "a.jpg", exif=exif))["a"].size_px == (6, 8)
+
+
+@pytest.mark.skipif(not Path("/proc").exists(), reason="file names that differ in case alone need such a file system")
+def test_names_that_differ_in_case_alone(tmp_path: Path) -> None:
+    save(tmp_path / "Plate.png")
+    save(tmp_path / "plate.png")
+    assert "2 files differ in upper and lower case alone, 'Plate'" in complaint(tmp_path)
+
+
+def test_nothing_is_decoded(tmp_path: Path) -> None:
+    """The pixels of 60 pictures of 12 megapixels would take 12 s to decode."""
+    noise = np.random.default_rng(1).integers(0, 255, (300, 400, 3), np.uint8)
+    Image.fromarray(noise).resize((4000, 3000)).save(tmp_path / "p1_L.jpg", quality=60)
+    data = (tmp_path / "p1_L.jpg").read_bytes()
+    for number in range(1, 31):
+        for eye in "LR":
+            (tmp_path / f"p{number}_{eye}.jpg").write_bytes(data)
+    began = time.perf_counter()
+    assert len(find_pictures([tmp_path])) == 30
+    assert time.perf_counter() - began < 2.0
+
+
+def test_sizes_of_packed_pictures() -> None:
+    assert eye_size_px((100, 40), "side-by-side", Path("a.png")) == (50, 40)
+    assert eye_size_px((100, 40), "top-bottom-half-crossed", Path("a.png")) == (100, 40)

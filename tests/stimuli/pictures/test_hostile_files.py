@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import re
 import struct
 import sys
 from collections.abc import Callable
@@ -21,8 +23,8 @@ from stimuli.develop import read_camera_image
 from stimuli.develop.calibration_frames import read_calibration
 from stimuli.errors import StimulusError
 from stimuli.pictures import Decoding, StereoImage, read_coded, read_exr, read_picture, write_exr
-from stimuli.pictures.exr_views import read_views
-from stimuli.pictures.picture_input import opened, reason
+from stimuli.pictures.exr_views import channel_runs, read_views
+from stimuli.pictures.picture_input import opened, reason, text_of
 from stimuli.spectral import read_spectral
 from tests.stimuli.pictures.exr_bytes import Part, floats, write_bytes
 from tests.stress.mutants import formats, read_all
@@ -233,3 +235,78 @@ def test_a_file_that_is_no_picture_is_named_with_the_reason_and_the_remedy(tmp_p
 )
 def test_the_reason_is_no_advice_on_settings(message: str, told: str) -> None:
     assert reason(message) == told
+
+
+def test_parts_that_are_not_shown_are_not_read(tmp_path: Path, counted: list[tuple[int, int]]) -> None:
+    half = {name: LIGHT[..., place].astype("<f2") for place, name in enumerate("RGB")}
+    parts = [Part(half, [STATED, ("view", "string", name)]) for name in (b"left", b"right", b"center", b"lamp")]
+    path = write_bytes(tmp_path / "a.exr", *parts)
+    assert not read_exr(path).is_flat
+    assert len(counted) == 2
+    counted.clear()
+    read_exr(path, flat=True)
+    assert len(counted) == 1
+
+
+@pytest.mark.parametrize(
+    ("groups", "runs"),
+    [
+        ([(0, 1, 2)], [range(3)]),
+        ([(2, 0, 1)], [range(3)]),
+        ([(0, 1, 2), (3, 4, 5)], [range(6)]),
+        ([(0, 1, 2), (90, 91, 92)], [range(3), range(90, 93)]),
+        ([(5, 5, 5)], [range(5, 6)]),
+        ([(0, 3, 6)], [range(7)]),
+        ([(0, 100, 200)], [range(1), range(100, 101), range(200, 201)]),
+    ],
+)
+def test_runs_of_channels(groups: list[tuple[int, ...]], runs: list[range]) -> None:
+    assert channel_runs(groups) == runs
+
+
+def test_texts_of_libraries_are_one_line_of_characters() -> None:
+    assert text_of(lambda: b"file \xff\xfe\x1b[31m is".decode()) == "file ��[31m is"
+    assert text_of(lambda: "plain") == "plain"
+
+
+def test_a_larger_file_than_any_picture_is_not_read(tmp_path: Path) -> None:
+    for name in ("a.exr", "a.png", "a.tif", "a.jpg", "a.dng"):
+        with (tmp_path / name).open("wb") as file:
+            try:
+                file.truncate(40_000_000_000)
+            except OSError as error:
+                pytest.skip(f"this file system has no such files: {errno.errorcode[error.errno or 0]}")
+        with pytest.raises(InputError, match="larger than 8000 MB"):
+            (read_camera_image if name == "a.dng" else read_picture)(tmp_path / name)
+        os.truncate(tmp_path / name, 0)
+
+
+def test_links_within_the_folder_and_to_it_are_followed(study: Path, tmp_path: Path) -> None:
+    (study.parent / "pictures").mkdir()
+    (tmp_path / "elsewhere.exr").rename(study.parent / "pictures" / "b.exr")
+    (study.parent / "a.exr").symlink_to("pictures/b.exr")
+    (tmp_path / "same").symlink_to(study.parent)
+    assert build_set(tmp_path / "same" / "recipe.yaml", 0.25).names == ("a",)
+
+
+def test_a_name_that_is_not_utf_8_is_refused(tmp_path: Path) -> None:
+    path = Path(os.fsdecode(os.fsencode(tmp_path) + b"/\xff.exr"))
+    try:
+        path.write_bytes(b"x")
+    except OSError:
+        pytest.skip("this file system has no such names")
+    with pytest.raises(StimulusError, match="its name is not UTF-8"), opened(path):
+        pass
+
+
+def test_a_set_in_the_cache_names_files_of_its_own(study: Path, tmp_path: Path) -> None:
+    (tmp_path / "elsewhere.exr").rename(study.parent / "a.exr")
+    built = build_set(study, 0.25)
+    manifest = built.folder / "manifest.json"
+    text = manifest.read_text()
+    file = re.search(r'"file": "(a\.[a-z]+)"', text)
+    assert file is not None
+    manifest.write_text(text.replace(f'"{file[1]}"', f'"../{built.folder.name}/{file[1]}"'))
+    again = build_set(study, 0.25)
+    assert again.path("a").parent == again.folder
+    assert ".." not in again.manifest["stimuli"][0]["file"]

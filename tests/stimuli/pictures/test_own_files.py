@@ -196,3 +196,33 @@ def test_codes_written_before_own_files_were_kept_are_still_read(tmp_path: Path)
         assert np.array_equal(found, written)
     assert again.save(tmp_path / "b.codes") == sha256_of_file(tmp_path / "b.codes")
     assert np.array_equal(read_coded(tmp_path / "b.codes").left, codes)
+
+
+def test_a_set_without_ordinary_pictures_depends_on_no_decoder(tmp_path: Path) -> None:
+    scene(1).save(tmp_path / "a.jpg")
+    export_exr(built(tmp_path, file="a.jpg"), tmp_path / "light")
+    assert "decoders" not in build_set(tmp_path / "light/recipe.yaml", 0.25).manifest
+
+
+def test_a_picture_that_changes_while_it_is_read_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene(1).save(tmp_path / "a.jpg")
+    plain = decode
+
+    def late(*given: Any) -> NDArray[Any]:
+        codes = plain(*given)
+        scene(2).save(tmp_path / "a.jpg", quality=50)
+        return codes
+
+    monkeypatch.setattr("stimuli.pictures.own_files.decode", late)
+    with pytest.raises(InputError, match="changed while it was read"):
+        built(tmp_path, file="a.jpg")
+
+
+def test_one_table_for_three_equal_curves_is_three_tables() -> None:
+    codes = np.random.default_rng(0).integers(0, 256, (33, 50, 3), dtype=np.uint8)
+    light = ENCODING.tables(256)
+    # Of the same curve, but for a code that does not occur in the picture.
+    codes[codes == 7] = 8
+    other = light.copy()
+    other[7, 2] *= 2
+    assert np.array_equal(decoded(codes, light, ENCODING.matrix), decoded(codes, other, ENCODING.matrix))

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from PIL import Image
 
 from devices.characterise import thesis_display
+from devices.errors import DeviceError
 from devices.profiles import (
+    model_of_profile,
     profile_measurements,
     profile_of_model,
     read_profile,
+    read_profile_measurements,
 )
 from devices.profiles.tag_table import parse_profile_file
+from runner.cli.main import group
 from stimuli.pictures import StereoImage, read_picture
 from tests.devices.profiles.little_cms import through
 from tests.devices.profiles.profile_bytes import CHAD, COLORANTS, matrix_tags, para, profile
@@ -63,3 +69,25 @@ def test_pictures_and_displays_read_one_light(tmp_path: Path, more: dict[str, by
     assert whole.sum() > 20
     picture = read(tmp_path / "a.png", (tmp_path / "display.icc").read_bytes(), codes[whole][None].astype(np.uint8))
     np.testing.assert_allclose(picture.left[0], readings.XYZ[whole], rtol=1e-5, atol=1e-5)
+
+
+@pytest.mark.nightly
+def test_display_fit_takes_the_table_and_the_matrix_says_that_it_is_not_all(tmp_path: Path) -> None:
+    path = tmp_path / "display.icc"
+    path.write_bytes(profile(matrix_tags(para(0, 1.8)) | tables("A2B1")))
+    told = CliRunner().invoke(group, ["display", "fit", str(path), "--json", "--brief"])
+    assert told.exit_code == 0, told.output
+    assert "('A2B1')" in " ".join(json.loads(told.stdout)["both"]["said"])
+    assert any("ranks above" in note for note in model_of_profile(read_profile(path)).notes)
+    path.write_bytes(profile(matrix_tags(para(0, 1.8))))
+    assert not any("ranks above" in note for note in model_of_profile(read_profile(path)).notes)
+    path.write_bytes(profile({name: tag for name, tag in matrix_tags(para(0, 1.8)).items() if "XYZ" not in name}))
+    with pytest.raises(DeviceError):
+        read_profile_measurements(path)
+
+
+def test_a_damaged_matrix_is_not_needed_beside_a_table(tmp_path: Path) -> None:
+    tags = matrix_tags(para(0, 1.8)) | tables("A2B1")
+    whole = read(tmp_path / "a.png", profile(tags))
+    del tags["rTRC"]
+    np.testing.assert_array_equal(read(tmp_path / "b.png", profile(tags)).left, whole.left)

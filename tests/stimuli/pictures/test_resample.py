@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,7 +12,7 @@ from numpy.typing import NDArray
 
 from stimuli.errors import StimulusError
 from stimuli.pictures import StereoImage, resample_picture
-from stimuli.pictures.resampling import Filter, area_weights, axis_weights
+from stimuli.pictures.resampling import Filter, area_weights, axis_weights, resample
 
 
 def area_weights_plain(pixels: int, length_mm: float, pixel_pitch_mm: float) -> NDArray[np.float64]:
@@ -106,3 +108,68 @@ def test_the_mean_luminance_is_kept_exactly(filter: Filter, pitch: float) -> Non
 def test_an_unknown_filter_is_refused() -> None:
     with pytest.raises(StimulusError, match="no filter 'lanczos'"):
         axis_weights(10, 150.0, 0.3, "lanczos")  # type: ignore[arg-type]  # a wrong word on purpose
+
+
+def test_the_plate_on_the_rig_keeps_its_light() -> None:
+    columns, rows = area_weights(2190, 150, 0.2768), area_weights(1460, 100, 0.2768)
+    assert (columns.shape[0], rows.shape[0]) == (542, 361)
+    image = np.random.default_rng(0).uniform(0, 100, (1460, 2190)).astype(np.float32)
+    image[[0, 1, -1, -2]] = 0  # what 361 display pixels crop
+    small = resample(image, rows, columns)
+    light = image.sum(dtype=np.float64) * (150 / 2190) * (100 / 1460)
+    assert small.sum() * 0.2768**2 == pytest.approx(light, rel=1e-6)
+    np.testing.assert_allclose(np.asarray(columns.sum(axis=1))[1:-1], 1.0, atol=1e-12)
+
+
+def test_the_same_grid_changes_nothing() -> None:
+    image = np.random.default_rng(0).uniform(0, 1, (5, 8))
+    rows, columns = area_weights(5, 5.0, 1.0), area_weights(8, 8.0, 1.0)
+    np.testing.assert_allclose(resample(image, rows, columns), image, atol=1e-12)
+
+
+@settings(deadline=None)
+@given(st.integers(1, 80), st.floats(0.5, 50), st.floats(0.3, 20), st.sampled_from(["area", "linear", "cubic"]))
+def test_every_filter_keeps_light_and_an_even_plane(
+    pixels: int, length_mm: float, pitch_mm: float, filter: Filter
+) -> None:
+    """Whatever the two grids: no weight below 0, and the light of each place as `area_weights` has it."""
+    weights = axis_weights(pixels, length_mm, pitch_mm, filter)
+    area = area_weights(pixels, length_mm, pitch_mm)
+    assert weights.shape == area.shape
+    assert weights.data.min() >= 0
+    covered = min(length_mm, weights.shape[0] * pitch_mm)
+    assert weights.sum() * pitch_mm == pytest.approx(covered, rel=1e-9)
+    if length_mm >= weights.shape[0] * pitch_mm * (1 - 1e-12):
+        np.testing.assert_allclose(weights.sum(axis=1), 1.0, atol=1e-9)
+    if length_mm / pixels <= pitch_mm:
+        np.testing.assert_allclose(weights.sum(axis=0), area.sum(axis=0), atol=1e-9)
+
+
+@pytest.mark.parametrize("filter", SMOOTH)
+def test_smooth_filters_alias_less_and_draw_smoother_when_enlarging(filter: Filter) -> None:
+    names: tuple[Filter, ...] = ("area", filter)
+    x = (np.arange(1000) + 0.5) / 1000
+    fine = 1 + np.cos(2 * np.pi * 160 * x)  # 0.64 cycles per display pixel
+    ripple = {name: np.ptp(axis_weights(1000, 250, 1.0, name) @ fine) for name in names}
+    assert ripple[filter] < 0.6 * ripple["area"]
+    wave = 1 + np.cos(2 * np.pi * 5 * (np.arange(50) + 0.5) / 50)
+    truth = 1 + np.cos(2 * np.pi * 5 * (np.arange(400) + 0.5) / 400)
+    error = {name: np.abs(axis_weights(50, 400, 1.0, name) @ wave - truth).max() for name in names}
+    assert error[filter] < 0.6 * error["area"]
+
+
+def test_the_display_s_own_pixels_are_left_as_they_are() -> None:
+    picture = np.random.default_rng(0).uniform(0, 9, (20, 30, 3)).astype(np.float32)
+    filters: tuple[Filter, ...] = ("area", *SMOOTH)
+    for filter in filters:
+        same = resample_picture(StereoImage.flat(picture), (30 * 0.27, 20 * 0.27), 0.27, filter)
+        assert same.is_flat
+        np.testing.assert_allclose(same.left, picture, rtol=1e-6)
+
+
+def test_bands_of_rows_make_no_difference() -> None:
+    image = np.random.default_rng(0).uniform(0, 100, (700, 90)).astype(np.float32)
+    filters: tuple[Filter, ...] = ("area", "cubic")
+    for filter, pitch in itertools.product(filters, (0.7, 2.3)):
+        rows, columns = axis_weights(700, 700, pitch, filter), axis_weights(90, 90, pitch, filter)
+        np.testing.assert_allclose(resample(image, rows, columns), rows @ image @ columns.T, rtol=1e-12)

@@ -122,3 +122,19 @@ def test_a_tiff_s_primaries(tmp_path: Path, xy: tuple[float, ...], right: bool) 
         return
     with pytest.raises(StimulusError, match="tag PrimaryChromaticities"):
         read(tmp_path / "a.tif")
+
+
+def test_turned_pictures_turn_their_pixels(tmp_path: Path) -> None:
+    with pytest.raises(StimulusError, match=r"its pixels are 1\.5 times as wide"):
+        read(save(tmp_path / "a.jpg", (300, 200), orientation=6))
+
+
+@pytest.mark.parametrize(("across", "down"), [(0, 0), (0, 72), (72, 0)])
+def test_a_resolution_of_nothing_states_nothing(tmp_path: Path, across: int, down: int) -> None:
+    assert read(with_chunks(tmp_path / "a.png", phys(across, down))).width_px == 12
+    save(tmp_path / "a.jpg", (72, 72))
+    data = bytearray((tmp_path / "a.jpg").read_bytes())
+    at = data.index(b"JFIF\0") + 8
+    data[at : at + 4] = struct.pack(">HH", across, down)
+    (tmp_path / "a.jpg").write_bytes(data)
+    assert read(tmp_path / "a.jpg").width_px == 12

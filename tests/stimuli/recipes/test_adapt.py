@@ -95,3 +95,19 @@ def test_wrong_input_is_one_message(keys: dict[str, Any], message: str) -> None:
     errors = raised.value.errors()
     assert len(errors) == 1
     assert message in errors[0]["msg"]
+
+
+def test_whites_are_stated_in_three_ways() -> None:
+    image = StereoImage.flat(picture())
+    white = white_point("a", 80.0)
+    by_name, _ = adapted(image, spec())
+    by_XYZ, _ = adapted(image, spec(from_white=white.tolist()))
+    by_xy, _ = adapted(image, spec(from_white=(white[:2] / white.sum()).tolist()))
+    np.testing.assert_allclose(by_XYZ.left, by_name.left, rtol=1e-6)
+    np.testing.assert_allclose(by_xy.left, by_name.left, rtol=1e-6)
+
+
+def test_another_observer_is_said() -> None:
+    _, step = adapted(StereoImage.flat(picture()), spec(), "CIE 1964 10")
+    assert "CIE 1964 10" in str(step["said"])
+    assert step["from_white_XYZ"] == pytest.approx(white_point("a", 1.0, "CIE 1964 10").tolist())

@@ -146,3 +146,15 @@ def test_other_steps_are_done_on_the_whole_picture(
     plain, _ = build(steps, 1 << 40)
     assert in_bands == 0
     _same(banded, plain)
+
+
+def test_what_is_below_0_is_clipped_and_counted_as_in_the_whole(
+    tmp_path: Path, build: Callable[..., tuple[StimulusSet, int]]
+) -> None:
+    light = _light(1)
+    light[60, 7, 1] = -1.0
+    _write(tmp_path / "plate.exr", light, {})
+    banded, in_bands = build("", 1, ", negative: clip")
+    plain, _ = build("", 1 << 40, ", negative: clip")
+    assert in_bands == 0
+    _same(banded, plain)

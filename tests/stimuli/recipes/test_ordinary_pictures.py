@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import struct
 from pathlib import Path
@@ -9,18 +10,20 @@ from typing import Any
 
 import colour
 import numpy as np
+import OpenImageIO as oiio
 import pytest
 from numpy.typing import NDArray
 from PIL import Image, ImageCms, ImageOps
 
 from devices.characterise import thesis_display
-from devices.colour import rgb_to_xyz_matrix, srgb_encoded
+from devices.colour import WHITE_POINTS_XYZ, rgb_to_xyz_matrix, srgb_encoded
+from devices.colour.adaptation import bradford_matrix
 from devices.profiles import profile_of_model
 from documents import InputError
-from stimuli.build import StimulusSet, build_set
-from stimuli.pictures import StereoImage
+from stimuli.build import StimulusSet, build_set, export_exr
+from stimuli.pictures import Region, StereoImage
 from stimuli.pictures.coded import decoded
-from stimuli.pictures.colour_spaces import NAMED_SPACES, NamedSpace, named_encoding
+from stimuli.pictures.colour_spaces import NAMED_SPACES, NamedSpace, embedded_encoding, named_encoding
 from tests.stimuli.oiio_files import save_picture
 
 Array = NDArray[Any]
@@ -31,6 +34,18 @@ SCIENCE = {
     "adobe-rgb": "Adobe RGB (1998)",
     "rec2020": "ITU-R BT.2020",
 }
+
+
+def save_oiio(path: Path, values: Array, kind: str, **attributes: object) -> Path:
+    spec = oiio.ImageSpec(values.shape[1], values.shape[0], values.shape[2], kind)
+    for name, value in attributes.items():
+        spec.attribute(name, value)
+    output = oiio.ImageOutput.create(str(path))
+    assert output is not None
+    assert output.open(str(path), spec)
+    assert output.write_image(values)
+    output.close()
+    return path
 
 
 @pytest.fixture(autouse=True)
@@ -303,3 +318,213 @@ def test_bands_are_named_where_codes_lie_far_apart(tmp_path: Path) -> None:
     assert not bands("b.png", luminance={"scale": 8})
     (step,) = bands("a.png", luminance={"scale": 4})
     assert "ΔE00 0.71" in step["said"][0]
+
+
+def test_jpeg_is_what_pillow_decodes(tmp_path: Path) -> None:
+    file = tmp_path / "a.jpg"
+    Image.fromarray(pixels(size=(40, 30))).save(file, quality=95)
+    np.testing.assert_allclose(read(tmp_path, file).left, srgb_xyz(np.asarray(Image.open(file))), rtol=1e-6, atol=1e-9)
+
+
+def test_a_float_tiff_of_codes_and_of_light(tmp_path: Path) -> None:
+    values = np.random.default_rng(1).random((8, 12, 3)).astype(np.float32)
+    file = save_oiio(tmp_path / "a.tif", values, "float")
+    light = colour.models.eotf_sRGB(values.astype(np.float64))
+    np.testing.assert_allclose(read(tmp_path, file).left, light @ _SRGB.T * WHITE, rtol=1e-6)
+    np.testing.assert_allclose(read(tmp_path, file, colour_space="rec709").left, values @ _SRGB.T * WHITE, rtol=1e-6)
+    np.testing.assert_allclose(
+        read(tmp_path, file, colour_space="xyz", white_luminance_cd_m2=None).left, values, rtol=6e-4
+    )
+
+
+def test_grey_pictures_have_the_white_s_chromaticity(tmp_path: Path) -> None:
+    grey = pixels()[..., 0]
+    Image.fromarray(grey).save(tmp_path / "a.png")
+    expected = srgb_xyz(np.repeat(grey[..., None], 3, axis=-1))
+    np.testing.assert_allclose(read(tmp_path, tmp_path / "a.png").left, expected, rtol=1e-6, atol=1e-9)
+
+
+def test_a_file_for_each_eye_mpo_and_jps(tmp_path: Path) -> None:
+    left, right = pixels(1, (16, 16)), pixels(2, (16, 16))
+    for name, codes in (("a_L.png", left), ("a_R.png", right)):
+        Image.fromarray(codes).save(tmp_path / name)
+    first, second = Image.fromarray(left), Image.fromarray(right)
+    first.save(tmp_path / "b.mpo", save_all=True, append_images=[second], quality=95)
+    Image.fromarray(np.hstack([right, left])).save(tmp_path / "c.jps", format="JPEG", quality=95)
+    stimuli = built(
+        tmp_path,
+        {"name": "a", "left": "a_L.png", "right": "a_R.png"},
+        {"name": "b", "file": "b.mpo"},
+        {"name": "c", "file": "c.jps"},
+        {"name": "d", "left": "a_L.png", "right": "a_R.png", "view": "flat", "flat_eye": "right"},
+    )
+    a, b, c, d = (stimuli.load(name) for name in stimuli.names)
+    np.testing.assert_allclose(a.right, srgb_xyz(right), rtol=1e-6, atol=1e-9)
+    with Image.open(tmp_path / "b.mpo") as mpo:
+        mpo.seek(1)
+        np.testing.assert_allclose(b.right, srgb_xyz(np.asarray(mpo)), rtol=1e-6, atol=1e-9)
+    jps = np.asarray(Image.open(tmp_path / "c.jps"))
+    np.testing.assert_allclose(c.left, srgb_xyz(jps[:, 16:]), rtol=1e-6, atol=1e-9)
+    assert d.is_flat
+    assert np.array_equal(d.left, a.right)
+    assert stimuli.factors("a") == {"image": "a", "view": "stereo"}
+
+
+def test_all_steps_apply(tmp_path: Path) -> None:
+    left = pixels(1, (60, 40))
+    for name, codes in (("a_L.png", left), ("a_R.png", np.roll(left, 3, axis=1))):
+        Image.fromarray(codes).save(tmp_path / name)
+    stimuli = built(
+        tmp_path,
+        {"name": "one", "left": "a_L.png", "right": "a_R.png"},
+        align={"method": "offset", "offset_px": [3, 0]},
+        crop={"left_px": 0, "top_px": 0, "width_px": 40, "height_px": 30},
+        luminance={"mean_cd_m2": 12},
+        resample={"width_mm": 5},
+    )
+    image = stimuli.load("one")
+    assert image.width_px == 20
+    assert image.left[..., 1].mean() == pytest.approx(12, rel=0.02)
+    assert stimuli.entry("one")["steps"][0]["step"] == "read"
+
+
+def test_an_embedded_table_against_littlecms(tmp_path: Path) -> None:
+    data = profile_of_model(thesis_display(), "display", kind="table", points=17).data
+    encoding = embedded_encoding(data, Path("a.png"))
+    assert encoding.table is not None
+    codes = pixels(size=(40, 30))
+    Image.fromarray(codes).save(tmp_path / "a.png", icc_profile=data)
+    image = read(tmp_path, tmp_path / "a.png", colour_space="icc", white_luminance_cd_m2=1)
+    profile = ImageCms.ImageCmsProfile(io.BytesIO(data))
+    lab = ImageCms.profileToProfile(
+        Image.fromarray(codes),
+        profile,
+        ImageCms.createProfile("LAB"),
+        ImageCms.Intent.RELATIVE_COLORIMETRIC,
+        outputMode="LAB",
+    )
+    assert lab is not None
+    shown = np.asarray(lab).astype(np.int16)
+    lightness = shown[..., 0] / 255 * 100
+    y = (image.left @ bradford_matrix(encoding.white, WHITE_POINTS_XYZ["icc-d50"]).T)[..., 1]
+    mine = np.where(y > 216 / 24389, 116 * np.cbrt(y) - 16, y * 24389 / 27)
+    # LittleCMS gives 8 bits of lightness, rounded to 0.4, and interpolates on its own.
+    assert np.abs(mine - lightness).max() < 0.6
+    assert abs(float((mine - lightness).mean())) < 0.1
+
+
+def test_two_eyes_must_go_together(tmp_path: Path) -> None:
+    Image.fromarray(pixels()).save(tmp_path / "l.png")
+    Image.fromarray(pixels(size=(12, 9))).save(tmp_path / "r.png")
+    Image.fromarray(pixels()[..., 0]).save(tmp_path / "g.png")
+    Image.fromarray(pixels()).save(tmp_path / "p.png", icc_profile=profile_of_model(thesis_display(), "d").data)
+    for right, message in (("r.png", "'left' is 12 × 8, 'right' is 12 × 9"), ("g.png", "of different form")):
+        with pytest.raises(InputError, match=message):
+            built(tmp_path, {"name": "one", "left": "l.png", "right": right})
+    with pytest.raises(InputError, match="stereo needs the views left and right"):
+        built(tmp_path, {"name": "one", "file": "l.png", "view": "stereo"})
+    with pytest.raises(InputError, match="name 'file', or a file for each eye"):
+        built(tmp_path, {"name": "one", "left": "l.png"})
+    with pytest.raises(InputError, match="both OpenEXR, or neither"):
+        built(tmp_path, {"name": "one", "left": "l.png", "right": "r.exr"})
+
+
+def test_openexr_takes_no_space_of_codes(tmp_path: Path) -> None:
+    save_oiio(tmp_path / "a.exr", np.ones((4, 6, 3), np.float32), "half")
+    assert "OpenEXR holds linear light" in complaint(tmp_path, tmp_path / "a.exr")
+    Image.fromarray(pixels()).save(tmp_path / "b.png")
+    stimuli = built(
+        tmp_path,
+        {"name": "a", "file": "a.exr", "colour_space": "rec709", "white_luminance_cd_m2": 1},
+        {"name": "b", "file": "b.png"},
+        {"name": "c", "left": "a.exr", "right": "a.exr", "colour_space": "xyz", "white_luminance_cd_m2": 2},
+    )
+    assert stimuli.load("c").left[0, 0].tolist() == [2.0, 2.0, 2.0]
+
+
+def test_photographs_send_a_developed_picture_to_kind_pictures(tmp_path: Path) -> None:
+    Image.fromarray(pixels()).save(tmp_path / "a.jpg")
+    recipe = "{schema_version: 1, kind: photographs, stimuli: [{name: a, left: a.jpg, flat_eye: left}], views: [flat]}"
+    (tmp_path / "r.yaml").write_text(recipe, encoding="utf-8")
+    with pytest.raises(InputError, match="write kind: pictures in the recipe, with colour_space: srgb"):
+        build_set(tmp_path / "r.yaml", 0.25)
+
+
+def test_exported_pictures_read_back_as_the_same_pixels(tmp_path: Path) -> None:
+    for name, seed in (("a_L.png", 1), ("a_R.png", 2)):
+        Image.fromarray(pixels(seed)).save(tmp_path / name)
+    whole = np.dstack([pixels(3), np.full((8, 12), 100, np.uint8)])
+    Image.fromarray(whole).save(tmp_path / "alpha.png")
+    first = built(
+        tmp_path,
+        {"name": "a", "left": "a_L.png", "right": "a_R.png", "factors": {"paint": "red", "number": 2}},
+        {"name": "alpha", "file": "alpha.png"},
+        {"name": "small", "file": "a_L.png", "resample": {"width_mm": 1.5}},
+        alpha_background_cd_m2=10,
+    )
+    export_exr(first, tmp_path / "light")
+    again = build_set(tmp_path / "light" / "recipe.yaml", 0.25)
+    assert again.names == first.names
+    for name in first.names:
+        assert dict(again.factors(name)) == {**first.factors(name), "image": name}
+        one, other = first.load(name), again.load(name)
+        assert np.array_equal(one.left, other.left)
+        assert np.array_equal(one.right, other.right)
+        assert one.is_flat == other.is_flat
+
+
+def test_codes_that_were_damaged_are_made_again(tmp_path: Path) -> None:
+    codes = pixels(size=(50, 40))
+    Image.fromarray(codes).save(tmp_path / "a.png")
+    stimuli = built(tmp_path, {"name": "one", "file": "a.png"})
+    whole = stimuli.path("one").read_bytes()
+    stimuli.path("one").write_bytes(whole[:-10] + bytes(10))
+    with pytest.raises(InputError, match="its checksum differs"):
+        stimuli.load("one")
+    stimuli.path("one").write_bytes(whole[:-10])
+    with pytest.raises(InputError, match="the picture is damaged"):
+        stimuli.load("one")
+    again = built(tmp_path, {"name": "one", "file": "a.png"})
+    assert (again.rendered, again.digest) == (1, stimuli.digest)
+    np.testing.assert_allclose(again.load("one").left, srgb_xyz(codes), rtol=1e-6, atol=1e-9)
+
+
+def test_a_region_of_codes_is_read_as_a_part_of_the_whole(tmp_path: Path) -> None:
+    Image.fromarray(pixels(size=(50, 40))).save(tmp_path / "a.png")
+    stimuli = built(tmp_path, {"name": "one", "file": "a.png"})
+    part = stimuli.load("one", lambda size: Region(5, 3, size[0] - 20, 7))
+    np.testing.assert_allclose(part.left, stimuli.load("one").left[3:10, 5:35], rtol=1e-6)
+
+
+def test_check_finds_what_headers_show(tmp_path: Path) -> None:
+    from runner.check import check_file
+
+    Image.fromarray(pixels()).save(tmp_path / "a.png")
+    Image.fromarray(pixels(size=(13, 8))).save(tmp_path / "odd_sbs.png")
+    Image.fromarray(pixels()).convert("CMYK").save(tmp_path / "c.jpg")
+    stimuli = [
+        {"name": "one", "file": "a.png", "view": "stereo"},
+        {"name": "two", "left": "a.png", "right": "odd_sbs.png"},
+        {"name": "three", "file": "c.jpg"},
+        {"name": "four", "file": "odd_sbs.png"},
+        {"name": "five", "file": "odd_sbs.png", "packing": "none"},
+    ]
+    recipe = {"schema_version": 1, "kind": "pictures", "colour_space": "srgb", "white_luminance_cd_m2": 80}
+    (tmp_path / "r.yaml").write_text(json.dumps({**recipe, "stimuli": stimuli}), encoding="utf-8")
+    messages = [finding.message for finding in check_file(tmp_path / "r.yaml").errors]
+    assert [message[:30] for message in messages] == [
+        "the picture has one view, and ",
+        "the views differ in size: 'lef",
+        "the picture is CMYK, inks for ",
+        "its 13 columns cannot be divid",
+    ]
+
+
+def test_packing_none_shows_the_whole_picture(tmp_path: Path) -> None:
+    codes = pixels(size=(13, 8))
+    Image.fromarray(codes).save(tmp_path / "odd_sbs.png")
+    image = built(tmp_path, {"name": "one", "file": "odd_sbs.png", "packing": "none"}).load("one")
+    np.testing.assert_allclose(image.left, srgb_xyz(codes), rtol=1e-6, atol=1e-9)
+    first = Image.fromarray(pixels(1, (16, 16)))
+    first.save(tmp_path / "b.mpo", save_all=True, append_images=[Image.fromarray(pixels(2, (16, 16)))])
+    assert built(tmp_path, {"name": "one", "file": "b.mpo", "packing": "none"}).load("one").is_flat

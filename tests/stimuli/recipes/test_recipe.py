@@ -9,7 +9,8 @@ import pytest
 import yaml
 
 from documents import InputError
-from stimuli.recipes import read_recipe
+from stimuli.recipes import Recipe, read_recipe
+from stimuli.recipes.pictures import PicturesRecipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
 
 ROOT = Path(__file__).parents[3]
@@ -112,3 +113,15 @@ def test_views_are_said_once(tmp_path: Path) -> None:
     body = "views: [flat]\nstimuli:\n  - {name: one, file: a.exr, view: flat}\n"
     with pytest.raises(InputError, match="keep one of the two"):
         read_recipe(pictures(tmp_path, body))
+
+
+def test_a_picture_s_defaults(tmp_path: Path) -> None:
+    recipe, _ = read_recipe(pictures(tmp_path, "stimuli:\n  - {name: one, file: sub/a.exr}\n"))
+    assert isinstance(recipe, PicturesRecipe)
+    picture = recipe.stimuli[0]
+    assert (picture.view, picture.colour_space, picture.negative) == (None, "declared", "refuse")
+
+
+def test_editors_are_told_that_an_exposure_may_be_a_fraction() -> None:
+    exposure = Recipe.model_json_schema()["$defs"]["ExposureSpec"]["properties"]["exposure_s"]
+    assert [option["type"] for option in exposure["anyOf"]] == ["number", "string"]

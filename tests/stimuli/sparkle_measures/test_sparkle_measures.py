@@ -8,14 +8,18 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 from scipy.special import ndtr
 
 from stimuli.errors import StimulusError
 from stimuli.sparkle import PixelScale, SparkleMeasures, Threshold, measure_sparkles, shared_sparkles
+from stimuli.sparkle.measures import moments
 from stimuli.sparkle.measures.background import local_background
-from stimuli.sparkle.measures.moments import FWHM_PER_SD
+from stimuli.sparkle.measures.find import find_peaks
+from stimuli.sparkle.measures.moments import FWHM_PER_SD, sparkle_moments
 from tests.compiled_loops import not_in_numpy
 
 Floats = NDArray[np.float64]
@@ -305,3 +309,86 @@ def test_areas_of_any_form_and_equal_neighbours() -> None:
     assert slow.peaks.area_px.max() > 100
     for name in ("row", "column", "area_px", "peaks_in_area"):
         assert np.array_equal(getattr(slow.peaks, name), getattr(fast.peaks, name)), name
+
+
+def test_absolute_threshold_and_dark_background() -> None:
+    picture = planted((100, 100), np.array([[30.2, 40.1], [70.0, 70.4]]), [50.0, 500.0], 1.0, base=0.0)
+    assert measure_sparkles(picture, Threshold(times=0, above_cd_m2=20)).count.value == 1
+    both = measure_sparkles(picture, Threshold(times=0, above_cd_m2=2))
+    assert both.count.value == 2
+    assert math.isnan(both.contrast.value)
+
+
+def test_light_that_falls_off_over_the_picture() -> None:
+    places = apart(4)
+    slope = np.linspace(0.4, 2.0, 400, dtype=np.float32)
+    even = planted((400, 400), places, 150.0, 1.0)
+    measures = measure_sparkles(even * slope)
+    assert len(measures.peaks) == len(places)
+    expected = measure_sparkles(even)
+    assert measures.contrast.value == pytest.approx(expected.contrast.value, rel=0.02)
+    # One absolute threshold for all would miss the sparkles of the dark side.
+    assert len(find_peaks(even * slope, Threshold(times=0, above_cd_m2=25))) < 0.9 * len(places)
+
+
+def test_fits_that_go_on_from_where_they_were_end_where_full_ones_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Against the slow twin: every round, however often it is made again, goes on until nothing moves."""
+    random = np.random.default_rng(3)
+    places = random.uniform(10, 290, (700, 2))
+    picture = planted((300, 300), places, random.uniform(100, 900, 700), random.uniform(0.6, 1.2, 700), noise=0.3)
+    peaks = find_peaks(picture, Threshold())
+    fast = sparkle_moments(picture, peaks)
+    monkeypatch.setattr(moments, "_ROUGH_REST_PX", moments._REST_PX)
+    slow = sparkle_moments(picture, peaks)
+    both = fast.fits & slow.fits
+    assert both.sum() > 0.99 * max(fast.fits.sum(), slow.fits.sum()) > 300
+    for name in ("row_px", "column_px", "sd_px"):
+        apart = np.abs(getattr(fast, name) - getattr(slow, name))[both]
+        assert np.median(apart) < 1e-4
+        assert np.quantile(apart, 0.95) < 5e-3
+
+
+def test_a_window_full_of_sparkle_does_not_lift_its_neighbours() -> None:
+    picture = np.full((300, 300), 10.0, np.float32)
+    picture[120:180, 120:180] = 300.0
+    assert local_background(picture, 60).lines(0, 300, 300).max() == 10.0
+
+
+def test_random_places_meet_as_often_as_foretold() -> None:
+    met, foretold = [], []
+    for seed in range(4):
+        two = [
+            measure_sparkles(
+                planted((300, 300), np.random.default_rng([seed, eye]).uniform(5, 295, (250, 2)), 300.0, 0.7)
+            )
+            for eye in (0, 1)
+        ]
+        found = shared_sparkles(two[0], two[1], tolerance_px=3.0)
+        met.append(found.both)
+        foretold.append(found.by_chance)
+    assert np.mean(met) == pytest.approx(np.mean(foretold), rel=0.3)
+    assert shared_sparkles(two[0], two[0]).share.value == 1.0
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.floats(0.01, 1000), st.booleans(), st.booleans())
+def test_brighter_or_turned_pictures_hold_the_same_sparkles(
+    seed: int, factor: float, across: bool, turned: bool
+) -> None:
+    picture = planted((96, 120), np.random.default_rng(seed).uniform(5, 90, (12, 2)), 300.0, 1.0, noise=0.3)
+    other = picture * np.float32(factor)
+    other = other[:, ::-1] if across else other
+    other = np.ascontiguousarray(other.T if turned else other)
+    one, two = measure_sparkles(picture, window_px=24), measure_sparkles(other, window_px=24)
+    assert len(one.peaks) == len(two.peaks)
+    assert sorted(one.peaks.area_px) == sorted(two.peaks.area_px)
+    assert one.contrast.value == pytest.approx(two.contrast.value, rel=1e-4, nan_ok=True)
+    assert one.width_px.value == pytest.approx(two.width_px.value, rel=2e-3, nan_ok=True)
+
+
+def test_the_profile_of_one_sparkle_between_four_pixels() -> None:
+    """No pixel lies in its innermost ring: the centre follows from the next ones."""
+    measures = measure_sparkles(planted((64, 64), np.array([[30.5, 30.5]]), 400.0, 1.0))
+    assert measures.profile.sparkles == 1
+    assert math.isnan(measures.profile.share[0])
+    assert measures.half_width_px.value == pytest.approx(FWHM_PER_SD / 2 * on_pixels(1.0), rel=0.05)

@@ -12,7 +12,7 @@ from stimuli.errors import StimulusError
 from stimuli.spectral import Illumination, read_spectral
 from stimuli.spectral import picture as pictures
 from stimuli.spectral.convert import spectral_to_camera, spectral_to_xyz
-from stimuli.spectral.curves import read_sensitivities
+from stimuli.spectral.curves import read_illuminant, read_sensitivities
 
 WAVES = np.arange(400.0, 710.0, 10.0)
 LISTED = "wavelength = {" + ", ".join(f"{wave:g}" for wave in WAVES) + "}\nwavelength units = Nanometers\n"
@@ -97,3 +97,10 @@ def test_absurd_numbers_are_refused(tmp_path: Path, number: float) -> None:
     sensor.write_text(HEAD + "400,1,1,1\n700,1,1,1\n", encoding="utf-8")
     with pytest.raises(StimulusError, match="full scale is at"):
         spectral_to_camera(read_spectral(envi(tmp_path), "radiance"), sensor, number)
+
+
+@pytest.mark.skipif(not Path("/dev/zero").exists(), reason="this system has no file without an end")
+def test_a_curve_without_an_end_is_not_read(tmp_path: Path) -> None:
+    (tmp_path / "endless.csv").symlink_to("/dev/zero")
+    with pytest.raises(StimulusError, match="this is a link to a device"):
+        read_illuminant(str(tmp_path / "endless.csv"), WAVES)

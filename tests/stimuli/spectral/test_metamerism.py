@@ -11,14 +11,18 @@ from click.testing import CliRunner
 
 from devices.colour_matching import (
     ColorimetricObserver,
+    Departure,
     categorical_observers,
     colorimetric_observer,
+    individual_observer,
     individual_observers,
 )
 from devices.diagnostics import ScreenSpectra, observer_metamerism, screen_spectra
 from devices.errors import DeviceError
 from devices.measurements import Measurements, xyz_from_spectra
 from devices.measurements.ti3 import write_ti3
+from documents import InputError
+from stimuli.spectral import metamerism_of_files
 
 WAVES = np.arange(390.0, 781.0)
 BLUE_PAINT = 0.05 + 0.5 * np.exp(-(((WAVES - 470) / 40) ** 2)) + 0.15 / (1 + np.exp((700 - WAVES) / 8))
@@ -157,3 +161,61 @@ def test_the_command_reports_each_object(tmp_path: Path) -> None:
     wrong = CliRunner().invoke(command, [*files, "--illuminant", "D65", "--ages", "20-60"])
     assert wrong.exit_code == 2
     assert "write it as 20..60" in wrong.output
+
+
+def test_narrow_primaries_divide_observers_more_than_broad_ones() -> None:
+    match = colorimetric_observer("CIE 2015 2")
+    worst = [
+        observer_metamerism(PAINTS, _light(WAVES), WAVES, _screen(width), _persons(), matched_for=match).summary(0)
+        for width in (5.0, 45.0)
+    ]
+    assert worst[0]["p95"] > 1.3 * worst[1]["p95"]
+    assert worst[0]["median"] <= worst[0]["p90"] <= worst[0]["p95"] <= worst[0]["worst"]
+
+
+def test_a_denser_lens_sees_the_screen_more_off_than_the_average() -> None:
+    match = colorimetric_observer("CIE 2015 2")
+    average = individual_observer("average", 2, 32, Departure())
+    old = individual_observer("old", 2, 75, Departure(lens=0.2))
+    found = observer_metamerism(PAINTS, _light(WAVES), WAVES, _screen(), (average, old), matched_for=match)
+    assert found.delta_e_00[0, 0] < 0.05
+    assert found.delta_e_00[0, 1] > 1
+    assert found.summary(0)["worst_observer"] == "old"
+
+
+def test_white_is_as_bright_as_the_screen_allows_and_what_it_cannot_show_is_named() -> None:
+    match = colorimetric_observer("CIE 1931 2")
+    red = np.exp(-(((WAVES - 700) / 10) ** 2))
+    paints = {**PAINTS, "spectral": np.exp(-(((WAVES - 500) / 3) ** 2)), "deep red": red}
+    found = observer_metamerism(paints, _light(WAVES), WAVES, _screen(), _persons(), matched_for=match)
+    assert "spectral" in found.outside
+    assert np.isnan(found.delta_e_00[2]).all()
+    assert found.summary(2)["median"] is None
+    assert json.loads(json.dumps(found.to_json(), allow_nan=False))["outside_gamut"] == list(found.outside)
+    brighter = observer_metamerism(
+        PAINTS,
+        _light(WAVES),
+        WAVES,
+        _screen(),
+        _persons(),
+        matched_for=match,
+        white_luminance_cd_m2=20 * found.white_luminance_cd_m2,
+    )
+    assert brighter.outside == ("grey", "blue paint")
+
+
+def test_wrong_files_have_one_message_each(tmp_path: Path) -> None:
+    objects, _ = _files(tmp_path)
+    observers = categorical_observers(2.0)
+    for change, says in (
+        (("wavelength_nm", "nm"), "no wavelength_nm"),
+        (("blue paint", "grey"), "stands twice"),
+        (("395,0.30000", "395,-0.3"), "grey is '-0.3'"),
+    ):
+        wrong = tmp_path / "wrong.csv"
+        wrong.write_text(Path(objects).read_text().replace(*change))
+        with pytest.raises(InputError, match=says) as caught:
+            metamerism_of_files(wrong, _readings(), "D65", observers, matched_for="CIE 1931 2")
+        assert len(caught.value.findings) == 1
+    with pytest.raises(DeviceError, match="no colorimetric observer"):
+        metamerism_of_files(objects, _readings(), "D65", observers, matched_for="CIE 1999 2")

@@ -149,3 +149,57 @@ def test_whites_of_another_observer_are_those_published(name: str, XYZ: tuple[fl
     np.testing.assert_allclose(white_point(name, 100.0, "CIE 1964 10"), XYZ, atol=0.03)
     np.testing.assert_allclose(white_point("e", 1.0, TEN), 1.0, atol=1e-6)
     np.testing.assert_array_equal(white_point("icc-d50", 1.0, TEN), white_point("d50", 1.0, TEN))
+
+
+def test_an_observer_that_nobody_knows_is_refused(tmp_path: Path) -> None:
+    import OpenImageIO as oiio
+
+    file = _picture(tmp_path / "a.exr")
+    source = oiio.ImageBuf(str(file))
+    source.specmod().attribute("colorimetricObserver", "me")
+    source.write(str(tmp_path / "b.exr"))
+    with pytest.raises(StimulusError, match=r"b.exr: it declares the observer me .*CIE 1964 10") as caught:
+        read_exr(tmp_path / "b.exr")
+    assert len(caught.value.findings) == 1
+
+
+def test_a_contact_sheet_adapts_to_the_observers_white(tmp_path: Path) -> None:
+    from stimuli.build.report import contact_sheet
+
+    recipe = _recipe(tmp_path, TEN, f"observer: {TEN}\n")
+    light = np.tile(white_point("d65", 20.0, TEN).astype(np.float32), (40, 60, 1))
+    write_exr(tmp_path / "plate.exr", StereoImage.flat(light), TEN)
+    sheet = np.asarray(contact_sheet(build_set(recipe, 0.2768)))
+    codes = sheet[sheet.shape[0] - 15, 15]
+    assert codes[0] == codes[1] == codes[2] > 100
+
+
+@pytest.mark.nightly
+def test_a_comparison_says_that_the_eyes_channels_are_for_1931(tmp_path: Path) -> None:
+    says = f"they take XYZ for {TEN} here"
+    for observer in ("CIE 1931 2", TEN):
+        picture = _picture(tmp_path / "a.exr", observer)
+        for density in (None, 60.0):
+            viewing = None if density is None else ViewingConditions(density)
+            result = compare_pictures(picture, picture, REGIONS, CompareOptions(viewing=viewing))
+            found = [note for note in result.eyes["both"].notes if says in note]
+            assert len(found) == (observer == TEN and density is not None)
+
+
+def test_the_experiment_of_a_comparison_is_for_the_pictures_observer(tmp_path: Path) -> None:
+    from runner.reports import report_comparison
+
+    _display(tmp_path, TEN)
+    pictures = _picture(tmp_path / "a.exr", TEN), _picture(tmp_path / "b.exr", TEN)
+    report_comparison(*pictures, REGIONS, CompareOptions(), experiment="ten", rig=tmp_path / "rig.yaml", root=tmp_path)
+    assert read_experiment(tmp_path / "experiments/ten.yaml").rig.observer == TEN
+    assert set(build_set(tmp_path / "configs/stimuli/ten.yaml", 0.2768).names) == {"photograph", "rendering"}
+
+
+def test_the_face_for_python_refuses_another_observer_unless_it_is_named(tmp_path: Path) -> None:
+    import cyclopean
+
+    cyclopean.write_picture(tmp_path / "a.exr", _light(), observer=TEN)
+    with pytest.raises(InputError, match="its XYZ are for the observer CIE 2015 10; CIE 1931 2 is wanted"):
+        cyclopean.read_picture(tmp_path / "a.exr")
+    np.testing.assert_allclose(cyclopean.read_picture(tmp_path / "a.exr", observer=TEN).left, _light(), rtol=1e-3)

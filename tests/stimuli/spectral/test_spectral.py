@@ -252,3 +252,54 @@ def test_sensitivities_that_cannot_be(tmp_path: Path, text: str, words: str) -> 
     with pytest.raises(StimulusError, match=words) as caught:
         spectral_to_camera(picture, tmp_path / "s.csv", 100.0)
     assert caught.value.findings[0].file == str(tmp_path / "s.csv")
+
+
+def test_the_sum_is_colour_science_s(tmp_path: Path) -> None:
+    path = save_exr(tmp_path / "a.exr", LIGHT)
+    found = spectral_to_xyz(read_spectral(path)).xyz
+    for row, column in ((0, 0), (3, 5), (6, 8)):
+        spectrum = colour.SpectralDistribution(LIGHT[row, column].astype(np.float32), WAVES)
+        cmfs = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"].copy().align(spectrum.shape)
+        truth = 683 * 5 * (spectrum.values[:, None] * cmfs.values).sum(axis=0)
+        np.testing.assert_allclose(found[row, column], truth, rtol=1e-6)
+
+
+def test_metamers_differ_to_the_camera(tmp_path: Path) -> None:
+    """Spectra that differ by what the observer does not see have one XYZ and two camera RGB."""
+    weights = xyz_from_spectra(np.eye(81), WAVES)
+    wave = np.sin(WAVES / 11.0)
+    black = wave - weights @ np.linalg.lstsq(weights, wave, rcond=None)[0]
+    pair = np.stack([np.full(81, 0.5), 0.5 + 0.3 * black / np.abs(black).max()])[None]
+    picture = read_spectral(save_exr(tmp_path / "a.exr", pair))
+    xyz = spectral_to_xyz(picture).xyz
+    np.testing.assert_allclose(xyz[0, 0], xyz[0, 1], rtol=1e-6)
+    rgb = spectral_to_camera(picture, sensor(tmp_path / "s.csv"), 1e5).rgb
+    assert np.abs(rgb[0, 1] / rgb[0, 0] - 1).max() > 0.02
+
+
+def test_the_camera_s_bands_are_as_wide_as_they_lie_apart(tmp_path: Path) -> None:
+    """Each band counts for half the way to either neighbour, as the observer's do."""
+    waves = np.sort(np.random.default_rng(3).uniform(380, 780, 120))
+    waves[[0, -1]] = 380, 780
+    slope = np.stack([np.ones(120), (waves - 300) / 400])[None]
+    (tmp_path / "s.csv").write_text("wavelength_nm,red,green,blue\n380,1,2,3\n780,3,2,1\n", encoding="utf-8")
+    picture = read_spectral(save_exr(tmp_path / "a.exr", slope, names=[f"S0.{wave:.9f}nm" for wave in waves]))
+    rgb = spectral_to_camera(picture, tmp_path / "s.csv", 1e7).rgb[0]
+    curves = np.stack([np.interp(waves, [380, 780], ends) for ends in ((1, 3), (2, 2), (3, 1))], axis=1)
+    width = np.empty(120)
+    width[1:-1], width[0], width[-1] = (waves[2:] - waves[:-2]) / 2, waves[1] - waves[0], waves[-1] - waves[-2]
+    sums = [(slope[0, index][:, None] * curves * width[:, None]).sum(axis=0) for index in (0, 1)]
+    np.testing.assert_allclose(rgb[1] / rgb[0], sums[1] / sums[0], rtol=1e-5)
+
+
+def test_the_camera_sees_light_on_reflectance(tmp_path: Path) -> None:
+    reflectance = bumps(WAVES, (2, 2))
+    direct = reflectance * colour.SDS_ILLUMINANTS["A"].copy().align(colour.SpectralShape(380, 780, 5)).values / np.pi
+    one = read_spectral(save_exr(tmp_path / "r.exr", reflectance, form="T.{},0nm"))
+    other = read_spectral(save_exr(tmp_path / "s.exr", direct))
+    curves = sensor(tmp_path / "s.csv")
+    np.testing.assert_allclose(
+        spectral_to_camera(one, curves, 1e6, Illumination("A")).rgb,
+        spectral_to_camera(other, curves, 1e6).rgb,
+        rtol=1e-5,
+    )

@@ -15,7 +15,7 @@ from runner.blocks.screening.colour_vision import ColourVisionSpec
 from runner.blocks.screening.vision_test import Screen
 from stimuli.errors import StimulusError
 from stimuli.vision_tests import AXES, COPUNCTAL_XY, SCALES, SIDES, Axis, Plate, ShownRange, Side, copunctal_xy
-from stimuli.vision_tests.confusion_plates import confused, missing_light, packed, uv_from_XYZ
+from stimuli.vision_tests.confusion_plates import GROUND_SHARE, confused, missing_light, packed, uv_from_XYZ
 
 PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
 
@@ -187,3 +187,28 @@ def test_the_screening_takes_the_points_of_the_rigs_observer() -> None:
         models = EyeModels(_model(observer), _model(observer))
         screen = Screen((960, 1080), 0.2768, 700.0, 65.0, (1, 1), models, observer)
         assert spec.make(screen, "a").facts["copunctal_xy"] == {"protan": list(copunctal_xy(observer)["protan"])}
+
+
+def test_a_line_ends_where_its_colours_do() -> None:
+    with pytest.raises(StimulusError, match="no colour lies"):
+        confused("tritan", [10.0, 10.0, 10.0], 5.0)
+    assert not Plate(100, ALIKE).can_show("protan", 0.5)
+
+
+def test_around_the_plate_the_screen_is_black() -> None:
+    plate = Plate(120, ALIKE)
+    corner = plate.draw("up", plate.colour("tritan", 0.02), "s").left[:5, :5]
+    assert np.all(np.round(255 * ONE.code(corner)) == 0)
+
+
+def test_the_light_of_a_plate_is_that_of_its_dots() -> None:
+    """Each disc has the light of its area: drawn by coverage, the sum over the picture is right to a hundredth."""
+    plate = Plate(240, ALIKE)
+    _, radii, _ = plate.dots("up", "s")
+    picture = plate.draw("up", plate.ground_XYZ, "s").left[:, :, 1].astype(np.float64)
+    rng = np.random.default_rng(np.frombuffer(b"s/light", dtype=np.uint8))
+    light = rng.choice(SCALES, len(radii)) * plate.ground_XYZ[1]
+    black = ALIKE.black_XYZ_cd_m2[1]
+    expected = float(np.sum(np.pi * radii**2 * (light - black)))
+    assert float((picture - black).sum()) == pytest.approx(expected, rel=0.01)
+    assert plate.ground_XYZ == pytest.approx(ALIKE.grey(GROUND_SHARE))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from stimuli.vision_tests import SIDES, Side, landolt
@@ -51,3 +51,22 @@ def test_the_picture_is_dark_on_light_and_alike_for_both_eyes() -> None:
     assert image.left.min(axis=(0, 1)) == pytest.approx(ring, rel=1e-5)
     dark = (ground - image.left.astype(np.float64)).sum(axis=(0, 1)) / (ground - ring)
     assert dark == pytest.approx([AREA * 9] * 3, rel=0.005)
+
+
+@pytest.mark.nightly
+@settings(max_examples=10, deadline=None)
+@given(st.floats(1.0, 12.0))
+@example(3.2)  # places of a finer grid lie on the ring's edges
+def test_the_four_are_one_turned(gap_px: float) -> None:
+    up, down, left, right = (ring_coverage(gap_px, side) for side in SIDES)
+    assert np.array_equal(np.flipud(up), down)
+    assert np.array_equal(np.fliplr(left), right)
+    assert np.array_equal(up.T, left)
+
+
+def test_at_the_smallest_size_the_gap_is_a_pixel() -> None:
+    covered = ring_coverage(1.0, "right")
+    middle = len(covered) // 2
+    assert covered[middle, middle + 2] < 0.05
+    for other in ((0, -2), (2, 0), (-2, 0)):
+        assert covered[middle + other[0], middle + other[1]] > 0.95

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from stimuli.errors import StimulusError
@@ -115,3 +117,30 @@ def test_light_lies_between_ground_and_dot_and_the_seed_decides() -> None:
 def test_squares_that_overlap_or_leave_the_field_are_refused(target: float, offset: float) -> None:
     with pytest.raises(StimulusError, match="four squares"):
         DotField(240, target, offset, (1.0, 1.0), 100)
+
+
+@pytest.mark.nightly
+@settings(max_examples=8, deadline=None)
+@given(st.floats(-6, 6), st.sampled_from(SIDES), st.integers(0, 10**6))
+def test_any_parallax_is_kept(parallax_px: float, side: Side, seed: int) -> None:
+    left, right = views(FIELD, side, parallax_px, str(seed))
+    assert measured_px(left, right, FIELD.middle_px(side), 20, parallax_px) == pytest.approx(parallax_px, abs=0.02)
+
+
+@pytest.mark.nightly
+def test_one_eye_alone_sees_the_same_dots_everywhere() -> None:
+    """Mean and spread of one view, at the square, at its edges and elsewhere, over many stereograms."""
+    squares, elsewhere, edges = [], [], []
+    half, parallax_px = 32, 8.0
+    for seed in range(60):
+        _, right = views(FIELD, "up", parallax_px, str(seed))
+        columns = 120 + np.arange(-half, half)
+        squares.append(right[np.ix_(48 + np.arange(-half, half), columns + 4)].mean())
+        elsewhere.append(right[np.ix_(192 + np.arange(-half, half), columns + 4)].mean())
+        # Where the field comes to sight beside the square, and where it is hidden.
+        edges.append(right[16:80, 120 - half - 4 : 120 - half + 4].mean())
+        edges.append(right[16:80, 120 + half : 120 + half + 8].mean())
+    mean = float(np.mean(elsewhere))
+    assert np.mean(squares) == pytest.approx(mean, abs=4 * np.std(squares) / np.sqrt(60))
+    assert np.mean(edges) == pytest.approx(mean, abs=4 * np.std(edges) / np.sqrt(120))
+    assert np.std(squares) == pytest.approx(np.std(elsewhere), rel=0.5)
