@@ -20,8 +20,11 @@ from typing import Any
 
 import pytest
 
-from analysis.records import Trial, check_log, read_session, session_files
+from analysis.records import FILE_NAME, Trial, check_log, read_session, session_files
+from documents import InputError
+from runner.session import Session
 from runner.session.folders import Recorder
+from tests.runner.every_kind import HEADER, VARIANTS, Fickle, Stage, blocks_of
 
 Study = Any  # tests/conftest.py
 
@@ -32,6 +35,59 @@ BY_PATH = (
 BY_DESCRIPTOR = ("write", "fsync", "fstat", "lseek", "ftruncate")
 FAULTS = (errno.EIO, errno.ENOSPC, errno.EACCES)
 SOME = 7  # of the calls, spread over the session
+
+
+def each_fails_in_kind(folder: Path, state: Path, kind: str, variant: int, some: int | None) -> None:
+    """A call fails: what was acknowledged is in the log, or in one that was saved; and the session can be resumed."""
+    calls = Calls((folder / "whole", state))
+    _, stopped = sit_in_kind(folder / "whole", kind, variant, calls)
+    assert stopped is None
+    total = len(calls.made)
+    assert total > 10
+    step = 1 if some is None else max(1, total // some)
+    for number in range(variant % step, total, step):
+        own, fault = folder / str(number), FAULTS[number % len(FAULTS)]
+        shutil.rmtree(state, ignore_errors=True)
+        failing = Calls((own, state), number, fault)
+        kept, stopped = sit_in_kind(own, kind, variant, failing)
+        place = failing.made[number]
+        log = own / FILE_NAME
+        saved = [log, *state.rglob(FILE_NAME)]
+        files = [file for file in saved if file.exists()]
+        if kept:
+            assert any(set(known(kept)) <= set(known(read_session(file).trials)) for file in files), (place, stopped)
+        if stopped is None:
+            assert read_session(log).complete, place
+            continue
+        if not log.exists():
+            assert not kept, place  # a session that could not be created begins in another folder
+            continue
+        assert check_log(log).findings == (), place
+        if read_session(log).complete:  # what failed came after its last line
+            continue
+        _, again = sit_in_kind(own, kind, variant, Calls(()))
+        assert again is None, (place, again)
+        assert read_session(log).complete, place
+
+
+def sit_in_kind(folder: Path, kind: str, variant: int, calls: Calls) -> tuple[list[Trial], Exception | None]:
+    """Begin a session of one block, or resume it, and return what was acknowledged, and why it stopped."""
+    kept: list[Trial] = []
+    try:
+        with counted(calls):
+            known_before: dict[str, Any] = {}
+            if (folder / FILE_NAME).exists():
+                recorder, log = Recorder.reopen(folder)
+                known_before = {"logged": log.first_attempts, "pending": log.pending, "batches": log.pooled}
+            else:
+                recorder = Recorder.create(folder, HEADER)
+            block = blocks_of(kind, variant)
+            session = Session(block, Stage(), Fickle(1), recorder, on_trial=kept.append, **known_before)
+            with recorder:
+                session.run()
+    except (OSError, InputError) as error:
+        return kept, error
+    return kept, None
 
 
 class Calls:
@@ -197,3 +253,17 @@ def each_fails(study: Study, state: Path, some: int | None, fault: int) -> None:
 @pytest.mark.parametrize("fault", [FAULTS[0], *(pytest.param(one, marks=pytest.mark.nightly) for one in FAULTS[1:])])
 def test_calls_fail_once(study: Study, state: Path, fault: int, some: int | None) -> None:
     each_fails(study, state, some, fault)
+
+
+@pytest.mark.nightly
+@pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="descriptors are named by /proc")
+@pytest.mark.parametrize(("kind", "variant"), [(kind, variant) for kind, variant in VARIANTS if variant == 0])
+def test_some_calls_fail_once_in_every_kind(kind: str, variant: int, tmp_path: Path, state: Path) -> None:
+    each_fails_in_kind(tmp_path, state, kind, variant, 6)
+
+
+@pytest.mark.stress
+@pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="descriptors are named by /proc")
+@pytest.mark.parametrize(("kind", "variant"), VARIANTS)
+def test_every_call_fails_once_in_every_kind(kind: str, variant: int, tmp_path: Path, state: Path) -> None:
+    each_fails_in_kind(tmp_path, state, kind, variant, None)

@@ -1,0 +1,193 @@
+"""In each kind of block and each phase, each file that a session owns vanishes, shrinks or is replaced once."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from analysis.records import FILE_NAME, Trial, check_log, copy_in_mirror, read_session, session_files
+from documents.files import LogDisturbedError, Mirror
+from documents.files import mirror as mirror_module
+from runner.session import Session
+from runner.session.folders import Recorder
+from tests.runner.every_kind import HEADER, VARIANTS, Fickle, Stage, blocks_of
+from tests.runner.harms import TO_FILE, Harm
+
+pytestmark = pytest.mark.nightly
+
+Study = Any  # tests/conftest.py
+
+HARMS: dict[str, Harm] = {"vanishes": Path.unlink, "shrinks": TO_FILE["cut off"], "is replaced": TO_FILE["replaced"]}
+FILES = (FILE_NAME, ".lock", ".lock.owner")
+FIRSTS = [
+    (kind, variant) if variant == 0 else pytest.param(kind, variant, marks=pytest.mark.stress)
+    for kind, variant in VARIANTS
+]
+
+
+def sit(folder: Path, kind: str, variant: int, harmed_after: int, file: str, harm: str) -> tuple[list[Trial], bool]:
+    """Run a session, or resume it, and return what was kept, and whether it was stopped by what was done to a file."""
+    kept: list[Trial] = []
+    known: dict[str, Any] = {}
+    if (folder / FILE_NAME).exists():
+        recorder, log = Recorder.reopen(folder)
+        known = {"logged": log.first_attempts, "pending": log.pending, "batches": log.pooled}
+    else:
+        recorder = Recorder.create(folder, HEADER)
+
+    def on_trial(trial: Trial) -> None:
+        kept.append(trial)
+        if len(kept) == harmed_after:
+            HARMS[harm](folder / file)
+
+    session = Session(blocks_of(kind, variant), Stage(), Fickle(1), recorder, on_trial=on_trial, **known)
+    try:
+        with recorder:
+            session.run()
+    except LogDisturbedError as error:
+        return kept, error.saved == folder / FILE_NAME
+    return kept, False
+
+
+@pytest.mark.parametrize(("kind", "variant"), FIRSTS)
+def test_nothing_that_was_kept_is_lost(kind: str, variant: int, tmp_path: Path) -> None:
+    whole, stopped = sit(tmp_path / "whole", kind, variant, 0, FILE_NAME, "vanishes")
+    assert not stopped
+    for phase in sorted({1, (len(whole) + 1) // 2, len(whole)}):
+        for number, file in enumerate(FILES):
+            for harm in HARMS:
+                folder = tmp_path / f"{phase}_{number}_{harm}"
+                kept, stopped = sit(folder, kind, variant, phase, file, harm)
+                if file == FILE_NAME or (file == ".lock.owner" and harm != "is replaced"):
+                    assert stopped, (phase, file, harm)
+                assert len(kept) <= phase + 1 or not stopped  # it stops before another answer is asked for
+                log = read_session(folder / FILE_NAME)
+                assert check_log(log.file).findings == (), (phase, file, harm)
+                given = [(trial.place, trial.attempt, trial.utc) for trial in kept]
+                assert [(trial.place, trial.attempt, trial.utc) for trial in log.trials][: len(given)] == given
+                if not log.complete:
+                    sit(folder, kind, variant, 0, file, harm)
+                assert read_session(folder / FILE_NAME).complete
+
+
+def mirrored(folder: Path, kind: str, variant: int, harmed_after: int, harm: Harm | None) -> tuple[Path, str | None]:
+    """Run a session whose log is copied; return the copy, to which something was done, and what was said of it."""
+    recorder = Recorder.create(folder / "e" / "sub-01" / "ses-1", HEADER)
+    copies = folder / "copies"
+    copies.mkdir()
+    copy = copy_in_mirror(recorder.folder / FILE_NAME, copies)
+    mirror = Mirror(recorder.log, copy, copies)
+    kept: list[Trial] = []
+
+    def on_trial(trial: Trial) -> None:
+        kept.append(trial)
+        if len(kept) == harmed_after and harm is not None:
+            end = time.monotonic() + 60
+            while not (copy.exists() and copy.stat().st_size == recorder.log.size) and time.monotonic() < end:
+                time.sleep(0.001)
+            harm(copy)
+
+    with recorder:
+        recorder.follow_with(mirror)
+        Session(blocks_of(kind, variant), Stage(), Fickle(1), recorder, on_trial=on_trial).run()
+    return copy, mirror.close(60)
+
+
+@pytest.mark.parametrize(("kind", "variant"), FIRSTS)
+def test_the_copy_is_whole_at_the_end_or_it_is_said(
+    kind: str, variant: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(mirror_module, "_AGAIN_S", 0.05)
+    copy, said = mirrored(tmp_path / "whole", kind, variant, 0, None)
+    trials = len(read_session(copy).trials)
+    for phase in sorted({1, (trials + 1) // 2, trials}):
+        for harm, done in {**HARMS, "is edited": TO_FILE["edited"], "is added to": TO_FILE["added to"]}.items():
+            copy, said = mirrored(tmp_path / f"{phase} {harm}", kind, variant, phase, done)
+            (log,) = session_files(tmp_path / f"{phase} {harm}" / "e")
+            assert read_session(log).complete
+            if harm in HARMS:
+                assert (said, copy.read_bytes()) == (None, log.read_bytes()), (phase, harm)
+            else:  # what another program wrote there is left as it is
+                assert said is not None
+                assert str(copy) in said
+                assert "another line" in said
+
+
+def _listed(place: Path) -> Path:
+    return place / "configuration.json"
+
+
+def _rig(place: Path) -> Path:
+    return place / "rig.yaml"
+
+
+# Of the copies of the files that a session was made with, in their folder.
+TO_CONFIGURATION: dict[str, Harm] = {
+    "the list vanishes": lambda place: _listed(place).unlink(),
+    "the list shrinks": lambda place: TO_FILE["cut off"](_listed(place)),
+    "the list is replaced": lambda place: TO_FILE["replaced"](_listed(place)),
+    "a file vanishes": lambda place: _rig(place).unlink(),
+    "a file shrinks": lambda place: TO_FILE["cut off"](_rig(place)),
+    "a file is replaced": lambda place: TO_FILE["replaced"](_rig(place)),
+    "a file is edited": lambda place: TO_FILE["edited"](_rig(place)),
+    "the folder vanishes": shutil.rmtree,
+}
+
+
+@pytest.mark.parametrize("phase", [*(pytest.param(n, marks=pytest.mark.stress) for n in (1, 4)), 7, "between"])
+def test_what_a_session_was_made_with_is_whole_at_its_end(study: Study, phase: int | str) -> None:
+    """Whatever was done to it while the session ran, or before the next one of the experiment."""
+    for harm, done in TO_CONFIGURATION.items():
+        shutil.rmtree(study.results, ignore_errors=True)
+        told = _run_harmed(study, phase, done)
+        assert told.returncode == 0, told.stderr
+        (place,) = (study.results / "small" / "configuration").iterdir()
+        listed = json.loads(_listed(place).read_text(encoding="utf-8"))
+        for name, digest in listed["files"].items():
+            assert hashlib.sha256((place / name).read_bytes()).hexdigest() == digest, (harm, name)
+        said = phase != "between" and "replaced" not in harm
+        assert ("removed or changed" in told.stderr) is said, (harm, told.stderr)
+        assert not said or str(place) in told.stderr
+
+
+def test_where_it_cannot_be_written_again_the_session_says_so(study: Study) -> None:
+    def harm(place: Path) -> None:
+        shutil.rmtree(place.parent)
+        place.parent.write_text("a file where the folder should be")
+
+    for phase in (1, 7):
+        shutil.rmtree(study.results, ignore_errors=True)
+        told = _run_harmed(study, phase, harm)
+        assert told.returncode == 1
+        assert "the session's configuration cannot be written" in told.stderr
+        assert "Every answer is saved" in told.stderr
+        (log,) = session_files(study.results)
+        assert read_session(log).complete
+        assert str(log) in told.stderr
+
+
+def _run_harmed(study: Study, phase: int | str, harm: Harm) -> Any:
+    """Run a session, and ``harm`` the folder of its configuration after an answer, or ``between`` it and another."""
+    kept: list[Trial] = []
+    append = Recorder.append
+
+    def then_harm(self: Recorder, trial: Trial) -> None:
+        append(self, trial)
+        kept.append(trial)
+        if len(kept) == phase:
+            harm(next((study.results / "small" / "configuration").iterdir()))
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Recorder, "append", then_harm)
+        words = ("run", study.experiment, "--results", study.results, "--simulate", study.observers, "--observer")
+        told = study.cyclopean(*words, "01", expect=None)
+        if phase == "between":
+            harm(next((study.results / "small" / "configuration").iterdir()))
+            told = study.cyclopean(*words, "02", expect=None)
+    return told
