@@ -18,6 +18,7 @@ from stimuli.develop import read_camera_image
 from stimuli.errors import StimulusError
 from stimuli.pictures import StereoImage, read_exr, read_exr_counted, resample_picture, write_exr
 from stimuli.recipes import read_recipe
+from stimuli.recipes.photographs import PhotographsRecipe
 from stimuli.recipes.picture_steps import _within
 from stimuli.recipes.values import DevelopSpec
 from tests.runner.cli.stimuli.test_wrong_input import exr
