@@ -69,6 +69,7 @@ check: env
 	$(BIN)/mypy
 	$(BIN)/mypy --namespace-packages --explicit-package-bases tests
 	$(BIN)/lint-imports
+	$(BIN)/python tools/count_rooms.py --check
 	$(BIN)/python tools/api_page.py --check
 
 api: env

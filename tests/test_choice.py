@@ -64,6 +64,7 @@ def test_a_file_is_slow_by_the_sum_of_its_tests_and_the_cheapest_of_a_folder_onl
     assert slow(f"{seconds}\t{name}\n" for name, seconds in costs.items()) == dear
 
 
+@pytest.mark.nightly
 def test_pytest_takes_the_option() -> None:
     words = ["--fast", "-m", USUAL, "--collect-only", "-q", "tests/benchmarks"]
     done = subprocess.run(

@@ -93,6 +93,7 @@ def test_they_are_reported_by_what_was_rated_and_never_pooled(study: Study) -> N
     assert "observers, 12 ratings." in page
 
 
+@pytest.mark.nightly
 def test_logs_say_where_scales_end(study: Study) -> None:
     record(study, RATING, PAIRS)
     logs = list(study.results.rglob("session.jsonl"))

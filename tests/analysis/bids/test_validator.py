@@ -132,6 +132,7 @@ def _kinds(lab: Lab, text: str) -> list[Any]:
     return [lab.trial(kind, fields, block=n) for n, (kind, fields) in enumerate(data.items())]
 
 
+@pytest.mark.nightly
 def test_every_kind_of_trial_with_hostile_words_passes(lab: Lab, bids_issues: Issues) -> None:
     for number, text in enumerate(HOSTILE):
         records = [

@@ -49,6 +49,7 @@ def test_the_picture_is_sound_and_names_every_row(grid: Factors, draw: Drawer) -
     assert effects_svg(found) == svg
 
 
+@pytest.mark.nightly
 def test_one_interval_is_drawn_and_it_is_the_one_of_the_verdict(grid: Factors, draw: Drawer) -> None:
     found, few = (factor_effects(draw(dict.fromkeys(grid, 0.0), observers), grid) for observers in (12, 4))
     assert (found.by_observers, few.by_observers) == (True, False)

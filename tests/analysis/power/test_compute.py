@@ -154,6 +154,7 @@ def test_a_killed_caller_leaves_nothing(program: Program) -> None:
     program.ended()
 
 
+@pytest.mark.nightly
 @posix
 def test_the_work_of_a_killed_process_is_given_to_another(tmp_path: Path) -> None:
     before = set(active_children())

@@ -39,6 +39,7 @@ def fontless(monkeypatch: pytest.MonkeyPatch) -> None:
     )
 
 
+@pytest.mark.nightly
 def test_every_figure_of_the_page_is_a_file_of_both_kinds(written: Path) -> None:
     assert sorted(file.name for file in (written / "figures").iterdir()) == [
         "classes.pdf",

@@ -216,6 +216,7 @@ def test_common_names_are_the_other_factors_that_recur(
     assert names == ({} if expected is None else dict(zip(factors, expected, strict=True)))
 
 
+@pytest.mark.nightly
 def test_groups_are_analysed_in_other_ways_or_the_page_says_why_not() -> None:
     report = report_of(reviewed=True)
     assert set(report.group_reviews) == {"all groups together", *SCENES}

@@ -36,6 +36,7 @@ def methods_of(report: Report) -> tuple[str, tuple[str, ...]]:
     return text, works
 
 
+@pytest.mark.nightly
 def test_every_number_in_brackets_is_a_work_and_every_work_is_cited(
     described: Report, preferring: Sessions, choosing: Sessions, rating: Sessions
 ) -> None:

@@ -55,6 +55,7 @@ def test_the_scatter_of_many_choices_comes_back(make_choices: Maker) -> None:
     assert found.fit_by_observers.df == 3
 
 
+@pytest.mark.nightly
 def test_the_likelihood_is_that_of_its_integral() -> None:
     cuts = np.array([-np.inf, -0.5, 0.2, 0.9, np.inf])
     index = np.array([0, 1, 2, 2, 3, 1])

@@ -79,6 +79,7 @@ def test_the_summary_is_json_that_says_what_was_done(summary: SeriesSummary) -> 
     assert summary.sentence.startswith("15 observers, 225 choices")
 
 
+@pytest.mark.nightly
 def test_the_order_of_sessions_and_trials_and_observers_names_change_no_digit(make_choices: Maker) -> None:
     fifteen = [make_choices(f"{number:02d}", paints=("GM1", "HI"), kinds=("base", "grey")) for number in range(4)]
     plain = summarise_series(fifteen).to_json()

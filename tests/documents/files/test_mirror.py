@@ -174,6 +174,7 @@ def test_a_copy_changed_while_it_is_written_is_noticed_and_left_as_it_is(lab: La
     assert lab.copy.read_bytes() == other
 
 
+@pytest.mark.nightly
 def test_a_slow_copy_is_never_waited_for(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
     go_on = threading.Event()
 

@@ -206,6 +206,7 @@ def test_wrong_words_end_in_one_message(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.nightly
 def test_pictures_that_were_changed_since_are_refused(
     study: Study, cyclopean: Cyclopean, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

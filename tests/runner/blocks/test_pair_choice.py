@@ -146,6 +146,7 @@ def _error(wins: Floats, theta: Floats) -> float:
     return float(((found - found.mean() - theta) ** 2).mean())
 
 
+@pytest.mark.nightly
 def test_chosen_pairs_beat_random_ones() -> None:
     """30 items far apart, 400 trials: the squared error is below 85 % of that of random pairs, over 10 sets of items.
 

@@ -102,6 +102,7 @@ def test_dither_and_more_bits_cost_less_than_rounding() -> None:
     assert 0.2 * rounded["left"].mean < ten["left"].mean < 0.3 * rounded["left"].mean
 
 
+@pytest.mark.nightly
 def test_what_a_fit_wrote_on_its_held_out_readings_is_the_residual(tmp_path: Path) -> None:
     codes = table_c1_codes()
     noisy = thesis_display().xyz(codes) * np.random.default_rng(1).normal(1.0, 0.01, (len(codes), 1))

@@ -113,6 +113,7 @@ def test_printed_pages_keep_headings_with_what_follows_and_tables_whole(tmp_path
     assert all(any(line.startswith("Observer Flags") for line in lines) for lines in reached)
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("undrawn")
 def test_pictures_are_taken_for_what_they_are_worth_and_observers_left_out_by_name(
     results: Path, monkeypatch: pytest.MonkeyPatch

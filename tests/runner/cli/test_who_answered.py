@@ -60,6 +60,7 @@ def test_one_who_is_left_out_anyway_may_be_named(folder: Folder) -> None:
     assert _reported(folder(PEOPLE, SIMULATED), "--without", "91")["observers"] == list(PEOPLE)
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("undrawn")
 def test_asked_for_they_count_and_a_shared_code_stays_two_observers(folder: Folder) -> None:
     results = folder(PEOPLE, SIMULATED)

@@ -103,6 +103,7 @@ def test_a_measurement_is_resumed_with_its_own_table_alone(folder: Path, load_ta
     assert not read_session(folder / "m.jsonl").missing
 
 
+@pytest.mark.nightly
 def test_a_change_stops_the_measurement_without_the_reading_that_it_spoilt(folder: Path, load_table: Load) -> None:
     def change(progress: Any) -> None:
         if progress.done == 5:

@@ -179,6 +179,7 @@ def test_on_a_nominal_display_another_table_is_noted_and_refuses_nothing(
     assert [line for line in said if "another gamma table" in line]
 
 
+@pytest.mark.nightly
 def test_a_rig_sets_the_identity_for_its_sessions(study: Study, load_table: Load) -> None:
     measured_with(study, 1.0)
     study.edit("rig.yaml", "distance_mm: 700\n", "distance_mm: 700\ngamma_table: identity\n")

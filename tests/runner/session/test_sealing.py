@@ -85,6 +85,7 @@ def test_each_change_is_named(results: Path, change: Callable[[Path], None], wor
     assert words in finding.message
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("undrawn")
 def test_a_report_in_the_folder_is_no_change(results: Path) -> None:
     seal = seal_results(results)

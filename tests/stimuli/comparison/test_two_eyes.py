@@ -12,6 +12,7 @@ from stimuli.pictures import read_exr
 from tests.stimuli.comparison.scenes import PLATE, RIG, ROOT, Cyclopean, compared, few, said, written
 
 
+@pytest.mark.nightly
 def test_depth_is_compared(tmp_path: Path, cyclopean: Cyclopean) -> None:
     photo = written(tmp_path / "a.exr", few(), few(1.0))
     same, deeper = (written(tmp_path / f"{name}.exr", few(0.3), few(0.3 + d)) for name, d in (("b", 1.0), ("c", 3.0)))

@@ -74,6 +74,7 @@ def test_who_sees_well_continues_and_who_does_not_is_screened_out(study: Study) 
     assert screened([good, bad]) == (good,)
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("undrawn")
 def test_who_failed_is_named_at_the_end_of_run_and_in_the_report_with_what_becomes_of_the_answers(study: Study) -> None:
     screen(study, "on_fail: stop", "on_fail: continue")

@@ -170,6 +170,7 @@ def test_json_holds_the_held_out_figures_and_the_display_file_how_far_light_is_o
     )
 
 
+@pytest.mark.nightly
 def test_a_calibrated_display_whose_calibration_ends_low_is_fitted_with_its_table(tmp_path: Path) -> None:
     """Readings through dispread -k: the codes stay as sent, and the calibration becomes the mode's gamma table."""
     calibration = GammaTable.from_shares(np.linspace(0.0, 1.0, 256)[:, None] * [0.97, 0.746, 0.68])

@@ -31,6 +31,7 @@ def run(*words: object) -> Result:
     return CliRunner().invoke(group, ["stimuli", "contrast", *map(str, words)])
 
 
+@pytest.mark.nightly
 def test_the_stereo_pictures_that_were_not_scaled_are_measured(recipe: Path, tmp_path: Path) -> None:
     figure = tmp_path / "contrast.svg"
     rig = ROOT / "configs/rigs/asus_vg248qe_3dvision.yaml"
