@@ -366,10 +366,10 @@ def _regions(folder: Path) -> dict[str, Any]:
 
 @pytest.hookimpl(optionalhook=True)  # pages are tested without pytest-xdist
 def pytest_xdist_auto_num_workers() -> int:
-    """One more than the cores: windows and instruments wait more than they work. With nine, some 5 GB of memory."""
+    """As many as the cores: each collects all tests for itself. With eight, some 5 GB of memory."""
     from documents.platform import cores
 
-    return min(cores() + 1, 9)
+    return min(cores(), 8)
 
 
 # What the snippets of a page take for granted, by the page's name.
