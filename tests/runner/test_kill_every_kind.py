@@ -42,7 +42,7 @@ def test_killed_again_and_again(kind: str, variant: int, tmp_path: Path, kill: K
     _is_whole(log.first_attempts, log.answers)
     # Read again from its log alone, the session asks nothing more.
     blocks, stage = EVERY.blocks_of(kind, variant), EVERY.Stage()
-    Session(blocks, stage, stage, stage, logged=log.first_attempts, batches=log.pooled).run()  # type: ignore[arg-type]
+    Session(blocks, stage, stage, stage, logged=log.first_attempts, batches=log.pooled).run()  # type: ignore[arg-type]  # one stage stands for all
     assert (stage.shown, stage.trials, stage.pooled, len(stage.ends)) == ([], [], [], 1)
 
 

@@ -294,7 +294,7 @@ def test_bounds_of_the_likelihood_ratios_change_no_verdict(
     spread = random.uniform(0.5, 3, (20, items * (items - 1) // 2))
     exact = np.abs(signed_roots(Jeffreys(counts), top) / np.sqrt(spread))
     for border in np.quantile(exact, np.linspace(0.1, 0.95, 5)):
-        found = verdicts(counts, top, spread, lambda t, _, border=border: t >= border)  # type: ignore[misc]
+        found = verdicts(counts, top, spread, lambda t, _, border=border: t >= border)  # type: ignore[misc]  # of a lambda in a loop
         clear = np.abs(exact - border) > 1e-4
         assert clear.mean() > 0.9
         assert (found == (exact >= border))[clear].all()
