@@ -36,11 +36,11 @@ def influences(by_observer: Floats, weights: Floats, theta: Floats) -> Floats:
     information = counts * p * p.transpose(0, 2, 1)
     expected = np.matmul(totals.transpose(1, 0, 2), np.ascontiguousarray(p.transpose(1, 2, 0)))  # (n, S, B)
     slope = by_observer.sum(axis=2).T[:, :, None] - expected
+    # After a penalised fit the slopes do not quite sum to zero: only their spread is the observers'.
+    drawn = weights.T
+    slope = slope - ((slope * drawn).sum(axis=1) / drawn.sum(axis=0))[:, None, :]
     slope = laplacian.without_rounding(slope, totals.sum(axis=2).T[:, :, None])
-    pulled = laplacian.solve(information, slope.transpose(2, 0, 1)).transpose(0, 2, 1)
-    drawn = weights[:, :, None]
-    # After a penalised fit the pulls do not quite sum to zero: only their spread is the observers'.
-    return np.asarray(pulled - (drawn * pulled).sum(axis=1, keepdims=True) / drawn.sum(axis=1, keepdims=True))
+    return laplacian.solve(information, slope.transpose(2, 0, 1)).transpose(0, 2, 1)
 
 
 def standard_errors(pulled: Floats, weights: Floats) -> Floats:

@@ -189,8 +189,8 @@ def _clustered(plan: Plan, won: Floats, p: Floats, inverse: Floats, kind: Cluste
     incidence = np.zeros((len(first), n))
     incidence[np.arange(len(first)), first] = 1
     incidence[np.arange(len(first)), second] = -1
-    slope = without_rounding(pull @ incidence, times.astype(np.float64) @ np.abs(incidence))
-    slope = slope - slope.mean(axis=1, keepdims=True)
+    slope = pull @ incidence
+    slope = without_rounding(slope - slope.mean(axis=1, keepdims=True), times.astype(np.float64) @ np.abs(incidence))
     pulled = slope @ inverse * np.sqrt(people / (people - 1))
     return shrink(inverse, pulled, kind, freedom=people - 1, at_least_model=kind == "scaled")
 

@@ -124,11 +124,12 @@ def contributions(counts: Counts, answers: Answers, law: Law, point: Point, join
     if people < 2:
         what = "a covariance clustered by observer needs the answers of at least two observers"
         raise ResultsError(Finding(what, remedy="name observers in the table, or ask for --covariance model"))
-    gradients = _gradients(counts, answers, law, slopes, observer, people)
+    gradients, given = _gradients(counts, answers, law, slopes, observer, people)
     same = _same_design(counts, answers, slopes, observer, people)
     shares = np.full(people, 1 / people) if same else _shares(counts, answers, slopes, joint, observer, people)
-    # After a penalised fit the gradients do not sum to zero: each has its share of what the penalty takes.
-    gradients = gradients - shares[:, None] * gradients.sum(axis=0)
+    # After a penalised fit the gradients do not sum to zero: each has its share of what the penalty takes. Of observers
+    # who answered alike only rounding is then left.
+    gradients = without_rounding(gradients - shares[:, None] * gradients.sum(axis=0), given)
     root = leverages = None
     if len(joint) <= MOST_EXACT:
         values, vectors = np.linalg.eigh(joint)
@@ -153,7 +154,7 @@ def observer_slopes(counts: Counts, answers: Answers, law: Law, point: Point) ->
     """Return the gradient of each observer's log likelihood, shape (S, n + f); observers without answers left out."""
     slopes = _slopes_of_answers(counts, law, point)
     who, observer = np.unique(answers.observer, return_inverse=True)
-    return _gradients(counts, answers, law, slopes, observer, len(who))
+    return without_rounding(*_gradients(counts, answers, law, slopes, observer, len(who)))
 
 
 def _slopes_of_answers(counts: Counts, law: Law, point: Point) -> Slopes:
@@ -166,22 +167,22 @@ def _slopes_of_answers(counts: Counts, law: Law, point: Point) -> Slopes:
 
 def _gradients(
     counts: Counts, answers: Answers, law: Law, slopes: Slopes, observer: NDArray[np.intp], people: int
-) -> Floats:
+) -> tuple[Floats, Floats]:
+    """Return the gradient of each observer's log likelihood, and how many answers each number sums; (S, n + f)."""
     flow = slopes.d[answers.outcome, answers.pair] * answers.count
     n = counts.n
     of_first = observer * n + counts.first[answers.pair]
     of_second = observer * n + counts.second[answers.pair]
     slope = np.bincount(of_first, flow, people * n) - np.bincount(of_second, flow, people * n)
     given = np.bincount(of_first, answers.count, people * n) + np.bincount(of_second, answers.count, people * n)
-    columns: list[Floats] = [
-        without_rounding(np.asarray(slope, np.float64), np.asarray(given, np.float64)).reshape(people, n)
-    ]
+    columns: list[Floats] = [np.asarray(slope, np.float64).reshape(people, n)]
     if law.parameter:
         by_parameter = np.bincount(observer, slopes.k[answers.outcome, answers.pair] * answers.count, people)
         columns.append(np.asarray(by_parameter[:, None], np.float64))
     if counts.ordered:
         columns.append(np.asarray(np.bincount(observer, flow, people)[:, None], np.float64))
-    return np.hstack(columns)
+    own = np.broadcast_to(np.bincount(observer, answers.count, people)[:, None], (people, len(columns) - 1))
+    return np.hstack(columns), np.hstack([given.reshape(people, n), own])
 
 
 def _shares(

@@ -53,3 +53,10 @@ def test_observers_who_all_saw_other_pairs(study: Study) -> None:
     # Two answers for each pair, all items equal: H is 1.5 times the identity on what sums to zero, and the slope ±1/2.
     assert pulled[0, 0] == pytest.approx([1 / 3, -1 / 3, 0])
     assert pulled[0, 3] == pytest.approx([0, -1 / 3, 1 / 3])
+
+
+def test_observers_who_all_answer_alike_pull_nowhere() -> None:
+    """After a penalised fit each alone has a slope; what is left of them about their mean is rounding, and is 0."""
+    own = np.triu(np.ones((5, 5)), 1)
+    theta = fit(13 * own, method="firth").theta
+    assert not influences(np.tile(own, (13, 1, 1)), np.ones((1, 13)), theta[None]).any()

@@ -18,7 +18,7 @@ from analysis.comparisons import Answer, from_answers
 from analysis.errors import ResultsError
 from analysis.power import Plan, differing_pairs
 from analysis.power import studies as width_module
-from analysis.power.studies import Studies, draw, run, widths
+from analysis.power.studies import Studies, analyse, draw, run, widths
 from analysis.report import estimate_scores
 from analysis.report.estimate import Estimate
 from analysis.scaling import fit, probabilities
@@ -85,6 +85,16 @@ def test_every_study_is_fitted_and_tested_as_the_report_does(
         ends = np.empty((5, 2))
         ends[list(report.scores.order)] = report.log10_interval
         np.testing.assert_allclose(width[study], ends[:, 1] - ends[:, 0], rtol=1e-7)
+
+
+def test_freedom_of_a_study_in_which_all_answer_alike_is_the_reports(plan_of: MakePlan) -> None:
+    plan = plan_of(*STRENGTHS, covariance="scaled", interval="wald")
+    studies = analyse(plan, 13, np.ones((1, 13, len(plan.differs))))
+    freedom = report_on(studies, 0, "none").scores.fit.pair_freedom
+    assert freedom is not None
+    assert studies.freedom is not None
+    assert studies.freedom[0, :10] == pytest.approx(freedom)
+    assert freedom == pytest.approx(np.full(10, 48.0))
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.scaling import fit_model
+from analysis.scaling import fit_model, score
 from analysis.scaling import sandwich as sandwich_module
 from analysis.scaling.laws import Logistic
 from analysis.scaling.shrinkage import CLUSTERED, Clustered, Spread, shrink
@@ -156,6 +157,17 @@ def test_observers_who_all_answer_alike_leave_a_finite_covariance() -> None:
     assert np.isfinite(fitted.covariance).all()
     assert fitted.clustered is not None
     assert fitted.clustered.to_json()["overdispersion"] == 0
+
+
+@pytest.mark.parametrize("observers", [3, 5, 13, 30])
+def test_freedom_of_observers_who_all_answer_alike_is_no_rounding(observers: int) -> None:
+    """Nothing varies, so all contrasts alike. After Firth's fit rounding was left, and 14 degrees of freedom of 48."""
+    ranking = [Answer(a, b, 1, str(who)) for a, b in combinations("ABCDE", 2) for who in range(observers)]
+    for kind in CLUSTERED:
+        clustered = score(from_answers(ranking), method="firth", covariance=kind).fit.clustered
+        assert clustered is not None
+        assert (clustered.contributions.pulled == 0).all()
+        assert clustered.pair_freedom == pytest.approx(np.full(10, (4 if kind == "scaled" else 1) * (observers - 1.0)))
 
 
 def test_a_covariance_by_observer_needs_two_and_a_known_name(draw: Drawer) -> None:
