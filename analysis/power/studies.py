@@ -20,8 +20,8 @@ from analysis.scaling.newton import maximise
 from analysis.scaling.penalty import FIRTH
 from analysis.scaling.profile import (
     MOST_ITEMS_PROFILED,
-    MOST_OBSERVERS_EXCHANGED,
     exchange_p,
+    exchangeable_wins,
     scaled,
     signed_roots,
 )
@@ -115,13 +115,10 @@ class Studies:
     @property
     def _wins(self) -> Floats | None:
         """Shape (B, S, n): how often each item won with each observer; None as in `analysis.scaling.profile`."""
-        times, n = self.plan.design(self.observers), len(self.plan.items)
-        alike = bool((times == times[0, 0]).all())
-        if self.freedom is None or not alike or n > MOST_ITEMS_PROFILED or self.observers > MOST_OBSERVERS_EXCHANGED:
+        n = len(self.plan.items)
+        if self.freedom is None or n > MOST_ITEMS_PROFILED:
             return None
-        first, second = self.plan.pairs
-        side = np.eye(n)
-        return np.asarray(self.won @ side[first] + (times[0, 0] - self.won) @ side[second])
+        return exchangeable_wins(n, *self.plan.pairs, self.won, self.plan.design(self.observers) - self.won)
 
 
 def run(plan: Plan, observers: int, replicates: int, random: np.random.Generator) -> Studies:

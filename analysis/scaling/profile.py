@@ -403,20 +403,33 @@ def _shortened(likelihood: Jeffreys, x: Floats, step: Floats, longest: Floats) -
 
 
 def wins_by_observer(counts: Counts, answers: Answers) -> Floats | None:
-    """Return how often each item won with each observer, shape (S, n), where exchanging two items is an exact test.
-
-    None where observers did not all answer every pair as often, there are more than 100, or counts are not whole.
-    """
+    """Return `exchangeable_wins` of each observer's answers; None with an order effect too."""
     who, observer = np.unique(answers.observer, return_inverse=True)
-    people, n, pairs = len(who), counts.n, len(counts.first)
-    if not 1 < people <= MOST_OBSERVERS_EXCHANGED or counts.ordered or pairs != n * (n - 1) // 2:
+    shape = people, pairs = len(who), len(counts.first)
+    if counts.ordered or people > MOST_OBSERVERS_EXCHANGED:
         return None
-    given = np.bincount(observer * pairs + answers.pair, answers.count, people * pairs)
-    if not (given == given[0]).all() or (answers.count % 1).any():
+    place = observer * pairs + answers.pair
+    each = (np.bincount(place, answers.count * (answers.outcome == kind), people * pairs) for kind in range(3))
+    won, lost, tied = (np.asarray(numbers, np.float64).reshape(shape) for numbers in each)
+    return exchangeable_wins(counts.n, counts.first, counts.second, won, lost, tied)
+
+
+def exchangeable_wins(
+    n: int, first: Indices, second: Indices, won: Floats, lost: Floats, tied: Floats | float = 0.0
+) -> Floats | None:
+    """Return how often each of ``n`` items won with each observer, shape (..., S, n), where exchanging two is exact.
+
+    ``won``, ``lost`` and ``tied`` (..., S, P) say how often the first item of each compared pair did. None where
+    observers did not all answer every pair as often, there are more than 100, or counts are not whole.
+    """
+    people, pairs = won.shape[-2:]
+    if not 1 < people <= MOST_OBSERVERS_EXCHANGED or pairs != n * (n - 1) // 2:
         return None
-    winner = np.where(answers.outcome == 0, counts.first[answers.pair], counts.second[answers.pair])
-    decided = np.where(answers.outcome == 2, 0.0, answers.count)
-    return np.asarray(np.bincount(observer * n + winner, decided, people * n).reshape(people, n), np.float64)
+    given = won + lost + tied
+    if not (given == given.flat[0]).all() or (won % 1).any() or (lost % 1).any():
+        return None
+    side = np.eye(n)
+    return np.asarray(won @ side[first] + lost @ side[second])
 
 
 def exchange_p(wins: Floats, *, most: float = 1.0) -> Floats:
@@ -432,7 +445,10 @@ def exchange_p(wins: Floats, *, most: float = 1.0) -> Floats:
         size = np.abs(own[:, first] - own[:, second])
         total = np.abs((own[:, first] - own[:, second]).sum(axis=0))
         least = (size**2).sum(axis=0) if most <= LEAST_WITHIN_ONE_SD else 0.0
-        for chosen in _blocks(np.flatnonzero(total**2 > least), size):
+        wanted = np.flatnonzero(total**2 > least)
+        longest = int(size[:, wanted].sum(axis=0).max(initial=0.0))
+        for part in parts(len(wanted), len(size) * (longest + 2)):  # so that the table of cosines stays small
+            chosen = wanted[part]
             span = int(size[:, chosen].sum(axis=0).max()) + 1
             angle = np.pi * np.arange(span + 1) / span
             chances = np.fft.irfft(np.cos(size[:, chosen, None] * angle).prod(axis=0), 2 * span)[:, : span + 1]
@@ -440,13 +456,3 @@ def exchange_p(wins: Floats, *, most: float = 1.0) -> Floats:
             tails = np.cumsum(np.maximum(chances, 0)[:, ::-1], axis=1)[:, ::-1]
             p[row, chosen] = 2 * tails[np.arange(len(chosen)), total[chosen].astype(np.intp)]
     return np.minimum(p, 1.0)
-
-
-def _blocks(chosen: Indices, size: Floats) -> Iterator[Indices]:
-    """Yield some of the pairs ``chosen`` at a time, so that the table of cosines stays small."""
-    if not len(chosen):
-        return
-    numbers = len(size) * (int(size[:, chosen].sum(axis=0).max()) + 2)
-    many = max(1, MOST_NUMBERS // numbers)
-    for start in range(0, len(chosen), many):
-        yield chosen[start : start + many]
