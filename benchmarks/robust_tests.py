@@ -24,7 +24,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from curves import numbers, program, seconds, sized
 from promises import Promise
 
-from analysis.scaling.robust_tests import from_products, webb_weights
+from analysis.scaling.robust_tests import from_products
 
 Floats = NDArray[np.float64]
 Row = dict[str, object]
@@ -123,7 +123,7 @@ def simulate(test: Test, observers: int, world: str, size: float, studies: int, 
 
 
 def _tested(test: Test, won: Floats) -> tuple[Floats, Floats]:
-    observers, total = won.shape[1], float(won.shape[1] * test.answers)
+    total = float(won.shape[1] * test.answers)
     summed = won.sum(axis=1)
     chance = _fitted(test.null, summed, total)
     df = test.full.shape[1] - test.null.shape[1]
@@ -135,8 +135,7 @@ def _tested(test: Test, won: Floats) -> tuple[Floats, Floats]:
     plain = [2 * (_likelihood(best, summed, total) - _likelihood(chance, summed, total))]
     if free:
         plain.append(products.sum(axis=(1, 2)))
-    drawn = webb_weights(observers)
-    own = [from_products(each, df, drawn) for each in products]
+    own = [from_products(each, df) for each in products]
     return chdtrc(df, np.maximum(plain, 0.0)), np.array([one.p for one in own if one is not None])
 
 

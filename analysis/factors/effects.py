@@ -41,6 +41,7 @@ def factor_effects(
     coding: Coding = "treatment",
     method: FactorMethod = "ml",
     prior_sd: float = DEFAULT_PRIOR_SD,
+    tests_alone: bool = False,
 ) -> FactorEffects:
     """Fit θ = X β, X being made of the stimuli's factors.
 
@@ -62,6 +63,8 @@ def factor_effects(
         ``ml``, or ``map`` with a Gaussian prior on each strength, as `analysis.scaling.fitting.fit_model` has it.
     prior_sd
         Standard deviation of that prior, in nats.
+    tests_alone
+        Leave out effects, their intervals and what is explained: for tests of many sets of answers.
 
     Returns
     -------
@@ -112,17 +115,20 @@ def factor_effects(
         return _unfitted(shared, runaway)
     fit = fit_terms(counts, terms, prior)
     estimate, covariance, sandwich, robust = _estimates(counts, answers, terms, fit, observers)
-    profiles = _profiles(counts, terms, fit) if method == "ml" and counts.n <= MOST_ITEMS_PROFILED else None
     tested = method == "ml" and fit.converged
     slopes = slopes_at(counts, answers, fit)
+    effects: tuple[Effect, ...] = ()
+    if not tests_alone:
+        profiles = _profiles(counts, terms, fit) if method == "ml" and counts.n <= MOST_ITEMS_PROFILED else None
+        effects = _effects(terms, estimate, covariance, sandwich, observers, profiles)
     return FactorEffects(
         **shared,
-        effects=_effects(terms, estimate, covariance, sandwich, observers, profiles),
+        effects=effects,
         joint_covariance=covariance,
         sandwich_covariance=sandwich,
         tests=factor_tests(counts, answers, terms, fit, robust) if tested else (),
         interactions=interaction_tests(counts, slopes, kept, terms, fit, groups) if tested else (),
-        explained=explain(counts, comparisons.wins, fit, slopes if tested else None),
+        explained=None if tests_alone else explain(counts, comparisons.wins, fit, slopes if tested else None),
         theta=fit.theta,
         log_likelihood=fit.log_likelihood,
         converged=fit.converged,

@@ -53,6 +53,8 @@ class FactorTest:
         Wald's statistic with the sandwich covariance, as F, and its p; None where there are too few observers.
     by_observers
         The score test with the observer as the unit, to judge by; None with fewer than five observers.
+    compared
+        Of a factor with one effect between two levels, which, such as ": stereo over flat".
     """
 
     name: str
@@ -62,6 +64,7 @@ class FactorTest:
     robust_statistic: float | None
     robust_p: float | None
     by_observers: ObserverTest | None = None
+    compared: str = ""
 
     @property
     def observer_p(self) -> float | None:
@@ -71,7 +74,8 @@ class FactorTest:
     @property
     def conclusion(self) -> Conclusion:
         """What is concluded at the level 0.05: by observers with five of them or more, else by the likelihood ratio."""
-        return concluded(f"effect of '{self.name}'", self.by_observers.p if self.by_observers else None, self.p)
+        question = f"effect of '{self.name}'{self.compared}"
+        return concluded(question, self.by_observers.p if self.by_observers else None, self.p)
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
@@ -163,7 +167,8 @@ def factor_tests(
         by_observers = observer_test(slopes_at(counts, answers, without), larger, without, term.width)
         f, robust_p = wald or (None, None)
         p = chance(lost, term.width)
-        tests.append(FactorTest(term.names[0], lost, term.width, p, f, robust_p, by_observers))
+        compared = f": {term.labels[0]} over {term.reference}" if term.reference and len(term.labels) == 1 else ""
+        tests.append(FactorTest(term.names[0], lost, term.width, p, f, robust_p, by_observers, compared))
     return tuple(tests)
 
 

@@ -190,13 +190,11 @@ class FactorEffects:
 
     def _of_factor(self, test: FactorTest) -> Conclusion:
         own = [effect for effect in self.effects if effect.factor == test.name]
-        if len(own) > 1:
+        if len(own) != 1:
             return test.conclusion
         low, high = self.interval(own[0])
         unit = "nats" if own[0].reference else f"nats {own[0].level}"
-        compared = f": {own[0].level} over {own[0].reference}" if own[0].reference else ""
-        question = f"{test.conclusion.question}{compared}"
-        return replace(test.conclusion, question=question, estimate=own[0].estimate, low=low, high=high, unit=unit)
+        return replace(test.conclusion, estimate=own[0].estimate, low=low, high=high, unit=unit)
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON, without NaN."""

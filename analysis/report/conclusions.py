@@ -92,7 +92,7 @@ def _of_factors(compared: Answered | None, effects: FactorEffects) -> tuple[Conc
     header = compared.header
 
     def asked(answers: Comparisons) -> tuple[Conclusion, ...]:
-        found = effects_in(answers, header)
+        found = effects_in(answers, header, tests_alone=True)
         return found.conclusions if found else ()
 
     return _robust(effects.conclusions, compared.comparisons, asked)

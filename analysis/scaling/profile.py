@@ -32,6 +32,7 @@ from analysis.scaling.laws import LAWS, LOGISTIC
 from analysis.scaling.newton import maximise
 from analysis.scaling.penalty import FIRTH
 from analysis.scaling.separation import LEVEL, drawn_apart
+from documents import count_work
 
 if TYPE_CHECKING:
     from analysis.scaling.result import Fit
@@ -156,6 +157,7 @@ class Profiles:
     def _ends(self, reach: Floats) -> Floats:
         """Return below and above where r(δ) is ±``reach``, shape (2, K): bracketed, then by Illinois's secants."""
         restricted, number, n = self._restricted, len(reach), self.likelihood.counts.n
+        count_work("profile_intervals", number)
         contrasts, side = np.tile(self.contrasts, (2, 1)), np.repeat([-1.0, 1.0], number)
         reach, none = np.tile(reach, 2), np.zeros(2 * number, dtype=np.intp)
         along, apart, width = restricted.along(none, contrasts)

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -140,7 +141,7 @@ def _sizes(weights: Floats, factors: tuple[Factor, ...]) -> Floats:
     return sizes
 
 
-def from_products(products: Floats, df: int, weights: Floats | None = None) -> ObserverTest | None:
+def from_products(products: Floats, df: int) -> ObserverTest | None:
     """Test that the contributions x_g of G observers have mean zero; as `score_test`.
 
     Parameters
@@ -149,8 +150,6 @@ def from_products(products: Floats, df: int, weights: Floats | None = None) -> O
         Shape (G, G): their inner products.
     df
         How many numbers each x_g consists of.
-    weights
-        As `webb_weights` draws them; given where many tests of as many observers are made.
     """
     observers = len(products)
     if observers < FEWEST_OBSERVERS:
@@ -158,19 +157,20 @@ def from_products(products: Floats, df: int, weights: Floats | None = None) -> O
     count_work("tests_by_observers")
     statistic = max(0.0, float(products.sum()))
     order = np.argsort(np.diag(products), kind="stable")  # p must not depend on the order of the observers
-    weights = webb_weights(observers) if weights is None else weights
+    weights = _webb_weights(observers)
     drawn = np.einsum("bg,bg->b", weights @ products[np.ix_(order, order)], weights)
     as_much = int(np.count_nonzero(drawn >= statistic * (1 - TOLERANCE)))
     return ObserverTest(statistic, df, (1 + as_much) / (1 + len(weights)), observers)
 
 
-def webb_weights(observers: int) -> Floats:
-    """Draw the random weights of each of ``observers``, shape (draws, observers); always the same."""
+@lru_cache(maxsize=1)
+def _webb_weights(observers: int) -> Floats:
+    """Draw the random weights of each of ``observers``, shape (draws, observers); always the same, 32 MB at most."""
     return next(_weight_blocks(observers, draws_for(observers)))
 
 
 def _weight_blocks(observers: int, rows: int) -> Iterator[Floats]:
-    """Yield what `webb_weights` draws, some ``rows`` at a time."""
+    """Yield what `_webb_weights` draws, some ``rows`` at a time."""
     random, draws = np.random.default_rng(SEED), draws_for(observers)
     for start in range(0, draws, rows):
         shape = min(rows, draws - start), observers

@@ -42,11 +42,12 @@ def test_a_report_reads_each_session_once_and_fits_no_model_twice(tmp_path: Path
     assert 0 < 2 * climbed < bounded
     # One fit, 1000 bootstraps of it, and those with each observer left out, with other models and for each test; 619 of
     # studies simulated for the smallest difference, and 12 of the answers analysed in other ways; 6 are penalised.
-    draws = {"bootstrap_draws": 1000, "models_fitted": 1053 + 619 + 12 + 6, "classes_found": 1}
-    assert found == {"sessions_read": 4, "trials_read": 48, "figures_drawn": 8, **draws}
+    # Intervals of six pairs, of three neighbours and of one effect in two ways.
+    draws = {"bootstrap_draws": 1000, "models_fitted": 1049 + 619 + 12 + 6, "classes_found": 1}
+    assert found == {"sessions_read": 4, "trials_read": 48, "figures_drawn": 8, "profile_intervals": 11, **draws}
 
 
 def test_scores_fit_one_model_and_one_for_the_tests_of_two_items(tmp_path: Path) -> None:
     table = tmp_path / "table.csv"
     table.write_text("winner,loser,count\n" + "".join(f"{a},{b},3\n" for a in "abc" for b in "abc" if a != b))
-    assert _work("scores", table) == {"models_fitted": 2, "classes_found": 1}
+    assert _work("scores", table) == {"models_fitted": 2, "classes_found": 1, "profile_intervals": 2}

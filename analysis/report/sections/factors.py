@@ -22,13 +22,16 @@ def effects_of(compared: Answered) -> FactorEffects | None:
     return effects_in(compared.comparisons, compared.header)
 
 
-def effects_in(comparisons: Comparisons, header: Header) -> FactorEffects | None:
-    """Return the effects of the factors in ``header`` on ``comparisons``; None where none can be estimated."""
+def effects_in(comparisons: Comparisons, header: Header, *, tests_alone: bool = False) -> FactorEffects | None:
+    """Return the effects of the factors in ``header`` on ``comparisons``; None where none can be estimated.
+
+    With ``tests_alone`` without the effects themselves, as `analysis.factors.effects.factor_effects` has it.
+    """
     factors = {str(stimulus["name"]): stimulus.get("factors") or {} for stimulus in header.stimuli}
     if not any(factors.get(item) for item in comparisons.items):
         return None
     try:
-        return factor_effects(comparisons, factors)
+        return factor_effects(comparisons, factors, tests_alone=tests_alone)
     except ResultsError:
         return None
 

@@ -307,3 +307,14 @@ def test_ties_are_left_out_and_counted() -> None:
     found = factor_effects(answers, {"a": {"view": "x"}, "b": {"view": "y"}})
     assert found.ties_left_out == 2
     assert found.effects[0].estimate == pytest.approx(-np.log(3), abs=1e-12)
+
+
+def test_tests_alone_conclude_the_same(grid: Factors, draw: Drawer) -> None:
+    answers = draw(strengths(grid))
+    whole, tests = factor_effects(answers, grid), factor_effects(answers, grid, tests_alone=True)
+    assert (tests.effects, tests.explained) == ((), None)
+    assert (tests.tests, tests.interactions) == (whole.tests, whole.interactions)
+    assert [(one.question, one.verdict, one.p) for one in tests.conclusions] == [
+        (one.question, one.verdict, one.p) for one in whole.conclusions
+    ]
+    assert [one.question for one in whole.conclusions][1] == "effect of 'view': stereo over flat"

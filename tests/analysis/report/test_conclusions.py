@@ -13,7 +13,9 @@ from rich.console import Console
 from analysis.classes import Conclusion
 from analysis.records import SessionLog
 from analysis.report import Report, describe, print_report, write_report
+from analysis.report.conclusions import conclusions_of
 from analysis.report.page import sections_of
+from documents import counted_work
 
 Maker = Callable[..., SessionLog]
 Sessions = Callable[..., list[SessionLog]]
@@ -50,6 +52,13 @@ def test_every_question_has_a_verdict_by_one_p_and_how_robust_it_is(report: Repo
     assert view.high is not None
     assert view.low < (view.estimate or 0) < view.high
     assert view.by_observers
+
+
+def test_analyses_without_an_observer_compute_no_intervals(report: Report) -> None:
+    with counted_work() as work:
+        again = conclusions_of(report)
+    assert again == report.conclusions
+    assert work["profile_intervals"] == len(VIEWS) - 1  # of neighbours; nine analyses of two effects twice had 36 more
 
 
 @pytest.mark.usefixtures("undrawn")
