@@ -14,5 +14,4 @@ from .sources import CodedTable as CodedTable
 from .table import TableRead as TableRead
 from .table import parse_table as parse_table
 from .table import read_any as read_any
-from .table import read_stream as read_stream
 from .table import read_table as read_table

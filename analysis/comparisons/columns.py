@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from analysis.comparisons.sources import Written
 from analysis.errors import ResultsError
 from documents import Finding
-from documents.files import other_separator
 from documents.text import did_you_mean
 
 COLUMNS = ("winner", "loser", "count", "observer", "first", "outcome", "ties", "group")
@@ -19,8 +19,8 @@ TIES = ("no_difference", "not_sure")  # their answers that prefer neither
 Columns = dict[str, int]
 
 
-def read_header(header: Sequence[str], line: str, file: str) -> Columns:
-    """Return the place of each column in ``header``, from 0; ``line`` is the text that it stands in.
+def read_header(header: Sequence[str], line: Written, file: str) -> Columns:
+    """Return the place of each column in ``header``, from 0; ``line`` is that as it was written.
 
     The column of groups stands under ``group``, whichever of its names it has.
 
@@ -29,19 +29,17 @@ def read_header(header: Sequence[str], line: str, file: str) -> Columns:
     ResultsError
         If the header is empty, a column is unknown, repeated or missing, or ties or groups are given in two ways.
     """
-    names = [field.strip() for field in header]
+    names = [_known(field.strip()) for field in header]
     if not any(names):
         raise ResultsError(Finding("the table is empty", file, 1, 1, "start it with 'winner,loser'"))
-    if separated := other_separator(header, file, 1):
-        raise ResultsError(separated)
     findings = []
     for field, name in enumerate(names):
         if name not in COLUMNS and name not in GROUP_NAMES:
             known = (*COLUMNS, *GROUP_NAMES[1:])
             remedy = did_you_mean(name.lower(), known, f"the columns are {', '.join(COLUMNS)}, separated by commas")
-            findings.append(Finding(f"unknown column '{name}'", file, 1, column_of(field, line), remedy))
+            findings.append(Finding(f"unknown column '{name}'", file, 1, line.column_of(field), remedy))
         elif name in names[:field]:
-            findings.append(Finding(f"the column '{name}' stands twice", file, 1, column_of(field, line), "keep one"))
+            findings.append(Finding(f"the column '{name}' stands twice", file, 1, line.column_of(field), "keep one"))
     if not findings:
         findings = [
             Finding(f"the column '{name}' is missing", file, 1, 1, f"name one of the columns '{name}'")
@@ -49,11 +47,11 @@ def read_header(header: Sequence[str], line: str, file: str) -> Columns:
             if name not in names
         ]
     if "outcome" in names and "ties" in names:
-        place = column_of(names.index("ties"), line)
+        place = line.column_of(names.index("ties"))
         findings.append(Finding("both 'outcome' and 'ties' give ties", file, 1, place, "keep one of the two"))
     grouping = [name for name in names if name in GROUP_NAMES]
     if len(set(grouping)) > 1:
-        place, pair = column_of(names.index(grouping[1]), line), f"both '{grouping[0]}' and '{grouping[1]}'"
+        place, pair = line.column_of(names.index(grouping[1])), f"both '{grouping[0]}' and '{grouping[1]}'"
         remedy = "keep one of the two, or write both into one column, such as 'church, night'"
         findings.append(Finding(f"{pair} name the group", file, 1, place, remedy))
     if findings:
@@ -61,16 +59,6 @@ def read_header(header: Sequence[str], line: str, file: str) -> Columns:
     return {"group" if name in GROUP_NAMES else name: field for field, name in enumerate(names)}
 
 
-def column_of(field: int, line: str) -> int:
-    """Return where ``field`` (from 0) starts in ``line``, counted from 1; 1 if there is no such field."""
-    quoted, passed = False, 0
-    if field == 0:
-        return 1
-    for position, character in enumerate(line, start=1):
-        if character == '"':
-            quoted = not quoted
-        elif character == "," and not quoted:
-            passed += 1
-            if passed == field:
-                return position + 1
-    return 1
+def _known(name: str) -> str:
+    """Return one of our names however it is capitalised, and others as they are."""
+    return name.lower() if name.lower() in (*COLUMNS, *GROUP_NAMES) else name

@@ -23,11 +23,11 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.comparisons.columns import COLUMNS, GROUP_NAMES, column_of
+from analysis.comparisons.columns import COLUMNS, GROUP_NAMES
 from analysis.comparisons.comparisons import MOST_ITEMS
 from analysis.comparisons.missing import WORDS
 from analysis.comparisons.plain_lines import Fault, PlainReading, is_count
-from analysis.comparisons.sources import Coded, Texts, coded, joined, plain
+from analysis.comparisons.sources import Coded, Texts, Written, coded, joined, plain
 from analysis.comparisons.trials_table import Trials
 from analysis.errors import ResultsError
 from documents import Finding
@@ -97,7 +97,7 @@ class Layout(Protocol):
         """Say whether a header of these ``names``, in small letters, is of this kind."""
         ...
 
-    def reading(self, header: Row, line: str, file: str, codes: Sequence[str]) -> Reading:
+    def reading(self, header: Row, line: Written, file: str, codes: Sequence[str]) -> Reading:
         """Return what reads the lines below ``header``; ``codes`` say what stands for each option, then for a tie."""
         ...
 
@@ -110,7 +110,7 @@ class _Plain:
     def recognises(self, names: Sequence[str]) -> bool:
         return "winner" in names or "loser" in names
 
-    def reading(self, header: Row, line: str, file: str, codes: Sequence[str]) -> Reading:
+    def reading(self, header: Row, line: Written, file: str, codes: Sequence[str]) -> Reading:
         return PlainReading.of_header(header, line, file)
 
 
@@ -128,7 +128,7 @@ class _Choice:
         ways = SELECTED_NAMES if self.selected else CHOICE_NAMES
         return self.fewest <= len(_options(names)) <= self.most and any(name in names for name in ways)
 
-    def reading(self, header: Row, line: str, file: str, codes: Sequence[str]) -> Reading:
+    def reading(self, header: Row, line: Written, file: str, codes: Sequence[str]) -> Reading:
         names = [cell.strip().lower() for cell in header]
         _refuse_twice(names, line, file)
         options = _options(names)
@@ -140,7 +140,7 @@ class _Choice:
         for role, places in roles.items():
             if len(places) > 1:
                 both = " and ".join(f"'{header[place].strip()}'" for place in places)
-                where = column_of(places[1], line)
+                where = line.column_of(places[1])
                 raise ResultsError(Finding(f"{both} both name the {role}", file, 1, where, "keep one of them"))
         if codes and not len(options) <= len(codes) <= len(options) + 1:
             what = f"{len(codes)} texts for the choice among {len(options)}"
@@ -299,12 +299,12 @@ class _Matrix:
     def recognises(self, names: Sequence[str]) -> bool:
         return len(names) > 2 and names[0] in CORNER_NAMES and not any(name in COLUMNS for name in names[1:])
 
-    def reading(self, header: Row, line: str, file: str, codes: Sequence[str]) -> Reading:
+    def reading(self, header: Row, line: Written, file: str, codes: Sequence[str]) -> Reading:
         names = [cell.strip() for cell in header]
         _refuse_twice(names, line, file)
         if "" in names[1:]:
             place = names.index("", 1)
-            raise ResultsError(Finding("an item has no name", file, 1, column_of(place, line), "name the item"))
+            raise ResultsError(Finding("an item has no name", file, 1, line.column_of(place), "name the item"))
         if not 2 <= len(names) - 1 <= MOST_ITEMS:
             what = f"there are {len(names) - 1} items"
             raise ResultsError(Finding(what, file, 1, 1, f"compare 2 to {MOST_ITEMS} items"))
@@ -415,8 +415,8 @@ def find_layout(header: Row, file: str, asked: str | None) -> Layout:
     return found[0] if found else LAYOUTS[PLAIN]
 
 
-def _refuse_twice(names: Sequence[str], line: str, file: str) -> None:
+def _refuse_twice(names: Sequence[str], line: Written, file: str) -> None:
     for place, name in enumerate(names):
         if name and name in names[:place]:
-            where = column_of(place, line)
+            where = line.column_of(place)
             raise ResultsError(Finding(f"the column '{name}' stands twice", file, 1, where, "keep one"))

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.comparisons.columns import column_of
-from analysis.comparisons.sources import Coded, ColumnBlock, NumberedRow, Row
+from analysis.comparisons.sources import Coded, ColumnBlock, NumberedRow, Row, Written
 from documents import Finding
 
 # As R, pandas, Excel, MATLAB, SPSS and SAS write them. Capitals count: an item may well be called "na" or "none".
@@ -157,10 +156,10 @@ class Missing:
     def _is_missing(self, row: Row, place: int) -> bool:
         return place < len(row) and row[place].strip() in self.words
 
-    def _note(self, row: Row, number: int, line: str) -> None:
+    def _note(self, row: Row, number: int, line: Written) -> None:
         places = [place for place in self.needed if self._is_missing(row, place)]
         self.lines += 1
         self.by_column.update(dict.fromkeys((self.needed[place] for place in places), 1))
         if len(self.said) < MOST_SAID:
             what = ", ".join(f"the {self.needed[place]} is '{row[place].strip()}'" for place in places)
-            self.said.append(Finding(what, self.file, number, column_of(places[0], line)))
+            self.said.append(Finding(what, self.file, number, line.column_of(places[0])))

@@ -13,7 +13,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import islice
+from itertools import chain, islice
 from typing import Protocol
 
 import numpy as np
@@ -21,13 +21,38 @@ from numpy.typing import NDArray
 
 from analysis.errors import ResultsError
 from documents import Finding
+from documents.tables import separator_of
 
 BLOCK_ROWS = 1 << 15
 MOST_LETTERS = 4_000_000  # of a line
 _BREAK = re.compile(r"\r\n|[\r\n]")
 
 Row = Sequence[str]
-NumberedRow = tuple[Row, int, str]
+
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """A row as it stands in a file: its ``text``, in which ``separator`` stands between cells."""
+
+    text: str
+    separator: str = ","
+
+    def column_of(self, field: int) -> int:
+        """Return where ``field`` (from 0) starts, counted from 1; 1 if there is no such field."""
+        quoted, passed = False, 0
+        if field == 0:
+            return 1
+        for position, character in enumerate(self.text, start=1):
+            if character == '"':
+                quoted = not quoted
+            elif character == self.separator and not quoted:
+                passed += 1
+                if passed == field:
+                    return position + 1
+        return 1
+
+
+NumberedRow = tuple[Row, int, Written]
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,10 +118,10 @@ class Block(Protocol):
 
 
 class Source(Protocol):
-    """A table: ``header`` is its first row once it was started, ``header_text`` the lines that this stands in."""
+    """A table: ``header`` is its first row once it was started, ``written`` the lines that this stands in."""
 
     header: Row
-    header_text: str
+    written: Written
 
     def start(self) -> None:
         """Read the header; csv.Error if it is no CSV."""
@@ -139,6 +164,7 @@ class LineBlock:
     rows: Sequence[Row]
     lines: Sequence[str]
     begin: int
+    separator: str = ","
 
     def numbered(self) -> Iterator[NumberedRow]:
         """As `Block`."""
@@ -150,10 +176,10 @@ class LineBlock:
                 last = line
                 yield line
 
-        reader = csv.reader(remembered(), strict=True)
+        reader = csv.reader(remembered(), strict=True, delimiter=self.separator)
         for row in islice(reader, len(self.rows)):
             if any(cell.strip() for cell in row):
-                yield row, self.begin + reader.line_num, last
+                yield row, self.begin + reader.line_num, Written(last, self.separator)
 
 
 class LineSource:
@@ -163,7 +189,7 @@ class LineSource:
         self._lines = _Lines(lines, file)
         self._reader = csv.reader(self._lines, strict=True)
         self.header: Row = ()
-        self.header_text = ""
+        self.written = Written("")
 
     @property
     def line(self) -> int:
@@ -172,8 +198,11 @@ class LineSource:
 
     def start(self) -> None:
         """As `Source`."""
+        first = next(self._lines, "")
+        separator = separator_of(first)
+        self._reader = csv.reader(chain([first], self._lines), strict=True, delimiter=separator)
         self.header = next(self._reader, [])
-        self.header_text = "".join(self._lines.kept)
+        self.written = Written("".join(self._lines.kept), separator)
 
     def blocks(self) -> Iterator[LineBlock]:
         """As `Source`."""
@@ -186,7 +215,7 @@ class LineSource:
             except csv.Error as error:
                 wrong = error
             if rows:
-                yield LineBlock(rows, self._lines.kept, begin)
+                yield LineBlock(rows, self._lines.kept, begin, self.written.separator)
             if wrong:
                 raise wrong
             if not rows:
@@ -210,7 +239,7 @@ class ColumnBlock:
         """As `Block`."""
         for row, number in zip(self.rows, self.number.tolist(), strict=True):
             if any(cell.strip() for cell in row):
-                yield row, number, _BREAK.split(_as_line(row))[-1]
+                yield row, number, Written(_BREAK.split(_as_line(row))[-1])
 
     def part(self, rows: slice | NDArray[np.bool_]) -> ColumnBlock:
         """Return some of the rows."""
@@ -222,14 +251,14 @@ class ColumnSource:
 
     def __init__(self, table: CodedTable) -> None:
         self.header: Row = table.names
-        self.header_text = _as_line(table.names)
+        self.written = Written(_as_line(table.names))
         rows = len(table.columns[0].code) if table.columns else 0
         ends = np.ones(rows, dtype=np.intp)
         for column in table.columns:
             breaks = np.array([_breaks(text) for text in column.texts], dtype=np.intp)
             if breaks.any():
                 ends += breaks[column.code]
-        start = 1 + _breaks(self.header_text)
+        start = 1 + _breaks(self.written.text)
         self._whole = ColumnBlock(table.columns, start + np.cumsum(ends))
         self.line = start
 

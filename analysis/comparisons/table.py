@@ -16,7 +16,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple, cast
 
-from analysis.comparisons.columns import column_of
 from analysis.comparisons.comparisons import Comparisons
 from analysis.comparisons.layouts import PLAIN, Reading, find_layout
 from analysis.comparisons.mat_table import read_mat_table
@@ -39,6 +38,7 @@ from analysis.comparisons.tally import Tally
 from analysis.errors import ResultsError
 from documents import Finding
 from documents.files import open_regular, unreadable
+from documents.tables import encoding_of, not_text
 
 MOST_FINDINGS = 20
 
@@ -152,7 +152,7 @@ def read_any(
 
 
 def read_table(path: str | Path) -> Comparisons:
-    """Read the comparisons in the CSV file at ``path`` (UTF-8, with or without a byte-order mark).
+    """Read the comparisons in the CSV file at ``path``.
 
     Parameters
     ----------
@@ -180,34 +180,6 @@ def read_table(path: str | Path) -> Comparisons:
     [[0.0, 3.0], [1.0, 0.0]]
     """
     return read_any(path).warned()
-
-
-def read_stream(stream: BinaryIO, file: str) -> Comparisons:
-    """Read the comparisons in a binary stream of CSV, such as standard input; ``file`` is its name in findings.
-
-    Parameters
-    ----------
-    stream
-        CSV in UTF-8, with or without a byte-order mark; it is read to its end and left open.
-    file
-        Name of the stream in findings.
-
-    Returns
-    -------
-    Comparisons
-        Who was preferred over whom, by which observer.
-
-    Raises
-    ------
-    ResultsError
-        As `parse_table`, or if the stream is not UTF-8.
-
-    Examples
-    --------
-    >>> read_stream(io.BytesIO(b"winner,loser,count\\na,b,3\\nb,a,1\\n"), "standard input").wins.tolist()
-    [[0.0, 3.0], [1.0, 0.0]]
-    """
-    return _read_stream(stream, file, _Asked()).warned()
 
 
 def parse_table(lines: Iterable[str], file: str) -> Comparisons:
@@ -260,12 +232,14 @@ def _read_path(path: Path, asked: _Asked) -> TableRead:
 
 
 def _read_stream(stream: BinaryIO, file: str, asked: _Asked) -> TableRead:
-    text = io.TextIOWrapper(stream, encoding="utf-8-sig", newline="")
+    stream = stream if isinstance(stream, io.BufferedReader) else io.BufferedReader(cast(io.RawIOBase, stream))
+    encoding = encoding_of(stream.peek(4)[:4], file, error=ResultsError)
+    text = io.TextIOWrapper(stream, encoding=encoding, newline="")
     try:
         lines = iter(lambda: text.readline(MOST_LETTERS + 1), "")
         return _read_lines(lines, file, asked)
     except UnicodeDecodeError as error:
-        raise ResultsError(Finding("the table is not UTF-8 text", file, remedy="save it as UTF-8")) from error
+        raise ResultsError(not_text(encoding, file)) from error
     finally:
         text.detach()
 
@@ -279,7 +253,7 @@ def _read(source: Source, file: str, asked: _Asked) -> TableRead:
     try:
         source.start()
         layout = find_layout(source.header, file, asked.layout)
-        reading = layout.reading(source.header, source.header_text, file, asked.codes)
+        reading = layout.reading(source.header, source.written, file, asked.codes)
         codes = {code.lower() for code in asked.codes}
         words = frozenset() if asked.keep_na else frozenset(word for word in WORDS if word.lower() not in codes)
         missing = Missing(file, reading.needed, reading.unknown, words)
@@ -363,7 +337,7 @@ def _find_faults(rows: Iterable[NumberedRow], reading: Reading, missing: Missing
         fault = None if missing.left_out(row) else reading.fault(missing.cleaned(row))
         if fault:
             place, message, remedy = fault
-            findings.append(Finding(message, missing.file, number, column_of(place, line), remedy))
+            findings.append(Finding(message, missing.file, number, line.column_of(place), remedy))
             if len(findings) == MOST_FINDINGS:
                 break
     return findings

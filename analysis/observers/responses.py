@@ -179,11 +179,6 @@ class ResponseTimes:
     limit_s: float
     trend: Trend | None
 
-    @property
-    def too_fast_share(self) -> float:
-        """Share of answers that were too fast, 0 to 1."""
-        return self.too_fast / self.answers
-
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
         trend = self.trend

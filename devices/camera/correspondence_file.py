@@ -7,10 +7,8 @@ Comments begin with ``#``; ``# rgb: 0..16383`` says what the camera's values run
 
 from __future__ import annotations
 
-import contextlib
-import csv
-import math
 import os
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,16 +19,29 @@ from devices.camera.exposure import Exposure, parse_seconds
 from devices.colour_matching import colorimetric_observer
 from devices.errors import DeviceError
 from documents import Finding
-from documents.files import is_comment, other_separator, read_regular_text
+from documents.tables import Column, Form, Table, number_in
 from documents.text import visible
 
 Floats = NDArray[np.float64]
 
 _RGB, _XYZ = ("R", "G", "B"), ("X", "Y", "Z")
 _EXPOSURE = ("time_s", "f_number", "iso")
-_ALSO = {"red": "R", "green": "G", "blue": "B"}
-_MOST_FINDINGS = 20
-_MOST_BYTES = 50_000_000
+_LIGHT = tuple(Column(name, (f"XYZ_{name}",), unit="cd/m²") for name in _XYZ)
+_NAME = Column("name", ("SAMPLE_NAME",), text=True, needed=False)
+_SEEN = Form(
+    (
+        *(Column(name, (long, f"RGB_{name}")) for name, long in zip(_RGB, ("red", "green", "blue"), strict=True)),
+        *_LIGHT,
+        _NAME,
+        Column("time_s", text=True, needed=False, unit="s"),  # such as 1/15
+        Column("f_number", needed=False),
+        Column("iso", needed=False, empty=100.0),
+    ),
+    "table of colours",
+    DeviceError,
+    50_000_000,
+)
+_CHART = Form((*_LIGHT, _NAME), "table of colours", DeviceError, 50_000_000)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,10 +84,11 @@ def read_correspondences(path: str | os.PathLike[str]) -> Correspondences:
     >>> colours.names, colours.rgb.tolist(), colours.XYZ.tolist()
     (('straw',), [[0.5, 0.5, 0.25]], [[19.0, 20.0, 11.0]])
     """
-    file = str(path)
-    values, names, full, exposures, observer = _read(file, (*_RGB, *_XYZ))
-    rgb = values[:, :3] / full
-    return Correspondences(rgb, values[:, 3:], names, rgb >= FULL_SCALE, file, exposures, observer)
+    table = _SEEN.read(path, _more_faults)
+    rgb = table.numbers(*_RGB) / (_full(table) if "rgb" in table.said else 1.0)
+    exposures = tuple(_exposure(*given) for given in _given(table))
+    light, names = table.numbers(*_XYZ), _names(table)
+    return Correspondences(rgb, light, names, rgb >= FULL_SCALE, table.file, exposures or None, _observer(table))
 
 
 def read_reference(path: str | os.PathLike[str]) -> ReferenceColours:
@@ -103,129 +115,60 @@ def read_reference(path: str | os.PathLike[str]) -> ReferenceColours:
     >>> chart.names, chart.XYZ[:, 1].tolist()
     (('white', 'black'), [90.0, 3.0])
     """
-    file = str(path)
-    values, names, _, _, observer = _read(file, _XYZ)
-    if (values < 0).any() or values[:, 1].max() <= 0:
-        raise DeviceError(Finding("XYZ must not be negative, nor all luminances 0", file))
-    return ReferenceColours(values, names, file, observer)
+    table = _CHART.read(path)
+    light = table.numbers(*_XYZ)
+    if (light < 0).any() or light[:, 1].max() <= 0:
+        raise DeviceError(Finding("XYZ must not be negative, nor all luminances 0", table.file))
+    return ReferenceColours(light, _names(table), table.file, _observer(table))
 
 
-def _read(
-    file: str, needed: tuple[str, ...]
-) -> tuple[Floats, tuple[str, ...], float, tuple[Exposure, ...] | None, str | None]:
-    """Return values, names, the camera's full scale, exposures and observer; the last two None where not stated."""
-    full = 1.0
-    observer: str | None = None
-    rows: list[tuple[int, list[str]]] = []
-    for number, line in enumerate(_text(file).splitlines(), start=1):
-        bare = line.strip()
-        if is_comment(bare):
-            key, _, value = bare.lstrip("# ").partition(":")
-            if key.strip().lower() == "rgb":
-                full = _full(value.strip(), file, number)
-            elif key.strip().lower() == "observer":
-                observer = _observer(value.strip(), file, number)
-        elif bare:
-            try:
-                rows.append((number, next(csv.reader([bare], strict=True))))
-            except csv.Error as error:
-                raise DeviceError(Finding(f"the table is not CSV: {error}", file, number)) from error
-    if len(rows) < 2:
-        raise DeviceError(Finding("the table holds no colours", file, remedy=f"columns: {','.join(needed)}[,name]"))
-    columns = _columns(rows[0][1], needed, file, rows[0][0])
-    findings: list[Finding] = []
-    values = np.full((len(rows) - 1, len(needed)), np.nan)
-    names: list[str] = []
-    exposures: list[Exposure] = []
-    for index, (number, cells) in enumerate(rows[1:]):
-        if len(cells) != len(rows[0][1]):
-            findings.append(Finding(f"the line has {len(cells)} fields, the header {len(rows[0][1])}", file, number))
-            continue
-        for place, column in enumerate(needed):
-            cell = cells[columns[column]].strip()
-            with contextlib.suppress(ValueError):
-                values[index, place] = float(cell)
-            if not math.isfinite(values[index, place]):
-                findings.append(
-                    Finding(f"{column} is '{cell}'", file, number, columns[column] + 1, "a finite number is needed")
-                )
-        name = visible(cells[columns["name"]]).strip() if "name" in columns else ""
-        names.append(name or f"patch {index + 1}")
-        if "time_s" in columns:
-            try:
-                exposures.append(_exposure(cells, columns))
-            except (ValueError, DeviceError):
-                given = ", ".join(
-                    cells[columns[column_name]].strip() for column_name in _EXPOSURE if column_name in columns
-                )
-                findings.append(
-                    Finding(
-                        f"the exposure is '{given}'", file, number, _wrong(cells, columns) + 1, "such as 1/15, 8, 800"
-                    )
-                )
-    if findings:
-        raise DeviceError(findings[:_MOST_FINDINGS])
-    return values, tuple(names), full, tuple(exposures) or None, observer
+def _names(table: Table) -> tuple[str, ...]:
+    return tuple(visible(name).strip() or f"patch {row + 1}" for row, name in enumerate(table.texts("name")))
 
 
-def _observer(text: str, file: str, line: int) -> str:
+def _more_faults(table: Table) -> Iterator[Finding]:
+    """Yield what is wrong with exposures."""
+    if ("time_s" in table) != ("f_number" in table):
+        yield Finding("an exposure needs both time_s and f_number", table.file, table.header_line)
+        return
+    for row, given in enumerate(_given(table)):
+        try:
+            _exposure(*given)
+        except (ValueError, DeviceError):
+            wrong = next(
+                (name for name, value in zip(_EXPOSURE[1:], given[1:], strict=True) if not value > 0), "time_s"
+            )
+            said = ", ".join(table.rows[row][table.places[name]] for name in _EXPOSURE if name in table)
+            yield table.fault(row, wrong, f"the exposure is '{said}'", "such as 1/15, 8, 800")
+
+
+def _given(table: Table) -> Iterable[tuple[str, float, float]]:
+    """Return time, f-number and ISO of each row; no rows where the table does not say."""
+    if "time_s" not in table:
+        return []
+    iso = table.numbers("iso").tolist() if "iso" in table else [100.0] * len(table)
+    return zip(table.texts("time_s"), table.numbers("f_number").tolist(), iso, strict=True)
+
+
+def _exposure(time: str, f_number: float, iso: float) -> Exposure:
+    return Exposure(parse_seconds(time.replace(",", ".")), f_number, iso)
+
+
+def _observer(table: Table) -> str | None:
+    if "observer" not in table.said:
+        return None
     try:
-        return colorimetric_observer(text).name
+        return colorimetric_observer(table.comment("observer")).name
     except DeviceError as error:
         finding = error.findings[0]
-        raise DeviceError(Finding(finding.message, file, line, remedy=finding.remedy)) from None
+        line = table.line_of("observer")
+        raise DeviceError(Finding(finding.message, table.file, line, remedy=finding.remedy)) from None
 
 
-def _exposure(cells: list[str], columns: dict[str, int]) -> Exposure:
-    iso = float(cells[columns["iso"]]) if "iso" in columns else 100.0
-    return Exposure(parse_seconds(cells[columns["time_s"]]), float(cells[columns["f_number"]]), iso)
-
-
-def _wrong(cells: list[str], columns: dict[str, int]) -> int:
-    """Return the place of what is no f-number or ISO in an exposure that is wrong; else that of the time."""
-    for name in ("f_number", "iso"):
-        try:
-            number = float(cells[columns[name]]) if name in columns else 1.0
-        except ValueError:
-            number = math.nan
-        if not (math.isfinite(number) and number > 0):
-            return columns[name]
-    return columns["time_s"]
-
-
-def _text(file: str) -> str:
-    return read_regular_text(file, _MOST_BYTES, "table", error=DeviceError)
-
-
-def _full(text: str, file: str, line: int) -> float:
-    low, _, high = text.partition("..")
-    try:
-        full = float(high)
-        if float(low) != 0 or not (math.isfinite(full) and full > 0):
-            raise ValueError(text)
-    except ValueError:
-        raise DeviceError(
-            Finding(f"the range of the camera's values is '{text}'", file, line, remedy="write '# rgb: 0..16383'")
-        ) from None
-    return full
-
-
-def _columns(header: list[str], needed: tuple[str, ...], file: str, line: int) -> dict[str, int]:
-    if separated := other_separator(header, file, line):
-        raise DeviceError(separated)
-    known = {name.lower(): name for name in (*_RGB, *_XYZ, *_EXPOSURE, "name")} | _ALSO
-    columns: dict[str, int] = {}
-    for place, cell in enumerate(header):
-        column = known.get(cell.strip().lower())
-        if column is None:
-            continue
-        if column in columns:
-            raise DeviceError(Finding(f"the column '{column}' stands twice", file, line, place + 1))
-        columns[column] = place
-    missing = [name for name in needed if name not in columns]
-    if ("time_s" in columns) != ("f_number" in columns):
-        raise DeviceError(Finding("an exposure needs both time_s and f_number", file, line))
-    if missing:
-        remedy = f"columns: {','.join(needed)}[,name]"
-        raise DeviceError(Finding(f"the header has no {', '.join(missing)}", file, line, remedy=remedy))
-    return columns
+def _full(table: Table) -> float:
+    """Return the camera's largest value, of a comment such as ``# rgb: 0..16383``."""
+    low, _, high = table.comment("rgb").partition("..")
+    if number_in(low) != 0 or not number_in(high) > 0:
+        what = f"the range of the camera's values is '{table.comment('rgb')}'"
+        raise DeviceError(Finding(what, table.file, table.line_of("rgb"), remedy="write '# rgb: 0..16383'"))
+    return number_in(high)

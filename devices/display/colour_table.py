@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import io
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import BinaryIO, Literal, TextIO
@@ -15,9 +14,10 @@ from devices.colour_matching import DEFAULT_OBSERVER
 from devices.display.model import DisplayModel
 from devices.errors import DeviceError
 from documents import Finding
-from documents.files import is_comment, other_separator, read_regular, unreadable
+from documents.tables import Column, Form, decoded
 
 _MOST_BYTES = 100_000_000
+_STREAM = "standard input"
 
 Kind = Literal["code", "xyz"]
 COLUMNS: dict[Kind, tuple[str, str, str]] = {"code": ("red", "green", "blue"), "xyz": ("X", "Y", "Z")}
@@ -104,52 +104,25 @@ def read_colours(file: str | Path | BinaryIO, kind: Kind, full: float, observer:
             readings = for_observer(readings, observer, str(file))
         values = full * readings.codes if kind == "code" else readings.XYZ
         return ColourTable(kind, values, ("name",), tuple((name,) for name in readings.name))
-    name = str(file) if isinstance(file, str | Path) else "standard input"
-    try:
-        text = io.StringIO(_content(file).decode("utf-8-sig"), newline="")
-        lines = [(n, row) for n, row in enumerate(csv.reader(text, strict=True), 1) if row and not is_comment(row[0])]
-    except OSError as error:
-        raise DeviceError(unreadable(error, Path(name), "table")) from error
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise DeviceError(Finding(f"the table is not CSV in UTF-8: {error}", name)) from error
-    return _parse(lines, name, kind, full)
+    form = _form(kind, full)
+    table = form.read(file) if isinstance(file, str | Path) else form.parse(_streamed(file), _STREAM)
+    known = {table.header[place] for place in table.places.values()} | {*COLUMNS["code"], *COLUMNS["xyz"]}
+    kept = [place for place, name in enumerate(table.header) if name not in known]
+    rows = tuple(tuple(cells[place] for place in kept) for cells in table.rows)
+    return ColourTable(kind, table.numbers(*COLUMNS[kind]), tuple(table.header[place] for place in kept), rows)
 
 
-def _content(file: str | Path | BinaryIO) -> bytes:
-    if isinstance(file, str | Path):
-        return read_regular(file, _MOST_BYTES, "table", error=DeviceError)
-    data = file.read(_MOST_BYTES + 1)
+def _form(kind: Kind, full: float) -> Form:
+    """Return the form of a table of codes in 0..``full``, or of XYZ in cd/m²."""
+    columns = {
+        "code": tuple(Column(name, (name[0].upper(),), least=0.0, most=full) for name in COLUMNS["code"]),
+        "xyz": tuple(Column(name, unit="cd/m²") for name in COLUMNS["xyz"]),
+    }
+    return Form(columns[kind], "table", DeviceError, _MOST_BYTES)
+
+
+def _streamed(stream: BinaryIO) -> str:
+    data = stream.read(_MOST_BYTES + 1)
     if len(data) > _MOST_BYTES:
-        raise DeviceError(Finding(f"the table is larger than {_MOST_BYTES / 1e6:g} MB", "standard input"))
-    return data
-
-
-def _parse(lines: list[tuple[int, list[str]]], file: str, kind: Kind, full: float) -> ColourTable:
-    given = COLUMNS[kind]
-    if lines and (separated := other_separator(lines[0][1], file, lines[0][0])):
-        raise DeviceError(separated)
-    head = [cell.strip() for cell in lines[0][1]] if lines else []
-    missing = [name for name in given if name not in head]
-    if missing:
-        raise DeviceError(
-            Finding(f"the header has no {', '.join(missing)}", file, remedy=f"columns: {','.join(given)}")
-        )
-    values = np.empty((len(lines) - 1, 3))
-    needed = f"a number in 0..{full:g}" if kind == "code" else "a finite number"
-    findings: list[Finding] = []
-    for index, (line, cells) in enumerate(lines[1:]):
-        for place, name in enumerate(given):
-            cell = cells[head.index(name)] if len(cells) == len(head) else ""
-            try:
-                value = float(cell)
-            except ValueError:
-                value = np.nan
-            if not np.isfinite(value) or (kind == "code" and not 0 <= value <= full):
-                findings.append(Finding(f"{name} is '{cell}'", file, line, head.index(name) + 1, f"{needed} is needed"))
-            values[index, place] = value
-    if findings:
-        raise DeviceError(findings[:20])
-    others = tuple(name for name in head if name not in (*COLUMNS["code"], *COLUMNS["xyz"]))
-    kept = [head.index(name) for name in others]
-    rows = tuple(tuple(cells[at] for at in kept) for _, cells in lines[1:])
-    return ColourTable(kind, values, others, rows)
+        raise DeviceError(Finding(f"the table is larger than {_MOST_BYTES / 1e6:g} MB", _STREAM))
+    return decoded(data, _STREAM, error=DeviceError)

@@ -3,13 +3,24 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from devices.errors import DeviceError
 from documents import Finding
+from documents.tables import MOST_FINDINGS, Column, Table
 
+CODES = ("red", "green", "blue")
+SURROUND = ("surround_red", "surround_green", "surround_blue")
+DRIVEN = (
+    Column("name", ("SAMPLE_NAME",), text=True, needed=False),
+    *(Column(name, (name[0].upper(), f"RGB_{name[0].upper()}")) for name in CODES),
+)
+PARTS = (Column("area", needed=False, empty=1.0), *(Column(name, needed=False, empty=0.0) for name in SURROUND))
+"""Columns of a patch's name and codes, and of what of the picture it fills and what is around it."""
 _RANGE = re.compile(r"^\s*(?:0\s*(?:\.\.+|-|–|to)\s*)?(\d+(?:\.\d*)?)\s*$")
 _FULL_CODES = (255.0, 1023.0)
 LEAST_FULL_DRIVE = 0.75
@@ -55,6 +66,55 @@ def full_code(largest: float, declared: float | None, file: str) -> tuple[float,
             remedy="declare it in a line '# codes: 0..255', or with --codes 0..255",
         )
     )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Driven:
+    """What a table's codes drive: ``codes`` (n, 3) and those ``around`` each patch, if it has any, 0..1 of ``full``."""
+
+    codes: NDArray[np.float64]
+    around: NDArray[np.float64] | None
+    full: float
+    assumed: str
+
+
+def driven(table: Table, code_range: str | None) -> Driven:
+    """Return the codes of a table of `DRIVEN` and `PARTS`, as shares of the code of full drive.
+
+    That is what a person gives, else what the comment ``# codes: 0..255`` says, else what the largest code tells.
+
+    Raises
+    ------
+    DeviceError
+        If it is not known, or codes lie outside.
+    """
+    names = [name for name in (*CODES, *SURROUND) if name in table]
+    codes = table.numbers(*names)
+    declared = None
+    if code_range is not None:
+        declared = parse_code_range(code_range, table.file)
+    elif "codes" in table.said:
+        declared = parse_code_range(table.comment("codes"), table.file, table.line_of("codes"))
+    full, assumed = full_code(float(codes.max()), declared, table.file)
+    outside = np.argwhere((codes < 0) | (codes > full))[:MOST_FINDINGS].tolist()
+    if outside:
+        what = [f"the code {codes[row, at]:g} lies outside 0..{full:g}" for row, at in outside]
+        places = [table.fault(row, names[at], told) for (row, at), told in zip(outside, what, strict=True)]
+        raise DeviceError(places)
+    codes = codes / full
+    return Driven(codes[:, :3], codes[:, 3:] if len(names) > len(CODES) else None, full, assumed)
+
+
+def part_faults(table: Table) -> Iterator[Finding]:
+    """Yield what is wrong with the `PARTS` of a table."""
+    missing = [name for name in SURROUND if name not in table]
+    if 0 < len(missing) < len(SURROUND):
+        what = f"the header has no {', '.join(missing)}"
+        yield Finding(what, table.file, table.header_line, remedy="all three, or none")
+    for row, area in enumerate(table.numbers("area").tolist() if "area" in table else ()):
+        if area <= 0 or area > 1:
+            what = f"the area is '{table.texts('area')[row]}'"
+            yield table.fault(row, "area", what, "a share of the picture above 0 and at most 1")
 
 
 _LEAST_CODES = 3

@@ -13,30 +13,32 @@ from __future__ import annotations
 
 import csv
 import io
-import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import cast
 
 import numpy as np
 
+from devices.colour.spaces import XYZ_from_xyY
 from devices.display.gamma_table import GammaTable
 from devices.errors import DeviceError
-from devices.measurements.code_range import full_code, parse_code_range
+from devices.measurements.code_range import CODES, DRIVEN, PARTS, SURROUND, driven, part_faults
 from devices.measurements.observer import CIE_1931_2, OBSERVERS, observer_name
 from devices.measurements.table import PATCH_EYES, Measurements, PatchEye
 from documents import Finding
-from documents.files import is_comment, other_separator, read_regular_text
-from documents.text import did_you_mean, nearest
+from documents.tables import Column, Form, Table
 
-_NUMBERS = ("red", "green", "blue", "X", "Y", "Z")
-_SURROUND = ("surround_red", "surround_green", "surround_blue")
-_KNOWN = ("name", *_NUMBERS, "time_s", "eye", "area", *_SURROUND)
-_COLUMNS = "name,red,green,blue,X,Y,Z,time_s,eye"
-_ALSO = {"r": "red", "g": "green", "b": "blue"}
-_SAID = ("codes", "mode", "eye", "instrument", "notes", "panel", "observer", "gamma_table", "monitor_settings")
-_MOST_FINDINGS = 20
-_MOST_BYTES = 10_000_000
+_LIGHT = ("X", "Y", "Z")
+_CD_M2 = "cd/m²"
+_BESIDE = (Column("time_s", needed=False, unit="s"), Column("eye", text=True, needed=False), *PARTS)
+_FORM = Form(
+    (*DRIVEN, *(Column(name, (f"XYZ_{name}",), unit=_CD_M2) for name in _LIGHT), *_BESIDE),
+    "table of measurements",
+    DeviceError,
+    # luminance and chromaticity, as many instruments write them
+    instead=((*DRIVEN, Column("x"), Column("y"), Column("Y", ("L", "Lv", "luminance"), unit=_CD_M2), *_BESIDE),),
+    misspelt=True,
+)
 
 
 def read_csv(path: Path, code_range: str | None = None) -> Measurements:
@@ -69,150 +71,68 @@ def read_csv(path: Path, code_range: str | None = None) -> Measurements:
     >>> table.name, table.codes.tolist(), table.XYZ.tolist()
     (('white',), [[1.0, 1.0, 1.0]], [[95.0, 100.0, 108.0]])
     """
-    text = read_regular_text(path, _MOST_BYTES, "table", error=DeviceError)
-    return parse_csv(text.splitlines(keepends=True), str(path), code_range)
+    return _measurements(_FORM.read(path, _more_faults), code_range)
 
 
 def parse_csv(lines: Iterable[str], file: str, code_range: str | None = None) -> Measurements:
     """Read the measurements in ``lines``; ``file`` is the name that findings carry; else as `read_csv`."""
-    header_values: dict[str, str] = {}
-    said_line: dict[str, int] = {}
-    kept: list[tuple[int, str]] = []
-    for number, line in enumerate(lines, start=1):
-        bare = line.strip().strip("\ufeff")
-        if is_comment(bare):
-            key, _, value = bare.lstrip("# ").partition(":")
-            if key.strip().lower() in _SAID:
-                header_values[key.strip().lower()] = value.strip()
-                said_line[key.strip().lower()] = number
-        elif bare:
-            kept.append((number, bare))
-    if len(kept) < 2:
-        raise DeviceError(Finding("the table holds no measurements", file, remedy=f"columns: {_COLUMNS}"))
-    try:
-        rows = [(number, next(csv.reader([line], strict=True))) for number, line in kept]
-    except csv.Error as error:
-        raise DeviceError(Finding(f"the table is not CSV: {error}", file)) from error
-    columns, ignored = _header(rows[0][1], file, rows[0][0])
-    findings: list[Finding] = []
-    values = np.full((len(rows) - 1, 7), np.nan)
-    area, surround = np.ones(len(rows) - 1), np.zeros((len(rows) - 1, 3))
-    names: list[str] = []
-    eyes: list[PatchEye] = []
-    everywhere = header_values.get("eye", "both")
-    for index, (line_number, cells) in enumerate(rows[1:]):
-        if len(cells) != len(rows[0][1]):
-            findings.append(
-                Finding(f"the line has {len(cells)} fields, the header {len(rows[0][1])}", file, line_number)
-            )
-            continue
-        for place, column in enumerate((*_NUMBERS, "time_s")):
-            if column in columns:
-                values[index, place] = _number(cells[columns[column]], column, file, line_number, columns, findings)
-        if "area" in columns and cells[columns["area"]].strip():
-            area[index] = _number(cells[columns["area"]], "area", file, line_number, columns, findings)
-            if area[index] <= 0 or area[index] > 1:
-                what = f"the area is {cells[columns['area']].strip()}"
-                remedy = "a share of the picture above 0 and at most 1"
-                findings.append(Finding(what, file, line_number, columns["area"] + 1, remedy))
-        for place, column in enumerate(_SURROUND):
-            if column in columns and cells[columns[column]].strip():
-                surround[index, place] = _number(cells[columns[column]], column, file, line_number, columns, findings)
-        names.append(cells[columns["name"]].strip() if "name" in columns else f"patch{index + 1}")
-        eye = (cells[columns["eye"]].strip() if "eye" in columns else "") or everywhere
+    return _measurements(_FORM.parse("".join(lines), file, _more_faults), code_range)
+
+
+def _more_faults(table: Table) -> Iterator[Finding]:
+    """Yield what is wrong with a table beside its numbers."""
+    if SURROUND[0] in table and "area" not in table:
+        yield Finding("the header has no area", table.file, table.header_line, remedy="a surround is that of a part")
+    yield from part_faults(table)
+    for row, eye in enumerate(_eyes(table)):
         if eye not in PATCH_EYES:
-            where = columns["eye"] + 1 if "eye" in columns else None
-            findings.append(Finding(f"'{eye}' is no eye", file, line_number, where, "left, right or both"))
-        eyes.append(cast(PatchEye, eye))
-    observer = observer_name(header_values.get("observer", CIE_1931_2))
-    if observer is None:
-        what, remedy = f"the observer '{header_values['observer']}' is not known", f"one of {', '.join(OBSERVERS)}"
-        findings.append(Finding(what, file, said_line["observer"], remedy=remedy))
-    gamma_table = None
-    if "gamma_table" in header_values:
-        try:
-            gamma_table = GammaTable.from_text(header_values["gamma_table"])
-        except DeviceError as error:
-            remedy = "copy the line as it was written, or leave it out"
-            findings.append(Finding(str(error), file, said_line["gamma_table"], remedy=remedy))
-    if findings or observer is None:
-        raise DeviceError(findings[:_MOST_FINDINGS])
-    declared = code_range if code_range is not None else header_values.get("codes")
-    declared_line = None if code_range is not None else said_line.get("codes")
-    largest = max(float(values[:, :3].max()), float(surround.max()))
-    full, assumed = full_code(
-        largest, None if declared is None else parse_code_range(declared, file, declared_line), file
-    )
-    codes = values[:, :3] / full
-    for index, code_row in enumerate(codes):
-        for place, code in enumerate(code_row):
-            if not 0 <= code <= 1:
-                asked = values[index, place]
-                where = columns[_NUMBERS[place]] + 1
-                findings.append(
-                    Finding(f"the code {asked:g} lies outside 0..{full:g}", file, rows[index + 1][0], where)
-                )
-    for index, place in np.argwhere((surround < 0) | (surround > full)):
-        what = f"the code {surround[index, place]:g} lies outside 0..{full:g}"
-        findings.append(Finding(what, file, rows[index + 1][0], columns[_SURROUND[place]] + 1))
-    if findings:
-        raise DeviceError(findings[:_MOST_FINDINGS])
+            yield table.fault(row, "eye", f"'{eye}' is no eye", "left, right or both")
+    if "x" in table:
+        for row in np.flatnonzero((table.numbers("y") <= 0) & (table.numbers("Y") != 0)).tolist():
+            yield table.fault(row, "y", f"y is '{table.texts('y')[row]}'", "a chromaticity above 0")
+    said = table.comment("observer", CIE_1931_2)
+    if observer_name(said) is None:
+        what, remedy = f"the observer '{said}' is not known", f"one of {', '.join(OBSERVERS)}"
+        yield Finding(what, table.file, table.line_of("observer"), remedy=remedy)
+    try:
+        _gamma_table(table)
+    except DeviceError as error:
+        remedy = "copy the line as it was written, or leave it out"
+        yield Finding(str(error), table.file, table.line_of("gamma_table"), remedy=remedy)
+
+
+def _gamma_table(table: Table) -> GammaTable | None:
+    return GammaTable.from_text(table.comment("gamma_table")) if "gamma_table" in table.said else None
+
+
+def _eyes(table: Table) -> list[str]:
+    return [eye or table.comment("eye", "both") for eye in table.texts("eye")]
+
+
+def _measurements(table: Table, code_range: str | None) -> Measurements:
+    drive = driven(table, code_range)
+    read = [*(column.name for column in (*DRIVEN, *_BESIDE)), *_LIGHT, "x", "y"]
+    ignored = [
+        cell for place, cell in enumerate(table.header) if place not in {table.places.get(name) for name in read}
+    ]
     left_out = f"the columns {', '.join(ignored)} were not read" if ignored else ""
     return Measurements(
-        codes,
-        values[:, 3:6],
-        tuple(names),
-        values[:, 6] if "time_s" in columns else None,
-        tuple(eyes),
-        header_values.get("mode", ""),
-        instrument=header_values.get("instrument", ""),
-        notes=header_values.get("notes", ""),
-        assumptions=tuple(text for text in (assumed, left_out) if text),
-        panel=header_values.get("panel", ""),
-        observer=observer,
-        monitor_settings=header_values.get("monitor_settings", ""),
-        area=area if "area" in columns else None,
-        surround=surround / full if set(_SURROUND) & set(columns) else None,
-        gamma_table=gamma_table,
+        drive.codes,
+        table.numbers(*_LIGHT) if "X" in table else XYZ_from_xyY(table.numbers("x", "y", "Y")),
+        tuple(table.texts("name")) if "name" in table else tuple(f"patch{row + 1}" for row in range(len(table))),
+        table.numbers("time_s") if "time_s" in table else None,
+        tuple(cast(PatchEye, eye) for eye in _eyes(table)),
+        table.comment("mode"),
+        instrument=table.comment("instrument"),
+        notes=table.comment("notes"),
+        assumptions=tuple(text for text in (drive.assumed, left_out) if text),
+        panel=table.comment("panel"),
+        observer=observer_name(table.comment("observer", CIE_1931_2)) or CIE_1931_2,
+        monitor_settings=table.comment("monitor_settings"),
+        area=table.numbers("area") if "area" in table else None,
+        surround=drive.around,
+        gamma_table=_gamma_table(table),
     )
-
-
-def _header(cells: list[str], file: str, line: int) -> tuple[dict[str, int], list[str]]:
-    if separated := other_separator(cells, file, line):
-        raise DeviceError(separated)
-    columns: dict[str, int] = {}
-    ignored: list[str] = []
-    for place, cell in enumerate(cells):
-        bare = cell.strip()
-        by_case = {known.lower(): known for known in _KNOWN}
-        column = _ALSO.get(bare.lower()) or by_case.get(bare.lower())
-        if column is None:
-            if nearest(bare, _KNOWN, cutoff=0.75):
-                remedy = did_you_mean(bare, _KNOWN)
-                raise DeviceError(Finding(f"there is no column '{bare}'", file, line, place + 1, remedy))
-            ignored.append(bare)
-        elif column in columns:
-            raise DeviceError(Finding(f"the column '{column}' stands twice", file, line, place + 1))
-        else:
-            columns[column] = place
-    missing = [column for column in _NUMBERS if column not in columns]
-    if set(_SURROUND) & set(columns):
-        missing += [column for column in ("area", *_SURROUND) if column not in columns]
-    if missing:
-        raise DeviceError(Finding(f"the header has no {', '.join(missing)}", file, line, remedy=f"columns: {_COLUMNS}"))
-    return columns, ignored
-
-
-def _number(cell: str, column: str, file: str, line: int, columns: dict[str, int], findings: list[Finding]) -> float:
-    try:
-        value = float(cell)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        findings.append(
-            Finding(f"{column} is '{cell.strip()}'", file, line, columns[column] + 1, "a finite number is needed")
-        )
-    return value
 
 
 def write_csv(measurements: Measurements, path: Path, full: float = 255.0) -> None:
@@ -253,8 +173,8 @@ def format_csv(measurements: Measurements, full: float = 255.0) -> str:
     timed = measurements.time_s is not None
     writer = csv.writer(out, lineterminator="\n")
     parts = measurements.area is not None or measurements.surround is not None
-    more = ["area", *_SURROUND] if parts else []
-    writer.writerow(["name", *_NUMBERS, *(["time_s"] if timed else []), "eye", *more])
+    more = ["area", *SURROUND] if parts else []
+    writer.writerow(["name", *CODES, *_LIGHT, *(["time_s"] if timed else []), "eye", *more])
     for index in range(len(measurements)):
         codes = [_code(code, full) for code in measurements.codes[index]]
         light = [repr(float(value)) for value in measurements.XYZ[index]]

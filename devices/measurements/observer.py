@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 from devices.colour_matching.observers import DEFAULT_OBSERVER, STANDARD_OBSERVERS, canonical_name
 from devices.errors import DeviceError
-from documents import Finding
 
 if TYPE_CHECKING:
     pass
@@ -31,15 +30,3 @@ def observer_name(text: str) -> str | None:
 def argyll_observer(observer: str) -> str:
     """Return how ArgyllCMS writes ``observer``; the name itself where it has none."""
     return _ARGYLL.get(observer, observer)
-
-
-def require_cie_1931(observer: str, file: str | None = None) -> None:
-    """Raise DeviceError unless ``observer`` is CIE 1931 2°, for which a display is judged."""
-    if observer != CIE_1931_2:
-        raise DeviceError(
-            Finding(
-                f"the readings are for the observer {observer}°; a display is judged for {CIE_1931_2}°",
-                file,
-                remedy="measure with the CIE 1931 2° observer (in ArgyllCMS: -Q 1931_2), or give the spectra alone",
-            )
-        )

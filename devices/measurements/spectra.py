@@ -94,11 +94,6 @@ def _band_weights(waves: Floats, observer: str) -> Floats:
     return np.asarray(seen.efficacy_lm_W * seen.functions_at(waves) * width[:, None])
 
 
-def matching_functions(wavelengths_nm: Floats, observer: str = CIE_1931_2) -> Floats:
-    """Return x̄, ȳ, z̄ of ``observer``, shape (m, 3), at any wavelengths, 0 where they are not tabulated."""
-    return colorimetric_observer(observer).functions_at(wavelengths_nm)
-
-
 def sampling_error(spectra: ArrayLike, wavelengths_nm: ArrayLike, observer: str = CIE_1931_2) -> float:
     """Return what the spacing of spectra may do to their XYZ, as a share of the largest Y.
 

@@ -37,5 +37,3 @@ from .regular import unreadable as unreadable
 from .room import unwritable as unwritable
 from .room import what_stopped as what_stopped
 from .room import writing as writing
-from .tables import is_comment as is_comment
-from .tables import other_separator as other_separator

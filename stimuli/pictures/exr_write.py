@@ -145,23 +145,12 @@ _ZIP = "zip:1"
 _NO_TIME = "0000:00:00 00:00:00"
 
 
-def write_pixels(path: Path, spec: OpenImageIO.ImageSpec, pixels: NDArray[np.float32]) -> None:
-    """Write ``pixels`` (height, width, channels) to ``path`` by ``spec``, zipped and without a time.
-
-    A file that is there already stays as it was until the new one is complete.
-
-    Raises
-    ------
-    StimulusError
-        If the file cannot be written.
-    """
-    write_pixel_rows(path, spec, [(slice(0, len(pixels)), pixels)])
-
-
 def write_pixel_rows(
     path: Path, spec: OpenImageIO.ImageSpec, rows: Iterable[tuple[slice, NDArray[np.float32]]]
 ) -> None:
-    """Write bands of ``rows`` (rows, width, channels), from the top down, as `write_pixels` does.
+    """Write bands of ``rows`` (rows, width, channels), from the top down, to ``path`` by ``spec``, zipped, no time.
+
+    A file that is there already stays as it was until the new one is complete.
 
     Raises
     ------

@@ -21,8 +21,8 @@ ROWS = 10_000_000
 READ = """
 import sys
 from tests.stress.memory import peak_kb
-from analysis.comparisons.table import read_stream
-table = read_stream(sys.stdin.buffer, "standard input")
+from analysis.comparisons import read_any
+table = read_any(sys.stdin.buffer, "standard input").comparisons
 print(len(table.items), len(table.observers), table.wins.sum(), peak_kb())
 """
 

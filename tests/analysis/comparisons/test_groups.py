@@ -48,7 +48,7 @@ def test_without_the_column_there_are_no_groups() -> None:
     ("text", "said"),
     [
         ("winner,loser,scene,group\na,b,1,1\n", "t.csv:1:20: both 'scene' and 'group' name the group"),
-        ("winner,loser,Scene\na,b,1\n", "t.csv:1:14: unknown column 'Scene'"),
+        ("winner,loser,Scenes\na,b,1\n", "t.csv:1:14: unknown column 'Scenes'"),
         ("winner,loser,scene,scene\na,b,1,1\n", "t.csv:1:20: the column 'scene' stands twice"),
         ("winner,loser,scene\na,b,1\na,b, \n", "t.csv:3:5: the group is empty"),
         ("winner,loser,scene,count\na,b,1,1\na,b,,0\n", "t.csv:3:5: the group is empty"),

@@ -109,7 +109,7 @@ def test_the_rank_correlation_takes_differences_equal_but_for_rounding_as_equal(
 def test_too_fast_answers_are_counted_and_kept(make_session: Maker) -> None:
     session = timed(make_session(names="abcd", answers=PAIRS), [0.1] * 3 + [0.2] + [1.0] * 8)
     found = known(response_times([session], THETA))
-    assert (found.answers, found.too_fast, found.too_fast_share) == (12, 3, 0.25)
+    assert (found.answers, found.too_fast) == (12, 3)
     strict = known(response_times([session], THETA, too_fast_s=0.5))
     assert strict.too_fast == 4
 

@@ -5,18 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from devices.colour_matching import colorimetric_observer
 from devices.diagnostics import locus_line
 from devices.diagnostics.chromaticity_diagrams import LOCUS
 from devices.diagnostics.colours import chromaticities, outside
 from devices.diagnostics.readings import xy
-from devices.measurements.spectra import matching_functions
 from tests.devices.diagnostics.simulated import characterisation
 
 
 @pytest.mark.filterwarnings("ignore")
 def test_the_locus_is_that_of_cie_1931() -> None:
     nm, x, y = (np.array(column, dtype=np.float64) for column in zip(*LOCUS, strict=True))
-    assert np.abs(xy(matching_functions(nm)) - np.column_stack([x, y])).max() <= 5.1e-5
+    assert np.abs(xy(colorimetric_observer("CIE 1931 2").functions_at(nm)) - np.column_stack([x, y])).max() <= 5.1e-5
 
 
 def test_each_figure_of_samples_has_it_and_a_display_lies_inside() -> None:

@@ -57,7 +57,7 @@ def test_codes_that_do_not_tell_are_refused(largest: str) -> None:
         ("name,red,green,blue,X,Y,Z,eye\na,0,0,1,1,2,3,up\n", "t.csv:2:8: 'up' is no eye"),
         ("name,red,green,red,X,Y,Z\na,0,0,1,1,2,3\n", "t.csv:1:4: the column 'red' stands twice"),
         ("red,green,X,Y,Z\n0,0,1,1,2\n", "the header has no blue"),
-        (HEADER, "no measurements"),
+        (HEADER, "has no rows"),
     ],
 )
 def test_faults_name_their_place(text: str, place: str) -> None:

@@ -78,11 +78,11 @@ def test_empty_cells_stand_for_all_of_the_picture() -> None:
 @pytest.mark.parametrize(
     ("lines", "says"),
     [
-        ([HEADER, "a,0,0,255,1,2,3,0,0,0,0\n"], "t.csv:2:8: the area is 0"),
-        ([HEADER, "a,0,0,255,1,2,3,1.5,0,0,0\n"], "t.csv:2:8: the area is 1.5"),
+        ([HEADER, "a,0,0,255,1,2,3,0,0,0,0\n"], "t.csv:2:8: the area is '0'"),
+        ([HEADER, "a,0,0,255,1,2,3,1.5,0,0,0\n"], "t.csv:2:8: the area is '1.5'"),
         ([HEADER, "a,0,0,255,1,2,3,much,0,0,0\n"], "t.csv:2:8: area is 'much'"),
         (["# codes: 0..255\n", HEADER, "a,0,0,255,1,2,3,0.5,300,0,0\n"], "t.csv:3:9: the code 300 lies outside 0..255"),
-        (["name,red,green,blue,X,Y,Z,surround_red\n", "a,0,0,255,1,2,3,0\n"], "no area, surround_green, surround_blue"),
+        (["name,red,green,blue,X,Y,Z,surround_red\n", "a,0,0,255,1,2,3,0\n"], "has no surround_green, surround_blue"),
     ],
 )
 def test_wrong_areas_and_surrounds_name_their_place(lines: list[str], says: str) -> None:

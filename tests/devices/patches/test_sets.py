@@ -62,14 +62,14 @@ def test_the_option_goes_before_what_the_file_says(tmp_path: Path) -> None:
     ("text", "finding"),
     [
         ("name,red,green,blue\na,12,3,4\n", "declare it"),
-        ("# codes: 0..255\nname,red,green,blue\na,256,0,0\n", "own.csv:3: the patch 'a' has the codes"),
+        ("# codes: 0..255\nname,red,green,blue\na,256,0,0\n", "own.csv:3:2: the code 256 lies outside"),
         ("# codes: 0..255\nname,red,green,blue\na,1,x,0\n", "own.csv:3:3: green is 'x'"),
         ("# codes: 0..255\nname,red,green,blue\na,1,nan,0\n", "own.csv:3:3: green is 'nan'"),
         ("# codes: 0..255\nname,red,green,blue\na,1,2,0\nb,1,2\n", "own.csv:4: the line has 3 fields"),
         ("# codes: 0..255\nname,red,green,blue\na,1,2,0\na,1,2,1\n", "own.csv:4: 'a' stands in line 3 too"),
         ("# codes: 0..255\nname,red,green\na,1,2\n", "own.csv:2: the header has no blue"),
         ("# codes: up\nname,red,green,blue\na,1,2,3\n", "own.csv:1: 'up' is no range"),
-        ("", "there are no patches"),
+        ("", "has no rows"),
     ],
 )
 def test_a_wrong_file_names_its_place(tmp_path: Path, text: str, finding: str) -> None:

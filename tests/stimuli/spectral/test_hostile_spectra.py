@@ -71,11 +71,11 @@ def test_rows_that_fill_the_memory_are_refused(tmp_path: Path, monkeypatch: pyte
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        (HEAD + "400,1e308,1,1\n700,1,1,1\n", "s.csv:2:2: red is 1e308 (1e+30 is the most)"),
+        (HEAD + "400,1e308,1,1\n700,1,1,1\n", "s.csv:2:2: red is '1e308' (a number in 0..1e+30"),
         (HEAD + "400,nan,1,1\n", "s.csv:2:2: red is 'nan'"),
         ("wavelength_nm,red,red,green,blue\n400,1,2,1,1\n700,1,1,1,1\n", "the column 'red' stands twice"),
         (HEAD + "\u202e<b>\x1b[2J" + "y" * 100_000 + ",1,1,1\n", "s.csv:2:1: wavelength_nm is '<b>[2Jyyy"),
-        (HEAD + '"' + "400,1,1,1\n" * 100_000, "no CSV"),
+        (HEAD + '"' + "400,1,1,1\n" * 100_000, "not CSV"),
         (HEAD + "".join(f"{400 + number / 1e4:.4f},1,1,1\n" for number in range(150_000)), "larger than 2 MB"),
     ],
 )

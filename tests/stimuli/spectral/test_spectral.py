@@ -239,7 +239,7 @@ def test_the_light_and_the_picture_go_together(tmp_path: Path) -> None:
     ("text", "words"),
     [
         ("wavelength,red,green,blue\n", "header has no wavelength_nm"),
-        ("wavelength_nm,red,green,blue\n", "run over nothing"),
+        ("wavelength_nm,red,green,blue\n", "has no rows"),
         ("wavelength_nm,red,green,blue\n400,1,1,1\n690,1,1,1\n", "400..690 nm"),
         ("wavelength_nm,red,green,blue\n400,1,1,x\n", "blue is 'x'"),
         ("wavelength_nm,red,green,blue\n400,1,-1,1\n", "green is '-1'"),
