@@ -1,10 +1,11 @@
 from .active_pairs import ActivePairs as ActivePairs
-from .active_pairs import ActivePairsSpec as ActivePairsSpec
 from .block import Block as Block
+from .block import BlockKind as BlockKind
 from .block import Draft as Draft
 from .block import Response as Response
-from .registry import AnyBlockSpec as AnyBlockSpec
+from .registry import AnyBlock as AnyBlock
 from .setting import Draw as Draw
+from .setting import Setting as Setting
 from .setting import Stimuli as Stimuli
 from .style import FULL_HD_HALF as FULL_HD_HALF
 from .style import Style as Style

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Generator, Iterator
-from dataclasses import dataclass, replace
-from typing import Annotated, Any, Literal
+from collections.abc import Generator, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Annotated, Literal
 
 from pydantic import Field
 
-from documents.yaml import Natural
-from runner.blocks.block import SECONDS_PER_TRIAL, Block, BlockSpec, Draft, Fault, Named, Response, Steps, answer
+from runner.blocks.block import SECONDS_PER_TRIAL, Block, Draft, Fault, Named, Response, Steps, answer
 from runner.blocks.field_types import Line
 from runner.blocks.interface import Interface
 from runner.blocks.layout import SingleLayout
-from runner.blocks.message import page
+from runner.blocks.message import PausedKind
 from runner.blocks.orders import spaced
-from runner.blocks.scale import Scale, ScaleSpec, ends_of, rate, scale_faults, scales_named
+from runner.blocks.scale import Rated, Scale, ends_of, rate_all, scale_faults, scales_named
 from runner.blocks.series import (
     Series,
     SomeSeries,
@@ -28,28 +28,28 @@ from runner.blocks.series import (
     series_targets,
 )
 from runner.blocks.setting import Setting, Stimuli
-from runner.blocks.style import FULL_HD_HALF, Style
+from runner.blocks.style import Style
 from runner.blocks.tasks import Browse
 from runner.ports import Ask
-from runner.presenter.scene import Offset, Scene
+from runner.presenter.scene import Scene
 
 
 def usual_scale(name: str, interface: Interface) -> Scale:
     """Return the scale of ``similarity``, ``quality`` or ``difficulty`` that a choice is rated on by default."""
     low, high = interface.say(f"{name}_low"), interface.say(f"{name}_high")
-    return Scale(name, interface.say(name), low_anchor=low, high_anchor=high)
+    return Scale(name=name, question=interface.say(name), low_anchor=low, high_anchor=high)
 
 
 # The thesis's two, as files of before have them.
 SIMILARITY = Scale(
-    "similarity",
-    "How similar is the image that you chose to the reference?",
+    name="similarity",
+    question="How similar is the image that you chose to the reference?",
     low_anchor="not similar at all",
     high_anchor="looks the same",
 )
 DIFFICULTY = Scale(
-    "difficulty",
-    "How difficult was it to tell the images of this series apart?",
+    name="difficulty",
+    question="How difficult was it to tell the images of this series apart?",
     low_anchor="very easy",
     high_anchor="very difficult",
 )
@@ -83,87 +83,92 @@ class Choice:
 
 
 @dataclass(frozen=True, slots=True)
-class BestOfSeries(Block):
-    """The thesis's first experiment (Section 4.5.1.1): which picture of each series is the closest to the reference?
+class _Look:
+    """Where the pictures stand, how words look, the question, and the reference picture if there is one."""
 
-    The series come in an order drawn from the ``seed``, those of one group apart where that can be avoided. With
-    ``see_all`` nothing can be chosen before every picture was shown; with ``wrap`` the last is followed by the first.
-    The response time is that of the choice.
+    layout: SingleLayout
+    style: Style
+    question: str
+    reference: str | None
+
+
+class BestOfSeries(PausedKind):
+    """The observer browses each series, chooses a picture, and rates the choice.
+
+    This is the thesis's first experiment (Section 4.5.1.1): which picture of each series is the closest to the
+    reference? ``series`` names the pictures of each series in order, or gives the factors that make them. ``question``
+    stands above the picture in place of the experiment's. With ``see_all`` every picture must be seen before one can be
+    chosen; with ``wrap`` the last is followed by the first. ``start`` is where in a series one begins. Where
+    ``ratings`` is left out, the choice is rated for ``similarity`` to the reference, or for ``quality`` where there is
+    none, and the series for ``difficulty``.
     """
 
-    series: tuple[Series, ...]
-    question: str
-    layout: SingleLayout
-    seed: str
-    scales: tuple[Scale, ...] = (SIMILARITY, DIFFICULTY)
+    kind: Literal["best_of_series"]
+    series: SomeSeries
+    """The series of pictures: by name with their stimuli in order, or by factors."""
+    question: Line | None = None
+    """The question that stands above the pictures."""
+    ratings: Annotated[tuple[Scale, ...], Field(max_length=12)] = (SIMILARITY, DIFFICULTY)
+    """Scales that are asked of the chosen picture."""
     start: Literal["random", "first"] = "random"
+    """Which picture of a series is shown first."""
     see_all: bool = True
+    """Whether every picture of a series must be seen before one is chosen."""
     wrap: bool = False
-    break_every: int | None = None
-    style: Style = FULL_HD_HALF
-    reference: str | None = None
+    """Whether the series goes on at its other end."""
 
-    @property
-    def trials(self) -> int:
-        """One for each series."""
-        return len(self.series)
+    def meet(self, setting: Setting) -> Block:
+        """Return the block in the observer's own order, series of one group apart where that can be avoided.
 
-    @property
-    def scale_ends(self) -> dict[str, tuple[int, int]]:
-        """Those of its scales."""
-        return ends_of(self.scales)
+        The response time is that of the choice.
+        """
+        look = _Look(setting.single_layout(), setting.style, self.question or setting.question, setting.reference)
+        all_series, scales = find_series(self.series, setting.stimuli), self.scales(setting)
+        pictures = sum(len(series.stimuli) for series in all_series)
+        return Block(
+            entry=self,
+            steps=partial(self._steps, all_series, scales, look, setting.own_seed),
+            trials=len(all_series),
+            expected_s=pictures * _SECONDS_PER_PICTURE + len(all_series) * len(scales) * SECONDS_PER_TRIAL,
+            keys=_keys(scales),
+            places_px=look.layout.places_px,
+            scale_ends=ends_of(scales),
+        )
 
-    @property
-    def expected_s(self) -> float:
-        """A few seconds for each picture, and the ratings."""
-        pictures = sum(len(series.stimuli) for series in self.series)
-        return pictures * _SECONDS_PER_PICTURE + self.trials * len(self.scales) * SECONDS_PER_TRIAL
+    def scales(self, setting: Setting) -> tuple[Scale, ...]:
+        """Return the scales that are written, or those that suit the experiment."""
+        if "ratings" in self.model_fields_set:
+            return self.ratings
+        names = "similarity" if setting.has_reference else "quality", "difficulty"
+        return tuple(usual_scale(name, setting.style.interface) for name in names)
 
-    @property
-    def keys(self) -> dict[str, str]:
-        """What leafs and chooses, and what answers the scales."""
-        keys = {**_LEAF, **_CHOOSE}
-        for scale in self.scales:
-            for key, meaning in scale.keys.items():
-                if keys.get(key, meaning) != meaning and not keys[key].endswith(f", {meaning}"):
-                    keys[key] = f"{keys[key]}, {meaning}"
-                else:
-                    keys.setdefault(key, meaning)
-        return keys
+    def faults(self, stimuli: Stimuli) -> Iterator[Fault]:
+        """Yield wrong stimuli or factors, series of one picture, and scales of one name."""
+        yield from scale_faults(self.ratings, "ratings")
+        yield from series_faults(self.series, stimuli)
 
-    @property
-    def places_px(self) -> tuple[Offset, ...]:
-        """Where the pictures stand."""
-        return self.layout.places_px
+    def named(self, stimuli: Stimuli) -> Iterator[Named]:
+        """Yield its series and its scales."""
+        yield from series_named(self.series, stimuli)
+        yield from scales_named(self.ratings)
 
-    def steps(self) -> Steps:
+    def _steps(self, all_series: Sequence[Series], scales: Sequence[Scale], look: _Look, seed: str) -> Steps:
         """Let every series be gone through, and record each choice with its ratings."""
-        rng = random.Random(self.seed)
-        order = spaced(self.series, lambda series: series.group or series.name, rng)
+        rng = random.Random(seed)
+        order = spaced(all_series, lambda series: series.group or series.name, rng)
         starts = [rng.randrange(len(series.stimuli)) if self.start == "random" else 0 for series in order]
         for number, (series, start) in enumerate(zip(order, starts, strict=True)):
-            if self.break_every and number and number % self.break_every == 0:
-                words = self.style.say("series_done", done=number, all=len(order))
-                yield replace(page(words, self.style), upcoming=self._scene(series, start, frozenset({start})))
-            choice = yield from self._browse(series, start)
+            first_seen = self._scene(look, series, start, frozenset({start}))
+            yield from self.rests(look.style, "series_done", number, len(order), first_seen)
+            choice = yield from self._browse(look, series, start)
             chosen = series.stimuli[choice.index]
             following: Scene | None = None
             if number + 1 < len(order):
                 first = starts[number + 1]
-                following = self._scene(order[number + 1], first, frozenset({first}))
-            ratings: dict[str, int] = {}
-            times_s: dict[str, float] = {}
-            for scale in self.scales:
-                ratings[scale.name], time_s = yield from rate(
-                    scale,
-                    self.style,
-                    layout=self.layout,
-                    items=series_pictures(chosen, self.layout, self.reference),
-                    stimulus=chosen,
-                    reference=self.reference,
-                    upcoming=following,
-                )
-                times_s[scale.name] = round(time_s, 6)
+                following = self._scene(look, order[number + 1], first, frozenset({first}))
+            pictures = series_pictures(chosen, look.layout, look.reference)
+            about = Rated(look.layout, pictures, chosen, look.reference, following)
+            ratings, times_s = yield from rate_all(scales, look.style, about)
             yield Draft(
                 "best_of_series",
                 {
@@ -181,7 +186,7 @@ class BestOfSeries(Block):
                 response_time_s=choice.time_s,
             )
 
-    def _browse(self, series: Series, start: int) -> Generator[Ask, Response | None, Choice]:
+    def _browse(self, look: _Look, series: Series, start: int) -> Generator[Ask, Response | None, Choice]:
         """Let one leaf through ``series`` from ``start`` on, and return the choice."""
         count = len(series.stimuli)
         index, travel = start, 1
@@ -195,12 +200,12 @@ class BestOfSeries(Block):
             means = {"previous": -1, "next": 1}
             possible = {meaning for meaning, way in means.items() if self._neighbour(index, way, count) is not None}
             possible |= {"choose"} if ready else set()
-            targets = series_targets(count, self.layout, self.style)
+            targets = series_targets(count, look.layout, look.style)
             ask = Ask(
-                self._scene(series, index, frozenset(seen)),
+                self._scene(look, series, index, frozenset(seen)),
                 {key: meaning for key, meaning in (_LEAF | _CHOOSE).items() if meaning in possible},
-                None if following is None else self._scene(series, following, frozenset(seen | {following})),
-                Browse(series.stimuli, index, frozenset(seen), self.reference),
+                None if following is None else self._scene(look, series, following, frozenset(seen | {following})),
+                Browse(series.stimuli, index, frozenset(seen), look.reference),
                 {meaning: target for meaning, target in targets.items() if meaning in possible},
             )
             response = answer((yield ask))
@@ -218,82 +223,29 @@ class BestOfSeries(Block):
             return (index + way) % count
         return index + way if 0 <= index + way < count else None
 
-    def _scene(self, series: Series, index: int, seen: frozenset[int]) -> Scene:
+    def _scene(self, look: _Look, series: Series, index: int, seen: frozenset[int]) -> Scene:
         ready = not self.see_all or len(seen) == len(series.stimuli)
-        hint = self.style.say("leaf_or_choose" if ready else "leaf")
+        hint = look.style.say("leaf_or_choose" if ready else "leaf")
         return series_scene(
             series.stimuli,
             index,
             seen,
-            self.question,
+            look.question,
             hint,
-            self.layout,
-            self.style,
-            self.reference,
+            look.layout,
+            look.style,
+            look.reference,
             wrap=self.wrap,
         )
 
 
-def _spec(scale: Any) -> ScaleSpec:
-    return ScaleSpec.model_validate({key: getattr(scale, key) for key in ScaleSpec.model_fields})
-
-
-class BestOfSeriesSpec(BlockSpec):
-    """The observer browses each series, chooses a picture, and rates the choice.
-
-    ``series`` names the pictures of each series in order, or gives the factors that make them. ``question`` stands
-    above the picture in place of the experiment's. With ``see_all`` every picture must be seen before one can be
-    chosen; with ``wrap`` the last is followed by the first. ``start`` is where in a series one begins. Where
-    ``ratings`` is left out, the choice is rated for ``similarity`` to the reference, or for ``quality`` where there is
-    none, and the series for ``difficulty``.
-    """
-
-    kind: Literal["best_of_series"]
-    """Which kind of entry this is; it decides which other keys there are."""
-    series: SomeSeries
-    """The series of pictures: by name with their stimuli in order, or by factors."""
-    question: Line | None = None
-    """The question that stands above the pictures."""
-    ratings: Annotated[tuple[ScaleSpec, ...], Field(max_length=12)] = (_spec(SIMILARITY), _spec(DIFFICULTY))
-    """Scales that are asked of the chosen picture."""
-    start: Literal["random", "first"] = "random"
-    """Which picture of a series is shown first."""
-    see_all: bool = True
-    """Whether every picture of a series must be seen before one is chosen."""
-    wrap: bool = False
-    """Whether the series goes on at its other end."""
-    break_every: Natural | None = None
-    """After how many trials there is a page to rest; left out, there is none."""
-
-    def make(self, setting: Setting) -> BestOfSeries:
-        """Return the block in the observer's own order."""
-        return BestOfSeries(
-            find_series(self.series, setting.stimuli),
-            self.question or setting.question,
-            setting.single_layout(),
-            setting.own_seed,
-            scales=self.scales(setting),
-            start=self.start,
-            see_all=self.see_all,
-            wrap=self.wrap,
-            break_every=self.break_every,
-            style=setting.style,
-            reference=setting.reference,
-        )
-
-    def scales(self, setting: Setting) -> tuple[Scale, ...]:
-        """Return the scales that are written, or those that suit the experiment."""
-        if "ratings" in self.model_fields_set:
-            return tuple(scale.make() for scale in self.ratings)
-        names = "similarity" if setting.has_reference else "quality", "difficulty"
-        return tuple(usual_scale(name, setting.style.interface) for name in names)
-
-    def faults(self, stimuli: Stimuli) -> Iterator[Fault]:
-        """Yield wrong stimuli or factors, series of one picture, and scales of one name."""
-        yield from scale_faults(self.ratings, "ratings")
-        yield from series_faults(self.series, stimuli)
-
-    def named(self, stimuli: Stimuli) -> Iterator[Named]:
-        """Yield its series and its scales."""
-        yield from series_named(self.series, stimuli)
-        yield from scales_named(self.ratings)
+def _keys(scales: Sequence[Scale]) -> dict[str, str]:
+    """Return what leafs and chooses, and what answers the scales."""
+    keys = {**_LEAF, **_CHOOSE}
+    for scale in scales:
+        for key, meaning in scale.keys.items():
+            if keys.get(key, meaning) != meaning and not keys[key].endswith(f", {meaning}"):
+                keys[key] = f"{keys[key]}, {meaning}"
+            else:
+                keys.setdefault(key, meaning)
+    return keys

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Generator, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal, TypeAlias
@@ -68,44 +68,41 @@ Step: TypeAlias = Ask | Hold | Draft | ChooseBatch
 Steps: TypeAlias = Generator[Step, Response | PooledBatch | None, None]
 
 
-class Block(ABC):
-    """One part of a session."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Block:
+    """One part of a session: an ``entry`` of ``blocks:`` as one observer meets it.
 
-    __slots__ = ()
+    Attributes
+    ----------
+    entry
+        What people wrote of it, which is of some kind.
+    steps
+        Starts the coroutine; called again after an interruption it must yield the same steps.
+    trials
+        How many scored trials it will record.
+    expected_s
+        About how long it will take.
+    keys
+        What the keys mean in it, beside the space bar that continues.
+    places_px
+        Where it shows stimuli, as offsets from the middle of each eye's view.
+    pictures
+        Pictures of its own making, by the names that its scenes show them by.
+    scale_ends
+        The lowest and the highest number of each scale that it asks, by the name of its ratings.
+    facts
+        What a check says of it beside that, such as how many pairs each group has.
+    """
 
-    @property
-    def trials(self) -> int:
-        """How many scored trials it will record."""
-        return 0
-
-    @property
-    def scale_ends(self) -> Mapping[str, tuple[int, int]]:
-        """The lowest and the highest number of each scale that it asks, by the name of its ratings."""
-        return {}
-
-    @property
-    def expected_s(self) -> float:
-        """About how long it will take."""
-        return SECONDS_PER_TRIAL * self.trials
-
-    @property
-    def keys(self) -> Mapping[str, str]:
-        """What the keys mean in it, beside the space bar that continues."""
-        return {}
-
-    @property
-    def places_px(self) -> tuple[Offset, ...]:
-        """Where it shows stimuli, as offsets from the middle of each eye's view."""
-        return ()
-
-    @property
-    def pictures(self) -> Mapping[str, Callable[[], StereoImage]]:
-        """Pictures of its own making, by the names that its scenes show them by."""
-        return {}
-
-    @abstractmethod
-    def steps(self) -> Steps:
-        """Start the coroutine; called again after an interruption it must yield the same steps."""
+    entry: BlockKind
+    steps: Callable[[], Steps]
+    trials: int = 0
+    expected_s: float = 0.0
+    keys: Mapping[str, str] = field(default_factory=dict)
+    places_px: tuple[Offset, ...] = ()
+    pictures: Mapping[str, Callable[[], StereoImage]] = field(default_factory=dict)
+    scale_ends: Mapping[str, tuple[int, int]] = field(default_factory=dict)
+    facts: Mapping[str, Any] = field(default_factory=dict)
 
 
 def answer(response: Response | PooledBatch | None) -> Response:
@@ -142,8 +139,8 @@ class Named:
     path: tuple[str | int, ...]
 
 
-class BlockSpec(Strict):
-    """One entry of ``blocks:``. A subclass holds its keys, and names its ``kind``."""
+class BlockKind(Strict):
+    """One entry of ``blocks:``. A subclass holds its keys, names its ``kind``, and says how an observer meets it."""
 
     kind: str
     """Which kind of entry this is; it decides which other keys there are."""
@@ -157,7 +154,7 @@ class BlockSpec(Strict):
         return self.least_response_time_ms / 1000.0
 
     @abstractmethod
-    def make(self, setting: Setting) -> Block:
+    def meet(self, setting: Setting) -> Block:
         """Return the block as the observer of ``setting`` meets it, also where `faults` finds some.
 
         Raises

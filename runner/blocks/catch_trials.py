@@ -51,36 +51,92 @@ class Comparison:
         return data
 
 
-@dataclass(frozen=True, slots=True)
-class CatchTrials:
-    """``count`` trials in all: ``identical`` show a stimulus twice, the rest go through ``pairs`` (better, worse)."""
+Pair = Annotated[list[str], Field(min_length=2, max_length=2)]
 
-    count: int
-    pairs: tuple[tuple[str, str], ...] = ()
-    identical: int = 0
+
+class CatchTrials(Strict):
+    """``pairs`` of stimuli (better, worse) with an obvious answer, and how many trials show one stimulus twice.
+
+    One catch trial comes for ``every`` so many others, or for a ``share`` of them; ``identical`` of these show a
+    stimulus of the block twice, the rest go through ``pairs``. Without ``every`` and ``share``, each pair comes once.
+    """
+
+    every: Annotated[Natural, Field(le=100_000)] | None = None
+    """One catch trial in so many trials."""
+    share: Annotated[float, Field(gt=0, le=0.5)] | None = None
+    """The share of trials that are catch trials."""
+    pairs: tuple[Pair, ...] = ()
+    """Pairs with a known answer: the better picture first."""
+    identical: Annotated[Count, Field(le=100_000)] = 0
+    """How many catch trials show the same picture twice."""
+
+    @model_validator(mode="after")
+    def _one_number(self) -> CatchTrials:
+        if self.every and self.share:
+            raise ValueError("give 'every' or 'share', not both")
+        return self
+
+    def count(self, trials: int) -> int:
+        """Return how many catch trials there are among so many others."""
+        if self.every:
+            return trials // self.every
+        if self.share:
+            return max(1, round(self.share * trials))
+        return len(self.pairs) + self.identical
+
+    def faults(self, stimuli: Stimuli, trials: int) -> Iterator[Fault]:
+        """Yield unknown names, catch trials without anything to show, and more of them than fit."""
+        for index, pair in enumerate(self.pairs):
+            yield from name_faults(pair, stimuli, "catch", "pairs", index)
+        if not self.pairs and not self.identical:
+            yield Fault(
+                "catch trials need something to show", ("catch",), "name pairs [better, worse], or give 'identical'"
+            )
+            return
+        count = self.count(trials)
+        if count == 0:
+            yield Fault(
+                f"{trials} trials have no catch trial every {self.every}", ("catch", "every"), f"at most {trials}"
+            )
+        elif count > trials:
+            yield Fault(f"{count} catch trials are too many among {trials}", ("catch",), f"at most {trials}")
+        elif self.identical > count:
+            yield Fault(
+                f"{self.identical} of {count} catch trials cannot be identical", ("catch", "identical"), "give fewer"
+            )
+        elif count > self.identical and not self.pairs:
+            yield Fault(
+                f"{count - self.identical} of {count} catch trials have no pair to show",
+                ("catch",),
+                "name pairs [better, worse], or leave out 'every' and 'share'",
+            )
 
 
 def mix_in(
     trials: Sequence[Comparison],
     catch: CatchTrials,
+    count: int,
     stimuli: Sequence[str],
     side_seed: str,
     order_seed: str,
     *,
     flip: bool = False,
 ) -> list[Comparison]:
-    """Return ``trials`` in their order with the catch trials among them; those of identical pairs show ``stimuli``.
+    """Return ``trials`` in their order with ``count`` catch trials among them; identical pairs are of ``stimuli``.
 
     The seeds and ``flip`` are those of `runner.blocks.orders.pair_order`. The better stimulus stands first in half
     of the obvious pairs, one more or less, and on the other side for the neighbouring observer.
     """
     rng = random.Random(f"{order_seed}/catch")
-    waiting = [*_obvious(catch, random.Random(f"{side_seed}/catch"), flip=flip), *_identical(catch, stimuli, rng)]
+    waiting = [
+        *_obvious(catch, count, random.Random(f"{side_seed}/catch"), flip=flip),
+        *_identical(catch, stimuli, rng),
+    ]
     rng.shuffle(waiting)
     kinds = Counter(waiting)
     mixed: list[Comparison] = []
-    for number in range(catch.count):
-        start, end = (len(trials) * edge // catch.count for edge in (number, number + 1))
+    for number in range(count):
+        start, end = (len(trials) * edge // count for edge in (number, number + 1))
         gap, chosen = _placed(trials, waiting, kinds, start, end, rng)
         item = waiting.pop(chosen)
         kinds[item] -= 1
@@ -88,11 +144,11 @@ def mix_in(
     return mixed
 
 
-def _obvious(catch: CatchTrials, rng: random.Random, *, flip: bool) -> Iterator[Comparison]:
+def _obvious(catch: CatchTrials, count: int, rng: random.Random, *, flip: bool) -> Iterator[Comparison]:
     pairs = list(catch.pairs)
     rng.shuffle(pairs)
     turn = (rng.random() < 0.5) != flip
-    for number in range(catch.count - catch.identical):
+    for number in range(count - catch.identical):
         times, index = divmod(number, len(pairs))
         better, worse = pairs[index]
         first, second = (better, worse) if bool((times + index) % 2) == turn else (worse, better)
@@ -134,69 +190,3 @@ def _placed(
         if len(tried) == left:
             break
     return gaps[0], 0
-
-
-Pair = Annotated[list[str], Field(min_length=2, max_length=2)]
-
-
-class CatchSpec(Strict):
-    """``pairs`` of stimuli (better, worse) with an obvious answer, and how many trials show one stimulus twice.
-
-    One catch trial comes for ``every`` so many others, or for a ``share`` of them; ``identical`` of these show a
-    stimulus of the block twice, the rest go through ``pairs``. Without ``every`` and ``share``, each pair comes once.
-    """
-
-    every: Annotated[Natural, Field(le=100_000)] | None = None
-    """One catch trial in so many trials."""
-    share: Annotated[float, Field(gt=0, le=0.5)] | None = None
-    """The share of trials that are catch trials."""
-    pairs: tuple[Pair, ...] = ()
-    """Pairs with a known answer: the better picture first."""
-    identical: Annotated[Count, Field(le=100_000)] = 0
-    """How many catch trials show the same picture twice."""
-
-    @model_validator(mode="after")
-    def _one_number(self) -> CatchSpec:
-        if self.every and self.share:
-            raise ValueError("give 'every' or 'share', not both")
-        return self
-
-    def count(self, trials: int) -> int:
-        """Return how many catch trials there are among so many others."""
-        if self.every:
-            return trials // self.every
-        if self.share:
-            return max(1, round(self.share * trials))
-        return len(self.pairs) + self.identical
-
-    def make(self, trials: int) -> CatchTrials:
-        """Return the catch trials for a block of so many others."""
-        pairs = tuple((better, worse) for better, worse in self.pairs)
-        return CatchTrials(self.count(trials), pairs, self.identical)
-
-    def faults(self, stimuli: Stimuli, trials: int) -> Iterator[Fault]:
-        """Yield unknown names, catch trials without anything to show, and more of them than fit."""
-        for index, pair in enumerate(self.pairs):
-            yield from name_faults(pair, stimuli, "catch", "pairs", index)
-        if not self.pairs and not self.identical:
-            yield Fault(
-                "catch trials need something to show", ("catch",), "name pairs [better, worse], or give 'identical'"
-            )
-            return
-        count = self.count(trials)
-        if count == 0:
-            yield Fault(
-                f"{trials} trials have no catch trial every {self.every}", ("catch", "every"), f"at most {trials}"
-            )
-        elif count > trials:
-            yield Fault(f"{count} catch trials are too many among {trials}", ("catch",), f"at most {trials}")
-        elif self.identical > count:
-            yield Fault(
-                f"{self.identical} of {count} catch trials cannot be identical", ("catch", "identical"), "give fewer"
-            )
-        elif count > self.identical and not self.pairs:
-            yield Fault(
-                f"{count - self.identical} of {count} catch trials have no pair to show",
-                ("catch",),
-                "name pairs [better, worse], or leave out 'every' and 'share'",
-            )

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Literal
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any, ClassVar, Literal
 
-from runner.blocks.block import Block, BlockSpec, Draft, Steps, answer
-from runner.blocks.field_types import Words
+from documents.yaml import Natural
+from runner.blocks.block import Block, BlockKind, Draft, Hold, Steps, answer
+from runner.blocks.field_types import Seconds, ShortSeconds, Words
 from runner.blocks.setting import Setting
-from runner.blocks.style import FULL_HD_HALF, Style
+from runner.blocks.style import Style
 from runner.blocks.text_entry import button
 from runner.ports import Ask, Target
 from runner.presenter.lettering import text_area
-from runner.presenter.scene import Scene
+from runner.presenter.scene import Offset, Scene
 
 PAGES = ("instructions", "break")
 CONTINUE_KEYS = {"space": "continue", "enter": "continue", "pad_a": "continue"}
@@ -38,51 +40,86 @@ def page(words: str, style: Style, hint: str = "press_space") -> Ask:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class Message(Block):
-    """A page shown until the observer goes on; ``kind`` is ``instructions`` or ``break``."""
+class _PageKind(BlockKind):
+    """A page of words, shown until the observer goes on."""
 
-    kind: str
-    words: str
-    style: Style = FULL_HD_HALF
-    hint: str = "press_space"
-
-    @property
-    def expected_s(self) -> float:
-        """As long as reading takes, at four words a second."""
-        return max(3.0, len(self.words.split()) / 4.0)
-
-    def steps(self) -> Steps:
-        """Show the page and record that it was read."""
-        response = answer((yield page(self.words, self.style, self.hint)))
-        yield Draft(self.kind, response_time_s=response.time_s, repeatable=False)
-
-
-class InstructionsSpec(BlockSpec):
-    """A page of words."""
-
-    kind: Literal["instructions"]
-    """Which kind of entry this is; it decides which other keys there are."""
     text: Words
     """The words of the page."""
 
-    def make(self, setting: Setting) -> Message:
+    def _page(self, words: str, style: Style, hint: str = "press_space") -> Block:
+        """Return the block; it takes as long as reading takes, at four words a second."""
+
+        def steps() -> Steps:
+            response = answer((yield page(words, style, hint)))
+            yield Draft(self.kind, response_time_s=response.time_s, repeatable=False)
+
+        return Block(entry=self, steps=steps, expected_s=max(3.0, len(words.split()) / 4.0))
+
+
+class Instructions(_PageKind):
+    """A page of words."""
+
+    kind: Literal["instructions"]
+
+    def meet(self, setting: Setting) -> Block:
         """Return the page."""
-        return Message(self.kind, self.text, setting.style, setting.hint)
+        return self._page(self.text, setting.style, setting.hint)
 
 
-class BreakSpec(BlockSpec):
+class Break(_PageKind):
     """A break, ended by the observer."""
 
     kind: Literal["break"]
-    """Which kind of entry this is; it decides which other keys there are."""
     text: Words = "Time for a break."
-    """The words of the page."""
 
-    def make(self, setting: Setting) -> Message:
+    def meet(self, setting: Setting) -> Block:
         """Return the page, in the interface's words if it has none of its own."""
         words = self.text if "text" in self.model_fields_set else setting.style.say("break_page")
-        return Message(self.kind, words, setting.style)
+        return self._page(words, setting.style)
+
+
+# The order of keys in what a digest is made of: experiments that were recorded keep theirs.
+_TIMES = ("break_every", "fixation_s", "exposure_s", "blank_between_s", "blank_s")
+
+
+class PausedKind(BlockKind):
+    """A kind with pages to rest between its trials. Its keys of time follow the others, but for those of ``_last``."""
+
+    _last: ClassVar[tuple[str, ...]] = ()
+
+    break_every: Natural | None = None
+    """After how many trials there is a page to rest; left out, there is none."""
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **more: Any) -> None:
+        """Put the keys in order: a kind's own, those of time, and the last."""
+        super().__pydantic_init_subclass__(**more)
+        order = ("", *_TIMES, *cls._last)
+        keys = sorted(cls.__pydantic_fields__, key=lambda key: order.index(key) if key in order else 0)
+        cls.__pydantic_fields__ = {key: cls.__pydantic_fields__[key] for key in keys}
+
+    def rests(self, style: Style, words: str, done: int, trials: int, upcoming: Scene | None) -> Iterator[Ask]:
+        """Yield a page after ``done`` of the ``trials``, if one comes there; ``words`` is its name in the interface."""
+        if self.break_every and done and done % self.break_every == 0:
+            yield replace(page(style.say(words, done=done, all=trials), style), upcoming=upcoming)
+
+
+class TimedKind(PausedKind):
+    """A kind whose trials have times, in seconds, to the nearest frame."""
+
+    fixation_s: ShortSeconds = 0.0
+    """Seconds of a fixation mark before each trial."""
+    exposure_s: Seconds | None = None
+    """Seconds that the pictures are shown; left out, until the answer."""
+    blank_s: ShortSeconds = 0.0
+    """Seconds of an empty screen between trials."""
+
+    def before(self, style: Style, place_px: Offset = (0, 0), *, first_of_all: bool) -> Iterator[Hold]:
+        """Yield what is shown before a trial: black after another one, and a cross at a place."""
+        if self.blank_s and not first_of_all:
+            yield Hold("blank", Scene(), self.blank_s)
+        if self.fixation_s:
+            yield Hold("fixation", Scene((style.text_at("+", place_px, height=48),)), self.fixation_s)
 
 
 _OPTIONS = {"c": "continue", "r": "repeat", "n": "note", "s": "stop"}

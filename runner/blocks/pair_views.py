@@ -54,6 +54,7 @@ def _tie_places(ties: Ties, middle_px: Offset, style: Style) -> dict[str, Offset
 
 
 _PADS = {"left": "pad_left", "right": "pad_right", "up": "pad_up", "down": "pad_down"}
+_BLANK_BETWEEN_S = 0.5
 _LABEL_SHARE = 0.3
 _LETTER_SHARE = 0.55  # a letter's mean width in the type's height
 
@@ -207,6 +208,13 @@ class SequenceView:
         if self.layout.reference(self.reference):
             return 0, self.layout.below_px + self.style.px(75)
         return self.layout.picture_px
+
+
+def gap_s(asked_s: float | None, *, in_sequence: bool) -> float:
+    """Return how long black lies between two intervals, in seconds; 0 where pictures are shown at once."""
+    if not in_sequence:
+        return 0.0
+    return _BLANK_BETWEEN_S if asked_s is None else asked_s
 
 
 def sequence_page(style: Style) -> Ask:

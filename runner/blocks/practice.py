@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field
 
 from documents.yaml import Natural, Strict
-from runner.blocks.block import Block, BlockSpec, Draft, Fault, Hold, Response, Steps, answer
+from runner.blocks.block import Block, BlockKind, Draft, Fault, Hold, Response, Steps, answer
 from runner.blocks.interface import ENGLISH
 from runner.blocks.message import PAGES, page
 from runner.blocks.setting import Setting, Stimuli
-from runner.blocks.style import FULL_HD_HALF, Style
+from runner.blocks.style import Style
 from runner.blocks.tasks import Choose
 from runner.ports import ChooseBatch
-from runner.presenter.scene import Offset
-from stimuli.pictures import StereoImage
 
 if TYPE_CHECKING:
-    AnyBlockSpec: TypeAlias = BlockSpec  # any kind in `runner.blocks.registry`, which sets it
+    AnyBlock: TypeAlias = BlockKind  # any kind in `runner.blocks.registry`, which sets it
 
 Feedback = Literal["none", "correctness", "choice"]
 _FEEDBACK_S = 2.0
@@ -41,57 +39,76 @@ _ANSWERS = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Passing:
-    """Enough practice: of the last ``of`` answers with a right and a wrong, at least ``share`` were right."""
-
-    share: float
-    of: int
+NOT_PRACTISED = ("instructions", "break", "questionnaire", "practice")
 
 
-@dataclass(frozen=True, slots=True)
-class Practice(Block):
-    """The first ``most_trials`` trials of ``block``, or fewer once ``until`` is reached; recorded as ``practice``.
+class Until(Strict):
+    """Enough: of the last ``of`` answers with a right and a wrong, at least the share ``correct`` was right."""
 
-    ``feedback`` is given before the answer is recorded: whether it was right, where that is known, or what it was.
-    Its response times are those of the block.
-    """
+    correct: Annotated[float, Field(gt=0, le=1)]
+    """The share of right answers that is enough."""
+    of: Annotated[Natural, Field(le=100_000)]
+    """Over how many of the last answers the share is taken."""
 
-    block: Block
-    most_trials: int
+    def reached(self, right: Sequence[bool]) -> bool:
+        """Return whether it is enough, by which of the last answers were right."""
+        return len(right) == self.of and sum(right) >= self.correct * self.of
+
+
+class Practice(BlockKind):
+    """At most ``trials`` trials of ``block``; ``until`` may end it sooner. ``block`` is of any kind that has trials."""
+
+    kind: Literal["practice"]
+    block: AnyBlock
+    """The block that is practised, as it would stand by itself."""
+    trials: Annotated[Natural, Field(le=100_000)]
+    """How many trials there are."""
     feedback: Feedback = "correctness"
-    until: Passing | None = None
-    style: Style = FULL_HD_HALF
+    """What is said after each practised trial."""
+    until: Until | None = None
+    """When practice ends early: a share of right answers."""
 
     @property
-    def trials(self) -> int:
-        """At most so many: no more than the block has."""
-        return min(self.most_trials, self.block.trials)
+    def least_s(self) -> float:
+        """That of the block, unless the practice states its own."""
+        own = "least_response_time_ms" in self.model_fields_set
+        return self.least_response_time_ms / 1000.0 if own else self.block.least_s
 
-    @property
-    def expected_s(self) -> float:
-        """The block's time a trial, and that of reading the feedback."""
-        each_s = self.block.expected_s / max(1, self.block.trials)
-        return self.trials * (each_s + (0.0 if self.feedback == "none" else _FEEDBACK_S))
+    def meet(self, setting: Setting) -> Block:
+        """Return the first trials of the block as the observer of ``setting`` meets it, or fewer once that is enough.
 
-    @property
-    def keys(self) -> Mapping[str, str]:
-        """Those of the block."""
-        return self.block.keys
+        Feedback is given before the answer is recorded: whether it was right, where that is known, or what it was.
+        The response times are those of the block.
+        """
+        block = self.block.meet(setting)
+        trials = min(self.trials, block.trials)
+        each_s = block.expected_s / max(1, block.trials) + (0.0 if self.feedback == "none" else _FEEDBACK_S)
+        return Block(
+            entry=self,
+            steps=partial(self._steps, block, setting.style),
+            trials=trials,
+            expected_s=trials * each_s,
+            keys=block.keys,
+            places_px=block.places_px,
+            pictures=block.pictures,
+        )
 
-    @property
-    def pictures(self) -> Mapping[str, Callable[[], StereoImage]]:
-        """Those of the block."""
-        return self.block.pictures
+    def faults(self, stimuli: Stimuli) -> Iterator[Fault]:
+        """Yield a block that cannot be practised, settings that cannot be met, and the block's faults."""
+        if self.block.kind in NOT_PRACTISED:
+            yield Fault(f"'{self.block.kind}' has no trials to practise", ("block", "kind"), "name a scored kind")
+        if getattr(self.block, "on_fail", None) == "stop":
+            yield Fault("a practice cannot end the session", ("block", "on_fail"), "on_fail: continue")
+        if getattr(self.block, "pool", "none") != "none":
+            yield Fault("a practice's answers are not pooled", ("block", "pool"), "leave 'pool' out")
+        if self.until and self.until.of > self.trials:
+            yield Fault(f"until looks at {self.until.of} answers, of {self.trials}", ("until", "of"), "raise trials")
+        for fault in self.block.faults(stimuli):
+            yield Fault(fault.message, ("block", *fault.path), fault.remedy)
 
-    @property
-    def places_px(self) -> tuple[Offset, ...]:
-        """Those of the block."""
-        return self.block.places_px
-
-    def steps(self) -> Steps:
+    def _steps(self, block: Block, style: Style) -> Steps:
         """Run the block, trial by trial, until that is enough."""
-        inner = self.block.steps()
+        inner = block.steps()
         response: Response | None = None
         done = 0
         right: deque[bool] = deque(maxlen=self.until.of if self.until else 1)
@@ -103,7 +120,7 @@ class Practice(Block):
                 return
             response = None
             if isinstance(step, ChooseBatch):
-                raise TypeError("a practice's answers are not scored, and not pooled")  # `PracticeSpec.faults` says so
+                raise TypeError("a practice's answers are not scored, and not pooled")  # `faults` says so
             if isinstance(step, Hold):
                 yield step
             elif not isinstance(step, Draft):
@@ -115,21 +132,18 @@ class Practice(Block):
             else:
                 if isinstance(step.data.get("correct"), bool):
                     correct = step.data["correct"]
-                words = feedback_words(step.data, correct, self.feedback, self.style.say)
+                words = feedback_words(step.data, correct, self.feedback, style.say)
                 if words:
-                    yield page(words, self.style)
+                    yield page(words, style)
                 done += 1
                 if correct is not None:
                     right.append(correct)
                 correct = None
                 data = {**step.data, "practice_of": step.kind}
                 yield Draft("practice", data, step.stimuli, step.response_time_s, repeatable=step.repeatable)
-                if done == self.most_trials or self._passed(right):
+                if done == self.trials or (self.until and self.until.reached(right)):
                     inner.close()
                     return
-
-    def _passed(self, right: deque[bool]) -> bool:
-        return self.until is not None and len(right) == self.until.of and sum(right) >= self.until.share * self.until.of
 
 
 def feedback_words(
@@ -145,54 +159,3 @@ def feedback_words(
         name = _PLACES.get((str(data.get("first_position")), str(given))) or _ANSWERS.get(str(given))
         return say("your_answer", answer=say(name) if name else given)
     return ""
-
-
-NOT_PRACTISED = ("instructions", "break", "questionnaire", "practice")
-
-
-class UntilSpec(Strict):
-    """Enough: of the last ``of`` answers with a right and a wrong, at least the share ``correct`` was right."""
-
-    correct: Annotated[float, Field(gt=0, le=1)]
-    """The share of right answers that is enough."""
-    of: Annotated[Natural, Field(le=100_000)]
-    """Over how many of the last answers the share is taken."""
-
-
-class PracticeSpec(BlockSpec):
-    """At most ``trials`` trials of ``block``; ``until`` may end it sooner. ``block`` is of any kind that has trials."""
-
-    kind: Literal["practice"]
-    """Which kind of entry this is; it decides which other keys there are."""
-    block: AnyBlockSpec
-    """The block that is practised, as it would stand by itself."""
-    trials: Annotated[Natural, Field(le=100_000)]
-    """How many trials there are."""
-    feedback: Feedback = "correctness"
-    """What is said after each practised trial."""
-    until: UntilSpec | None = None
-    """When practice ends early: a share of right answers."""
-
-    @property
-    def least_s(self) -> float:
-        """That of the block, unless the practice states its own."""
-        own = "least_response_time_ms" in self.model_fields_set
-        return self.least_response_time_ms / 1000.0 if own else self.block.least_s
-
-    def make(self, setting: Setting) -> Practice:
-        """Return the practice of the block as the observer of ``setting`` meets it."""
-        until = Passing(self.until.correct, self.until.of) if self.until else None
-        return Practice(self.block.make(setting), self.trials, self.feedback, until, setting.style)
-
-    def faults(self, stimuli: Stimuli) -> Iterator[Fault]:
-        """Yield a block that cannot be practised, settings that cannot be met, and the block's faults."""
-        if self.block.kind in NOT_PRACTISED:
-            yield Fault(f"'{self.block.kind}' has no trials to practise", ("block", "kind"), "name a scored kind")
-        if getattr(self.block, "on_fail", None) == "stop":
-            yield Fault("a practice cannot end the session", ("block", "on_fail"), "on_fail: continue")
-        if getattr(self.block, "pool", "none") != "none":
-            yield Fault("a practice's answers are not pooled", ("block", "pool"), "leave 'pool' out")
-        if self.until and self.until.of > self.trials:
-            yield Fault(f"until looks at {self.until.of} answers, of {self.trials}", ("until", "of"), "raise trials")
-        for fault in self.block.faults(stimuli):
-            yield Fault(fault.message, ("block", *fault.path), fault.remedy)

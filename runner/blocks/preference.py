@@ -9,23 +9,21 @@ from __future__ import annotations
 import random
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
 from documents.yaml import Natural
-from runner.blocks.all_pairs import BLANK_BETWEEN_S
-from runner.blocks.block import SECONDS_PER_TRIAL, Block, BlockSpec, Draft, Fault, Hold, Steps, answer, name_faults
+from runner.blocks.block import SECONDS_PER_TRIAL, Block, Draft, Fault, Hold, Steps, answer, name_faults
 from runner.blocks.field_types import Line, Seconds, ShortSeconds
-from runner.blocks.layout import PairLayout, SingleLayout
-from runner.blocks.message import page
+from runner.blocks.message import PausedKind
 from runner.blocks.orders import spread
-from runner.blocks.pair_views import SequenceView, SimultaneousView, present, sequence_page
+from runner.blocks.pair_views import SequenceView, SimultaneousView, gap_s, present, sequence_page
 from runner.blocks.setting import Setting, Stimuli
-from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.tasks import Compare
 from runner.ports import Ask
-from runner.presenter.scene import Offset, Scene
+from runner.presenter.scene import Scene
 
 View = Literal["stereo", "flat"]
 _OWN_PACE_S = 3.0
@@ -39,123 +37,11 @@ class Versions:
     flat: str
 
 
-@dataclass(frozen=True, slots=True)
-class Preference(Block):
-    """Each picture's two versions once per repeat, the stereo one first in half of them, one more or less.
-
-    A layout for one picture shows them in two intervals, each for ``exposure_s`` or, if that is None, until the
-    observer goes on, with ``blank_between_s`` between them; a layout for two shows them at once. ``blank_s`` is black
-    between two trials. The response time runs from the onset of the question (of the pair, where it stays).
-    """
-
-    versions: tuple[Versions, ...]
-    question: str
-    layout: PairLayout | SingleLayout
-    seed: str
-    order_seed: str
-    flip_sides: bool = False
-    repeats: int = 1
-    exposure_s: float | None = None
-    blank_between_s: float = 0.0
-    blank_s: float = 0.0
-    break_every: int | None = None
-    style: Style = FULL_HD_HALF
-    reference: str | None = None
-
-    @property
-    def trials(self) -> int:
-        """Pictures times repeats."""
-        return len(self.versions) * self.repeats
-
-    @property
-    def expected_s(self) -> float:
-        """A few seconds for each answer, and as long as the pictures are shown before it."""
-        in_sequence = isinstance(self.layout, SingleLayout)
-        each_s = self.exposure_s or (_OWN_PACE_S if in_sequence else 0.0)
-        shown_s = each_s * (2 if in_sequence else 1) + self.blank_between_s + self.blank_s
-        return self.trials * (SECONDS_PER_TRIAL + shown_s)
-
-    @property
-    def keys(self) -> dict[str, str]:
-        """What chooses."""
-        return self.view.keys
-
-    @property
-    def view(self) -> SimultaneousView | SequenceView:
-        """How the two are shown."""
-        if isinstance(self.layout, SingleLayout):
-            return SequenceView(self.layout, self.question, self.style, reference=self.reference)
-        return SimultaneousView(self.layout, self.question, self.style, reference=self.reference)
-
-    def order(self) -> list[tuple[Versions, bool]]:
-        """Return the pictures in the observer's order, and whether the stereo version stands first."""
-        sides = list(range(len(self.versions)))
-        random.Random(f"{self.seed}/sides").shuffle(sides)
-        rng = random.Random(f"{self.order_seed}/preference")
-        number = {name: index for index, name in enumerate(self._names)}
-        picture = {(number[version.stereo], number[version.flat]): index for index, version in enumerate(self.versions)}
-        order: list[tuple[int, int]] = []
-        stereo_first: list[bool] = []
-        for repeat in range(self.repeats):
-            part = spread(list(picture), rng, order[-1] if order else None)
-            order += part
-            stereo_first += [bool((sides[picture[pair]] + repeat) % 2) != self.flip_sides for pair in part]
-        return [(self.versions[picture[pair]], first) for pair, first in zip(order, stereo_first, strict=True)]
-
-    @property
-    def places_px(self) -> tuple[Offset, ...]:
-        """Where the pictures stand."""
-        return self.layout.places_px
-
-    def steps(self) -> Steps:
-        """Show both versions of each picture, ask, and record the answer."""
-        view = self.view
-        order = self.order()
-        trials = [
-            (pair.stereo, pair.flat) if stereo_first else (pair.flat, pair.stereo) for pair, stereo_first in order
-        ]
-        if isinstance(view, SequenceView):
-            yield replace(sequence_page(self.style), upcoming=view.pair(*trials[0]))
-        for number, (first, second) in enumerate(trials):
-            if self.break_every and number and number % self.break_every == 0:
-                words = self.style.say("comparisons_done", done=number, all=len(trials))
-                yield replace(page(words, self.style), upcoming=view.pair(first, second))
-            if self.blank_s and number:
-                yield Hold("blank", Scene(), self.blank_s)
-            shown = present(view, first, second, self.exposure_s, self.blank_between_s)
-            scene, interval_s = yield from shown
-            upcoming = view.pair(*trials[number + 1]) if number + 1 < len(trials) else None
-            task = Compare(first, second, self.reference)
-            response = answer((yield Ask(scene, view.keys, upcoming, task, view.targets)))
-            chosen, rejected = (first, second) if response.meaning == "first" else (second, first)
-            stereo = order[number][0].stereo
-            data = {
-                "first": first,
-                "second": second,
-                "answer": response.meaning,
-                "chosen": chosen,
-                "rejected": rejected,
-                "chosen_view": _view(chosen, stereo),
-                "first_view": _view(first, stereo),
-                "first_position": view.position_names[0],
-                **({"interval_s": interval_s} if interval_s else {}),
-            }
-            yield Draft("preference", data, stimuli=(first, second), response_time_s=response.time_s)
-
-    @property
-    def _names(self) -> tuple[str, ...]:
-        return tuple(dict.fromkeys(name for version in self.versions for name in (version.stereo, version.flat)))
-
-
-def _view(name: str, stereo: str) -> View:
-    return "stereo" if name == stereo else "flat"
-
-
 Pair = Annotated[list[str], Field(min_length=2, max_length=2)]
 SomePairs = Literal["all"] | Annotated[list[Pair], Field(min_length=1)]
 
 
-class PreferenceSpec(BlockSpec):
+class Preference(PausedKind):
     """Both versions of each picture, and which was closer.
 
     ``pairs`` are [stereo, flat], or ``all`` that the recipe makes: stimuli that differ in the factor ``view`` alone.
@@ -165,7 +51,6 @@ class PreferenceSpec(BlockSpec):
     """
 
     kind: Literal["preference"]
-    """Which kind of entry this is; it decides which other keys there are."""
     pairs: SomePairs = "all"
     """Pairs of stimuli to compare: all, or a list of two names each."""
     presentation: Literal["sequence", "simultaneous"] = "sequence"
@@ -174,8 +59,6 @@ class PreferenceSpec(BlockSpec):
     """The question that stands above the pictures."""
     repeats: Annotated[Natural, Field(le=100_000)] = 1
     """How many times each one is asked."""
-    break_every: Natural | None = None
-    """After how many trials there is a page to rest; left out, there is none."""
     exposure_s: Seconds | None = None
     """Seconds that the pictures are shown; left out, until the answer."""
     blank_between_s: ShortSeconds | None = None
@@ -184,29 +67,62 @@ class PreferenceSpec(BlockSpec):
     """Seconds of an empty screen between trials."""
 
     @model_validator(mode="after")
-    def _intervals(self) -> PreferenceSpec:
+    def _intervals(self) -> Preference:
         if self.presentation == "simultaneous" and self.blank_between_s is not None:
             raise ValueError("'blank_between_s' belongs to 'presentation: sequence'; 'blank_s' lies between trials")
         return self
 
-    def make(self, setting: Setting) -> Preference:
-        """Return the block in the observer's own order."""
-        between_s = BLANK_BETWEEN_S if self.blank_between_s is None else self.blank_between_s
-        return Preference(
-            self.versions(setting.stimuli),
-            self.question or setting.question,
-            self._layout(setting),
-            setting.pair_seed,
-            setting.own_seed,
-            flip_sides=setting.flips_sides,
-            repeats=self.repeats,
-            exposure_s=self.exposure_s,
-            blank_between_s=between_s if self.presentation == "sequence" else 0.0,
-            blank_s=self.blank_s,
-            break_every=self.break_every,
-            style=setting.style,
-            reference=setting.reference,
+    def meet(self, setting: Setting) -> Block:
+        """Return the block in the observer's own order.
+
+        The response time runs from the onset of the question (of the pair, where it stays).
+        """
+        view, trials = self.view(setting), len(self.versions(setting.stimuli)) * self.repeats
+        in_sequence = self.presentation == "sequence"
+        each_s = self.exposure_s or (_OWN_PACE_S if in_sequence else 0.0)
+        shown_s = each_s * (2 if in_sequence else 1) + self.between_s + self.blank_s
+        return Block(
+            entry=self,
+            steps=partial(self._steps, setting, view),
+            trials=trials,
+            expected_s=trials * (SECONDS_PER_TRIAL + shown_s),
+            keys=view.keys,
+            places_px=view.layout.places_px,
         )
+
+    @property
+    def between_s(self) -> float:
+        """How long black lies between the intervals of a sequence, in seconds; 0 where pictures are shown at once."""
+        return gap_s(self.blank_between_s, in_sequence=self.presentation == "sequence")
+
+    def view(self, setting: Setting) -> SimultaneousView | SequenceView:
+        """Return how the two are shown."""
+        look = self.question or setting.question, setting.style
+        if self.presentation == "sequence":
+            return SequenceView(setting.single_layout(), *look, reference=setting.reference)
+        return SimultaneousView(setting.pair_layout(), *look, reference=setting.reference)
+
+    def order(self, setting: Setting) -> list[tuple[Versions, bool]]:
+        """Return the pictures in the observer's order, and whether the stereo version stands first.
+
+        It does in half of them, one more or less.
+        """
+        versions = self.versions(setting.stimuli)
+        sides = list(range(len(versions)))
+        random.Random(f"{setting.pair_seed}/sides").shuffle(sides)
+        rng = random.Random(f"{setting.own_seed}/preference")
+        number: dict[str, int] = {}
+        for version in versions:
+            for name in (version.stereo, version.flat):
+                number.setdefault(name, len(number))
+        picture = {(number[version.stereo], number[version.flat]): index for index, version in enumerate(versions)}
+        order: list[tuple[int, int]] = []
+        stereo_first: list[bool] = []
+        for repeat in range(self.repeats):
+            part = spread(list(picture), rng, order[-1] if order else None)
+            order += part
+            stereo_first += [bool((sides[picture[pair]] + repeat) % 2) != setting.flips_sides for pair in part]
+        return [(versions[picture[pair]], first) for pair, first in zip(order, stereo_first, strict=True)]
 
     def versions(self, stimuli: Stimuli) -> tuple[Versions, ...]:
         """Return the pairs that are named, or those that the stimuli's factors make."""
@@ -239,8 +155,40 @@ class PreferenceSpec(BlockSpec):
                 if known is not None and known != view:
                     yield Fault(f"'{name}' is {known}, not {view}", ("pairs", index, place), remedy)
 
-    def _layout(self, setting: Setting) -> PairLayout | SingleLayout:
-        return setting.single_layout() if self.presentation == "sequence" else setting.pair_layout()
+    def _steps(self, setting: Setting, view: SimultaneousView | SequenceView) -> Steps:
+        """Show both versions of each picture, ask, and record the answer."""
+        order, style = self.order(setting), setting.style
+        trials = [
+            (pair.stereo, pair.flat) if stereo_first else (pair.flat, pair.stereo) for pair, stereo_first in order
+        ]
+        if isinstance(view, SequenceView):
+            yield replace(sequence_page(style), upcoming=view.pair(*trials[0]))
+        for number, (first, second) in enumerate(trials):
+            yield from self.rests(style, "comparisons_done", number, len(trials), view.pair(first, second))
+            if self.blank_s and number:
+                yield Hold("blank", Scene(), self.blank_s)
+            scene, interval_s = yield from present(view, first, second, self.exposure_s, self.between_s)
+            upcoming = view.pair(*trials[number + 1]) if number + 1 < len(trials) else None
+            task = Compare(first, second, setting.reference)
+            response = answer((yield Ask(scene, view.keys, upcoming, task, view.targets)))
+            chosen, rejected = (first, second) if response.meaning == "first" else (second, first)
+            stereo = order[number][0].stereo
+            data = {
+                "first": first,
+                "second": second,
+                "answer": response.meaning,
+                "chosen": chosen,
+                "rejected": rejected,
+                "chosen_view": _view(chosen, stereo),
+                "first_view": _view(first, stereo),
+                "first_position": view.position_names[0],
+                **({"interval_s": interval_s} if interval_s else {}),
+            }
+            yield Draft("preference", data, stimuli=(first, second), response_time_s=response.time_s)
+
+
+def _view(name: str, stereo: str) -> View:
+    return "stereo" if name == stereo else "flat"
 
 
 def _by_picture(stimuli: Stimuli) -> dict[frozenset[tuple[str, str | float]], dict[str, list[str]]]:

@@ -33,22 +33,39 @@ _STEPS = {
 _ACCEPT = {"enter": "accept", "space": "accept", "pad_a": "accept"}
 
 
-@dataclass(frozen=True, slots=True)
-class Scale:
-    """Whole numbers from ``lowest`` to ``highest``, with words at the ends and in the middle.
+WIDEST = 100
+Anchor = Annotated[str, Field(max_length=60)]
 
-    Up to 11 points each have a number; more make a slider, with a number at every quarter. With ``confirm`` a number
-    puts the marker there and Enter accepts it; without, a number of a scale that is no slider is the answer at once.
+
+class Scale(Strict):
+    """A scale of whole numbers, ``lowest`` to ``highest``; more than 11 make a slider.
+
+    ``name`` is what the record calls it. The anchors stand at the ends and in the middle. Without ``confirm`` a number
+    key or a click is the answer at once, except on a slider.
     """
 
-    name: str
-    question: str
-    lowest: int = 1
-    highest: int = 10
-    low_anchor: str = ""
-    high_anchor: str = ""
-    middle_anchor: str = ""
+    name: Label
+    """The name of the scale in the records: small letters, digits and _."""
+    question: Line
+    """The question above the scale."""
+    lowest: Annotated[int, Field(ge=-WIDEST, le=WIDEST)] = 1
+    """The smallest number that may be answered."""
+    highest: Annotated[int, Field(ge=-WIDEST, le=WIDEST)] = 10
+    """The largest number that may be answered."""
+    low_anchor: Anchor = ""
+    """The words at the lower end of the scale."""
+    middle_anchor: Anchor = ""
+    """The words in the middle of the scale."""
+    high_anchor: Anchor = ""
+    """The words at the upper end of the scale."""
     confirm: bool = True
+    """Whether a number must be confirmed with Enter."""
+
+    @model_validator(mode="after")
+    def _rises(self) -> Scale:
+        if not 1 <= self.highest - self.lowest <= WIDEST:
+            raise ValueError(f"'highest' must be above 'lowest', by {WIDEST} at most")
+        return self
 
     @property
     def is_slider(self) -> bool:
@@ -107,34 +124,42 @@ def ends_of(scales: Sequence[Scale]) -> dict[str, tuple[int, int]]:
     return {scale.name: (scale.lowest, scale.highest) for scale in scales}
 
 
+@dataclass(frozen=True, slots=True)
+class Rated:
+    """What is rated: ``stimulus``, against ``reference`` if there is one; ``items`` are drawn with the scale, first.
+
+    With a ``layout`` the question stands above its picture and the scale below it, without one both stand in the
+    middle. ``upcoming`` is the scene to make ready.
+    """
+
+    layout: SingleLayout | None = None
+    items: tuple[Item, ...] = ()
+    stimulus: str | None = None
+    reference: str | None = None
+    upcoming: Scene | None = None
+
+
 def rate(
     scale: Scale,
     style: Style,
-    *,
-    layout: SingleLayout | None = None,
-    items: tuple[Item, ...] = (),
-    stimulus: str | None = None,
-    reference: str | None = None,
-    upcoming: Scene | None = None,
+    about: Rated = Rated(),  # it is frozen
 ) -> Generator[Ask, Response | None, tuple[int, float]]:
     """Ask for a number on ``scale``; return it and the time it took in s. To be used with ``yield from``.
 
-    With a ``layout`` the question stands above its picture and the scale below it, without one both stand in the
-    middle. ``items`` are drawn too, first. The time is the sum of the times of all presses, each from the onset of its
-    screen or, where the press before moved nothing, from that press. ``stimulus`` and ``reference`` say what the number
-    is about; ``upcoming`` is the scene to make ready.
+    The time is the sum of the times of all presses, each from the onset of its screen or, where the press before moved
+    nothing, from that press.
     """
     current: int | None = None
     took_s = 0.0
     while True:
-        drawn = scale_items(scale, style, current, layout)
+        drawn = scale_items(scale, style, current, about.layout)
         keys = {**scale.number_keys, **_jumps(scale, current), **_STEPS, **(_ACCEPT if current is not None else {})}
         ask = Ask(
-            Scene((*items, *drawn)),
+            Scene((*about.items, *drawn)),
             keys,
-            upcoming,
-            Rate(scale.name, scale.lowest, scale.highest, stimulus, reference, current),
-            scale_targets(scale, style, current, layout),
+            about.upcoming,
+            Rate(scale.name, scale.lowest, scale.highest, about.stimulus, about.reference, current),
+            scale_targets(scale, style, current, about.layout),
         )
         response = answer((yield ask))
         took_s += response.time_s
@@ -143,6 +168,18 @@ def rate(
         current = scale.moved(current, response.meaning)
         if scale.at_once and response.meaning not in ("lower", "higher"):
             return current, took_s
+
+
+def rate_all(
+    scales: Sequence[Scale], style: Style, about: Rated
+) -> Generator[Ask, Response | None, tuple[dict[str, int], dict[str, float]]]:
+    """Ask for a number on each scale; return the numbers and their times in s, both by the scales' names."""
+    ratings: dict[str, int] = {}
+    times_s: dict[str, float] = {}
+    for scale in scales:
+        ratings[scale.name], time_s = yield from rate(scale, style, about)
+        times_s[scale.name] = round(time_s, 6)
+    return ratings, times_s
 
 
 def _jumps(scale: Scale, current: int | None) -> dict[str, str]:
@@ -218,46 +255,7 @@ def _hint(scale: Scale, current: int | None) -> str:
     return "scale_number" if set(scale.number_keys.values()) else "scale_arrows"
 
 
-WIDEST = 100
-Anchor = Annotated[str, Field(max_length=60)]
-
-
-class ScaleSpec(Strict):
-    """A scale of whole numbers, ``lowest`` to ``highest``; more than 11 make a slider.
-
-    ``name`` is what the record calls it. The anchors stand at the ends and in the middle. Without ``confirm`` a number
-    key or a click is the answer at once, except on a slider.
-    """
-
-    name: Label
-    """The name of the scale in the records: small letters, digits and _."""
-    question: Line
-    """The question above the scale."""
-    lowest: Annotated[int, Field(ge=-WIDEST, le=WIDEST)] = 1
-    """The smallest number that may be answered."""
-    highest: Annotated[int, Field(ge=-WIDEST, le=WIDEST)] = 10
-    """The largest number that may be answered."""
-    low_anchor: Anchor = ""
-    """The words at the lower end of the scale."""
-    middle_anchor: Anchor = ""
-    """The words in the middle of the scale."""
-    high_anchor: Anchor = ""
-    """The words at the upper end of the scale."""
-    confirm: bool = True
-    """Whether a number must be confirmed with Enter."""
-
-    @model_validator(mode="after")
-    def _rises(self) -> ScaleSpec:
-        if not 1 <= self.highest - self.lowest <= WIDEST:
-            raise ValueError(f"'highest' must be above 'lowest', by {WIDEST} at most")
-        return self
-
-    def make(self) -> Scale:
-        """Return the scale."""
-        return Scale(**self.model_dump())
-
-
-def scale_faults(scales: Sequence[ScaleSpec], *path: str | int) -> Iterator[Fault]:
+def scale_faults(scales: Sequence[Scale], *path: str | int) -> Iterator[Fault]:
     """Yield the faults of a list of scales: names that stand twice."""
     names = [scale.name for scale in scales]
     for index, name in enumerate(names):
@@ -265,7 +263,7 @@ def scale_faults(scales: Sequence[ScaleSpec], *path: str | int) -> Iterator[Faul
             yield Fault(f"two scales are called '{name}'", (*path, index, "name"), "give each a name of its own")
 
 
-def scales_named(scales: Sequence[Scale | ScaleSpec]) -> Iterator[Named]:
+def scales_named(scales: Sequence[Scale]) -> Iterator[Named]:
     """Yield each scale's name, which means its numbers."""
     for index, scale in enumerate(scales):
         numbers = scale.lowest, scale.highest

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Generator
-from dataclasses import dataclass
 from decimal import Decimal
-from typing import TypeAlias
+from typing import Annotated, TypeAlias
 
+from pydantic import Field
+
+from documents.yaml import Strict
 from runner.blocks.block import Response, answer
 from runner.blocks.interface import ENGLISH
 from runner.blocks.style import Style
@@ -19,18 +21,19 @@ from runner.presenter.scene import Box, Item, Scene
 Say: TypeAlias = Callable[..., str]  # the interface's words by their name
 LONGEST = 500
 LONGEST_NUMBER = 24
+Limit = Annotated[float, Field(ge=-1e9, le=1e9)]
 _NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)")
 
 
-@dataclass(frozen=True, slots=True)
-class Words:
-    """Any words of at most ``longest`` characters."""
+class Words(Strict):
+    """Some words, ``max_length`` characters at most."""
 
-    longest: int = LONGEST
+    max_length: Annotated[int, Field(ge=1, le=LONGEST)] = LONGEST
+    """How many characters may be typed at most."""
 
     def refusal(self, longer: str, say: Say = ENGLISH.say) -> str:
         """Say why ``longer`` cannot be typed; nothing if it can."""
-        return say("no_room", count=self.longest) if len(longer) > self.longest else ""
+        return say("no_room", count=self.max_length) if len(longer) > self.max_length else ""
 
     def fault(self, typed: str, say: Say = ENGLISH.say) -> str:
         """Say what is wrong with an answer that is not empty; nothing if it will do."""
@@ -50,14 +53,17 @@ class Words:
         return "1"
 
 
-@dataclass(frozen=True, slots=True)
-class Number:
-    """A number of ``unit`` from ``lowest`` to ``highest``, both included, without a fraction if ``whole``."""
+class Number(Strict):
+    """A number from ``lowest`` to ``highest``, both included, in a unit; without a fraction if ``whole``."""
 
-    unit: str = ""
-    lowest: float | None = None
-    highest: float | None = None
+    unit: Annotated[str, Field(max_length=20)] = ""
+    """The unit that stands behind the number."""
+    lowest: Limit | None = None
+    """The smallest number that may be answered."""
+    highest: Limit | None = None
+    """The largest number that may be answered."""
     whole: bool = False
+    """Whether only whole numbers are allowed."""
 
     def refusal(self, longer: str, say: Say = ENGLISH.say) -> str:
         """Say why ``longer`` cannot be typed; nothing if it can."""

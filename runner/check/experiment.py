@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache, partial
 from hashlib import sha256
@@ -25,9 +25,10 @@ from documents.files import beside, read_regular, sha256_of_json
 from documents.yaml import YamlSource, read_yaml
 from runner.blocks.block import Block
 from runner.blocks.message import CONTINUE_KEYS, pause_menu
-from runner.blocks.screening.block import ScreeningSpec
+from runner.blocks.screening.block import Screening
 from runner.blocks.text_entry import typed
 from runner.blocks.threshold import Threshold
+from runner.blocks.threshold_ladders import Ladder
 from runner.check.display_facts import check_display_facts
 from runner.check.error_budget import rig_budget
 from runner.check.machine import check_pool, check_results, check_screen
@@ -131,23 +132,21 @@ def check_blocks(report: CheckReport, design: Experiment, source: YamlSource) ->
     minutes = sum(block.expected_s for block in blocks) / 60
     report.facts["trials"] = sum(block.trials for block in blocks)
     report.facts["minutes"] = round(minutes, 1)
-    report.facts["blocks"] = [
-        _block(spec, block, pressed) for spec, block in zip(design.spec.blocks, blocks, strict=True)
-    ]
+    report.facts["blocks"] = [_block(block, pressed) for block in blocks]
     report.facts["keys"] = keys_of(design)
     if minutes > LONG_MINUTES:
         what = f"a session takes about {minutes:.0f} minutes, and ITU-R BT.500 has half an hour at most"
         report.warnings.append(source.finding(("blocks",), what, "split it, or let observers rest"))
     for index, spec in enumerate(design.spec.blocks):
-        tests = [test.test for test in spec.tests] if isinstance(spec, ScreeningSpec) else []
+        tests = [test.test for test in spec.tests] if isinstance(spec, Screening) else []
         if "stereo_acuity" in tests and design.mode.mixture(design.rig.models) is not None:
             what = f"stereo acuity in the mode '{design.rig.mode}': without fusing, colour gives the square away"
             remedy = "test stereo acuity in a mode without colour filters, or with a printed test"
             place = ("blocks", index, "tests", tests.index("stereo_acuity"))
             report.warnings.append(source.finding(place, what, remedy))
-    for index, block in enumerate(blocks):
-        if isinstance(block, Threshold) and (names := _at_zero(block)):
-            what = f"level 0 of '{block.factor}' ({names}) has no logarithm: QUEST+ and the report take a linear axis"
+    for index, spec in enumerate(design.spec.blocks):
+        if isinstance(spec, Threshold) and (names := _at_zero(spec.ladders(design.stimuli))):
+            what = f"level 0 of '{spec.factor}' ({names}) has no logarithm: QUEST+ and the report take a linear axis"
             remedy = "if it has no signal, name it as 'reference'; its trials then count as those without a signal"
             report.warnings.append(source.finding(("blocks", index, "factor"), what, remedy))
     if not report.facts["trials"]:
@@ -155,9 +154,9 @@ def check_blocks(report: CheckReport, design: Experiment, source: YamlSource) ->
         report.warnings.append(source.finding(("blocks",), what, "add a block such as all_pairs"))
 
 
-def _at_zero(block: Threshold) -> str:
+def _at_zero(ladders: Sequence[Ladder]) -> str:
     """Return the stimuli at level 0 of a factor whose other levels are above 0; empty where there are none."""
-    for ladder in block.ladders:
+    for ladder in ladders:
         if min(ladder.levels) == 0 < max(ladder.levels):
             return ", ".join(ladder.stimuli[ladder.levels.index(0)])
     return ""
@@ -233,35 +232,28 @@ def keys_of(design: Experiment) -> dict[str, str]:
     return found
 
 
-def _block(spec: Any, block: Block, pressed: Callable[[Mapping[str, str]], Mapping[str, str]]) -> dict[str, Any]:
+def _block(block: Block, pressed: Callable[[Mapping[str, str]], Mapping[str, str]]) -> dict[str, Any]:
     return {
-        "kind": spec.kind,
+        "kind": block.entry.kind,
         "trials": block.trials,
         "minutes": round(block.expected_s / 60, 2),
         "keys": dict(pressed(block.keys or ({} if block.trials else dict.fromkeys(CONTINUE_KEYS, "continue")))),
-        **_particulars(spec, block),
+        **_particulars(block),
     }
 
 
-def _particulars(spec: Any, block: Block) -> Mapping[str, Any]:
+def _particulars(block: Block) -> Mapping[str, Any]:
     """Return what several kinds of blocks have: repeats, breaks, ties, catch trials, scales."""
     facts: dict[str, Any] = {}
-    if getattr(spec, "repeats", 1) != 1:
-        facts["repeats"] = spec.repeats
-    every = getattr(spec, "break_every", None)
+    repeats, every = getattr(block.entry, "repeats", 1), getattr(block.entry, "break_every", None)
+    if repeats != 1:
+        facts["repeats"] = repeats
     if every:
         facts["breaks"] = max(0, (block.trials - 1) // every)
-    ties = getattr(spec, "ties", "none")
+    ties = getattr(block.entry, "ties", "none")
     if isinstance(ties, str) and ties != "none":
         facts["ties"] = ties
-    catch = getattr(block, "catch", None)
-    if catch is not None:
-        facts["catch_trials"] = catch.count
-    facts |= getattr(block, "facts", {})
-    scales = getattr(block, "scales", None) or getattr(spec, "ratings", None)
-    if scales:
-        facts["ratings"] = [scale.name for scale in scales]
-    return facts
+    return {**facts, **block.facts, **({"ratings": list(block.scale_ends)} if block.scale_ends else {})}
 
 
 def check_geometry(report: CheckReport, design: Experiment, source: YamlSource) -> None:

@@ -152,7 +152,7 @@ def check_pool(report: CheckReport, design: Experiment, results: Path) -> None:
     report.errors.extend(foreign)
     report.warnings.extend(finding for finding in pool.left_out() if finding not in foreign)
     report.facts["pooled_answers"] = sum(
-        sum(pool.answers(index, block.stimuli).sessions.values()) for index, block in blocks.items()
+        sum(pool.answers(index, stimuli).sessions.values()) for index, (stimuli, _) in blocks.items()
     )
 
 

@@ -19,11 +19,11 @@ from documents import Finding, InputError, load_document
 from documents.files import beside, looked_for, no_file_name
 from documents.text import did_you_mean
 from documents.yaml import Path_, Seed, Strict, YamlSource
-from runner.blocks.block import Block, BlockSpec, Fault
+from runner.blocks.block import Block, BlockKind, Fault
 from runner.blocks.field_types import Line
 from runner.blocks.layout import NO_REFERENCE, PHYSICAL, LayoutError, LayoutSpec, aperture_px, visible_part
 from runner.blocks.message import PAGES
-from runner.blocks.registry import AnyBlockSpec
+from runner.blocks.registry import AnyBlock
 from runner.blocks.setting import Draw, Factors, Setting, Stimuli
 from runner.blocks.style import Style
 from runner.errors import SessionError
@@ -133,7 +133,7 @@ class ExperimentSpec(Strict):
     """The question that stands above the pictures."""
     layout: LayoutSpec
     """How a trial looks."""
-    blocks: Annotated[list[AnyBlockSpec], Field(min_length=1)]
+    blocks: Annotated[list[AnyBlock], Field(min_length=1)]
     """The parts of a session, in their order."""
     seed: Seed = 0
     """The seed of all random orders."""
@@ -263,7 +263,7 @@ class Experiment:
     def blocks(self, observer: str, draw: Draw = Draw()) -> tuple[Block, ...]:  # noqa: B008  # it is frozen
         """Return the blocks as ``observer`` will meet them: the order is drawn from both by ``draw``."""
         settings = _settings(self.spec, self.rig, self.style, self.stimuli, observer, draw)
-        return tuple(spec.make(setting) for spec, setting in zip(self.spec.blocks, settings, strict=True))
+        return tuple(kind.meet(setting) for kind, setting in zip(self.spec.blocks, settings, strict=True))
 
 
 def check_observer(observer: str) -> str:
@@ -403,7 +403,7 @@ def _make_blocks(
     unfit: list[Finding] = []
     for block, setting in zip(spec.blocks, settings, strict=True):
         try:
-            blocks[setting.index] = block.make(setting)
+            blocks[setting.index] = block.meet(setting)
         except LayoutError as error:
             unfit = unfit or _placed(error, source, ("layout", "size_mm"))
         except InputError as error:
@@ -431,7 +431,7 @@ def _unknown_reference(name: str, known: Sequence[str], source: YamlSource) -> F
     return source.finding(("layout", "reference"), f"the reference '{name}' is no stimulus of the recipe", remedy)
 
 
-def _too_many(specs: Sequence[BlockSpec], blocks: Sequence[Block]) -> Iterator[Fault]:
+def _too_many(specs: Sequence[BlockKind], blocks: Sequence[Block]) -> Iterator[Fault]:
     """Yield blocks of more trials than a session can hold."""
     for index, (spec, block) in enumerate(zip(specs, blocks, strict=True)):
         if block.trials > MOST_TRIALS:

@@ -6,11 +6,11 @@ from collections.abc import Iterator, Sequence
 
 from documents import Finding
 from documents.yaml import YamlSource
-from runner.blocks.block import BlockSpec, Named
+from runner.blocks.block import BlockKind, Named
 from runner.blocks.setting import Stimuli
 
 
-def name_clashes(specs: Sequence[BlockSpec], stimuli: Stimuli, source: YamlSource) -> Iterator[Finding]:
+def name_clashes(specs: Sequence[BlockKind], stimuli: Stimuli, source: YamlSource) -> Iterator[Finding]:
     """Yield each name of a series or a scale that means something else where it stands first.
 
     Blocks of one kind may share a name that means the same, as where a block is repeated later in the session.

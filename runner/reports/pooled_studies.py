@@ -52,7 +52,7 @@ def pooled_study(
     seed
         What orders and answers follow.
     batch
-        Pairs chosen at a time, as in `ActivePairsSpec`; `pooled_batch` if None.
+        Pairs chosen at a time, as in `ActivePairs`; `pooled_batch` if None.
     gain
         What pairs are chosen by.
     at_once

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from analysis.scaling import compared_groups
 from documents import Finding
-from runner.blocks.active_pairs import ActivePairsSpec
-from runner.blocks.all_pairs import AllPairsSpec
+from runner.blocks.active_pairs import ActivePairs
+from runner.blocks.all_pairs import AllPairs
 from runner.blocks.block import chosen
 from runner.blocks.incomplete_pairs import PLACES
 from runner.blocks.setting import level_words, shared_seed
@@ -51,9 +51,9 @@ def pair_design(experiment: Experiment) -> PairDesign:
     SessionError
         If there are none, or there are pairs that depend on the answers.
     """
-    blocks = [block for block in experiment.spec.blocks if isinstance(block, AllPairsSpec)]
+    blocks = [block for block in experiment.spec.blocks if isinstance(block, AllPairs)]
     file = str(experiment.file)
-    if any(isinstance(block, ActivePairsSpec) for block in experiment.spec.blocks):
+    if any(isinstance(block, ActivePairs) for block in experiment.spec.blocks):
         what = "'active_pairs' chooses pairs by the answers: how often each is asked is not known beforehand"
         raise SessionError(Finding(what, file, remedy="simulate the experiment with 'all_pairs' instead"))
     if not blocks:
@@ -66,7 +66,7 @@ def pair_design(experiment: Experiment) -> PairDesign:
     rows = PLACES if any(block.per_observer for block in blocks) else 1
     times = np.zeros((rows, len(items), len(items)), dtype=np.int64)
     for number, block in enumerate(experiment.spec.blocks):
-        if not isinstance(block, AllPairsSpec):
+        if not isinstance(block, AllPairs):
             continue
         seed = shared_seed(experiment.spec.seed, experiment.spec.name, number)
         for row, pairs in enumerate(block.pairs_by_place(experiment.stimuli, seed, rows)):
@@ -80,7 +80,7 @@ def pair_design(experiment: Experiment) -> PairDesign:
 
 
 def _names(
-    experiment: Experiment, blocks: Sequence[AllPairsSpec], items: Sequence[str], sets: Sequence[Sequence[int]]
+    experiment: Experiment, blocks: Sequence[AllPairs], items: Sequence[str], sets: Sequence[Sequence[int]]
 ) -> list[str]:
     """Return a name for each set: its level of a factor that tells the sets apart, or else its number."""
     known = {name: experiment.stimuli.factors.get(name, {}) for name in items}

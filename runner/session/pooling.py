@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from analysis.errors import ResultsError
 from analysis.records import GrowingLog, Header, PooledBatch, SessionLog, Trial, session_files
 from documents import Finding
-from runner.blocks.active_pairs import FIRST_SHARE, ActivePairs
+from runner.blocks.active_pairs import FIRST_SHARE, ActivePairs, Grouped
 from runner.errors import SessionError
 from runner.ports import ChooseBatch, PooledAnswers, WindowClosed
 from runner.protocol.experiment import Experiment
@@ -83,6 +83,10 @@ class ResultsPool:
     """The label of the session that asks, which counts its own answers itself."""
     _logs: dict[Path, _Pooled] = field(default_factory=dict)
     _told: set[str] = field(default_factory=set)
+    _blocks: dict[int, Grouped] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._blocks = pooled_blocks(self.experiment)
 
     def look(self, most_s: float | None = None) -> None:
         """Read what was added to the logs, for about so many seconds or from one log at least; all of it if None."""
@@ -157,10 +161,6 @@ class ResultsPool:
         except ResultsError as error:
             one.left_out = error.findings[0]
 
-    @property
-    def _blocks(self) -> dict[int, ActivePairs]:
-        return pooled_blocks(self.experiment)
-
     def _other_experiment(self, header: Header, file: Path) -> Iterator[Finding]:
         """Yield how the session of a log differs from this experiment in what it asks."""
         spec, known = self.experiment.spec, self.experiment.stimuli.factors
@@ -181,11 +181,11 @@ class ResultsPool:
     def _other_pairs(self, answers: tuple[Trial, ...], file: Path) -> Iterator[Finding]:
         """Yield answers that do not belong to the block of this experiment at their place."""
         for answer in answers:
-            block = self._blocks.get(answer.block)
-            if block is None:
+            if answer.block not in self._blocks:
                 continue
-            pair = [block.stimuli.index(name) for name in _compared(answer) if name in block.stimuli]
-            in_groups = block.groups is None or tuple(sorted(pair)) in block.groups.sets
+            names, groups = self._blocks[answer.block]
+            pair = [names.index(name) for name in _compared(answer) if name in names]
+            in_groups = groups is None or tuple(sorted(pair)) in groups.sets
             if answer.kind != "active_pairs" or len(pair) < 2 or not in_groups:
                 words = " with ".join(f"'{name}'" for name in _compared(answer)) or f"no pairs but '{answer.kind}'"
                 what = f"this session of '{self.experiment.spec.name}' compares {words} in block {answer.block + 1}"
@@ -206,10 +206,11 @@ class RecordedPool:
         raise WindowClosed
 
 
-def pooled_blocks(experiment: Experiment) -> dict[int, ActivePairs]:
-    """Return the blocks that choose pairs by the answers of all observers, by their numbers."""
-    blocks = enumerate(experiment.example_blocks)
-    return {index: block for index, block in blocks if isinstance(block, ActivePairs) and block.pooled}
+def pooled_blocks(experiment: Experiment) -> dict[int, Grouped]:
+    """Return the stimuli, and their groups, of blocks that choose by the answers of all, by the blocks' numbers."""
+    blocks = enumerate(experiment.spec.blocks)
+    pooled = {n: block for n, block in blocks if isinstance(block, ActivePairs) and block.pool == "results"}
+    return {number: block.grouped(experiment.stimuli) for number, block in pooled.items()}
 
 
 def _compared(answer: Trial) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ A kind that is new needs an entry here; `test_every_kind.py` fails until it has 
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -14,9 +14,14 @@ from tempfile import TemporaryDirectory
 from types import MappingProxyType
 from typing import Any
 
+from pydantic import TypeAdapter
+
 from analysis.records import Header, Mark, Note, PooledBatch, Trial
-from runner.blocks import Block, Choose, Compare
+from devices.display import Rig, read_rig
+from runner.blocks import FULL_HD_HALF, AnyBlock, Block, Choose, Compare, Draft, Setting, Stimuli, Style
+from runner.blocks.layout import LayoutSpec
 from runner.observers.simulated import key_for, plain_key
+from runner.observers.walk import walk
 from runner.ports import Ask, Holding, KeyPress
 from runner.presenter import Scene
 from runner.protocol import Experiment, read_experiment
@@ -141,6 +146,48 @@ def of_kind(kind: str, variant: int = 0) -> Experiment:
 def blocks_of(kind: str, variant: int = 0, observer: str = "01") -> tuple[Block, ...]:
     """Return its blocks, new ones at each call."""
     return of_kind(kind, variant).blocks(observer)
+
+
+@cache
+def rig() -> Rig:
+    """Return a rig that shows an eye 960 x 1080 pixels."""
+    return read_rig(ROOT / "configs/rigs/asus_vg248qe_3dvision.yaml")
+
+
+def setting(
+    stimuli: Iterable[str] | Stimuli = (),
+    observer: str = "01",
+    *,
+    arrangement: str = "vertical",
+    size_mm: tuple[float, float] = (60, 40),
+    style: Style = FULL_HD_HALF,
+    **more: Any,
+) -> Setting:
+    """Return what ``observer`` meets a block on these stimuli in; ``more`` are other attributes of it."""
+    known = stimuli if isinstance(stimuli, Stimuli) else Stimuli({name: {} for name in stimuli})
+    reference = known.reference or more.pop("reference", "none")
+    layout = LayoutSpec.model_validate(
+        {"arrangement": arrangement, "size_mm": size_mm, "gap_mm": 10, "reference": reference}
+    )
+    common = {"experiment": "e", "seed": 0, "question": "Which?", "layout": layout, "rig": rig(), "style": style}
+    return Setting(**{**common, "stimuli": known, "observer": observer, **more})
+
+
+def entry(kind: str, **keys: Any) -> Any:
+    """Return an entry of ``blocks:``, of its kind."""
+    return TypeAdapter(AnyBlock).validate_python({"kind": kind, **keys})
+
+
+def met(kind: str, place: Setting, **keys: Any) -> Block:
+    """Return the block that an entry is in a setting."""
+    block: Block = entry(kind, **keys).meet(place)
+    return block
+
+
+def pairs_of(block: Block) -> list[tuple[str, str]]:
+    """Return the pairs that a block compares, in order: the stimuli in the first and the second place."""
+    drafts = [step for step in walk(block) if isinstance(step, Draft)]
+    return [(draft.data["first"], draft.data["second"]) for draft in drafts]
 
 
 @dataclass

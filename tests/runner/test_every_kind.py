@@ -13,7 +13,7 @@ import pytest
 from analysis.records import PooledBatch, Trial, read_session
 from analysis.records.trial_kinds import KINDS, PRACTICE
 from documents import InputError
-from runner.blocks import AnyBlockSpec, Block
+from runner.blocks import AnyBlock, Block
 from runner.observers.simulated import plain_key
 from runner.ports import Ask, KeyPress
 from runner.session import Session
@@ -58,7 +58,7 @@ def _told(trial: Trial) -> Any:
 
 
 def test_no_kind_is_forgotten() -> None:
-    union, _ = get_args(AnyBlockSpec)
+    union, _ = get_args(AnyBlock)
     kinds = {kind for spec in get_args(union) for kind in get_args(spec.model_fields["kind"].annotation)}
     assert set(EVERY.BLOCKS) == kinds, "give each kind an entry in tests/runner/every_kind.py"
 

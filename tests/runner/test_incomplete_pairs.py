@@ -19,10 +19,10 @@ from analysis.power import Plan, differing_pairs
 from analysis.power.studies import analyse, draw
 from analysis.scaling import compared_groups
 from runner.blocks import Stimuli
-from runner.blocks.all_pairs import AllPairs, AllPairsSpec
+from runner.blocks.all_pairs import AllPairs
 from runner.blocks.incomplete_pairs import PLACES, designs, fewest_pairs, observers_pairs, place_of
 from runner.reports.power_design import pair_design
-from tests.runner.every_kind import experiment
+from tests.runner.every_kind import experiment, pairs_of
 
 OBSERVERS = 10, 15, 30
 
@@ -79,33 +79,29 @@ def test_blocks_have_their_observers_pairs_each_as_often_as_it_is_repeated(tmp_p
     seen: Counter[frozenset[str]] = Counter()
     for observer in range(1, 16):
         (block,) = study.blocks(f"{observer:02d}")
-        assert isinstance(block, AllPairs)
-        trials = block.comparisons()
-        own = Counter(frozenset(trial.stimuli) for trial in trials)
+        trials = pairs_of(block)
+        own = Counter(map(frozenset, trials))
         assert len(trials) == block.trials == 14
         assert set(own.values()) == {2}
-        first = Counter(trial.first for trial in trials)
+        first = Counter(first for first, _ in trials)
         assert all(first[name] == sum(own[pair] for pair in own if name in pair) / 2 for name in "abcdef")
-        assert trials == study.blocks(f"{observer:02d}")[0].comparisons()  # type: ignore[attr-defined]  # of pairs
+        assert trials == pairs_of(study.blocks(f"{observer:02d}")[0])
         seen.update(own.keys())
     assert set(seen.values()) == {7}  # 15 observers of 7 pairs, 15 pairs
 
 
 def test_within_scenes_each_scene_is_linked(tmp_path: Path) -> None:
     (block,) = experiment(tmp_path, "kind: all_pairs, within: scene, per_observer: 5").blocks("04")
-    assert isinstance(block, AllPairs)
-    assert block.part is not None
-    assert block.trials == len(block.comparisons()) == 5
+    pairs = [("abcdef".index(first), "abcdef".index(second)) for first, second in pairs_of(block)]
+    assert block.trials == len(pairs) == 5
     assert sum(block.facts["pairs_within_scene"].values()) == 5
-    assert [set(part) for part in linked(6, block.part)] == [{0, 1, 2}, {3, 4, 5}]
+    assert [set(part) for part in linked(6, pairs)] == [{0, 1, 2}, {3, 4, 5}]
 
 
 def faults(**keys: Any) -> list[tuple[str, tuple[str | int, ...], str]]:
     """Return what is wrong with an entry about twelve stimuli of two scenes."""
     stimuli = Stimuli({f"s{i}": {"scene": f"scene{i % 2}", "codec": i // 2} for i in range(12)})
-    return [
-        (fault.message, fault.path, fault.remedy) for fault in AllPairsSpec(kind="all_pairs", **keys).faults(stimuli)
-    ]
+    return [(fault.message, fault.path, fault.remedy) for fault in AllPairs(kind="all_pairs", **keys).faults(stimuli)]
 
 
 def test_wrong_numbers_of_pairs_are_one_clear_fault() -> None:
@@ -121,11 +117,11 @@ def test_wrong_numbers_of_pairs_are_one_clear_fault() -> None:
     ((across, _, remedy),) = faults(per_observer=10, within="scene", across="codec")
     assert (across.split()[0], remedy[:18]) == ("10", "ask for 11 or more")
     with pytest.raises(ValidationError, match="give 'per_observer'"):
-        AllPairsSpec(kind="all_pairs", balance="pairs")
+        AllPairs(kind="all_pairs", balance="pairs")
 
 
 def test_an_entry_without_the_keys_is_written_as_before() -> None:
-    assert not {"per_observer", "balance"} & set(AllPairsSpec(kind="all_pairs").model_dump())
+    assert not {"per_observer", "balance"} & set(AllPairs(kind="all_pairs").model_dump())
     assert fewest_pairs(4, ((0, 1), (2, 3))) == 2
 
 
@@ -135,9 +131,7 @@ def test_power_simulates_each_observer_with_their_own_pairs(tmp_path: Path) -> N
     assert times.shape == (PLACES, 15)
     first, second = np.triu_indices(6, 1)
     for row, observer in ((0, "01"), (4, "p5"), (29, "30")):
-        block = study.blocks(observer)[1]
-        assert isinstance(block, AllPairs)
-        own = Counter(frozenset(trial.stimuli) for trial in block.comparisons())
+        own = Counter(map(frozenset, pairs_of(study.blocks(observer)[1])))
         pairs = [frozenset(("abcdef"[i], "abcdef"[j])) for i, j in zip(first, second, strict=True)]
         assert times[row].tolist() == [own[pair] for pair in pairs]
 

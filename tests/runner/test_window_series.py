@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from runner.blocks.rating import Rating
-from runner.blocks.scale import scale_targets
+from runner.observers.walk import walk
+from runner.ports import Ask
 from runner.protocol import read_experiment
 
 Person = Any  # tests/conftest.py
@@ -80,6 +80,6 @@ def _place(person: Person, meaning: str) -> tuple[int, int]:
     """Return where to click on the rating's scale, from the middle of a view."""
 
     block = read_experiment(person.study.experiment).blocks("07")[1]
-    assert isinstance(block, Rating)
-    x, y = scale_targets(block.scales[0], block.style, 0, block.layout)[meaning].offset_px
+    rating = next(step for step in walk(block) if isinstance(step, Ask) and meaning in step.targets)
+    x, y = rating.targets[meaning].offset_px
     return x, y

@@ -12,7 +12,7 @@ from typing import Any, get_args
 import pytest
 
 from analysis.records import Mark, Note, PooledBatch, Trial
-from runner.blocks import AnyBlockSpec
+from runner.blocks import AnyBlock
 from runner.observers.simulated import plain_key
 from runner.ports import Ask, Holding, KeyPress
 from runner.presenter import Scene
@@ -123,7 +123,7 @@ def _line_s() -> float:
 
 
 def test_no_scored_kind_is_forgotten() -> None:
-    union, _ = get_args(AnyBlockSpec)
+    union, _ = get_args(AnyBlock)
     kinds = {kind for spec in get_args(union) for kind in get_args(spec.model_fields["kind"].annotation)}
     assert set(MANY) == kinds - {"instructions", "break"}
 

@@ -22,7 +22,7 @@ import cyclopean
 from analysis.records import read_results
 from analysis.report import describe, write_report
 from runner.blocks import Stimuli
-from runner.blocks.all_pairs import AllPairsSpec
+from runner.blocks.all_pairs import AllPairs
 from runner.blocks.orders import grouped_order
 from runner.blocks.pair_groups import pair_groups
 
@@ -143,7 +143,7 @@ def test_any_design_has_as_many_trials_as_check_says() -> None:
         }
         stimuli = Stimuli(factors)
         across = rng.choice((None, "codec"))
-        spec = AllPairsSpec(kind="all_pairs", within="scene", across=across)
+        spec = AllPairs(kind="all_pairs", within="scene", across=across)
         if list(spec.faults(stimuli)):
             continue
         right += 1

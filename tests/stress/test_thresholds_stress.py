@@ -11,12 +11,9 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.thresholds import FUNCTIONS, QuestPlus, Staircase, fit_threshold, simulate
-from runner.blocks import Choose, Draft, Response
-from runner.blocks.layout import PairLayout, SingleLayout
-from runner.blocks.threshold import Threshold, ThresholdTask
-from runner.blocks.threshold_ladders import Ladder
-from runner.blocks.threshold_tracks import QuestPlusSpec
+from runner.blocks import Choose, Draft, Response, Stimuli
 from runner.ports import Ask
+from tests.runner.every_kind import met, setting
 from tests.stress.how_many import how_many
 
 pytestmark = pytest.mark.stress
@@ -91,15 +88,13 @@ def test_ten_thousand_trials_narrow_the_interval() -> None:
 
 
 @pytest.mark.parametrize(("task", "tracks"), [("yes_no", 1), ("two_places", 6)])
-def test_thousands_of_trials_and_a_hundred_levels(task: ThresholdTask, tracks: int) -> None:
+def test_thousands_of_trials_and_a_hundred_levels(task: str, tracks: int) -> None:
     """2400 trials on 120 levels: as many records, the last chosen as soon as the first, within a frame."""
-    levels = tuple(float(level) for level in np.geomspace(0.001, 1, 120))
-    ladder = Ladder(levels, tuple((f"s{n}",) for n in range(120)), "blank")
-    layout: PairLayout | SingleLayout = SingleLayout((0, 0), (9, 9), (0, -9), 90, 9)
-    if task == "two_places":
-        layout = PairLayout("vertical", (0, -9), (0, 9), (9, 9), (0, -30), 90)
-    method = QuestPlusSpec(kind="quest_plus", tracks=tracks)
-    block = Threshold("c", task, "?", layout, "s", (ladder,), 2400 // tracks, method=method)
+    levels = [float(level) for level in np.geomspace(0.001, 1, 120)]
+    stimuli = Stimuli({"blank": {"c": 0.0}} | {f"s{n}": {"c": level} for n, level in enumerate(levels)})
+    method = {"kind": "quest_plus", "tracks": tracks}
+    place = setting(stimuli)
+    block = met("threshold", place, factor="c", task=task, reference="blank", trials=2400 // tracks, method=method)
     steps, rng = block.steps(), random.Random(1)
     taken: list[float] = []
     drafts: list[Draft] = []

@@ -47,7 +47,7 @@ def test_all_words_lie_within_the_view(tmp_path: Path, mode: str, panel: str, la
     check_screens(report, design, read_yaml(file))
     assert [str(error) for error in report.errors] == []
     style = design.style
-    writing = typed(style.say("note"), style, field=Number(" mm", 1, 99), required=False)
+    writing = typed(style.say("note"), style, field=Number(unit=" mm", lowest=1, highest=99), required=False)
     scenes: list[Scene] = [pause_menu(style, can_repeat=True).scene, next(writing).scene]
     scenes.append(page(design.end_page or "", style, "finish").scene)
     for scene in scenes:

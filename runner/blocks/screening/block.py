@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Generator, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
 from documents import Finding
-from runner.blocks.block import Block, BlockSpec, Draft, Ended, Response, Steps, answer
+from runner.blocks.block import Block, BlockKind, Draft, Ended, Response, Steps, answer
 from runner.blocks.field_types import Words
 from runner.blocks.message import page
 from runner.blocks.screening.acuity import NearAcuitySpec, StereoAcuitySpec
 from runner.blocks.screening.colour_vision import ColourVisionSpec
 from runner.blocks.screening.vision_test import Answers, Presentation, Screen, Series, VisionTest
 from runner.blocks.setting import Setting
-from runner.blocks.style import FULL_HD_HALF, Style
+from runner.blocks.style import Style
 from runner.blocks.tasks import Choose
 from runner.errors import SessionError
 from runner.ports import Ask
@@ -26,7 +27,6 @@ from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.scene import Item, Picture, Scene
-from stimuli.pictures import StereoImage
 from stimuli.vision_tests import SIDES
 
 KIND = "screening"
@@ -36,119 +36,133 @@ _SECONDS_PER_PRESENTATION = 3.5
 _SECONDS_PER_PAGE = 10.0
 
 
-@dataclass(frozen=True, slots=True)
-class Screening(Block):
-    """Each of the ``tests`` in turn; ``on_fail`` is whether the session continues after one that was failed.
+AnyTestSpec = Annotated[StereoAcuitySpec | ColourVisionSpec | NearAcuitySpec, Field(discriminator="test")]
 
-    One record for each presentation, then one with the test's outcome; none can be repeated, since each answer decides
-    what follows. With ``on_fail: stop``, a failed test is followed by ``stop_words`` and a record that says
-    ``screened_out``, and the session ends there, complete. The response time of a presentation runs from its onset to
-    the answer; that of an outcome is 0.
+
+class Screening(BlockKind):
+    """Vision tests, in order; with ``on_fail: stop`` the session ends after the first that is failed.
+
+    There is one record for each presentation, then one with the test's outcome; none can be repeated, since each answer
+    decides what follows. After a failed test that ends the session come ``stop_words`` and a record that says
+    ``screened_out``; the session is complete. The response time of a presentation runs from its onset to the answer;
+    that of an outcome is 0.
     """
 
-    tests: tuple[VisionTest, ...]
+    kind: Literal["screening"]
+    tests: Annotated[list[AnyTestSpec], Field(min_length=1)]
+    """The vision tests, in their order."""
     on_fail: Literal["continue", "stop"] = "continue"
-    stop_words: str = STOP_WORDS
-    style: Style = FULL_HD_HALF
+    """Whether the session continues or stops after a failed test."""
+    stop_words: Words = STOP_WORDS
+    """What is said where the session stops."""
 
-    @property
-    def trials(self) -> int:
-        """Every presentation, which is what someone meets who sees everything; a test's outcome is no trial."""
-        return sum(test.presentations for test in self.tests)
+    @model_validator(mode="after")
+    def _each_once(self) -> Screening:
+        names = [test.test for test in self.tests]
+        for name in names:
+            if names.count(name) > 1:
+                raise ValueError(f"the test '{name}' stands twice")
+        return self
 
-    @property
-    def expected_s(self) -> float:
-        """A few seconds for each presentation, and the pages before the tests."""
-        shown = sum(test.presentations for test in self.tests)
-        return _SECONDS_PER_PAGE * len(self.tests) + _SECONDS_PER_PRESENTATION * shown
+    def meet(self, setting: Setting) -> Block:
+        """Return the block, with pictures of this observer's own."""
+        screen = _screen(self.tests, setting)
+        return self.of_tests([test.make(screen, setting.own_seed) for test in self.tests], setting.style)
 
-    @property
-    def keys(self) -> dict[str, str]:
-        """The arrow keys and the gamepad's cross."""
-        return dict(KEYS)
+    def of_tests(self, tests: Sequence[VisionTest], style: Style) -> Block:
+        """Return the block of tests that are made.
 
-    @property
-    def pictures(self) -> dict[str, Callable[[], StereoImage]]:
-        """What is shown in the tests."""
-        return {shown.picture: shown.make for test in self.tests for shown in _presentations(test.series)}
+        Its trials are every presentation, which is what someone meets who sees everything; an outcome is no trial.
+        """
+        shown = sum(test.presentations for test in tests)
+        return Block(
+            entry=self,
+            steps=partial(self._steps, tests, style),
+            trials=shown,
+            expected_s=_SECONDS_PER_PAGE * len(tests) + _SECONDS_PER_PRESENTATION * shown,
+            keys=KEYS,
+            pictures={one.picture: one.make for test in tests for one in _presentations(test.series)},
+            facts={test.name: {"pass_mark": test.pass_mark, "unit": test.unit, **test.facts} for test in tests},
+        )
 
-    @property
-    def facts(self) -> dict[str, Any]:
-        """What the rig can show of each test."""
-        return {test.name: {"pass_mark": test.pass_mark, "unit": test.unit, **test.facts} for test in self.tests}
-
-    def steps(self) -> Steps:
+    def _steps(self, tests: Sequence[VisionTest], style: Style) -> Steps:
         """Ask until each series is lost or at its end, and record the answers and outcomes."""
-        for test in self.tests:
+        for test in tests:
             first = next(_presentations(test.series))
             yield replace(
-                page(self.style.interface.pointing(test.page), self.style, "begin"), upcoming=self._scene(test, first)
+                page(style.interface.pointing(test.page), style, "begin"), upcoming=_scene(style, test, first)
             )
             all_answers = []
             for number, series in enumerate(test.series):
                 after = next(_presentations(test.series[number + 1 :]), None)
-                all_answers.append((yield from self._run(test, series, after)))
+                all_answers.append((yield from _run(test, style, series, after)))
             outcome = _outcome(test, all_answers)
             yield Draft(KIND, outcome, repeatable=False)
             if self.on_fail == "stop" and not outcome["outcome"]["passed"]:
-                response = answer((yield page(self.stop_words, self.style, "finish")))
+                response = answer((yield page(self._stop_words(style), style, "finish")))
                 data = {"test": test.name, "screened_out": True}
                 yield Draft(KIND, data, response_time_s=response.time_s, repeatable=False)
                 raise Ended({"screened_out": True})
 
-    def _run(
-        self, test: VisionTest, series: Series, after: Presentation | None
-    ) -> Generator[Ask | Draft, Response | None, Answers]:
-        """Go down ``series`` until a level is not passed; ``after`` is what is shown next in either case."""
-        answers = Answers(series)
-        for number, level in enumerate(series.levels):
-            finer = series.levels[number + 1].presentations[0] if number + 1 < len(series.levels) else after
-            for place, presentation in enumerate(level.presentations):
-                rest = level.presentations[place + 1 :]
-                if_right = rest[0] if rest else finer
-                if_wrong = if_right if answers.can_pass(level, if_wrong=True) else after
-                ask = Ask(
-                    self._scene(test, presentation),
-                    KEYS,
-                    self._upcoming(test, if_right, if_wrong),
-                    Choose(series.task, SIDES, presentation.correct, presentation.strength),
-                    test.targets,
-                )
-                response = answer((yield ask))
-                right = response.meaning == presentation.correct
-                answers.add(presentation, right=right)
-                data = {
-                    "test": test.name,
-                    "series": series.name,
-                    "level": level.value,
-                    "unit": test.unit,
-                    "presentation": place,
-                    **presentation.details,
-                    "correct_answer": presentation.correct,
-                    "answer": response.meaning,
-                    "correct": right,
-                }
-                yield Draft(KIND, data, response_time_s=response.time_s, repeatable=False)
-                if not answers.can_pass(level):
-                    break
-            if not answers.end_level(level):
+    def _stop_words(self, style: Style) -> str:
+        return self.stop_words if "stop_words" in self.model_fields_set else style.say("screened_out")
+
+
+def _run(
+    test: VisionTest, style: Style, series: Series, after: Presentation | None
+) -> Generator[Ask | Draft, Response | None, Answers]:
+    """Go down ``series`` until a level is not passed; ``after`` is what is shown next in either case."""
+    answers = Answers(series)
+    for number, level in enumerate(series.levels):
+        finer = series.levels[number + 1].presentations[0] if number + 1 < len(series.levels) else after
+        for place, presentation in enumerate(level.presentations):
+            rest = level.presentations[place + 1 :]
+            if_right = rest[0] if rest else finer
+            if_wrong = if_right if answers.can_pass(level, if_wrong=True) else after
+            ask = Ask(
+                _scene(style, test, presentation),
+                KEYS,
+                _upcoming(style, test, if_right, if_wrong),
+                Choose(series.task, SIDES, presentation.correct, presentation.strength),
+                test.targets,
+            )
+            response = answer((yield ask))
+            right = response.meaning == presentation.correct
+            answers.add(presentation, right=right)
+            data = {
+                "test": test.name,
+                "series": series.name,
+                "level": level.value,
+                "unit": test.unit,
+                "presentation": place,
+                **presentation.details,
+                "correct_answer": presentation.correct,
+                "answer": response.meaning,
+                "correct": right,
+            }
+            yield Draft(KIND, data, response_time_s=response.time_s, repeatable=False)
+            if not answers.can_pass(level):
                 break
-        return answers
+        if not answers.end_level(level):
+            break
+    return answers
 
-    def _scene(self, test: VisionTest, presentation: Presentation) -> Scene:
-        half = test.side_px / 2 / self.style.unit_px
-        items: tuple[Item, ...] = (
-            self.style.text(self.style.say(test.question), y=-half - 54, height=28),
-            Picture(presentation.picture),
-            *test.marks,
-            self.style.text(self.style.say("point_to_it"), y=half + 46, height=20, share=0.2),
-        )
-        return Scene(items)
 
-    def _upcoming(self, test: VisionTest, *candidates: Presentation | None) -> Scene | None:
-        """Return a scene that holds all that may come next: it is made ready, not shown."""
-        items = tuple(item for candidate in candidates if candidate for item in self._scene(test, candidate).items)
-        return Scene(tuple(dict.fromkeys(items))) if items else None
+def _scene(style: Style, test: VisionTest, presentation: Presentation) -> Scene:
+    half = test.side_px / 2 / style.unit_px
+    items: tuple[Item, ...] = (
+        style.text(style.say(test.question), y=-half - 54, height=28),
+        Picture(presentation.picture),
+        *test.marks,
+        style.text(style.say("point_to_it"), y=half + 46, height=20, share=0.2),
+    )
+    return Scene(items)
+
+
+def _upcoming(style: Style, test: VisionTest, *candidates: Presentation | None) -> Scene | None:
+    """Return a scene that holds all that may come next: it is made ready, not shown."""
+    items = tuple(item for candidate in candidates if candidate for item in _scene(style, test, candidate).items)
+    return Scene(tuple(dict.fromkeys(items))) if items else None
 
 
 def _presentations(series: tuple[Series, ...]) -> Iterator[Presentation]:
@@ -200,38 +214,6 @@ def _in_unit(strength: float | None, test: VisionTest) -> float | None:
     if test.logarithmic:
         return round(math.log10(strength), 4)
     return round(strength, 6)
-
-
-AnyTestSpec = Annotated[StereoAcuitySpec | ColourVisionSpec | NearAcuitySpec, Field(discriminator="test")]
-
-
-class ScreeningSpec(BlockSpec):
-    """Vision tests, in order; with ``on_fail: stop`` the session ends after the first that is failed."""
-
-    kind: Literal["screening"]
-    """Which kind of entry this is; it decides which other keys there are."""
-    tests: Annotated[list[AnyTestSpec], Field(min_length=1)]
-    """The vision tests, in their order."""
-    on_fail: Literal["continue", "stop"] = "continue"
-    """Whether the session continues or stops after a failed test."""
-    stop_words: Words = STOP_WORDS
-    """What is said where the session stops."""
-
-    @model_validator(mode="after")
-    def _each_once(self) -> ScreeningSpec:
-        names = [test.test for test in self.tests]
-        for name in names:
-            if names.count(name) > 1:
-                raise ValueError(f"the test '{name}' stands twice")
-        return self
-
-    def make(self, setting: Setting) -> Screening:
-        """Return the block, with pictures of this observer's own."""
-        screen = _screen(self.tests, setting)
-        tests = tuple(test.make(screen, setting.own_seed) for test in self.tests)
-        written = "stop_words" in self.model_fields_set
-        stop_words = self.stop_words if written else setting.style.say("screened_out")
-        return Screening(tests, self.on_fail, stop_words, setting.style)
 
 
 def _screen(tests: list[AnyTestSpec], setting: Setting) -> Screen:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,31 +14,32 @@ from pydantic import ValidationError
 from analysis.comparisons import from_sessions
 from analysis.records import Header, SessionLog
 from analysis.scaling import fit
-from runner.blocks import ActivePairs, ActivePairsSpec, Compare, Stimuli
-from runner.blocks.layout import PairLayout
+from runner.blocks import Compare, Stimuli
 from runner.observers import BradleyTerryObserver
+from tests.runner.every_kind import entry, met, setting
 
 Play = Callable[..., Any]
 NAMES = tuple(f"p{number:02d}" for number in range(12))
-COLUMN = PairLayout("vertical", (0, -60), (0, 60), (100, 80), (0, -140), 400)
-BLOCK = ActivePairs(NAMES, "Which?", COLUMN, "s", 40, 6)
-TIMED = replace(BLOCK, fixation_s=0.5, exposure_s=1.0, blank_s=0.2, break_every=7, gain="entropy", batch=2)
+PLACE = setting(NAMES)
+BLOCK = met("active_pairs", PLACE, trials=40)
+TIMES = {"fixation_s": 0.5, "exposure_s": 1.0, "blank_s": 0.2, "break_every": 7}
 BLOCKS = {
     "plain": BLOCK,
-    "timed": TIMED,
-    "ties": replace(BLOCK, ties="both"),
-    "two": replace(BLOCK, stimuli=("a", "b"), batch=1, trials_wanted=15),
+    "timed": met("active_pairs", PLACE, trials=40, gain="entropy", batch=2, **TIMES),
+    "ties": met("active_pairs", PLACE, trials=40, ties="both"),
+    "two": met("active_pairs", setting("ab"), trials=15),
 }
 
 
-@pytest.mark.parametrize("block", BLOCKS.values(), ids=BLOCKS)
-def test_it_keeps_what_every_block_promises(play: Play, promised: Play, block: ActivePairs) -> None:
+@pytest.mark.parametrize("name", BLOCKS)
+def test_it_keeps_what_every_block_promises(play: Play, promised: Play, name: str) -> None:
+    block = BLOCKS[name]
     whole = promised(block, "active_pairs")  # a batch of six is left at each of its places
     for ask in whole.asks:
         if isinstance(ask.task, Compare):
             assert ask.keys == block.keys
             assert set(ask.targets) == set(ask.keys.values())
-            assert bool(block.exposure_s) != (ask.scene.stimuli == (ask.task.first, ask.task.second))
+            assert (name == "timed") != (ask.scene.stimuli == (ask.task.first, ask.task.second))
     for trial in whole.trials:
         data = trial.data
         assert data["first_position"] == "top"
@@ -65,7 +65,7 @@ def test_known_scores_come_back_through_the_analysis(play: Play) -> None:
     """Twelve stimuli, 600 answers by the law, counted by the same analysis as all pairs."""
     scores = {name: float(np.exp(0.3 * number)) for number, name in enumerate(NAMES)}
     observer = BradleyTerryObserver(scores, random.Random(4))
-    block = replace(BLOCK, trials_wanted=600)
+    block = met("active_pairs", PLACE, trials=600)
     whole = play(block, lambda ask: observer.respond(ask, 0.0).key)
     stimuli = tuple({"name": name} for name in NAMES)
     header = Header("e", "01", "s", "2026-01-01T00:00:00+00:00", 0, "?", True, stimuli, {}, {}, {}, {}, {})
@@ -81,7 +81,7 @@ def test_known_scores_come_back_through_the_analysis(play: Play) -> None:
 
 
 def _faults(count: int, **keys: object) -> list[str]:
-    spec = ActivePairsSpec.model_validate({"kind": "active_pairs", **keys})
+    spec = entry("active_pairs", **keys)
     return [fault.message for fault in spec.faults(Stimuli({f"p{n}": {} for n in range(count)}))]
 
 

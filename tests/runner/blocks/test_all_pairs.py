@@ -3,63 +3,64 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import pytest
 from pydantic import ValidationError
 
-from runner.blocks import FULL_HD_HALF, Compare, Rate, Stimuli
-from runner.blocks.all_pairs import AllPairs, AllPairsSpec, PairRating, PairRatings
-from runner.blocks.catch_trials import CatchTrials
-from runner.blocks.layout import PairLayout, SingleLayout
-from runner.blocks.pair_views import Ties
-from runner.blocks.scale import Scale
+from runner.blocks import Block, Compare, Rate, Setting, Stimuli
 from runner.observers.simulated import key_for, plain_key
 from runner.ports import Ask
 from runner.presenter import Picture, Text
 from tests.runner.blocks.conftest import at_random
+from tests.runner.every_kind import entry, met, setting
 
 Play = Callable[..., Any]
 NAMES = ("a", "b", "c", "d", "e")
-ROW = PairLayout("horizontal", (-60, 0), (60, 0), (100, 80), (0, -80), 400)
-COLUMN = PairLayout("vertical", (0, -60), (0, 60), (100, 80), (0, -140), 400)
-ONE = SingleLayout((0, -60), (400, 300), (0, -250), 800, 90)
-WITH_REFERENCE = SingleLayout((210, -60), (400, 300), (0, -250), 800, 90, (-210, -60))
-SCALES = (PairRating(Scale("similarity", "How similar?")), PairRating(Scale("gloss", "How glossy?", 0, 100), "both"))
+PLACE = setting(NAMES, size_mm=(50, 40))
+ROW = setting(NAMES, arrangement="horizontal", size_mm=(50, 40))
+COLUMN = setting(NAMES, size_mm=(50, 40))
+WITH_REFERENCE = setting(Stimuli({name: {} for name in (*NAMES, "r")}, "r"), size_mm=(50, 40))
+ONE = PLACE.single_layout()
+SCALES = [
+    {"name": "similarity", "question": "How similar?"},
+    {"name": "gloss", "question": "How glossy?", "lowest": 0, "highest": 100, "of": "both"},
+]
 
-AT_ONCE = AllPairs(NAMES, "Which?", COLUMN, "s", "o", break_every=4)
-SEQUENCE = AllPairs(NAMES, "Which?", ONE, "s", "o", exposure_s=1.0, blank_between_s=0.5, break_every=4)
-EVERYTHING = replace(
-    SEQUENCE,
-    ties="both",
-    fixation_s=0.5,
-    blank_s=0.3,
-    catch=CatchTrials(4, (("a", "x"),), 2),
-    ratings=PairRatings(SCALES, ONE, FULL_HD_HALF),
-)
+AT_ONCE: dict[str, Any] = {"break_every": 4}
+SEQUENCE: dict[str, Any] = {"presentation": "sequence", "exposure_s": 1.0, "blank_between_s": 0.5, "break_every": 4}
+CATCH = {"pairs": [["a", "x"]], "identical": 2, "share": 0.4}
+TIMES = {"fixation_s": 0.5, "exposure_s": 1.0, "blank_s": 0.3}
+EVERYTHING: dict[str, Any] = {"ties": "both", "break_every": 4, "catch": CATCH, "ratings": SCALES, **TIMES}
+
+
+def block(keys: dict[str, Any], place: Setting = PLACE, **more: Any) -> Block:
+    return met("all_pairs", place, **keys | more)
+
+
 BLOCKS = {
-    "at once": AT_ONCE,
-    "taken away": replace(AT_ONCE, exposure_s=0.5, ties="not_sure"),
-    "sequence": SEQUENCE,
-    "everything": EVERYTHING,
-    "everything at once": replace(EVERYTHING, layout=ROW, blank_between_s=0.0),
+    "at once": block(AT_ONCE),
+    "taken away": block(AT_ONCE, exposure_s=0.5, ties="not_sure"),
+    "sequence": block(SEQUENCE),
+    "everything": block(SEQUENCE | EVERYTHING),
+    "everything at once": block(EVERYTHING, ROW),
 }
 
 
-@pytest.mark.parametrize("block", BLOCKS.values(), ids=BLOCKS)
-def test_a_block_keeps_what_every_block_promises(play: Play, promised: Play, block: AllPairs) -> None:
-    comparing = [ask for ask in promised(block, "all_pairs").asks if isinstance(ask.task, Compare)]
-    assert len(comparing) >= block.trials
+@pytest.mark.parametrize("name", BLOCKS)
+def test_a_block_keeps_what_every_block_promises(play: Play, promised: Play, name: str) -> None:
+    made = BLOCKS[name]
+    comparing = [ask for ask in promised(made, "all_pairs").asks if isinstance(ask.task, Compare)]
+    assert len(comparing) >= made.trials
     for ask in comparing:
-        assert ask.keys == block.keys
+        assert ask.keys == made.keys
         assert set(ask.targets) == set(ask.keys.values())
         assert ask.task.reference is None
-    assert {trial.data["answer"] for trial in play(block).trials} == {"first"}
+    assert {trial.data["answer"] for trial in play(made).trials} == {"first"}
 
 
 def test_in_sequence_two_numbered_intervals_come_before_the_question(play: Play) -> None:
-    played = play(SEQUENCE)
+    played = play(block(SEQUENCE))
     _, one, between, two, question, *_ = played.shown
     first, second = played.trials[0].data["first"], played.trials[0].data["second"]
     assert one.items == (Picture(first, ONE.picture_px, ONE.aperture_px), _number(1))
@@ -74,11 +75,11 @@ def test_in_sequence_two_numbered_intervals_come_before_the_question(play: Play)
 
 
 def _number(number: int) -> Text:
-    return Text(str(number), (0, -250), 36, luminance_share=0.3)
+    return Text(str(number), ONE.question_px, 36, luminance_share=0.3)
 
 
 def test_both_intervals_are_made_ready_before_the_first(play: Play) -> None:
-    played = play(SEQUENCE)
+    played = play(block(SEQUENCE))
     pairs = [{trial.data["first"], trial.data["second"]} for trial in played.trials]
     ready = [set(scene.stimuli) for scene in played.prefetched]
     assert ready[0] == pairs[0]
@@ -91,14 +92,15 @@ def _with_breaks(pairs: list[set[str]], every: int) -> list[set[str]]:
 
 
 def test_a_reference_picture_stays_beside_a_sequence(play: Play) -> None:
-    block = replace(SEQUENCE, layout=WITH_REFERENCE, reference="r", fixation_s=0.0)
-    played = play(block)
-    beside = Picture("r", (-210, -60), (400, 300))
+    layout = WITH_REFERENCE.single_layout()
+    played = play(block(SEQUENCE, WITH_REFERENCE))
+    assert layout.reference_px is not None
+    beside = Picture("r", layout.reference_px, layout.aperture_px)
     assert all(beside in scene.items for scene in played.shown[1:5])
     # Nothing that can be clicked lies on it.
     (ask, *_) = [ask for ask in played.asks if isinstance(ask.task, Compare)]
     assert ask.task.reference == "r"
-    assert all(target.offset_px[1] - target.size_px[1] / 2 >= 90 for target in ask.targets.values())
+    assert all(target.offset_px[1] - target.size_px[1] / 2 >= layout.below_px for target in ask.targets.values())
 
 
 @pytest.mark.parametrize(
@@ -119,21 +121,19 @@ def test_a_reference_picture_stays_beside_a_sequence(play: Play) -> None:
     ],
 )
 def test_each_answer_has_keys_and_a_place_to_click(play: Play, key: str, answer: str) -> None:
-    block = replace(SEQUENCE, ties="both")
-    played = play(block, lambda ask: key if isinstance(ask.task, Compare) else plain_key(ask))
+    played = play(block(SEQUENCE, ties="both"), lambda ask: key if isinstance(ask.task, Compare) else plain_key(ask))
     assert {trial.data["answer"] for trial in played.trials} == {answer}
 
 
-@pytest.mark.parametrize(("layout", "keys"), [(ROW, ("left", "pad_right")), (COLUMN, ("up", "pad_down"))])
+@pytest.mark.parametrize(("place", "keys"), [(ROW, ("left", "pad_right")), (COLUMN, ("up", "pad_down"))])
 def test_pictures_at_once_are_chosen_by_arrows_and_clicks_on_them(
-    play: Play, layout: PairLayout, keys: tuple[str, str]
+    play: Play, place: Setting, keys: tuple[str, str]
 ) -> None:
-    block = replace(AT_ONCE, layout=layout)
+    made, layout = block(AT_ONCE, place), place.pair_layout()
     for key, answer in zip(keys, ("first", "second"), strict=True):
-        assert block.keys[key] == answer
-        (ask, *_) = [ask for ask in play(block).asks if isinstance(ask.task, Compare)]
-        place = layout.first_px if answer == "first" else layout.second_px
-        assert ask.targets[answer].offset_px == place
+        assert made.keys[key] == answer
+        (ask, *_) = [ask for ask in play(made).asks if isinstance(ask.task, Compare)]
+        assert ask.targets[answer].offset_px == (layout.first_px if answer == "first" else layout.second_px)
         assert ask.targets[answer].size_px == layout.aperture_px
 
 
@@ -141,11 +141,11 @@ def test_pictures_at_once_are_chosen_by_arrows_and_clicks_on_them(
     ("ties", "allowed"),
     [("none", set()), ("no_difference", {"n"}), ("not_sure", {"u"}), ("both", {"n", "u"})],
 )
-@pytest.mark.parametrize("block", [AT_ONCE, SEQUENCE])
+@pytest.mark.parametrize("keys", [AT_ONCE, SEQUENCE])
 def test_ties_can_be_answered_only_where_they_are_allowed(
-    play: Play, block: AllPairs, ties: Ties, allowed: set[str]
+    play: Play, keys: dict[str, Any], ties: str, allowed: set[str]
 ) -> None:
-    asked = replace(block, ties=ties)
+    asked = block(keys, ties=ties)
     assert {"n", "u"} & set(asked.keys) == allowed
     (ask, *_) = [ask for ask in play(asked).asks if isinstance(ask.task, Compare)]
     words = [item.words for item in ask.scene.items if isinstance(item, Text)]
@@ -153,28 +153,30 @@ def test_ties_can_be_answered_only_where_they_are_allowed(
 
 
 def test_a_tie_has_no_winner(play: Play) -> None:
-    played = play(replace(AT_ONCE, ties="both"), lambda ask: "n" if isinstance(ask.task, Compare) else plain_key(ask))
+    played = play(block(AT_ONCE, ties="both"), lambda ask: "n" if isinstance(ask.task, Compare) else plain_key(ask))
     for trial in played.trials:
         assert trial.data["answer"] == "no_difference"
         assert not {"chosen", "rejected"} & set(trial.data)
         assert {"first", "second"} < set(trial.data)
 
 
-def test_words_of_other_answers_do_not_lie_on_the_pictures() -> None:
-    for layout in (ROW, COLUMN):
-        high = replace(layout, question_px=(0, min(layout.first_px[1], layout.second_px[1]) - 80))
-        for meaning, target in replace(AT_ONCE, layout=high, ties="both").view.targets.items():
+def test_words_of_other_answers_do_not_lie_on_the_pictures(play: Play) -> None:
+    for place in (ROW, COLUMN):
+        layout = place.pair_layout()
+        top = min(layout.first_px[1], layout.second_px[1]) - layout.aperture_px[1] / 2
+        (ask, *_) = [ask for ask in play(block(AT_ONCE, place, ties="both")).asks if isinstance(ask.task, Compare)]
+        for meaning, target in ask.targets.items():
             if meaning in ("no_difference", "not_sure"):
-                assert target.offset_px[1] + target.size_px[1] / 2 <= high.question_px[1] + 40
+                assert target.offset_px[1] + target.size_px[1] / 2 <= top
 
 
 def test_catch_trials_say_what_they_are_and_whether_the_answer_is_right(play: Play) -> None:
-    block = replace(AT_ONCE, catch=CatchTrials(6, (("a", "x"),), 2), ties="both")
+    made = block(AT_ONCE, catch=CATCH, ties="both")
     for seed in range(3):
-        played = play(block, at_random(seed))
-        assert len(played.trials) == 10 + 6
+        played = play(made, at_random(seed))
+        assert len(played.trials) == 10 + 4
         catch = [trial for trial in played.trials if "catch" in trial.data]
-        assert sorted(trial.data["catch"] for trial in catch) == ["identical"] * 2 + ["obvious"] * 4
+        assert sorted(trial.data["catch"] for trial in catch) == ["identical"] * 2 + ["obvious"] * 2
         for trial in catch:
             data = trial.data
             if data["catch"] == "identical":
@@ -188,7 +190,7 @@ def test_catch_trials_say_what_they_are_and_whether_the_answer_is_right(play: Pl
 
 
 def test_ratings_follow_the_choice_under_the_picture_they_are_about(play: Play) -> None:
-    block = replace(AT_ONCE, ratings=PairRatings(SCALES, ONE, FULL_HD_HALF), ties="no_difference")
+    made = block(AT_ONCE, ratings=SCALES, ties="no_difference")
     marks = {"a": 1, "b": 2, "c": 3, "d": 4, "e": 5}
 
     def press(ask: Ask) -> str:
@@ -200,19 +202,19 @@ def test_ratings_follow_the_choice_under_the_picture_they_are_about(play: Play) 
         assert ask.scene.stimuli == (ask.task.stimulus,)
         return key_for(ask, str(marks[ask.task.stimulus]))
 
-    for trial in play(block, press).trials:
+    for trial in play(made, press).trials:
         chosen, rejected = marks[trial.data["chosen"]], marks[trial.data["rejected"]]
         assert trial.data["ratings"] == {"similarity": chosen, "gloss": {"first": chosen, "second": rejected}}
         assert trial.data["rating_times_s"] == {"similarity": 1.0, "gloss": {"first": 1.0, "second": 1.0}}
         assert trial.response_time_s == 0.5
-    tied = play(block, lambda ask: "n" if isinstance(ask.task, Compare) else plain_key(ask)).trials[0].data
+    tied = play(made, lambda ask: "n" if isinstance(ask.task, Compare) else plain_key(ask)).trials[0].data
     assert tied["ratings"] == {"similarity": None, "gloss": {"first": 50, "second": 50}}
 
 
 def test_the_expected_time_counts_intervals_and_ratings() -> None:
-    assert AT_ONCE.expected_s == 50
-    assert SEQUENCE.expected_s == 10 * (5 + 2 * 1.0 + 0.5)
-    assert EVERYTHING.expected_s == pytest.approx(14 * (5 + 2.5 + 0.5 + 0.3 + 3 * 4))
+    assert BLOCKS["at once"].expected_s == 50
+    assert BLOCKS["sequence"].expected_s == 10 * (5 + 2 * 1.0 + 0.5)
+    assert BLOCKS["everything"].expected_s == pytest.approx(14 * (5 + 2.5 + 0.5 + 0.3 + 3 * 4))
 
 
 @pytest.mark.parametrize(
@@ -226,26 +228,21 @@ def test_the_expected_time_counts_intervals_and_ratings() -> None:
 )
 def test_what_does_not_go_together_is_refused(written: dict[str, Any], what: str) -> None:
     with pytest.raises(ValidationError, match=what):
-        AllPairsSpec.model_validate({"kind": "all_pairs", **written})
+        entry("all_pairs", **written)
 
 
 def test_faults_name_their_place() -> None:
-    spec = AllPairsSpec.model_validate(
-        {
-            "kind": "all_pairs",
-            "stimuli": ["a", "b"],
-            "catch": {"identical": 2},
-            "ratings": [{"name": "r", "question": "?"}, {"name": "r", "question": "?"}],
-        }
-    )
+    scales = [{"name": "r", "question": "?"}, {"name": "r", "question": "?"}]
+    spec = entry("all_pairs", stimuli=["a", "b"], catch={"identical": 2}, ratings=scales)
     faults = list(spec.faults(Stimuli({"a": {}, "b": {}, "c": {}})))
     assert [fault.path for fault in faults] == [("catch",), ("ratings", 1, "name")]
 
 
-def test_a_long_question_leaves_room_for_the_other_answers() -> None:
+def test_a_long_question_leaves_room_for_the_other_answers(play: Play) -> None:
     def height(words: str) -> int:
-        block = replace(AT_ONCE, question=words, ties="both", layout=replace(COLUMN, question_width_px=880))
-        first, *_ = block.view.question().items
+        made = block(AT_ONCE, setting(NAMES, question=words, size_mm=(50, 40)), ties="both", exposure_s=0.5)
+        (ask, *_) = [ask for ask in play(made).asks if isinstance(ask.task, Compare)]
+        first, *_ = ask.scene.items
         assert isinstance(first, Text)
         return first.height_px
 

@@ -11,26 +11,45 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from runner.blocks import Browse, Rate, Stimuli, Style
-from runner.blocks.best_of_series import DIFFICULTY, SIMILARITY, BestOfSeries, BestOfSeriesSpec, Choice
+from runner.blocks import Block, Browse, Draft, Rate, Stimuli, Style
+from runner.blocks.best_of_series import DIFFICULTY, SIMILARITY, BestOfSeries, Choice
 from runner.blocks.layout import SingleLayout
-from runner.blocks.scale import Scale
-from runner.blocks.series import Series, find_series, series_scene, series_targets
+from runner.blocks.series import find_series, series_scene, series_targets
 from runner.observers.simulated import plain_key
+from runner.observers.walk import walk
 from runner.ports import Ask, Target
 from runner.presenter import Box, Text
 from runner.protocol import read_experiment
+from tests.runner.every_kind import met, setting
 
 Study = Any  # tests/conftest.py
 Play = Callable[..., Any]  # conftest.py
 LAYOUT = SingleLayout((0, -60), (400, 300), (0, -250), 800, 90)
 PICTURES = ("p0", "p1", "p2", "p3")
-ONE = BestOfSeries((Series("one", PICTURES),), "Which?", LAYOUT, "s", start="first")
-FIFTEEN = tuple(
-    Series(f"{paint}-{kind}", tuple(f"{paint}-{kind}-{n}" for n in range(6)), paint)
-    for paint in ("GM1", "GM2", "HI", "BC", "BR")
-    for kind in ("base", "brighter", "grey")
+PLACE = setting(PICTURES, reference="physical")
+FIFTEEN = Stimuli(
+    {
+        f"{paint}-{kind}-{n}": {"paint": paint, "kind": kind, "n": n}
+        for paint in ("GM1", "GM2", "HI", "BC", "BR")
+        for kind in ("base", "brighter", "grey")
+        for n in range(6)
+    }
 )
+BY_FACTORS = {"by": ["paint", "kind"], "order": "n"}
+
+
+def one(**keys: Any) -> Block:
+    """Return a block of one series."""
+    return met("best_of_series", PLACE, **{"series": {"one": PICTURES}, "start": "first", **keys})
+
+
+def fifteen(observer: str = "01", **keys: Any) -> Block:
+    """Return a block of fifteen series of five paints."""
+    place = setting(FIFTEEN, observer, reference="physical")
+    return met("best_of_series", place, series=BY_FACTORS, **keys)
+
+
+ONE = one()
 
 
 def pressing(*keys: str) -> Callable[[Ask], str]:
@@ -75,7 +94,7 @@ def test_nothing_can_be_chosen_before_everything_was_seen(play: Play) -> None:
         item.words for ask in browsing for item in ask.scene.items if isinstance(item, Text) and "eaf" in item.words
     ]
     assert ["all" in words for words in hints] == [True, True, True, False]
-    hasty = play(replace(ONE, see_all=False), pressing("pad_a"))
+    hasty = play(one(see_all=False), pressing("pad_a"))
     assert hasty.trials[0].data["chosen"] == "p0"
     assert hasty.trials[0].data["dwell_s"] == [0.5, 0, 0, 0]
 
@@ -88,7 +107,7 @@ def test_the_ends_are_ends_unless_the_series_wraps(play: Play) -> None:
     assert last.meaning("right") is last.meaning("pad_right") is last.meaning("click next") is None
     heads = [{item.words for item in ask.scene.items if isinstance(item, Text)} & {"◀", "▶"} for ask in (first, last)]
     assert heads == [{"▶"}, {"◀"}]
-    round_ = play(replace(ONE, wrap=True), pressing("left", "left", "right", "right", "left", "left", "left", "enter"))
+    round_ = play(one(wrap=True), pressing("left", "left", "right", "right", "left", "left", "left", "enter"))
     assert [index for index, _ in round_.trials[0].data["path"]] == [0, 3, 2, 3, 0, 3, 2, 1]
 
 
@@ -101,7 +120,7 @@ def test_the_next_picture_in_the_direction_of_travel_is_made_ready(play: Play) -
 
 
 def test_the_next_series_is_made_ready_while_this_one_is_rated(play: Play) -> None:
-    played = play(replace(ONE, series=FIFTEEN[:3], start="random"))
+    played = play(fifteen())
     for rating, browsing in pairwise(played.asks):
         if isinstance(rating.task, Rate) and isinstance(browsing.task, Browse):
             assert rating.upcoming == browsing.scene
@@ -109,10 +128,10 @@ def test_the_next_series_is_made_ready_while_this_one_is_rated(play: Play) -> No
 
 def test_one_paint_never_comes_twice_running_and_everyone_has_an_order_of_their_own(play: Play) -> None:
     orders, starts = set(), set()
-    for seed in map(str, range(8)):
-        played = play(BestOfSeries(FIFTEEN, "Which?", LAYOUT, seed, scales=()))
+    for number in range(8):
+        played = play(fifteen(f"{number:02d}", ratings=[]))
         order = [trial.data["series"] for trial in played.trials]
-        assert sorted(order) == sorted(series.name for series in FIFTEEN)
+        assert len({*order}) == len(order) == 15
         assert all(one.split("-")[0] != other.split("-")[0] for one, other in pairwise(order))
         orders.add(tuple(order))
         starts |= {trial.data["start"] for trial in played.trials}
@@ -160,7 +179,7 @@ def test_the_keys_say_what_they_do_in_both_parts() -> None:
     assert ONE.keys["wheel_down"] == "next, lower"
     assert ONE.keys["enter"] == "choose, accept"
     assert ONE.keys["0"] == "10"
-    assert replace(ONE, scales=()).keys["left"] == "previous"
+    assert one(ratings=[]).keys["left"] == "previous"
 
 
 FACTORS = Stimuli(
@@ -173,8 +192,8 @@ FACTORS = Stimuli(
 )
 
 
-def spec(series: Any, **more: Any) -> BestOfSeriesSpec:
-    return BestOfSeriesSpec.model_validate({"kind": "best_of_series", "series": series, **more})
+def spec(series: Any, **more: Any) -> BestOfSeries:
+    return BestOfSeries.model_validate({"kind": "best_of_series", "series": series, **more})
 
 
 def test_series_are_found_by_factors() -> None:
@@ -213,7 +232,7 @@ def test_series_that_there_are_not(series: Any, path: tuple[Any, ...], words: st
 
 def test_the_thesis_s_two_scales_are_the_default() -> None:
     block = spec({"one": ["a", "b"]})
-    assert tuple(scale.make() for scale in block.ratings) == (SIMILARITY, DIFFICULTY)
+    assert block.ratings == (SIMILARITY, DIFFICULTY)
     assert (SIMILARITY.lowest, SIMILARITY.highest, DIFFICULTY.lowest, DIFFICULTY.highest) == (1, 10, 1, 10)
     assert spec({"one": ["a", "b"]}, ratings=[]).ratings == ()
 
@@ -231,14 +250,16 @@ blocks:
 def test_a_file_makes_it(study: Study) -> None:
     study.edit("small.yaml", "blocks:\n", SERIES)
     block = read_experiment(study.experiment).blocks("03")[0]
-    assert isinstance(block, BestOfSeries)
-    assert block.series == (Series("first", ("one", "two")), Series("second", ("three", "four")))
-    assert block.scales == (Scale("ease", "Easy", 1, 7),)
-    assert (block.question, block.start, block.see_all, block.wrap) == ("Which is closer?", "random", True, False)
+    assert (block.trials, block.scale_ends) == (2, {"ease": (1, 7)})
+    drafts = [step for step in walk(block) if isinstance(step, Draft)]
+    assert {draft.data["series"]: draft.stimuli for draft in drafts} == {
+        "first": ("one", "two"),
+        "second": ("three", "four"),
+    }
 
 
 def test_someone_without_eyes_sees_all_of_a_series_and_takes_the_last(play: Play) -> None:
-    played = play(BestOfSeries(FIFTEEN[:4], "Which?", LAYOUT, "s"), plain_key)
+    played = play(fifteen(), plain_key)
     for trial in played.trials:
         assert {index for index, _ in trial.data["path"]} == set(range(6))
         assert trial.data["ratings"] == {"similarity": 5, "difficulty": 5}

@@ -10,12 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from runner.blocks import Stimuli
-from runner.blocks.catch_trials import CatchSpec, CatchTrials, Comparison, mix_in
+from runner.blocks.catch_trials import CatchTrials, Comparison, mix_in
 from runner.blocks.orders import pair_order
 
 SEEDS = st.text(max_size=6)
 PLAIN = [f"s{index}" for index in range(12)]
-OBVIOUS = (("s0", "s1"), ("best", "worst"), ("fine", "poor"))
+OBVIOUS = ["s0", "s1"], ["best", "worst"], ["fine", "poor"]
 
 
 def _others(count: int, repeats: int, side_seed: str, order_seed: str) -> list[Comparison]:
@@ -30,7 +30,8 @@ def test_they_are_spread_and_leave_the_others_as_they_were(
     number = data.draw(st.integers(1, len(others)))
     identical = data.draw(st.integers(0, number))
     pairs = OBVIOUS[: data.draw(st.integers(1, 3))]
-    mixed = mix_in(others, CatchTrials(number, pairs, identical), PLAIN[:count], side_seed, order_seed, flip=flip)
+    shown_twice = CatchTrials(pairs=pairs, identical=identical)
+    mixed = mix_in(others, shown_twice, number, PLAIN[:count], side_seed, order_seed, flip=flip)
     assert [trial for trial in mixed if not trial.catch] == others
     catch = [trial for trial in mixed if trial.catch]
     assert len(catch) == number
@@ -55,8 +56,10 @@ def test_they_are_spread_and_leave_the_others_as_they_were(
 
 @given(SEEDS, SEEDS, st.integers(1, 12))
 def test_the_neighbouring_observer_sees_them_on_the_other_side(side_seed: str, order_seed: str, number: int) -> None:
+    catch = CatchTrials(pairs=OBVIOUS)
+
     def sides(order: str, *, flip: bool) -> Counter[tuple[str, str]]:
-        mixed = mix_in(_others(6, 1, "", ""), CatchTrials(number, OBVIOUS), PLAIN[:6], side_seed, order, flip=flip)
+        mixed = mix_in(_others(6, 1, "", ""), catch, number, PLAIN[:6], side_seed, order, flip=flip)
         return Counter((trial.first, trial.second) for trial in mixed if trial.catch)
 
     swapped = {(second, first): times for (first, second), times in sides("another", flip=True).items()}
@@ -67,8 +70,8 @@ def test_the_neighbouring_observer_sees_them_on_the_other_side(side_seed: str, o
 def test_they_share_no_stimulus_with_their_neighbours_where_there_is_room(count: int, repeats: int, seed: str) -> None:
     """Pairs from outside fit everywhere."""
     others = _others(count, repeats, seed, seed)
-    catch = CatchTrials(len(others) // 5, OBVIOUS[1:])
-    mixed = mix_in(others, catch, PLAIN[:count], seed, seed)
+    catch = CatchTrials(pairs=OBVIOUS[1:])
+    mixed = mix_in(others, catch, len(others) // 5, PLAIN[:count], seed, seed)
     assert not any(set(one.stimuli) & set(other.stimuli) for one, other in pairwise(mixed))
 
 
@@ -76,14 +79,14 @@ def test_they_share_no_stimulus_with_their_neighbours_where_there_is_room(count:
 def test_a_pair_of_the_block_itself_is_put_between_others(count: int, seed: str) -> None:
     """Of eight stimuli or more, more pairs lack two given ones than have one: two of these stand together."""
     others = _others(count, 1, seed, seed)
-    mixed = mix_in(others, CatchTrials(1, OBVIOUS[:1]), PLAIN[:count], seed, seed)
+    mixed = mix_in(others, CatchTrials(pairs=OBVIOUS[:1]), 1, PLAIN[:count], seed, seed)
     assert not any(set(one.stimuli) & set(other.stimuli) for one, other in pairwise(mixed))
 
 
 def test_same_seed_same_places() -> None:
     others = _others(6, 1, "s", "o")
-    catch = CatchTrials(3, OBVIOUS, 1)
-    one, again, other = (mix_in(others, catch, PLAIN[:6], "s", order) for order in ("o", "o", "p"))
+    catch = CatchTrials(pairs=OBVIOUS, identical=1)
+    one, again, other = (mix_in(others, catch, 3, PLAIN[:6], "s", order) for order in ("o", "o", "p"))
     assert one == again
     assert one != other
 
@@ -105,7 +108,7 @@ STIMULI = Stimuli({name: {} for name in ("a", "b", "c", "d", "e", "f")})
     ],
 )
 def test_faults(written: dict[str, object], path: tuple[object, ...], what: str) -> None:
-    (fault,) = CatchSpec.model_validate(written).faults(STIMULI, 15)
+    (fault,) = CatchTrials.model_validate(written).faults(STIMULI, 15)
     assert fault.path == path
     assert what in fault.message
 
@@ -121,11 +124,11 @@ def test_faults(written: dict[str, object], path: tuple[object, ...], what: str)
     ],
 )
 def test_how_many(written: dict[str, object], count: int) -> None:
-    spec = CatchSpec.model_validate({**written, "pairs": [["a", "b"]]})
+    spec = CatchTrials.model_validate({**written, "pairs": [["a", "b"]]})
     assert spec.count(15) == count
     assert not list(spec.faults(STIMULI, 15))
 
 
 def test_every_and_share_are_not_given_together() -> None:
     with pytest.raises(ValueError, match="not both"):
-        CatchSpec.model_validate({"every": 5, "share": 0.1, "pairs": [["a", "b"]]})
+        CatchTrials.model_validate({"every": 5, "share": 0.1, "pairs": [["a", "b"]]})

@@ -77,7 +77,7 @@ def test_no_word_on_any_screen_is_from_elsewhere(tmp_path: Path, kind: str, vari
 def test_no_word_of_menus_and_typed_pages_is_from_elsewhere() -> None:
     style = Style(interface=Interface("en", marked()))
     scenes = [pause_menu(style, can_repeat=True).scene, page("§", style, "finish").scene]
-    writing = typed("§", style, field=Number("§", 1, 9), required=False)
+    writing = typed("§", style, field=Number(unit="§", lowest=1, highest=9), required=False)
     ask = next(writing)
     for key in ("backspace", "text x", "text 0", "enter"):
         scenes.append(ask.scene)

@@ -13,17 +13,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from runner.blocks import ActivePairs, ActivePairsSpec, Compare, Stimuli
-from runner.blocks.all_pairs import AllPairs, AllPairsSpec
-from runner.blocks.catch_trials import CatchTrials
-from runner.blocks.layout import PairLayout
+from runner.blocks import Block, Compare, Stimuli
 from runner.blocks.orders import Pair, balanced, grouped_order
 from runner.blocks.pair_choice import GroupedChooser, shared_out
 from runner.blocks.pair_groups import pair_groups
 from runner.ports import Ask
+from tests.runner.every_kind import entry, met, pairs_of, setting
 
 Play = Callable[..., Any]
-COLUMN = PairLayout("vertical", (0, -60), (0, 60), (100, 80), (0, -140), 400)
 SEEDS = st.text(max_size=8)
 
 
@@ -32,16 +29,14 @@ def study(scenes: int, codecs: int) -> Stimuli:
     return Stimuli({f"s{s}-c{c}": {"scene": f"s{s}", "codec": float(c)} for s in range(scenes) for c in range(codecs)})
 
 
-def block(stimuli: Stimuli, across: str | None = None, **more: Any) -> AllPairs:
+def block(stimuli: Stimuli, across: str | None = None, **more: Any) -> Block:
     """Return a block of the pairs within the scenes."""
-    groups = pair_groups(stimuli.names, stimuli, "scene", across)
-    return AllPairs(stimuli.names, "Which?", COLUMN, "s", "o", groups=groups, **more)
+    return met("all_pairs", setting(stimuli), within="scene", across=across, **more)
 
 
 def faults(stimuli: Stimuli, kind: str = "all_pairs", **keys: Any) -> list[tuple[str, tuple[str | int, ...], str]]:
     """Return what is wrong with an entry: the words, the key, and the remedy."""
-    spec: Any = AllPairsSpec if kind == "all_pairs" else ActivePairsSpec
-    return [(fault.message, fault.path, fault.remedy) for fault in spec(kind=kind, **keys).faults(stimuli)]
+    return [(fault.message, fault.path, fault.remedy) for fault in entry(kind, **keys).faults(stimuli)]
 
 
 def at_random(seed: int) -> Callable[[Ask], str]:
@@ -52,20 +47,20 @@ def at_random(seed: int) -> Callable[[Ask], str]:
 
 def test_only_stimuli_of_one_scene_are_compared() -> None:
     made = block(study(3, 4), repeats=2)
-    pairs = Counter(frozenset((pair.first, pair.second)) for pair in made.comparisons())
+    pairs = Counter(map(frozenset, pairs_of(made)))
     expected = [pair for s in range(3) for pair in combinations([f"s{s}-c{c}" for c in range(4)], 2)]
     assert pairs == {frozenset(pair): 2 for pair in expected}
-    assert made.trials == len(made.comparisons()) == 36
+    assert made.trials == len(pairs_of(made)) == 36
     assert made.facts == {"pairs_within_scene": {"s0": 6, "s1": 6, "s2": 6}}
 
 
 def test_pairs_between_scenes_have_one_codec() -> None:
     made = block(study(3, 2), "codec")
-    between = [pair for pair in made.comparisons() if pair.first[:2] != pair.second[:2]]
-    assert {frozenset((pair.first, pair.second)) for pair in between} == {
+    between = [pair for pair in pairs_of(made) if pair[0][:2] != pair[1][:2]]
+    assert {*map(frozenset, between)} == {
         frozenset((f"s{i}-c{c}", f"s{j}-c{c}")) for c in range(2) for i, j in combinations(range(3), 2)
     }
-    assert made.trials == len(made.comparisons()) == 3 + 6
+    assert made.trials == len(pairs_of(made)) == 3 + 6
     assert made.facts == {"pairs_within_scene": {"s0": 1, "s1": 1, "s2": 1}, "pairs_between": 6}
 
 
@@ -125,7 +120,7 @@ def test_the_grouped_order_of_one_seed_is_what_it_was() -> None:
 
 @pytest.mark.parametrize("across", [None, "codec"])
 def test_records_name_the_scene(play: Play, across: str | None) -> None:
-    made = block(study(3, 3), across, break_every=5, catch=CatchTrials(4, (("s0-c0", "s1-c2"),), 2))
+    made = block(study(3, 3), across, break_every=5, catch={"every": 2, "pairs": [["s0-c0", "s1-c2"]], "identical": 2})
     played = play(made, at_random(1))
     assert len(played.trials) == made.trials
     for trial in played.trials:
@@ -141,9 +136,9 @@ def test_records_name_the_scene(play: Play, across: str | None) -> None:
 
 
 def test_without_groups_a_record_is_what_it_was(play: Play) -> None:
-    played = play(AllPairs(("a", "b", "c"), "Which?", COLUMN, "s", "o"), at_random(1))
+    played = play(met("all_pairs", setting("abc")), at_random(1))
     assert not any("group" in trial.data for trial in played.trials)
-    assert "within" not in AllPairsSpec(kind="all_pairs").model_dump()
+    assert "within" not in entry("all_pairs").model_dump()
 
 
 ALONE = Stimuli({**study(2, 3).factors, "x": {"scene": "dune", "codec": 1.0}})
@@ -176,13 +171,12 @@ def test_what_links_scenes_is_another_factor() -> None:
     assert faults(ALONE, within="scene", across="codec") == []  # x is compared with s0-c1 and s1-c1
     for keys in ({"across": "codec"}, {"within": "codec", "across": "codec"}):
         with pytest.raises(ValidationError):
-            AllPairsSpec.model_validate({"kind": "all_pairs", **keys})
+            entry("all_pairs", **keys)
 
 
-def active(stimuli: Stimuli, trials: int) -> ActivePairs:
+def active(stimuli: Stimuli, trials: int) -> Block:
     """Return a block that chooses pairs within the scenes."""
-    groups = pair_groups(stimuli.names, stimuli, "scene")
-    return ActivePairs(stimuli.names, "Which?", COLUMN, "s", trials, 3, groups=groups)
+    return met("active_pairs", setting(stimuli), within="scene", trials=trials)
 
 
 def test_active_pairs_stay_within_scenes_and_share_the_trials_out(play: Play) -> None:
@@ -232,4 +226,4 @@ def test_the_faults_of_active_pairs_within_scenes() -> None:
     (fault,) = faults(stimuli, "active_pairs", within="szene", trials=20)
     assert fault[2] == "did you mean 'scene'?"
     with pytest.raises(ValidationError, match="across"):
-        ActivePairsSpec.model_validate({"kind": "active_pairs", "trials": 9, "within": "scene", "across": "codec"})
+        entry("active_pairs", trials=9, within="scene", across="codec")

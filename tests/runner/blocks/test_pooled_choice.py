@@ -15,7 +15,7 @@ from pydantic import ValidationError
 
 from analysis.scaling import updated_posterior
 from documents import InputError
-from runner.blocks import ActivePairs, ActivePairsSpec, Stimuli
+from runner.blocks import ActivePairs, Stimuli
 from runner.blocks.pair_choice import gains
 from runner.blocks.pooled_choice import GRAIN, PooledChooser, pooled_batch
 from runner.ports import PooledAnswers
@@ -134,9 +134,9 @@ def test_a_batch_is_taken_by_its_names() -> None:
 def test_a_pool_where_there_can_be_none_is_a_fault() -> None:
     stimuli = Stimuli({name: {} for name in NAMES})
     pooled = {"kind": "active_pairs", "trials": 30, "pool": "results"}
-    assert not list(ActivePairsSpec.model_validate(pooled).faults(stimuli))
+    assert not list(ActivePairs.model_validate(pooled).faults(stimuli))
     with pytest.raises(ValidationError, match="pool"):
-        ActivePairsSpec.model_validate({**pooled, "pool": "elsewhere"})
+        ActivePairs.model_validate({**pooled, "pool": "elsewhere"})
 
 
 def test_a_practice_is_not_pooled(tmp_path: Path) -> None:
@@ -150,6 +150,6 @@ def test_a_practice_is_not_pooled(tmp_path: Path) -> None:
 def test_a_batch_is_a_sixth_of_the_stimuli_but_at_least_five_or_as_named(tmp_path: Path, more: str, batch: int) -> None:
     assert [pooled_batch(stimuli) for stimuli in (2, 3, 6, 10, 20, 30, 60, 600)] == [1, 1, 3, 5, 5, 5, 10, 100]
     design = experiment(tmp_path, f"kind: active_pairs, trials: 14, {more}")
-    (block,) = design.blocks("01")
-    assert isinstance(block, ActivePairs)
-    assert block.batch == batch
+    (entry,) = design.spec.blocks
+    assert isinstance(entry, ActivePairs)
+    assert entry.most_at_once(design.stimuli) == batch

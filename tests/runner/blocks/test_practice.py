@@ -3,42 +3,48 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import pytest
 
-from runner.blocks import Block, Choose, Draft
-from runner.blocks.all_pairs import AllPairs
+from runner.blocks import Block, BlockKind, Choose, Draft, Setting
 from runner.blocks.block import Steps, answer
-from runner.blocks.layout import PairLayout
-from runner.blocks.practice import Passing, Practice, feedback_words
+from runner.blocks.practice import feedback_words
 from runner.observers.simulated import key_for, plain_key
 from runner.ports import Ask
 from runner.presenter import Scene, Text
+from tests.runner.every_kind import entry, setting
 
 Play = Callable[..., Any]
-LAYOUT = PairLayout("vertical", (0, -60), (0, 60), (100, 80), (0, -140), 400)
-PAIRS = AllPairs(("a", "b", "c", "d", "e"), "Which?", LAYOUT, "s", "o", break_every=2)
+PLACE = setting("abcde")
+PAIRED: dict[str, Any] = {"kind": "all_pairs", "break_every": 2}
+PAIRS = entry(**PAIRED).meet(PLACE)
 
 
-@dataclass(frozen=True, slots=True)
-class Sides(Block):
+class Sides(BlockKind):
     """Which side is it on? The right answer alternates, and may be told in the data or in the task alone."""
 
+    kind: str = "sides"
     in_data: bool = True
+    pictures: Any = None
 
-    @property
-    def trials(self) -> int:
-        return 8
+    def meet(self, setting: Setting) -> Block:
+        return Block(entry=self, steps=self._steps, trials=8, expected_s=40.0, pictures=self.pictures or {})
 
-    def steps(self) -> Steps:
+    def _steps(self) -> Steps:
         for number in range(8):
             side = ("left", "right")[number % 2]
             ask = Ask(Scene((Text(f"{number}"),)), {"left": "left", "right": "right"}, task=_side(side))
             given = answer((yield ask)).meaning
             data = {"answer": given, "correct": given == side} if self.in_data else {"answer": given}
             yield Draft("sides", data, response_time_s=0.5)
+
+
+def practice(trials: int, block: BlockKind | None = None, **keys: Any) -> Block:
+    """Return a practice of the pairs, or of a ``block`` of a kind of its own."""
+    written = entry("practice", trials=trials, block=PAIRED, **keys)
+    made: Block = (written.model_copy(update={"block": block}) if block else written).meet(PLACE)
+    return made
 
 
 def _side(side: str) -> Choose:
@@ -56,10 +62,10 @@ def _wrong(ask: Ask) -> str:
 
 
 def test_it_is_the_first_trials_of_the_block_under_another_kind(play: Play, promised: Play) -> None:
-    practice = Practice(PAIRS, 4, feedback="none")
-    promised(practice, "practice")
-    promised(Practice(Sides(), 5, until=Passing(1.0, 6)), "practice")
-    played, whole = play(practice), play(PAIRS)
+    four = practice(4, feedback="none")
+    promised(four, "practice")
+    promised(practice(5, Sides(), until={"correct": 1.0, "of": 6}), "practice")
+    played, whole = play(four), play(PAIRS)
     for trial, scored in zip(played.trials, whole.trials, strict=False):
         assert dict(trial.data) == {**scored.data, "practice_of": "all_pairs"}
         assert trial.response_time_s == scored.response_time_s
@@ -67,26 +73,26 @@ def test_it_is_the_first_trials_of_the_block_under_another_kind(play: Play, prom
 
 
 def test_it_is_no_longer_than_the_block(play: Play) -> None:
-    practice = Practice(PAIRS, 50)
-    assert practice.trials == PAIRS.trials == len(play(practice).trials)
-    assert practice.expected_s < 3 * PAIRS.expected_s
-    assert practice.keys == PAIRS.keys
+    long = practice(50)
+    assert long.trials == PAIRS.trials == len(play(long).trials)
+    assert long.expected_s < 3 * PAIRS.expected_s
+    assert long.keys == PAIRS.keys
 
 
 @pytest.mark.parametrize("in_data", [True, False])
 def test_what_was_right_is_told_before_it_is_recorded(play: Play, in_data: bool) -> None:
     for press, words in ((plain_key, "That was right."), (_wrong, "That was not right.")):
-        played = play(Practice(Sides(in_data), 3), press)
+        played = play(practice(3, Sides(in_data=in_data)), press)
         assert [words in _words(scene) for scene in played.shown] == [False, True] * 3
         assert played.shown_at_record == [2, 4, 6]
 
 
 def test_without_a_right_answer_there_is_nothing_to_tell(play: Play) -> None:
-    assert play(Practice(PAIRS, 3)).shown == play(Practice(PAIRS, 3, feedback="none")).shown
+    assert play(practice(3)).shown == play(practice(3, feedback="none")).shown
 
 
 def test_the_choice_is_told_in_words(play: Play) -> None:
-    played = play(Practice(PAIRS, 1, feedback="choice"))
+    played = play(practice(1, feedback="choice"))
     assert "Your answer: the upper picture." in _words(played.shown[1])
     across = {"first_position": "left", "answer": "second"}
     assert feedback_words(across, None, "choice") == "Your answer: the right picture."
@@ -95,8 +101,8 @@ def test_the_choice_is_told_in_words(play: Play) -> None:
 
 
 def test_it_ends_once_enough_was_right(play: Play) -> None:
-    assert len(play(Practice(Sides(), 8, until=Passing(1.0, 3))).trials) == 3
-    assert len(play(Practice(Sides(), 8, until=Passing(1.0, 3)), _wrong).trials) == 8
+    assert len(play(practice(8, Sides(), until={"correct": 1.0, "of": 3})).trials) == 3
+    assert len(play(practice(8, Sides(), until={"correct": 1.0, "of": 3}), _wrong).trials) == 8
     # Wrong twice, then right: two of the last three are right after the fourth.
     asked: list[Ask] = []
 
@@ -105,15 +111,10 @@ def test_it_ends_once_enough_was_right(play: Play) -> None:
             asked.append(ask)
         return _wrong(ask) if len(asked) <= 2 else plain_key(ask)
 
-    assert len(play(Practice(Sides(), 8, until=Passing(0.66, 3)), late).trials) == 4
+    assert len(play(practice(8, Sides(), until={"correct": 0.66, "of": 3}), late).trials) == 4
 
 
 def test_it_shows_what_the_block_makes() -> None:
     made = {"dots": lambda: pytest.fail("not asked for")}
 
-    class Maker(Sides):
-        @property
-        def pictures(self) -> Any:
-            return made
-
-    assert Practice(Maker(), 2).pictures is made
+    assert practice(2, Sides(pictures=made)).pictures == made

@@ -13,28 +13,33 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from runner.blocks import Compare, Stimuli
-from runner.blocks.layout import PairLayout, SingleLayout
-from runner.blocks.preference import Preference, PreferenceSpec, Versions
+from runner.blocks import Block, Compare, Setting, Stimuli
+from runner.blocks.preference import Preference, Versions
 from runner.presenter import Text
+from tests.runner.every_kind import met, pairs_of, setting
 
 Play = Callable[..., Any]
-SIX = tuple(Versions(f"{number}-stereo", f"{number}-flat") for number in range(6))
-ONE = SingleLayout((0, -60), (400, 300), (0, -250), 800, 90)
-COLUMN = PairLayout("vertical", (0, -60), (0, 60), (100, 80), (0, -140), 400)
-OWN_PACE = Preference(SIX, "Which was closer?", ONE, "s", "o", blank_between_s=0.5, break_every=4)
-TIMED = replace(OWN_PACE, exposure_s=1.0, blank_s=0.2)
+PLACE = setting(f"{number}-{view}" for number in range(6) for view in ("stereo", "flat"))
+SIX = [[f"{number}-stereo", f"{number}-flat"] for number in range(6)]
+
+
+def block(place: Setting = PLACE, **keys: Any) -> Block:
+    return met("preference", place, **{"pairs": SIX, "break_every": 4, **keys})
+
+
+TIMED: dict[str, Any] = {"exposure_s": 1.0, "blank_s": 0.2}
 BLOCKS = {
-    "own pace": OWN_PACE,
-    "timed": TIMED,
-    "twice": replace(OWN_PACE, repeats=2, blank_between_s=0.0),
-    "at once": replace(OWN_PACE, layout=COLUMN),
-    "at once and taken away": replace(TIMED, layout=COLUMN),
+    "own pace": block(),
+    "timed": block(**TIMED),
+    "twice": block(repeats=2, blank_between_s=0.0),
+    "at once": block(presentation="simultaneous"),
+    "at once and taken away": block(presentation="simultaneous", **TIMED),
 }
 
 
-@pytest.mark.parametrize("block", BLOCKS.values(), ids=BLOCKS)
-def test_a_block_keeps_what_every_block_promises(play: Play, promised: Play, block: Preference) -> None:
+@pytest.mark.parametrize("name", BLOCKS)
+def test_a_block_keeps_what_every_block_promises(play: Play, promised: Play, name: str) -> None:
+    block = BLOCKS[name]
     played = promised(block, "preference")
     comparing = [ask for ask in played.asks if isinstance(ask.task, Compare)]
     assert all(ask.keys == block.keys and set(ask.targets) == {"first", "second"} for ask in comparing)
@@ -50,13 +55,13 @@ def test_a_block_keeps_what_every_block_promises(play: Play, promised: Play, blo
 
 
 def test_at_ones_own_pace_each_interval_stays_until_the_space_bar(play: Play) -> None:
-    played = play(OWN_PACE)
+    played = play(BLOCKS["own pace"])
     _, one, between, two, question, *_ = played.shown
     first = played.trials[0].data
     assert one.stimuli == (first["first"],)
     assert two.stimuli == (first["second"],)
     assert not between.items
-    assert [item.words for item in question.items] == ["Which was closer?", "1", "2"]
+    assert [item.words for item in question.items] == ["Which?", "1", "2"]
     assert [item.words for item in two.items if isinstance(item, Text)] == ["2", "Press the space bar to go on"]
     assert first["interval_s"] == [0.5, 0.5]
     # The second picture is made ready while the first is looked at.
@@ -64,30 +69,35 @@ def test_at_ones_own_pace_each_interval_stays_until_the_space_bar(play: Play) ->
 
 
 def test_timed_intervals_are_recorded_as_timed_scenes(play: Play) -> None:
-    data = play(TIMED).trials[1].data
+    data = play(BLOCKS["timed"]).trials[1].data
     assert [held["what"] for held in data["timed"]] == ["blank", "interval_1", "between", "interval_2"]
     assert "interval_s" not in data
 
 
-@given(st.integers(1, 9), st.integers(1, 3), st.text(max_size=4), st.text(max_size=4))
-def test_sides_balance_within_and_between_observers(count: int, repeats: int, seed: str, other: str) -> None:
-    versions = tuple(Versions(f"{number}-stereo", f"{number}-flat") for number in range(count))
-    block = Preference(versions, "?", ONE, seed, other, repeats=repeats)
-    order = block.order()
-    assert Counter(one for one, _ in order) == dict.fromkeys(versions, repeats)
-    assert abs(2 * sum(stereo_first for _, stereo_first in order) - len(order)) <= 1
+@given(st.integers(1, 9), st.integers(1, 3), st.integers(0, 9), st.integers(0, 40))
+def test_sides_balance_within_and_between_observers(count: int, repeats: int, seed: int, pair: int) -> None:
+    def order(number: int) -> list[tuple[str, str]]:
+        place = setting((), f"{number:02d}", seed=seed)
+        return pairs_of(block(place, pairs=SIX_AND_MORE[:count], repeats=repeats, break_every=None))
+
+    own, neighbour = order(2 * pair + 1), order(2 * pair + 2)
+    pictures = [first.split("-")[0] for first, _ in own]
+    assert Counter(pictures) == {str(number): repeats for number in range(count)}
+    assert abs(2 * sum(first.endswith("stereo") for first, _ in own) - len(own)) <= 1
     if count > 1:
-        assert all(one != following for (one, _), (following, _) in pairwise(order))
-    neighbour = replace(block, order_seed=f"{other}/next", flip_sides=True).order()
-    assert Counter((one, not stereo_first) for one, stereo_first in neighbour) == Counter(order)
+        assert all(one != following for one, following in pairwise(pictures))
+    assert Counter((second, first) for first, second in neighbour) == Counter(own)
+
+
+SIX_AND_MORE = [[f"{number}-stereo", f"{number}-flat"] for number in range(9)]
 
 
 def _stimuli(*views: str, **more: str) -> Stimuli:
     return Stimuli({f"{image}-{view}": {"image": image, "view": view, **more} for image in "ab" for view in views})
 
 
-def _spec(**written: Any) -> PreferenceSpec:
-    return PreferenceSpec.model_validate({"kind": "preference", **written})
+def _spec(**written: Any) -> Preference:
+    return Preference.model_validate({"kind": "preference", **written})
 
 
 def test_pairs_are_found_by_the_view() -> None:

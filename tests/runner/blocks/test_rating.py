@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
-from runner.blocks import Rate
-from runner.blocks.layout import SingleLayout
-from runner.blocks.rating import Rating
-from runner.blocks.scale import Scale
+from runner.blocks import Block, Draft, Rate
+from runner.observers.walk import walk
 from runner.ports import Ask
 from runner.presenter import Picture, Scene, Text
 from runner.protocol import read_experiment
+from tests.runner.every_kind import met, setting
 
-LAYOUT = SingleLayout((0, -60), (400, 300), (0, -250), 800, 90)
-SCALES = (Scale("quality", "How good?", 1, 5), Scale("depth", "How deep?", 0, 100))
-BLOCK = Rating(("a", "b", "c"), SCALES, LAYOUT, "s", repeats=2)
+PLACE = setting("abc")
+SCALES = (
+    {"name": "quality", "question": "How good?", "highest": 5},
+    {"name": "depth", "question": "How deep?", "lowest": 0, "highest": 100},
+)
 Study = Any  # tests/conftest.py
 Play = Callable[..., Any]  # conftest.py
+
+
+def block(**keys: Any) -> Block:
+    return met("rating", PLACE, ratings=SCALES, repeats=2, **keys)
 
 
 def test_what_is_recorded_is_what_was_shown_and_pressed(play: Play) -> None:
@@ -29,7 +33,7 @@ def test_what_is_recorded_is_what_was_shown_and_pressed(play: Play) -> None:
             return "enter"
         return str("abc".index(str(ask.task.stimulus)) + 2) if ask.task.name == "quality" else "7"
 
-    played = play(BLOCK, press)
+    played = play(block(), press)
     assert [trial.data["ratings"] for trial in played.trials] == [
         {"quality": "abc".index(trial.data["stimulus"]) + 2, "depth": 70} for trial in played.trials
     ]
@@ -44,7 +48,7 @@ def test_what_is_recorded_is_what_was_shown_and_pressed(play: Play) -> None:
 
 
 def test_the_next_picture_is_made_ready_while_this_one_is_rated(play: Play) -> None:
-    played = play(replace(BLOCK, break_every=4))
+    played = play(block(break_every=4))
     seen = list(dict.fromkeys(scene for scene in played.shown if scene.stimuli))
     ready = list(dict.fromkeys(played.prefetched))
     assert len(ready) == 3  # three different pictures, each made ready as it will be seen first
@@ -52,19 +56,19 @@ def test_the_next_picture_is_made_ready_while_this_one_is_rated(play: Play) -> N
 
 
 def test_a_limited_exposure_leaves_the_scale_without_the_picture(play: Play) -> None:
-    played = play(replace(BLOCK, fixation_s=1.0, exposure_s=0.5, blank_s=1.0))
+    played = play(block(fixation_s=1.0, exposure_s=0.5, blank_s=1.0))
     assert not any(ask.scene.stimuli for ask in played.asks)
     held = [[one["what"] for one in trial.data["timed"]] for trial in played.trials]
     assert held == [["fixation", "picture"], *[["blank", "fixation", "picture"]] * 5]
     cross, picture = played.shown[:2]
     assert isinstance(cross.items[0], Text)
-    assert cross.items[0].offset_px == LAYOUT.picture_px
+    assert cross.items[0].offset_px == PLACE.single_layout().picture_px
     assert isinstance(picture.items[0], Picture)
     assert [item.words for item in picture.items if isinstance(item, Text)] == ["How good?"]
 
 
 def test_breaks_come_after_so_many_pictures(play: Play) -> None:
-    played = play(replace(BLOCK, break_every=2))
+    played = play(block(break_every=2))
     pages = [scene for scene in played.shown if not scene.stimuli]
     assert len(pages) == 2
     first = pages[0].items[0]
@@ -84,10 +88,16 @@ blocks:
 
 def test_a_file_makes_it(study: Study) -> None:
     study.edit("small.yaml", "blocks:\n", RATING)
-    block = read_experiment(study.experiment).blocks("03")[0]
-    assert isinstance(block, Rating)
-    assert block.scales == (Scale("quality", "Good", 1, 5, "bad", "excellent"),)
-    assert (block.stimuli, block.trials, block.expected_s) == (("one", "two"), 2, 10.0)
-    other = read_experiment(study.experiment).blocks("04")[0]
-    assert isinstance(other, Rating)
-    assert other.seed != block.seed
+    made = read_experiment(study.experiment).blocks("03")[0]
+    assert made.scale_ends == {"quality": (1, 5)}
+    assert (made.trials, made.expected_s) == (2, 10.0)
+    orders = [
+        [
+            step.stimuli
+            for step in walk(read_experiment(study.experiment).blocks(f"{n:02d}")[0])
+            if isinstance(step, Draft)
+        ]
+        for n in range(8)
+    ]
+    assert {*orders[0]} == {("one",), ("two",)}
+    assert orders[0][::-1] in orders  # each observer has an order of their own

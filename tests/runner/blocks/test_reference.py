@@ -9,7 +9,6 @@ import pytest
 
 from documents import InputError
 from runner.blocks import Draft
-from runner.blocks.best_of_series import BestOfSeries
 from runner.observers.walk import walk
 from runner.presenter import Text
 from runner.protocol import Experiment, read_experiment
@@ -42,8 +41,7 @@ def test_without_a_reference_no_word_speaks_of_one(study: Study, reference: str 
     assert "reference" not in words
     assert "plate" not in words
     (_, block) = design.example_blocks
-    assert isinstance(block, BestOfSeries)
-    assert [scale.name for scale in block.scales] == ["quality", "difficulty"]
+    assert [*block.scale_ends] == ["quality", "difficulty"]
 
 
 @pytest.mark.parametrize("reference", ["physical", "four"])

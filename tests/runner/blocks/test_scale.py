@@ -9,19 +9,33 @@ from pydantic import ValidationError
 
 from runner.blocks import FULL_HD_HALF, Rate, Response, Style
 from runner.blocks.layout import SingleLayout
-from runner.blocks.scale import Scale, ScaleSpec, rate, scale_faults, scale_items, scale_targets
+from runner.blocks.scale import Rated, Scale, rate, scale_faults, scale_items, scale_targets
 from runner.observers.simulated import plain_key
 from runner.ports import Ask
 from runner.presenter import Box, Text
 
-TEN = Scale("similarity", "How similar?", low_anchor="not at all", high_anchor="the same")
-SLIDER = Scale("quality", "How good?", 0, 100, "bad", "good", "fair")
+TEN = Scale(name="similarity", question="How similar?", low_anchor="not at all", high_anchor="the same")
+SLIDER = Scale(
+    name="quality",
+    question="How good?",
+    lowest=0,
+    highest=100,
+    low_anchor="bad",
+    middle_anchor="fair",
+    high_anchor="good",
+)
+
+
+def _from(lowest: int, highest: int, *, confirm: bool = True) -> Scale:
+    return Scale(name="q", question="?", lowest=lowest, highest=highest, confirm=confirm)
+
+
 UNDER = SingleLayout((0, -60), (400, 300), (0, -250), 800, 90)
 
 
 def answered(scale: Scale, *keys: str, style: Style = FULL_HD_HALF) -> tuple[int, float, list[Ask]]:
     """Press keys, half a second each; return the number, the time and what was asked."""
-    steps = rate(scale, style, stimulus="a", reference="r")
+    steps = rate(scale, style, Rated(stimulus="a", reference="r"))
     asks = [next(steps)]
     for index, key in enumerate(keys):
         meaning = asks[-1].meaning(key)
@@ -46,16 +60,16 @@ def answered(scale: Scale, *keys: str, style: Style = FULL_HD_HALF) -> tuple[int
         (TEN, ["1", "left", "left", "enter"], 1),
         (TEN, ["0", "pad_right", "pad_left", "pad_a"], 9),
         (TEN, ["click 4", "click accept"], 4),
-        (Scale("q", "?", 1, 5, confirm=False), ["4"], 4),
-        (Scale("q", "?", 1, 5, confirm=False), ["click 2"], 2),
-        (Scale("q", "?", 1, 5, confirm=False), ["right", "right", "enter"], 4),
-        (Scale("q", "?", 0, 10), ["0", "enter"], 0),
-        (Scale("q", "?", -3, 3), ["left", "left", "enter"], -1),
+        (_from(1, 5, confirm=False), ["4"], 4),
+        (_from(1, 5, confirm=False), ["click 2"], 2),
+        (_from(1, 5, confirm=False), ["right", "right", "enter"], 4),
+        (_from(0, 10), ["0", "enter"], 0),
+        (_from(-3, 3), ["left", "left", "enter"], -1),
         (SLIDER, ["7", "right", "enter"], 71),
         (SLIDER, ["end", "page_down", "left", "enter"], 89),
         (SLIDER, ["click 37", "enter"], 37),
         (SLIDER, ["0", "page_down", "enter"], 0),
-        (Scale("q", "?", 0, 100, confirm=False), ["3", "click 44", "enter"], 44),
+        (_from(0, 100, confirm=False), ["3", "click 44", "enter"], 44),
     ],
 )
 def test_every_way_to_answer(scale: Scale, keys: list[str], value: int) -> None:
@@ -74,12 +88,12 @@ def test_nothing_can_be_accepted_before_the_marker_stands() -> None:
 
 
 def test_a_scale_without_ten_has_no_zero_that_means_ten() -> None:
-    assert "0" not in Scale("q", "?", 1, 7).number_keys
-    assert Scale("q", "?", 0, 10).number_keys["0"] == "0"
+    assert "0" not in _from(1, 7).number_keys
+    assert _from(0, 10).number_keys["0"] == "0"
     assert TEN.number_keys["0"] == "10"
 
 
-@pytest.mark.parametrize("scale", [TEN, SLIDER, Scale("q", "?", 1, 5, confirm=False), Scale("q", "?", -3, -1)])
+@pytest.mark.parametrize("scale", [TEN, SLIDER, _from(1, 5, confirm=False), _from(-3, -1)])
 def test_someone_without_eyes_finishes(scale: Scale) -> None:
     keys: list[str] = []
     steps = rate(scale, FULL_HD_HALF)
@@ -101,7 +115,9 @@ bounds = st.integers(-100, 99).flatmap(lambda low: st.tuples(st.just(low), st.in
 def test_whatever_the_scale_all_of_it_is_seen_and_a_click_hits_its_number(
     bounds: tuple[int, int], view_px: tuple[int, int], data: st.DataObject
 ) -> None:
-    scale, style = Scale("q", "How?", *bounds, "low", "high", "middle"), Style(view_px)
+    words = {"low_anchor": "low", "middle_anchor": "middle", "high_anchor": "high"}
+    scale = Scale(name="q", question="How?", lowest=bounds[0], highest=bounds[1], **words)
+    style = Style(view_px)
     current = data.draw(st.none() | st.sampled_from(scale.numbers))
     for item in scale_items(scale, style, current):
         size = item.size_px if isinstance(item, Box) else (0, item.height_px) if isinstance(item, Text) else (0, 0)
@@ -135,10 +151,10 @@ def test_under_a_picture_the_question_is_above_and_the_scale_below_it() -> None:
 
 
 def test_a_scale_in_a_file() -> None:
-    spec = ScaleSpec.model_validate({"name": "ease", "question": "How easy?", "low_anchor": "hard", "highest": 7})
-    assert spec.make() == Scale("ease", "How easy?", 1, 7, low_anchor="hard")
+    spec = Scale.model_validate({"name": "ease", "question": "How easy?", "low_anchor": "hard", "highest": 7})
+    assert (spec.numbers, spec.low_anchor, spec.high_anchor, spec.confirm) == (range(1, 8), "hard", "", True)
     for wrong in ({"lowest": 5, "highest": 5}, {"lowest": -100, "highest": 100}, {"name": "No Name"}):
         with pytest.raises(ValidationError):
-            ScaleSpec.model_validate({"name": "ease", "question": "How easy?", **wrong})
+            Scale.model_validate({"name": "ease", "question": "How easy?", **wrong})
     (fault,) = scale_faults([spec, spec], "ratings")
     assert fault.path == ("ratings", 1, "name")

@@ -4,16 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from runner.blocks.layout import SingleLayout
-from runner.blocks.rating import Rating
-from runner.blocks.scale import Scale
 from runner.observers import Person
 from runner.ports import KeyPress
 from runner.presenter import Scene
 from runner.session import Session
-from tests.runner.every_kind import Stage
-
-LAYOUT = SingleLayout((0, 0), (100, 80), (0, -140), 400, 60)
+from tests.runner.every_kind import Stage, met, setting
 
 
 @dataclass
@@ -40,7 +35,7 @@ def test_a_rating_takes_from_the_first_screen_to_the_press_that_accepts_it() -> 
     """At the end of the scale an arrow moves nothing, nor does a number that stands already."""
     presses = [("0", 1.0), ("right", 2.0), ("right", 0.5), ("0", 0.25), ("enter", 1.5)]
     sitting = Sitting(presses=list(presses))
-    block = Rating(("a",), (Scale("quality", "How good?"),), LAYOUT, "seed")
+    block = met("rating", setting("a"), ratings=[{"name": "quality", "question": "How good?"}])
     Session([block], sitting, Person(sitting.press, clock=lambda: sitting.now_s), sitting).run()
     (trial,) = sitting.trials
     assert trial.data["ratings"] == {"quality": 10}

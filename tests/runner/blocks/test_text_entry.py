@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from runner.blocks.text_entry import Number, Words, written
 
-AGE = Number("years", 16, 99, whole=True)
+AGE = Number(unit="years", lowest=16, highest=99, whole=True)
 
 
 @pytest.mark.parametrize(("typed", "fault"), [("72", ""), ("16", ""), ("99", ""), ("", "Type a whole number")])
@@ -37,7 +37,7 @@ def test_a_decimal_comma_is_a_point_and_whole_numbers_stay_whole() -> None:
 
 
 def test_words_are_as_long_as_there_is_room() -> None:
-    words = Words(5)
+    words = Words(max_length=5)
     assert words.refusal("abcde") == ""
     assert words.refusal("abcdef") == "There is room for 5 characters"
     assert words.value("  a b ") == "a b"
@@ -49,9 +49,9 @@ def test_the_example_can_be_typed_and_will_do(one: float, other: float, whole: b
     lowest, highest = (round(limit, 6) for limit in sorted((one, other)))
     assume(not whole or highest - lowest >= 1)
     for field in (
-        Number("", lowest, highest, whole),
-        Number("", lowest, None, whole),
-        Number("", None, highest, whole),
+        Number(lowest=lowest, highest=highest, whole=whole),
+        Number(lowest=lowest, whole=whole),
+        Number(highest=highest, whole=whole),
     ):
         example = field.example
         assert all(not field.refusal(example[:length]) for length in range(1, len(example) + 1))

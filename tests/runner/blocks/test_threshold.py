@@ -17,33 +17,35 @@ from pydantic import ValidationError
 
 from analysis.records import Header, read_session
 from analysis.thresholds import Easier, QuestionSummary, QuestPlus, Staircase, summarise_thresholds
-from runner.blocks import Choose, Stimuli
-from runner.blocks.layout import PairLayout, SingleLayout
-from runner.blocks.threshold import Threshold, ThresholdSpec
-from runner.blocks.threshold_ladders import Ladder, ladders
-from runner.blocks.threshold_tracks import QuestPlusSpec, StaircaseSpec
+from runner.blocks import Block, Choose, Stimuli
+from runner.blocks.threshold_ladders import ladders
 from runner.observers import BradleyTerryObserver
 from runner.observers.behaviour import BehaviourSpec, PsychometricSpec
 from runner.observers.simulated import key_for, plain_key
 from runner.ports import Ask
+from tests.runner.every_kind import entry, met, setting
 
 Play = Callable[..., Any]
 LEVELS = tuple(round(float(level), 4) for level in np.geomspace(0.01, 1, 15))
 FACTORS = {"blank": {"contrast": 0.0}} | {f"c{n:02d}": {"contrast": level} for n, level in enumerate(LEVELS)}
-LADDER = Ladder(LEVELS, tuple((name,) for name in FACTORS if name != "blank"), "blank")
-COLUMN = PairLayout("vertical", (0, -60), (0, 60), (100, 80), (0, -140), 400)
-ALONE = SingleLayout((0, 0), (100, 80), (0, -140), 400, 60)
-PLACES = Threshold("contrast", "two_places", "Where is it?", COLUMN, "s", (LADDER,), 12)
-STAIRS = StaircaseSpec(kind="staircase", start=("above", "below"))
+KNOWN = Stimuli(FACTORS)
+PLACES: dict[str, Any] = {"factor": "contrast", "task": "two_places", "reference": "blank", "trials": 12}
+YES_NO: dict[str, Any] = {"task": "yes_no"}
+STAIRS: dict[str, Any] = {"method": {"kind": "staircase", "start": ["above", "below"]}}
+SCENES = Stimuli(
+    {f"{name}-{scene}": {**levels, "scene": scene} for name, levels in FACTORS.items() for scene in ("x", "y")}
+)
+
+
+def block(stimuli: Stimuli = KNOWN, **keys: Any) -> Block:
+    return met("threshold", setting(stimuli), **PLACES | keys)
+
+
 BLOCKS = {
-    "places": PLACES,
-    "intervals": replace(
-        PLACES, task="two_intervals", layout=ALONE, exposure_s=0.5, blank_between_s=0.2, method=STAIRS
-    ),
-    "yes or no": replace(PLACES, task="yes_no", layout=ALONE, catch_trials=5, break_every=4, method=STAIRS),
-    "two scenes": replace(
-        PLACES, ladders=(replace(LADDER, group="x"), replace(LADDER, group="y")), within="scene", function="normal"
-    ),
+    "places": block(),
+    "intervals": block(task="two_intervals", exposure_s=0.5, blank_between_s=0.2, **STAIRS),
+    "yes or no": block(catch_share=5 / 29, break_every=4, **YES_NO, **STAIRS),
+    "two scenes": block(SCENES, reference={"x": "blank-x", "y": "blank-y"}, within="scene", function="normal"),
 }
 
 
@@ -56,30 +58,30 @@ def detects(threshold: float, slope: float = 8.0, seed: int = 1, guess: float | 
     return lambda ask: observer.respond(ask, 0.0).key
 
 
-@pytest.mark.parametrize("block", BLOCKS.values(), ids=BLOCKS)
-def test_it_keeps_what_every_block_promises(promised: Play, block: Threshold) -> None:
-    whole = promised(block, "threshold", lambda: detects(0.1))
+@pytest.mark.parametrize("name", BLOCKS)
+def test_it_keeps_what_every_block_promises(promised: Play, name: str) -> None:
+    whole = promised(BLOCKS[name], "threshold", lambda: detects(0.1))
     asked = [ask for ask in whole.asks if isinstance(ask.task, Choose)]
     for ask, trial in zip(asked, whole.trials, strict=True):
         assert set(ask.targets) == set(ask.keys.values()) == set(ask.task.options)
         assert ask.task.strength == trial.data["level"]
-        if block.exposure_s is None:
+        if name != "intervals":
             assert trial.data["stimulus"] in ask.scene.stimuli
-        if block.task == "yes_no":
+        if name == "yes or no":
             assert "correct" not in trial.data
         else:
             assert trial.data["correct"] == (trial.data["answer"] == trial.data["correct_answer"])
 
 
-@pytest.mark.parametrize("block", BLOCKS.values(), ids=BLOCKS)
-def test_what_may_come_next_is_made_ready(play: Play, block: Threshold) -> None:
+@pytest.mark.parametrize("name", BLOCKS)
+def test_what_may_come_next_is_made_ready(play: Play, name: str) -> None:
     """Whatever is answered, the pictures of the next trial were among those made ready before the answer."""
-    whole = play(block, detects(0.1))
+    whole = play(BLOCKS[name], detects(0.1))
     ready = [set(scene.stimuli) for scene in whole.prefetched]
     after = [trial.data["stimulus"] for trial in whole.trials[1:]]
     asks = [ask for ask in whole.asks if isinstance(ask.task, Choose)]
     assert all(name in set(ask.upcoming.stimuli) for ask, name in zip(asks[:-1], after, strict=True) if ask.upcoming)
-    assert sum(ask.upcoming is not None for ask in asks) == block.trials - 1 <= len(ready)
+    assert sum(ask.upcoming is not None for ask in asks) == BLOCKS[name].trials - 1 <= len(ready)
     assert max(map(len, ready)) <= 3  # two levels at most, and the reference
 
 
@@ -89,8 +91,7 @@ def _levels(trials: Any, track: int) -> list[int]:
 
 def test_staircases_move_by_their_rule(play: Play) -> None:
     """The slow twin: each track's levels from its own answers alone."""
-    block = replace(PLACES, track_trials=30, method=STAIRS)
-    trials = play(block, detects(0.1)).trials
+    trials = play(block(trials=30, **STAIRS), detects(0.1)).trials
     assert _levels(trials, 0)[0] == 11  # a quarter from the easiest
     assert _levels(trials, 1)[0] == 3
     for track in (0, 1):
@@ -104,21 +105,19 @@ def test_staircases_move_by_their_rule(play: Play) -> None:
 
 @pytest.mark.parametrize("easier", ["higher", "lower"])
 def test_quest_plus_asks_at_the_levels_of_its_twin(play: Play, easier: Easier) -> None:
-    ladder = LADDER if easier == "higher" else replace(LADDER, levels=LEVELS[::-1], stimuli=LADDER.stimuli[::-1])
-    block = replace(PLACES, ladders=(ladder,), easier=easier, track_trials=20)
-    trials = play(block, detects(0.1, 8.0 if easier == "higher" else -8.0)).trials
-    axis = np.log10(ladder.levels) * (1 if easier == "higher" else -1)
+    levels = LEVELS if easier == "higher" else LEVELS[::-1]
+    trials = play(block(easier=easier, trials=20), detects(0.1, 8.0 if easier == "higher" else -8.0)).trials
+    axis = np.log10(levels) * (1 if easier == "higher" else -1)
     quest = QuestPlus.standard(axis)
     for trial in trials:
-        assert trial.data["level"] == ladder.levels[quest.next_level()]
+        assert trial.data["level"] == levels[quest.next_level()]
         quest.learn(quest.next_level(), right=trial.data["correct"])
     at = float(10 ** (quest.median[0] * (1 if easier == "higher" else -1)))
     assert 0.04 < at < 0.25
 
 
 def test_tracks_take_turns_and_sides_are_balanced(play: Play) -> None:
-    block = replace(PLACES, track_trials=20, method=QuestPlusSpec(kind="quest_plus", tracks=3))
-    trials = play(block, detects(0.1)).trials
+    trials = play(block(trials=20, method={"kind": "quest_plus", "tracks": 3}), detects(0.1)).trials
     turns = [trial.data["track"] for trial in trials]
     assert all(sorted(turns[start : start + 3]) == [0, 1, 2] for start in range(0, 60, 3))
     assert len({tuple(turns[start : start + 3]) for start in range(0, 60, 3)}) > 3
@@ -130,8 +129,7 @@ def test_tracks_take_turns_and_sides_are_balanced(play: Play) -> None:
 
 
 def test_catch_trials_are_spread_and_move_no_track(play: Play) -> None:
-    block = replace(PLACES, task="yes_no", layout=ALONE, track_trials=40, catch_trials=10, method=STAIRS)
-    trials = play(block, lambda ask: key_for(ask, "yes")).trials
+    trials = play(block(trials=40, catch_share=10 / 90, **YES_NO, **STAIRS), lambda ask: key_for(ask, "yes")).trials
     blanks = [number for number, trial in enumerate(trials) if trial.data["level"] is None]
     assert len(trials) == 90
     assert [number * 10 // 90 for number in blanks] == list(range(10))
@@ -141,36 +139,21 @@ def test_catch_trials_are_spread_and_move_no_track(play: Play) -> None:
 
 
 def test_several_stimuli_of_one_level_are_drawn_by_chance(play: Play) -> None:
-    twice = replace(LADDER, stimuli=tuple((name, f"{name}b") for (name,) in LADDER.stimuli))
-    names = [trial.data["stimulus"] for trial in play(replace(PLACES, ladders=(twice,)), plain_key).trials]
+    twice = Stimuli(FACTORS | {f"{name}b": factors for name, factors in FACTORS.items() if name != "blank"})
+    names = [trial.data["stimulus"] for trial in play(block(twice), plain_key).trials]
     assert 0 < sum(name.endswith("b") for name in names) < len(names)
 
 
+LONG: dict[str, Any] = {"function": "logistic", "trials": 250}
 CASES = {
-    "places": (replace(PLACES, function="logistic", track_trials=250), 0.1, 8.0, None),
-    "stairs": (replace(PLACES, function="logistic", track_trials=125, method=STAIRS), 0.1, 8.0, None),
-    "lower": (
-        replace(
-            PLACES,
-            ladders=(replace(LADDER, levels=LEVELS[::-1], stimuli=LADDER.stimuli[::-1]),),
-            easier="lower",
-            function="logistic",
-            track_trials=250,
-        ),
-        0.1,
-        -8.0,
-        None,
-    ),
-    "yes": (
-        replace(PLACES, task="yes_no", layout=ALONE, function="logistic", track_trials=250, catch_trials=60),
-        0.1,
-        8.0,
-        0.08,
-    ),
+    "places": (block(**LONG), 0.1, 8.0, None),
+    "stairs": (block(**LONG | {"trials": 125}, **STAIRS), 0.1, 8.0, None),
+    "lower": (block(easier="lower", **LONG), 0.1, -8.0, None),
+    "yes": (block(catch_share=60 / 310, **YES_NO, **LONG), 0.1, 8.0, 0.08),
 }
 
 
-def _summary(block: Threshold, press: Callable[[Ask], str], play: Play, folder: Path) -> QuestionSummary:
+def _summary(block: Block, press: Callable[[Ask], str], play: Play, folder: Path) -> QuestionSummary:
     """Play a block, write its log, read it again and return what came of its only question."""
     stimuli = tuple({"name": name, "factors": factors} for name, factors in FACTORS.items())
     header = Header("e", "01", "s", "2026-01-01T00:00:00Z", 0, "?", True, stimuli, {}, {}, {}, {}, {})
@@ -186,11 +169,11 @@ def _summary(block: Threshold, press: Callable[[Ask], str], play: Play, folder: 
 @pytest.mark.parametrize("case", CASES)
 def test_known_thresholds_come_back(play: Play, case: str, tmp_path: Path) -> None:
     """The observers' law is logistic in natural logarithms, the fit's axis is in decimal ones."""
-    block, threshold, slope, guess = CASES[case]
-    question = _summary(block, detects(threshold, slope, seed=3, guess=guess), play, tmp_path)
+    made, threshold, slope, guess = CASES[case]
+    question = _summary(made, detects(threshold, slope, seed=3, guess=guess), play, tmp_path)
     (each,) = question.observers
     fit = each.fit
-    assert question.trials == block.trials
+    assert question.trials == made.trials
     assert fit.threshold_interval is not None
     assert fit.slope_interval is not None
     low, high = fit.threshold_interval
@@ -204,7 +187,7 @@ def test_known_thresholds_come_back(play: Play, case: str, tmp_path: Path) -> No
 
 
 def test_answers_that_tell_nothing_have_a_reason_in_place_of_a_number(play: Play, tmp_path: Path) -> None:
-    question = _summary(replace(PLACES, method=STAIRS), plain_key, play, tmp_path)
+    question = _summary(block(**STAIRS), plain_key, play, tmp_path)
     (each,) = question.observers
     assert each.fit.threshold is None
     assert each.fit.reason.startswith("all answers are right")
@@ -215,7 +198,7 @@ def test_answers_that_tell_nothing_have_a_reason_in_place_of_a_number(play: Play
 def _faults(factors: dict[str, Any] = FACTORS, **keys: Any) -> list[str]:
     """Return the faults of a block on stimuli with such factors, as "place: message"."""
     known = {"kind": "threshold", "factor": "contrast", "task": "two_places", "reference": "blank", "trials": 10}
-    spec = ThresholdSpec.model_validate({**known, **keys})
+    spec = entry(**{**known, **keys})
     return [f"{'.'.join(map(str, fault.path))}: {fault.message}" for fault in spec.faults(Stimuli(factors))]
 
 
@@ -263,7 +246,7 @@ def test_a_factor_of_words_is_no_number() -> None:
     assert _faults(factors, factor="scene", reference="a") == [
         "factor: the factor 'scene' is no number: it is 'beach' for 'b'"
     ]
-    spec = ThresholdSpec.model_validate({"kind": "threshold", "factor": "scene", "task": "yes_no", "trials": 9})
+    spec = entry("threshold", factor="scene", task="yes_no", trials=9)
     (fault,) = spec.faults(Stimuli(factors))
     assert fault.remedy == "name a factor of numbers: codec"
 
@@ -299,4 +282,4 @@ def test_each_scene_has_a_ladder_and_a_reference_of_its_own() -> None:
 )
 def test_keys_that_do_not_go_together_are_refused(wrong: dict[str, Any]) -> None:
     with pytest.raises(ValidationError):
-        ThresholdSpec.model_validate({"kind": "threshold", "factor": "contrast", "trials": 9, **wrong})
+        entry("threshold", **{"factor": "contrast", "trials": 9, **wrong})

@@ -15,9 +15,6 @@ import pytest
 
 from analysis.records import Header, SessionLog, Trial, read_session
 from runner.blocks import Compare
-from runner.blocks.all_pairs import AllPairs
-from runner.blocks.layout import PairLayout
-from runner.blocks.message import Message
 from runner.errors import SessionError
 from runner.observers import BradleyTerryObserver
 from runner.observers.presses import Replay, asked_after_their_block, check_replayable, read_recording
@@ -28,7 +25,7 @@ from runner.session import Session
 from runner.session.folders import Recorder
 from runner.session.station import Station
 from stimuli.build import build_set
-from tests.runner.every_kind import Stage
+from tests.runner.every_kind import Stage, met, setting
 
 Study = Any  # tests/conftest.py
 SCORES = {"one": 1.0, "two": 2.0, "three": 3.0, "four": 4.0}
@@ -118,11 +115,11 @@ def test_screens_of_another_session_are_others(study: Study, tmp_path: Path) -> 
 
 STIMULI = tuple({"name": name} for name in SCORES)
 HEADER = Header("e", "01", "s", "2026-01-01T00:00:00+00:00", 0, "Which?", True, STIMULI, {}, {}, {"a": "1"}, {}, {})
-LAYOUT = PairLayout("vertical", (0, -60), (0, 60), (100, 80), (0, -140), 400)
+PLACE = setting(SCORES)
 BLOCKS = (
-    Message("instructions", "Look."),
-    AllPairs(tuple(SCORES), "Which?", LAYOUT, "s", "o", repeats=2, break_every=5),
-    Message("break", "Rest."),
+    met("instructions", PLACE, text="Look."),
+    met("all_pairs", PLACE, repeats=2, break_every=5),
+    met("break", PLACE, text="Rest."),
 )
 
 

@@ -12,24 +12,23 @@ import pytest
 
 from analysis.records import SessionLog, Trial
 from runner.blocks import FULL_HD_HALF, Block
-from runner.blocks.all_pairs import AllPairs
-from runner.blocks.layout import PairLayout
-from runner.blocks.message import Message, pause_menu
+from runner.blocks.message import pause_menu
 from runner.errors import SessionError
 from runner.observers import BradleyTerryObserver, Person
 from runner.ports import Ask, Holding, KeyPress
 from runner.presenter import Scene
 from runner.session import Session
 from runner.session.session import Left
-from tests.runner.every_kind import HEADER, Stage
+from tests.runner.every_kind import HEADER, Stage, met, setting
 
 NAMES = ("a", "b", "c", "d", "e")
-LAYOUT = PairLayout("vertical", (0, -60), (0, 60), (100, 80), (0, -140), 400)
+PLACE = setting(NAMES)
+LOOK = met("instructions", PLACE, text="Look.")
 
 
-def _blocks(break_every: int | None = None, seed: str = "o") -> tuple[Block, ...]:
-    pairs = AllPairs(NAMES, "Which?", LAYOUT, "s", seed, break_every=break_every)
-    return (Message("instructions", "Look."), pairs, Message("break", "Rest."))
+def _blocks(break_every: int | None = None, observer: str = "01") -> tuple[Block, ...]:
+    pairs = met("all_pairs", setting(NAMES, observer), break_every=break_every)
+    return (LOOK, pairs, met("break", PLACE, text="Rest."))
 
 
 class Screen(Stage):
@@ -93,9 +92,9 @@ def test_the_next_pair_is_prefetched() -> None:
 
 def test_a_log_of_another_order_is_refused() -> None:
     paper = Paper()
-    Session(_blocks(seed="one"), Screen(), _simulated(), paper).run()
+    Session(_blocks(observer="01"), Screen(), _simulated(), paper).run()
     with pytest.raises(SessionError, match="not the one the experiment now asks"):
-        Session(_blocks(seed="two"), Screen(), _simulated(), Paper(), logged=paper.trials).run()
+        Session(_blocks(observer="02"), Screen(), _simulated(), Paper(), logged=paper.trials).run()
 
 
 def test_a_log_longer_than_the_experiment_is_refused() -> None:
@@ -148,7 +147,7 @@ def test_timed_scenes_are_recorded_with_the_frames_that_were_missed(pace_s: floa
     """The screen shows a scene every ``pace_s``, with frames of half a second."""
     screen, paper = Screen(), Paper()
     screen.pace_s = pace_s
-    block = AllPairs(("a", "b", "c"), "Which?", LAYOUT, "s", "o", fixation_s=1.0, exposure_s=0.5, blank_s=2.0)
+    block = met("all_pairs", setting("abc"), fixation_s=1.0, exposure_s=0.5, blank_s=2.0)
     Session((block,), screen, _simulated(), paper).run()
     first, second, _third = (trial.data["timed"] for trial in paper.trials)
     assert [(held["what"], held["frames"], held["missed_frames"]) for held in first] == [
@@ -169,8 +168,8 @@ def test_timed_scenes_are_recorded_with_the_frames_that_were_missed(pace_s: floa
 
 
 def test_a_timed_session_resumes_without_showing_what_was_answered() -> None:
-    def block() -> AllPairs:
-        return AllPairs(NAMES, "Which?", LAYOUT, "s", "o", fixation_s=1.0, exposure_s=0.5)
+    def block() -> Block:
+        return met("all_pairs", PLACE, fixation_s=1.0, exposure_s=0.5)
 
     whole = Paper()
     Session((block(),), Screen(), _simulated(), whole).run()
@@ -314,7 +313,7 @@ def test_a_question_that_looks_like_the_last_one_is_timed_from_the_last_answer()
         return KeyPress("space", screen.now_s)
 
     person = Person(press, clock=lambda: screen.now_s)
-    Session([Message("instructions", "Look.")] * 3, screen, person, paper).run()
+    Session([LOOK] * 3, screen, person, paper).run()
     assert all(scene == screen.shown[0] for scene in screen.shown)
     assert [trial.response_time_s for trial in paper.trials] == [1.5, 0.75, 2.0]
     assert [trial.events for trial in paper.trials] == [(("space", time_s),) for time_s in (1.5, 0.75, 2.0)]

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from analysis.records import Trial
-from runner.blocks.all_pairs import AllPairs
-from runner.blocks.layout import PairLayout
-from runner.blocks.message import Message
 from runner.session import SessionStatus
+from tests.runner.every_kind import met, setting
 
-LAYOUT = PairLayout("vertical", (0, -60), (0, 60), (100, 80), (0, -140), 400)
-PAIRS = AllPairs(("a", "b", "c", "d", "e"), "Which?", LAYOUT, "s", "o")  # 10 trials of 5 s
+PLACE = setting("abcde")
+PAIRS = met("all_pairs", PLACE)  # 10 trials of 5 s
 UTC = "2026-01-01T00:00:00.000+00:00"
 
 
@@ -23,7 +21,8 @@ class _Clock:
 
 def _status() -> tuple[SessionStatus, _Clock]:
     clock = _Clock()
-    return SessionStatus((Message("instructions", "Look."), PAIRS), ("instructions", "all_pairs"), clock), clock
+    look = met("instructions", PLACE, text="Look.")
+    return SessionStatus((look, PAIRS), ("instructions", "all_pairs"), clock), clock
 
 
 def _answer(status: SessionStatus, clock: _Clock, trial: int, took_s: float, attempt: int = 0, missed: int = 0) -> None:

@@ -139,6 +139,6 @@ def test_modes_of_fewer_pixels_have_a_coarser_finest_disparity(study: Study, mod
     study.edit("display.yaml", "quad-buffered:", f"{mode if grain > 1 else 'quad-buffered'}:")
     study.edit("rig.yaml", "mode: side-by-side", f"mode: {mode}")
     block = read_experiment(study.experiment).blocks("01")[0]
-    facts = block.facts["stereo_acuity"]  # type: ignore[attr-defined]  # the test knows its kind
+    facts = block.facts["stereo_acuity"]
     assert facts["finest_px"] == pytest.approx(0.2 * grain)
     assert facts["finest_arcsec"] == pytest.approx(facts["finest_px"] * facts["one_pixel_arcsec"], rel=0.01)

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from analysis.observers.screening import passed
-from runner.blocks.screening.block import Screening
+from runner.blocks import Block, Choose
+from runner.observers.walk import walk
+from runner.ports import Ask
 from runner.protocol import read_experiment
 
 Person = Any  # tests/conftest.py
@@ -24,13 +26,11 @@ blocks:
 
 
 @pytest.fixture
-def screening(person: Person) -> Screening:
+def screening(person: Person) -> Block:
     """The block that the person who sits down will meet."""
     told = person.study.experiment.read_text()
     person.study.experiment.write_text(told[: told.index("blocks:")] + SCREENING)
-    block = read_experiment(person.study.experiment).blocks("07")[0]
-    assert isinstance(block, Screening)
-    return block
+    return read_experiment(person.study.experiment).blocks("07")[0]
 
 
 def screened(person: Person) -> int:
@@ -46,13 +46,13 @@ def act(person: Person, key: str, *, records: bool) -> None:
     person.until(lambda: person.process.poll() is not None or np.any(person.look() != seen), "the next screen")
 
 
-def test_a_person_who_sees_passes(person: Person, screening: Screening) -> None:
+def test_a_person_who_sees_passes(person: Person, screening: Block) -> None:
     person.sit_down()
-    for test in screening.tests:
-        act(person, "space", records=False)
-        for level in test.series[0].levels:
-            for one in level.presentations:
-                act(person, one.correct.capitalize(), records=True)
+    for ask in walk(screening):
+        if isinstance(ask, Ask):
+            asked = ask.task
+            right = str(asked.correct).capitalize() if isinstance(asked, Choose) else "space"
+            act(person, right, records=isinstance(asked, Choose))
     person.leave()
     log = person.log()
     assert log.complete

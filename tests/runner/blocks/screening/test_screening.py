@@ -16,19 +16,19 @@ from analysis.observers import Outcome, outcomes, screened, threshold_estimate
 from analysis.observers.screening import passed
 from analysis.records import Header, SessionLog, Trial
 from devices.display import DisplayModel, EyeModels, ToneCurve
-from runner.blocks import Choose, Style
+from runner.blocks import Block, Choose, Style
 from runner.blocks.screening.acuity import NearAcuitySpec, StereoAcuitySpec, finest_arcsec, finest_logmar, gap_px
-from runner.blocks.screening.block import Screening
 from runner.blocks.screening.colour_vision import ColourVisionSpec
 from runner.blocks.screening.vision_test import Screen
 from runner.blocks.tasks import GoOn
 from runner.errors import SessionError
 from runner.observers.simulated import plain_key
-from runner.ports import Ask, Target
+from runner.observers.walk import walk
+from runner.ports import Ask
 from runner.presenter import Box, Text
 from runner.session import Session
 from tests.runner.blocks.conftest import Presser
-from tests.runner.every_kind import Stage
+from tests.runner.every_kind import Stage, entry
 
 Play = Callable[..., Any]  # conftest.py
 CURVE = ToneCurve(gamma=2.2)
@@ -53,13 +53,19 @@ def colour(pass_: float, levels: tuple[float, ...], axes: Any, **more: Any) -> C
     return ColourVisionSpec(test="colour_vision", pass_delta_uv=pass_, levels_delta_uv=levels, axes=axes, **more)
 
 
-def block(screen: Screen = SCREEN, seed: str = "s", **more: Any) -> Screening:
+def screening(screen: Screen, seed: str, *tests: Any, **more: Any) -> Block:
+    kind = entry("screening", tests=[test.model_dump() for test in tests], **more)
+    made: Block = kind.of_tests([test.make(screen, seed) for test in tests], Style(screen.view_px))
+    return made
+
+
+def block(seed: str = "s", **more: Any) -> Block:
     tests = (
-        stereo(140, (400, 60), repeats=2, required=2).make(screen, seed),
-        colour(0.02, (0.04, 0.02), ("protan", "tritan"), repeats=2, required=2, controls=2).make(screen, seed),
-        near(0.2, (0.5, 0.2, -0.3), repeats=3, required=2).make(screen, seed),
+        stereo(140, (400, 60), repeats=2, required=2),
+        colour(0.02, (0.04, 0.02), ("protan", "tritan"), repeats=2, required=2, controls=2),
+        near(0.2, (0.5, 0.2, -0.3), repeats=3, required=2),
     )
-    return Screening(tests, style=Style(screen.view_px), **more)
+    return screening(SCREEN, seed, *tests, **more)
 
 
 def wrong(ask: Ask) -> str:
@@ -217,8 +223,7 @@ def test_pictures_are_named_after_what_they_show() -> None:
     """Observers in one sitting share the presenter's pictures: no two pictures may share a name."""
     one, other = block(seed="a").pictures, block(seed="b").pictures
     assert set(one).isdisjoint(other)
-    shown = [p for t in block().tests for s in t.series for level in s.levels for p in level.presentations]
-    assert len({p.picture for p in shown}) == len(shown)
+    assert len(one) == block().trials
     again = block(seed="a").pictures
     name = next(iter(one))
     assert np.array_equal(one[name]().left, again[name]().left)
@@ -226,9 +231,8 @@ def test_pictures_are_named_after_what_they_show() -> None:
 
 def test_the_seed_decides_the_sides() -> None:
     def sides(seed: str) -> list[str]:
-        return [
-            p.correct for t in block(seed=seed).tests for s in t.series for lv in s.levels for p in lv.presentations
-        ]
+        asked = [step.task for step in walk(block(seed)) if isinstance(step, Ask)]
+        return [str(task.correct) for task in asked if isinstance(task, Choose)]
 
     assert sides("a") == sides("a")
     assert sides("a") != sides("b")
@@ -242,19 +246,19 @@ def test_the_seed_decides_the_sides() -> None:
 def test_all_of_it_is_in_the_view_and_nothing_covers_the_picture(view_px: tuple[int, int], pitch_mm: float) -> None:
     screen = replace(SCREEN, view_px=view_px, pixel_pitch_mm=pitch_mm)
     specs = stereo(200, (200,)), near(0.3, (0.3,), repeats=1, required=1)
-    made = Screening(tuple(spec.make(screen, "s") for spec in specs), style=Style(view_px))
-    for test in made.tests:
-        (scene,) = [made._scene(test, test.series[0].levels[0].presentations[0])]
-        image = test.series[0].levels[0].presentations[0].make()
+    made = screening(screen, "s", *specs)
+    asks = [step for step in walk(made) if isinstance(step, Ask) and isinstance(step.task, Choose)]
+    assert len(asks) == made.trials
+    for ask in asks:
+        image = made.pictures[ask.scene.stimuli[0]]()
         assert image.width_px <= view_px[0]
-        for item in scene.items:
+        for item in ask.scene.items:
             if isinstance(item, Text):
                 assert abs(item.offset_px[1]) - item.height_px / 2 > image.height_px / 2
                 assert abs(item.offset_px[1]) + item.height_px <= view_px[1] / 2
             if isinstance(item, Box):
                 assert max(item.size_px) < image.width_px / 8
-        for target in test.targets.values():
-            assert isinstance(target, Target)
+        for target in ask.targets.values():
             assert all(
                 abs(place) + size / 2 <= image.width_px / 2 + 1
                 for place, size in zip(target.offset_px, target.size_px, strict=True)
@@ -270,7 +274,7 @@ def test_what_the_rig_cannot_show_is_left_out_or_refused() -> None:
     assert finest_arcsec(halved) == pytest.approx(2 * finest_arcsec(SCREEN), rel=0.01)
     assert finest_logmar(halved) == pytest.approx(finest_logmar(SCREEN) + math.log10(2), abs=1e-6)
     assert gap_px(SCREEN, finest_logmar(SCREEN)) == pytest.approx(1.0, abs=1e-6)
-    facts = block().tests[2].facts
+    facts = block().facts["near_acuity"]
     assert (facts["levels_logmar"], facts["not_shown_logmar"]) == ([0.5, 0.2], [-0.3])
     with pytest.raises(SessionError, match=r"0\.14 to .* logMAR, not .* of 0\.1"):
         near(0.1, (0.5,), repeats=1, required=1).make(SCREEN, "s")
