@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 from analysis.agreement.observed import ObservedGroup
 from analysis.agreement.pairs import LEAST_DRAWS, widened_percentiles
 from analysis.report.summary import wilson_interval
-from documents.text import json_fields
+from documents.text import JsonResult
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)
-class Rate:
+class Rate(JsonResult):
     """``times`` ``of`` so many stimuli, their share, and Wilson's 95 % interval; None for no stimulus."""
 
     times: int
@@ -41,13 +41,9 @@ class Rate:
         low, high = wilson_interval(times / of, of)
         return cls(times, of, times / of, max(0.0, low), min(1.0, high))
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return json_fields(self)
-
 
 @dataclass(frozen=True, slots=True)
-class LimitTable:
+class LimitTable(JsonResult):
     """What a limit says of the stimuli, against the classes.
 
     ``hits`` are within the limit and in one class with the photograph, ``misses`` beyond it and in one class,
@@ -59,6 +55,7 @@ class LimitTable:
     misses: int
     false_alarms: int
     correct_rejections: int
+    json_also: ClassVar = ("hit_rate", "false_alarm_rate", "right")
 
     @property
     def hit_rate(self) -> Rate:
@@ -76,18 +73,9 @@ class LimitTable:
         count = self.hits + self.misses + self.false_alarms + self.correct_rejections
         return Rate.counted(self.hits + self.correct_rejections, count)
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return json_fields(self) | {
-            "limit": _finite(self.limit),
-            "hit_rate": self.hit_rate.to_json(),
-            "false_alarm_rate": self.false_alarm_rate.to_json(),
-            "right": self.right.to_json(),
-        }
-
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Calibration:
+class Calibration(JsonResult):
     """A measure's limit against the classes.
 
     Attributes
@@ -122,15 +110,6 @@ class Calibration:
     best_to: float | None
     best_table: LimitTable | None
     curve: tuple[tuple[float, float, float], ...]
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON; None for what is no finite number."""
-        values = json_fields(self, omit=["table", "best_table", "curve"])
-        return {key: _finite(value) for key, value in values.items()} | {
-            "table": self.table.to_json() if self.table else None,
-            "best_table": self.best_table.to_json() if self.best_table else None,
-            "curve": [[_finite(part) for part in point] for point in self.curve],
-        }
 
 
 def calibrate(
@@ -270,7 +249,3 @@ def _curve(far: Floats, same: Flags, sign: float) -> tuple[tuple[float, float, f
         within = far <= edge
         points.append((sign * float(edge), float(within[~same].mean()), float(within[same].mean())))
     return tuple(points)
-
-
-def _finite(value: float | None) -> float | None:
-    return value if value is None or np.isfinite(value) else None

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +12,7 @@ from analysis.agreement.chance import Orders, Statistic, chance_of_agreement
 from analysis.agreement.correlations import signs
 from analysis.agreement.observed import ObservedGroup
 from analysis.bootstrap import tails
-from documents.text import json_fields
+from documents.text import JsonResult
 
 Floats = NDArray[np.float64]
 # An interval needs a pair that is told apart in this share of the bootstrap samples.
@@ -21,7 +20,7 @@ LEAST_DRAWS = 0.75
 
 
 @dataclass(frozen=True, slots=True)
-class PairAccuracy:
+class PairAccuracy(JsonResult):
     """The accuracy of a measure on the pairs that observers tell apart.
 
     Attributes
@@ -43,10 +42,6 @@ class PairAccuracy:
     low: float | None
     high: float | None
     p: float | None
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return json_fields(self)
 
 
 def pair_accuracy(groups: Sequence[ObservedGroup], values: Sequence[Floats], *, level: float = 0.95) -> PairAccuracy:

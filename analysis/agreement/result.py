@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +14,7 @@ from analysis.agreement.correlations import CorrelationKind
 from analysis.agreement.limits import Calibration
 from analysis.agreement.observed import ObservedGroup
 from analysis.agreement.pairs import PairAccuracy
-from documents.text import json_fields
+from documents.text import JsonResult, finite
 
 Floats = NDArray[np.float64]
 Decision = Literal["agrees", "not shown", "cannot be said"]
@@ -54,7 +53,7 @@ class Predicted:
 
 
 @dataclass(frozen=True, slots=True)
-class Correlation:
+class Correlation(JsonResult):
     """A correlation of a measure, larger for better, with scores; None where either does not vary.
 
     ``low`` and ``high`` are 95 % limits for other observers of the kind and these stimuli, None without a bootstrap;
@@ -66,26 +65,15 @@ class Correlation:
     high: float | None
     p: float | None
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return json_fields(self)
-
 
 @dataclass(frozen=True, slots=True, eq=False)
-class GroupResult:
+class GroupResult(JsonResult):
     """A measure beside the observers of one group; ``calibration`` is None where the photograph was not compared."""
 
     correlations: Mapping[CorrelationKind, Correlation]
     accuracy: PairAccuracy
     calibration: Calibration | None
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {
-            "correlations": {kind: one.to_json() for kind, one in self.correlations.items()},
-            "pairs": self.accuracy.to_json(),
-            "limit": self.calibration.to_json() if self.calibration else None,
-        }
+    json_keys: ClassVar = {"accuracy": "pairs", "calibration": "limit"}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -132,7 +120,7 @@ class MeasureResult:
 
 
 @dataclass(frozen=True, slots=True)
-class PairPrediction:
+class PairPrediction(JsonResult):
     """Two stimuli: the one with the higher score and the other, and what measures say of them.
 
     ``difference`` is that of the scores; ``predicted`` says by the measure's name whether it puts the ``better`` one
@@ -144,10 +132,6 @@ class PairPrediction:
     difference: float
     told_apart: bool
     predicted: Mapping[str, int]
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return json_fields(self)
 
 
 def _way(predicted: Predicted, number: int, first: int, second: int) -> int:
@@ -236,8 +220,3 @@ def same_class(group: ObservedGroup, photograph: str, place: int) -> bool | None
     if photograph not in group.stimuli:
         return None
     return not bool(group.differs[group.stimuli.index(photograph), place])
-
-
-def finite(value: float) -> float | None:
-    """Return a number, or None for what is no finite one."""
-    return value if math.isfinite(value) else None

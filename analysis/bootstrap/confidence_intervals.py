@@ -18,7 +18,6 @@ interval then reaches at least as far as the ``model``'s.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
@@ -31,7 +30,7 @@ from analysis.bootstrap.influence import influences, standard_errors
 from analysis.bootstrap.replicates import BLOCK_NUMBERS, Name, Quantity, Replicates
 from analysis.errors import ResultsError
 from documents import Finding, one_blas_thread
-from documents.text import json_fields
+from documents.text import finite, json_fields
 
 Floats = NDArray[np.float64]
 Kind = Literal["expanded-bca", "bca", "expanded", "percentile", "studentised", "sandwich", "model"]
@@ -76,7 +75,7 @@ class Intervals:
         rows = zip(self.names, self.estimate.tolist(), self.low.tolist(), self.high.tolist(), strict=True)
         return json_fields(self, omit=["names", "estimate", "low", "high"]) | {
             "intervals": [
-                {"items": list(names), "estimate": estimate, "low": _finite(low), "high": _finite(high)}
+                {"items": list(names), "estimate": estimate, "low": finite(low), "high": finite(high)}
                 for names, estimate, low, high in rows
             ],
         }
@@ -251,7 +250,3 @@ def _sandwich_error(replicates: Replicates, quantity: Quantity) -> tuple[Floats,
 def _sorted(replicates: Replicates, quantity: Quantity) -> tuple[Floats, int]:
     sound = ~replicates.without_fit
     return np.sort(quantity.values(replicates.theta[sound]), axis=0), int((~sound).sum())
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Literal
 
-from documents.text import json_fields
+from documents.text import JsonResult
 
 Verdict = Literal["distinguished", "not distinguished", "equivalent"]
 LEVEL = 0.05
@@ -28,7 +28,7 @@ def p_words(p: float) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Conclusion:
+class Conclusion(JsonResult):
     """The answer to one question.
 
     Attributes
@@ -103,10 +103,6 @@ class Conclusion:
         if self.low is None:
             return ""
         return f"at least {_fixed(self.low)}" if self.high is None else f"{_fixed(self.low)} to {_fixed(self.high)}"
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return json_fields(self)
 
 
 def concluded(question: str, by_observers: float | None, independent: float | None, level: float = LEVEL) -> Conclusion:

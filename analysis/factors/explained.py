@@ -13,7 +13,7 @@ which is generalised least squares' [Buse1973]. Lack of fit is the test of the f
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,13 +26,13 @@ from analysis.scaling.designs import ITEMS
 from analysis.scaling.fitting import fit as fit_wins
 from analysis.scaling.laws import LOGISTIC
 from analysis.scaling.robust_tests import ObserverTest
-from documents.text import json_fields
+from documents.text import JsonResult
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Explained:
+class Explained(JsonResult):
     """What the factors explain.
 
     Attributes
@@ -64,16 +64,14 @@ class Explained:
     lack_of_fit_p: float | None
     lack_of_fit_by_observers: ObserverTest | None
     missing: str | None
+    json_keys: ClassVar = {"free_theta": None, "conclusion.verdict": "lack_of_fit_verdict"}
+    json_also: ClassVar = ("conclusion.verdict",)
 
     @property
     def conclusion(self) -> Conclusion:
         """Whether a lack of fit is distinguished at the level 0.05: by observers where there is such a test."""
         own = self.lack_of_fit_by_observers
         return concluded("lack of fit of the factors", own.p if own else None, self.lack_of_fit_p)
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return json_fields(self, omit=["free_theta"]) | {"lack_of_fit_verdict": self.conclusion.verdict}
 
 
 def explain(counts: Counts, wins: Floats, fit: TermsFit, slopes: Floats | None) -> Explained:

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +32,7 @@ from analysis.scaling.newton import Point
 from analysis.scaling.robust_tests import ObserverTest, from_factors
 from analysis.scaling.sandwich import observer_slopes
 from analysis.scaling.separation import Groups
-from documents.text import json_fields
+from documents.text import JsonResult
 
 Floats = NDArray[np.float64]
 NO_SPREAD = 1e-6
@@ -93,7 +93,7 @@ class FactorTest:
 
 
 @dataclass(frozen=True, slots=True)
-class InteractionTest:
+class InteractionTest(JsonResult):
     """Test of two factors' interaction, or why there is none.
 
     ``p`` is that of the likelihood ratio, ``by_observers`` the test with the observer as the unit, None with fewer than
@@ -109,16 +109,14 @@ class InteractionTest:
     not_fitted: str | None
     by_observers: ObserverTest | None = None
     observer_p_holm: float | None = None
+    json_keys: ClassVar = {"conclusion.verdict": "verdict"}
+    json_also: ClassVar = ("conclusion.verdict",)
 
     @property
     def conclusion(self) -> Conclusion:
         """What is concluded at the level 0.05 after Holm's adjustment: by observers where there is such a test."""
         question = f"interaction of '{self.names[0]}' and '{self.names[1]}'"
         return concluded(question, self.observer_p_holm if self.by_observers else None, self.p_holm)
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return json_fields(self) | {"verdict": self.conclusion.verdict}
 
 
 def statistic(larger: TermsFit, smaller: TermsFit) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,14 +17,14 @@ from analysis.factors.terms import Coding
 from analysis.factors.values import Factor, LeftOut
 from analysis.scaling.result import t_quantile
 from analysis.scaling.robust_tests import FEWEST_OBSERVERS
-from documents.text import json_fields
+from documents.text import JsonResult, finite
 
 Floats = NDArray[np.float64]
 FactorMethod = Literal["ml", "map"]
 
 
 @dataclass(frozen=True, slots=True)
-class Effect:
+class Effect(JsonResult):
     """The effect of a level, or of a number, on the strength.
 
     Attributes
@@ -57,17 +57,13 @@ class Effect:
     robust_low: float | None
     robust_high: float | None
     robust_p: float | None
+    json_also: ClassVar = ("odds_factor",)
 
     @property
     def odds_factor(self) -> float:
         """What the effect multiplies the odds of being preferred by: exp(estimate), infinite if too large."""
         with np.errstate(over="ignore"):
             return float(np.exp(self.estimate))
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON, also a row of a table."""
-        odds = self.odds_factor
-        return json_fields(self) | {"odds_factor": odds if np.isfinite(odds) else None}
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,7 +211,7 @@ class FactorEffects:
             "cautions": list(self.cautions),
             "explained": self.explained.to_json() if self.explained else None,
             "items": [
-                {"name": name, "fitted": _finite(fitted), "free": _finite(own)}
+                {"name": name, "fitted": finite(fitted), "free": finite(own)}
                 for name, fitted, own in zip(self.items, self.theta, free, strict=True)
             ],
             "log_likelihood": self.log_likelihood if sound else None,
@@ -226,7 +222,3 @@ class FactorEffects:
             "held_by_prior": list(self.held_by_prior),
             "ties_left_out": self.ties_left_out,
         }
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None

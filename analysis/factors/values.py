@@ -10,22 +10,18 @@ from typing import Any, Literal
 from analysis.errors import ResultsError
 from analysis.records.session_record import SessionLog
 from documents import Finding
-from documents.text import json_fields
+from documents.text import JsonResult
 
 Kind = Literal["categorical", "numeric", "log2"]
 Value = str | float
 
 
 @dataclass(frozen=True, slots=True)
-class LeftOut:
+class LeftOut(JsonResult):
     """A factor that is not in the model, and why."""
 
     name: str
     reason: str
-
-    def to_json(self) -> dict[str, str]:
-        """Return plain values for JSON."""
-        return json_fields(self)
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ from analysis.scaling import laplacian
 from analysis.scaling.counts import Counts
 from analysis.scaling.laws import NATS_PER_JND, Law
 from documents import in_threads
+from documents.text import JsonResult
 
 Floats = NDArray[np.float64]
 Result = TypeVar("Result")
@@ -142,7 +143,7 @@ class Profile:
 
 
 @dataclass(frozen=True, slots=True)
-class Spread:
+class Spread(JsonResult):
     """Standard deviation τ of an item's strength between observers, in the units of the strengths.
 
     Attributes
@@ -162,10 +163,7 @@ class Spread:
     high: float | None
     statistic: float
     p: float
-
-    def to_json(self) -> dict[str, float | None]:
-        """Return plain values for JSON."""
-        return {"sd": self.estimate, "low": self.low, "high": self.high, "statistic": self.statistic, "p": self.p}
+    json_keys: ClassVar = {"estimate": "sd"}
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -18,21 +18,18 @@ from analysis.inference.differences import Differences, differences
 from analysis.scaling.counts import Counts
 from analysis.scaling.laws import LAWS
 from analysis.scaling.scores import Scores
+from documents.text import JsonResult
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class Chance:
+class Chance(JsonResult):
     """A chance (0 to 1) with the ends of its interval."""
 
     value: float
     low: float
     high: float
-
-    def to_json(self) -> dict[str, float]:
-        """Return plain values for JSON."""
-        return {"value": self.value, "low": self.low, "high": self.high}
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, get_args
+from typing import Any, ClassVar, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,7 +49,7 @@ from analysis.scaling.sandwich import Contributions, contributions
 from analysis.scaling.scores import Scores
 from analysis.scaling.shrinkage import Spread
 from documents import Finding
-from documents.text import counted
+from documents.text import JsonResult, counted
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -61,7 +61,7 @@ NOBODY = "nobody"
 
 
 @dataclass(frozen=True, slots=True)
-class Analysis:
+class Analysis(JsonResult):
     """One way to analyse the answers, and the classes that it gives, in the order of the items."""
 
     model: Model
@@ -70,21 +70,11 @@ class Analysis:
     left_out: str
     labels: tuple[str, ...]
     number: int
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {
-            "model": self.model,
-            "covariance": self.covariance,
-            "adjust": self.adjust,
-            "left_out": self.left_out,
-            "classes": list(self.labels),
-            "number_of_classes": self.number,
-        }
+    json_keys: ClassVar = {"labels": "classes", "number": "number_of_classes"}
 
 
 @dataclass(frozen=True, slots=True)
-class PairConclusion:
+class PairConclusion(JsonResult):
     """One pair: whether ``first``, the stronger one, is distinguished from ``second`` in the analysis that was chosen.
 
     ``stands`` is the share (0 to 1) of all analyses that conclude the same; ``reversed_share`` is the share that report
@@ -96,33 +86,21 @@ class PairConclusion:
     differs: bool
     stands: float
     reversed_share: float
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {
-            "first": self.first,
-            "second": self.second,
-            "differs": self.differs,
-            "stands": self.stands,
-            "reversed": self.reversed_share,
-        }
+    json_keys: ClassVar = {"reversed_share": "reversed"}
 
 
 @dataclass(frozen=True, slots=True)
-class ItemConclusion:
+class ItemConclusion(JsonResult):
     """One item: its class in the analysis that was chosen, and the share (0 to 1) of all analyses with the same."""
 
     name: str
     label: str
     stands: float
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {"name": self.name, "class": self.label, "stands": self.stands}
+    json_keys: ClassVar = {"label": "class"}
 
 
 @dataclass(frozen=True, slots=True)
-class ChoiceEffect:
+class ChoiceEffect(JsonResult):
     """What one choice does: the share of conclusions about pairs, over all analyses with it, that are the chosen ones'.
 
     ``choice`` is ``model``, ``covariance``, ``adjust`` or ``left_out``.
@@ -131,10 +109,6 @@ class ChoiceEffect:
     choice: str
     value: str
     stands: float
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {"choice": self.choice, "value": self.value, "stands": self.stands}
 
 
 @dataclass(frozen=True, slots=True)

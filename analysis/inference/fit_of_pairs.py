@@ -23,7 +23,7 @@ from analysis.errors import ResultsError
 from analysis.inference.pulls import Indices, Pulls, by_unordered_pair, pulls
 from analysis.scaling.scores import Scores
 from documents import Finding
-from documents.text import counted
+from documents.text import JsonResult, counted, finite
 
 Floats = NDArray[np.float64]
 FEWEST_OBSERVERS = 3
@@ -31,7 +31,7 @@ LEAST_VARIANCE = 1e-9  # of the variance without leverage: below it the pair alo
 
 
 @dataclass(frozen=True, slots=True)
-class PairResidual:
+class PairResidual(JsonResult):
     """One pair's residual.
 
     Attributes
@@ -67,23 +67,6 @@ class PairResidual:
     p: float | None
     p_adjusted: float | None
     flagged: bool
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {
-            "first": self.first,
-            "second": self.second,
-            "answers": self.answers,
-            "observed": self.observed,
-            "expected": self.expected,
-            "leverage": self.leverage,
-            "z": self.z,
-            "model_z": self.model_z,
-            "observers_z": self.observers_z,
-            "p": self.p,
-            "p_adjusted": self.p_adjusted,
-            "flagged": self.flagged,
-        }
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,19 +180,15 @@ def pair_residuals(
                 observed=share,
                 expected=share - abs(float(residual[row])) / float(answers[row]),
                 leverage=float(np.clip(1 - variance[row] / plain[row], 0, 1)),
-                z=_finite(abs(z[row])),
-                model_z=_finite(abs(model_z[row])),
-                observers_z=_finite(abs(observers_z[row])),
-                p=_finite(p[row]),
-                p_adjusted=_finite(adjusted[row]),
+                z=finite(abs(z[row])),
+                model_z=finite(abs(model_z[row])),
+                observers_z=finite(abs(observers_z[row])),
+                p=finite(p[row]),
+                p_adjusted=finite(adjusted[row]),
                 flagged=bool(known[row] and adjusted[row] <= alpha),
             )
         )
     return PairResiduals(tuple(lines), phi, alpha, adjust)
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
 
 
 def _model_variance(own: Pulls, place: Indices, sign: Floats, size: int) -> tuple[Floats, Floats]:

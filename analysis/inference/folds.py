@@ -23,6 +23,7 @@ from analysis.inference.left_out import LeftOut, left_out
 from analysis.scaling.laws import LAWS, MODELS, Model
 from analysis.scaling.newton import Point
 from documents import Finding
+from documents.text import JsonResult
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -32,7 +33,7 @@ FOLDS = 10
 
 
 @dataclass(frozen=True, slots=True)
-class PredictiveScore:
+class PredictiveScore(JsonResult):
     """How well one model predicts observers it has not seen.
 
     Attributes
@@ -59,17 +60,6 @@ class PredictiveScore:
     def name(self) -> str:
         """The model, and whether it has an order effect."""
         return f"{self.model} with order effect" if self.order_effect else self.model
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {
-            "model": self.model,
-            "order_effect": self.order_effect,
-            "log_likelihood": self.log_likelihood,
-            "per_answer": self.per_answer,
-            "difference": self.difference,
-            "difference_se": self.difference_se,
-        }
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -24,13 +24,14 @@ from analysis.inference.differences import differences
 from analysis.scaling.laws import LAWS, Model
 from analysis.scaling.scores import Scores
 from documents import Finding
+from documents.text import JsonResult
 
 EXPECTED = "give a number of JND such as 0.5jnd, a chance such as 55:45 or 0.55, or nats such as 0.2nats"
 _PATTERN = re.compile(r"\s*([0-9.eE+-]+)\s*(?:(jnd|jod|nats?|sd|%)|:\s*([0-9.eE+-]+))?\s*", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True)
-class PairEquivalence:
+class PairEquivalence(JsonResult):
     """Verdict on one pair.
 
     Attributes
@@ -55,18 +56,6 @@ class PairEquivalence:
     p_different: float
     verdict: Verdict
     is_different: bool
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {
-            "first": self.first,
-            "second": self.second,
-            "difference": self.difference,
-            "p_equivalent": self.p_equivalent,
-            "p_different": self.p_different,
-            "verdict": self.verdict,
-            "is_different": self.is_different,
-        }
 
 
 @dataclass(frozen=True, slots=True)

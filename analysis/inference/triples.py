@@ -26,6 +26,7 @@ from analysis.errors import ResultsError
 from analysis.inference.pulls import by_unordered_pair, pulls
 from analysis.scaling.scores import Scores
 from documents import Finding
+from documents.text import JsonResult
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -41,7 +42,7 @@ BLOCK = 2_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class PropertyTest:
+class PropertyTest(JsonResult):
     """How many triples break one property, and how many break it by chance.
 
     Attributes
@@ -72,24 +73,9 @@ class PropertyTest:
     p_observers: float | None
     exceeds: bool
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {
-            "name": self.name,
-            "broken": self.broken,
-            "shortfall": self.shortfall,
-            "expected": self.expected,
-            "most": self.most,
-            "p": self.p,
-            "expected_observers": self.expected_observers,
-            "most_observers": self.most_observers,
-            "p_observers": self.p_observers,
-            "exceeds": self.exceeds,
-        }
-
 
 @dataclass(frozen=True, slots=True)
-class BrokenTriple:
+class BrokenTriple(JsonResult):
     """A triple that contradicts a scale: shares of ``items[0]`` over ``[1]``, ``[1]`` over ``[2]``, ``[0]`` over
     ``[2]``.
 
@@ -101,15 +87,6 @@ class BrokenTriple:
     shares: tuple[float, float, float]
     breaks: str
     depth: float
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {
-            "items": list(self.items),
-            "shares": list(self.shares),
-            "breaks": self.breaks,
-            "depth": self.depth,
-        }
 
 
 @dataclass(frozen=True, slots=True)

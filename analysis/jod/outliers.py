@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from analysis.comparisons.comparisons import Comparisons
 from analysis.jod.fits import fit_jod
 from analysis.scaling.distance_prior import JOD_PER_SD, DistancePrior
-from documents.text import json_fields
+from documents.text import JsonResult
 
 Floats = NDArray[np.float64]
 WORTH_A_LOOK = 1.5
@@ -26,7 +26,7 @@ FEWEST = 4  # observers that have quartiles
 
 
 @dataclass(frozen=True, slots=True)
-class ObserverLikelihood:
+class ObserverLikelihood(JsonResult):
     """How likely one observer's answers are on the scale of the others.
 
     Attributes
@@ -42,15 +42,12 @@ class ObserverLikelihood:
     name: str
     log_likelihood: float
     distance: float
+    json_also: ClassVar = ("worth_a_look",)
 
     @property
     def worth_a_look(self) -> bool:
         """Whether the distance is 1.5 or more."""
         return self.distance >= WORTH_A_LOOK
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return json_fields(self) | {"worth_a_look": self.worth_a_look}
 
 
 def observer_likelihoods(parts: Sequence[Comparisons], prior: DistancePrior) -> tuple[ObserverLikelihood, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import nullcontext
 from dataclasses import dataclass
-from typing import Any, TypedDict, Unpack
+from typing import Any, ClassVar, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from analysis.jod.fits import check_counts, fit_jod
 from analysis.jod.outliers import ObserverLikelihood, observer_likelihoods
 from analysis.scaling.distance_prior import DISTANCE_PRIORS, DistancePrior
 from documents import Finding
-from documents.text import did_you_mean, json_fields
+from documents.text import JsonResult, did_you_mean
 
 Floats = NDArray[np.float64]
 REPLICATES, SEED = 500, 2016  # pwcmp draws 500 times
@@ -37,7 +37,7 @@ class JodOptions(TypedDict, total=False):
 
 
 @dataclass(frozen=True, slots=True)
-class JodItem:
+class JodItem(JsonResult):
     """One item: counts, strength in JOD above the item at 0, the ends of its interval, and its class.
 
     ``jod`` is None where the objective has no maximum; ``low``, ``high`` and ``label`` also where fewer than two
@@ -51,17 +51,11 @@ class JodItem:
     low: float | None
     high: float | None
     label: str | None
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the item with the keys that `cyclopean scores --json` prints."""
-        values = json_fields(self)
-        values["jod_low"], values["jod_high"], values["class"] = values.pop("low"), values.pop("high"), self.label
-        del values["label"]
-        return values
+    json_keys: ClassVar = {"low": "jod_low", "high": "jod_high", "label": "class"}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class JodScale:
+class JodScale(JsonResult):
     """The scale of one set of comparisons.
 
     Attributes
@@ -106,20 +100,7 @@ class JodScale:
     without_fit: int
     seed: int
     ties_left_out: float
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {
-            "items": [item.to_json() for item in self.items],
-            "zero": self.zero,
-            "log_likelihood": self.log_likelihood,
-            "converged": self.converged,
-            "iterations": self.iterations,
-            "level": self.level,
-            "replicates": self.replicates,
-            "without_fit": self.without_fit,
-            "ties_left_out": self.ties_left_out,
-        }
+    json_keys: ClassVar = {"order": None, "prior": None, "jod": None, "covariance": None, "classes": None, "seed": None}
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -15,13 +15,14 @@ from dataclasses import dataclass
 from functools import cache
 from itertools import product
 from math import comb, prod
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.comparisons.comparisons import Comparisons, split_scales
 from analysis.observers.tails import Tail, from_chances, from_moments
+from documents.text import JsonResult
 
 Floats = NDArray[np.float64]
 
@@ -34,7 +35,7 @@ EXACT_UP_TO = 10  # items, all compared, up to which tournaments are counted
 
 
 @dataclass(frozen=True, slots=True)
-class Consistency:
+class Consistency(JsonResult):
     """One observer's circular triads.
 
     Attributes
@@ -57,16 +58,7 @@ class Consistency:
     zeta: float | None
     ties: int
     test: Tail | None
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {
-            "circular_triads": self.circular,
-            "triads": self.triads,
-            "zeta": self.zeta,
-            "ties": self.ties,
-            "test": self.test.to_json() if self.test else None,
-        }
+    json_keys: ClassVar = {"circular": "circular_triads"}
 
 
 def consistencies(comparisons: Comparisons) -> tuple[Consistency, ...]:

@@ -17,7 +17,7 @@ flagging any observer, if all follow the same strengths.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,7 @@ from analysis.comparisons.comparisons import Comparisons, split_scales
 from analysis.observers.tails import lower_tail
 from analysis.scaling.laplacian import contrast_variances, pseudo_inverse
 from analysis.scaling.laws import probabilities
+from documents.text import JsonResult
 
 Floats = NDArray[np.float64]
 
@@ -39,7 +40,7 @@ _MOST_NUMBERS = 4_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class FitToRest:
+class FitToRest(JsonResult):
     """One observer's answers under the others' scores.
 
     Attributes
@@ -67,19 +68,7 @@ class FitToRest:
     outlier: bool
     influence: float
     most_moved: str
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {
-            "mean_log_likelihood": self.mean_log_likelihood,
-            "expected": self.expected,
-            "z": self.z,
-            "p": self.p,
-            "adjusted_p": self.adjusted_p,
-            "outlier": self.outlier,
-            "influence_nats": self.influence,
-            "most_moved": self.most_moved,
-        }
+    json_keys: ClassVar = {"influence": "influence_nats"}
 
 
 def fits_to_rest(comparisons: Comparisons, level: float = LEVEL) -> tuple[FitToRest | None, ...]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from analysis.comparisons.session_comparisons import is_comparison
 from analysis.observers.haste import TOO_FAST_S
 from analysis.records.results import sessions_by_observer
 from analysis.records.session_record import SessionLog, Trial
+from documents.text import JsonResult
 
 Floats = NDArray[np.float64]
 FEWEST_ANSWERS = 8  # of a trend
@@ -93,7 +94,7 @@ def first_choices(comparisons: Comparisons) -> tuple[NDArray[np.float64], NDArra
 
 
 @dataclass(frozen=True, slots=True)
-class SelfAgreement:
+class SelfAgreement(JsonResult):
     """How often an observer repeats their answer, over the ``repeated`` pairs that they answered more than once.
 
     Every two answers to the same pair are compared: ``alike`` of ``twos`` are the same. Two ties are the same; a tie
@@ -103,15 +104,13 @@ class SelfAgreement:
     repeated: int
     alike: float
     twos: float
+    json_keys: ClassVar = {"repeated": "repeated_pairs"}
+    json_also: ClassVar = ("share",)
 
     @property
     def share(self) -> float:
         """Share of repeated answers that are the same, 0 to 1."""
         return self.alike / self.twos
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {"repeated_pairs": self.repeated, "alike": self.alike, "twos": self.twos, "share": self.share}
 
 
 def self_agreements(comparisons: Comparisons) -> tuple[SelfAgreement | None, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -29,7 +29,7 @@ from analysis.records.results import refuse_mixtures, sessions_by_observer
 from analysis.records.session_record import SessionLog
 from analysis.scaling.fitting import fit
 from analysis.scaling.result import Fit
-from documents.text import counted
+from documents.text import JsonResult, counted
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +104,7 @@ class ObserverLine:
 
 
 @dataclass(frozen=True, slots=True)
-class ObserverTable:
+class ObserverTable(JsonResult):
     """The ``lines`` of all observers, in the order of their first session, and their ``concordance`` if there is any.
 
     ``level`` is the family-wise error rate of the test for outliers.
@@ -113,20 +113,13 @@ class ObserverTable:
     lines: tuple[ObserverLine, ...]
     concordance: Concordance | None
     level: float
+    json_keys: ClassVar = {"lines": "observers", "level": "outlier_level"}
+    json_also: ClassVar = ("outliers",)
 
     @property
     def outliers(self) -> tuple[str, ...]:
         """Observers whose answers are unlike the others'."""
         return tuple(line.name for line in self.lines if line.fit and line.fit.outlier)
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {
-            "observers": [line.to_json() for line in self.lines],
-            "concordance": self.concordance.to_json() if self.concordance else None,
-            "outlier_level": self.level,
-            "outliers": list(self.outliers),
-        }
 
 
 def observers_in_sessions(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 from analysis.errors import ResultsError
 from analysis.power.plan import Plan
 from documents import Finding
-from documents.text import did_you_mean
+from documents.text import did_you_mean, finite
 
 Floats = NDArray[np.float64]
 
@@ -107,12 +106,12 @@ class Power:
             "class_recovery_error": float(self.recovery_error[index]),
             "pairs_alike": float(self.alike[index]),
             "pairs_alike_error": float(self.alike_error[index]),
-            "log10_width": _finite(self.mean_width[index]),
-            "log10_width_error": _finite(self.mean_width_error[index]),
+            "log10_width": finite(self.mean_width[index]),
+            "log10_width_error": finite(self.mean_width_error[index]),
             "separated": float(self.separated[index]),
             "unfitted": float(self.unfitted[index]),
             "items": [
-                {"name": name, "log10_width": _finite(width), "log10_width_error": _finite(error)}
+                {"name": name, "log10_width": finite(width), "log10_width_error": finite(error)}
                 for name, width, error in widths
             ],
             "pairs": [
@@ -354,7 +353,3 @@ def doubt_words(sizes: Sequence[int], perhaps: int | None, surely: int | None) -
 
 def _people(observers: int) -> str:
     return "1 observer" if observers == 1 else f"{observers} observers"
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None

@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,7 @@ from analysis.records.session_record import SessionLog, Trial
 from analysis.records.times import in_time
 from analysis.series.observer_means import bounded_means
 from documents import Finding
-from documents.text import json_fields
+from documents.text import JsonResult
 
 KIND = "rating"
 Of = Literal["alone", "chosen", "both"]
@@ -34,7 +34,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class OpinionScore:
+class OpinionScore(JsonResult):
     """The mean opinion score of a stimulus, over the means of ``observers``, who gave so many ``ratings``.
 
     ``mean`` in points of the scale and ``z`` in standard deviations of an observer's ratings, each with 95 % limits
@@ -52,13 +52,9 @@ class OpinionScore:
     z: float | None
     z_interval: tuple[float, float] | None
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return json_fields(self)
-
 
 @dataclass(frozen=True, slots=True)
-class RaterScreening:
+class RaterScreening(JsonResult):
     """One observer by BT.500's rule.
 
     Attributes
@@ -81,6 +77,7 @@ class RaterScreening:
     sd: float | None
     above: int
     below: int
+    json_also: ClassVar = ("outlying", "one_sided", "flagged")
 
     @property
     def outlying(self) -> float:
@@ -98,13 +95,9 @@ class RaterScreening:
         """Whether BT.500 would leave the observer out."""
         return self.outlying > MOST_OUTLYING and self.one_sided is not None and self.one_sided < MOST_ONE_SIDED
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return json_fields(self, "outlying", "one_sided", "flagged")
-
 
 @dataclass(frozen=True, slots=True)
-class ScaleSummary:
+class ScaleSummary(JsonResult):
     """One scale: its stimuli in the header's order, and its observers, sorted; ``of`` is which stimuli were rated.
 
     ``ends`` are the lowest and the highest number that could be answered; None if a log does not say.
@@ -116,27 +109,13 @@ class ScaleSummary:
     scores: tuple[OpinionScore, ...]
     observers: tuple[RaterScreening, ...]
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {
-            "scale": self.scale,
-            "of": self.of,
-            "ends": None if self.ends is None else list(self.ends),
-            "scores": [score.to_json() for score in self.scores],
-            "observers": [observer.to_json() for observer in self.observers],
-        }
-
 
 @dataclass(frozen=True, slots=True)
-class RatingSummary:
+class RatingSummary(JsonResult):
     """The ratings of single stimuli, by scale, and those that followed choices between two."""
 
     experiment: str
     scales: tuple[ScaleSummary, ...]
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {"experiment": self.experiment, "scales": [scale.to_json() for scale in self.scales]}
 
 
 def summarise_ratings(sessions: Sequence[SessionLog]) -> RatingSummary:

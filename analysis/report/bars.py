@@ -12,7 +12,7 @@ import numpy as np
 
 from analysis.series.observer_means import Estimate
 from documents.pages import FAINT, HATCHES, INK, SERIES_COLOURS, Drawing, drawing, drawn, short
-from documents.text import json_fields
+from documents.text import JsonResult
 
 _LIGHT = (2, 4)  # series whose hatch is dark
 _LETTER_IN = 0.085
@@ -20,7 +20,7 @@ LONGEST_NAME = 18
 
 
 @dataclass(frozen=True, slots=True)
-class BarFigure:
+class BarFigure(JsonResult):
     """Bars: ``estimates[g][b]`` is that of bar b in group g; None where there is none.
 
     ``unit`` is the label of the value axis, ``group_title`` that of the groups.
@@ -45,10 +45,6 @@ class BarFigure:
             (group, *(cell(estimate) for estimate in row))
             for group, row in zip(self.groups, self.estimates, strict=True)
         )
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return json_fields(self)
 
     def svg(self, width_in: float) -> str:
         """Return an ``<svg>`` element, ``width_in`` inches wide.

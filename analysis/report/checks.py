@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from analysis.observers.screening import failed_tests, screened_out
 from analysis.observers.table import ObserverTable
@@ -13,22 +12,18 @@ from analysis.records.session_record import SessionLog
 from analysis.report.grouped import GroupedSummary
 from analysis.report.summary import Answered, Summary
 from analysis.report.words import fixed, p_words, percent, some
-from documents.text import counted, json_fields
+from documents.text import JsonResult, counted
 
 LEVEL = 0.05
 
 
 @dataclass(frozen=True, slots=True)
-class FailedCheck:
+class FailedCheck(JsonResult):
     """A check that failed: its name, the reason, and what to do, in words."""
 
     check: str
     reason: str
     remedy: str
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return json_fields(self)
 
 
 def failed_checks(

@@ -15,7 +15,7 @@ from typing import Any
 from analysis.records.session_record import SessionLog, Trial
 from analysis.records.trial_kinds import KINDS, PRACTICE
 from analysis.records.trial_record import TrialRecord
-from documents.text import json_fields
+from documents.text import JsonResult
 
 _TIME, _TIMES = "how long the answer took", "how long each rating took"
 _REPEATED = "follows from the other fields"
@@ -70,17 +70,13 @@ BY_KIND: Mapping[str, Mapping[str, str]] = MappingProxyType(
 
 
 @dataclass(frozen=True, slots=True)
-class Unreported:
+class Unreported(JsonResult):
     """A ``field`` of a ``kind``'s records (empty: all of them, or of every kind), what it is, and how many have it."""
 
     kind: str
     field: str
     what: str
     records: int
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return json_fields(self)
 
 
 def unreported(sessions: Sequence[SessionLog]) -> tuple[Unreported, ...]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -28,6 +27,7 @@ from analysis.scaling.result import COVARIANCE_CHOICES, TWO_SIDED_95, Covariance
 from analysis.scaling.scores import Scores, score
 from analysis.series.observer_means import shares
 from documents import Finding
+from documents.text import finite
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -170,7 +170,7 @@ class Summary(Answered):
             "intervals": {
                 "kind": self.estimate.covariance,
                 "log10_score": [
-                    {"name": item.name, "low": _finite(low), "high": _finite(high)}
+                    {"name": item.name, "low": finite(low), "high": finite(high)}
                     for item, (low, high) in zip(self.scores.items, self.log10_interval.tolist(), strict=True)
                 ],
             },
@@ -340,10 +340,6 @@ def _first_share_interval(comparisons: Comparisons) -> tuple[float, float]:
         return wilson_interval(float(chosen.sum() / count.sum()), round(count.sum()))
     (estimate,) = shares(chosen[:, None], count[:, None])
     return float(estimate.low or 0.0), float(1.0 if estimate.high is None else estimate.high)
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 def wilson_interval(share: float, count: int) -> tuple[float, float]:

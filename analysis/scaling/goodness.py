@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.scaling.counts import Counts
+from documents.text import JsonResult
 
 Floats = NDArray[np.float64]
 FEWEST_EXPECTED = 5.0
 
 
 @dataclass(frozen=True, slots=True)
-class Goodness:
+class Goodness(JsonResult):
     """Goodness of fit.
 
     Attributes
@@ -41,6 +42,8 @@ class Goodness:
     p_pearson: float | None
     smallest_expected: float
     share_small: float
+    json_keys: ClassVar = {"share_small": "share_of_expected_below_5"}
+    json_also: ClassVar = ("caveat",)
 
     @property
     def caveat(self) -> str | None:
@@ -51,19 +54,6 @@ class Goodness:
             f"{self.share_small:.0%} of the expected counts are below {FEWEST_EXPECTED:g} (the smallest is "
             f"{self.smallest_expected:.2g}): the p value of the fit is rough."
         )
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {
-            "deviance": self.deviance,
-            "pearson": self.pearson,
-            "df": self.df,
-            "p_deviance": self.p_deviance,
-            "p_pearson": self.p_pearson,
-            "smallest_expected": self.smallest_expected,
-            "share_of_expected_below_5": self.share_small,
-            "caveat": self.caveat,
-        }
 
 
 def goodness_of_fit(

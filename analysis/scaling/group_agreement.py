@@ -26,7 +26,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +37,7 @@ from analysis.scaling.laws import LAWS
 from analysis.scaling.newton import Point, joint_covariance
 from analysis.scaling.result import Fit
 from analysis.scaling.sandwich import observer_slopes
-from documents.text import json_fields
+from documents.text import JsonResult
 
 Floats = NDArray[np.float64]
 FEWEST_OBSERVERS = 3
@@ -47,7 +46,7 @@ MOST_UNITS = 2000  # K of more observers would not fit into memory: several make
 
 
 @dataclass(frozen=True, slots=True)
-class GroupAgreement:
+class GroupAgreement(JsonResult):
     """Test that the differences between items are the same in all groups.
 
     Attributes
@@ -78,10 +77,6 @@ class GroupAgreement:
     def conclusion(self, level: float = LEVEL) -> Conclusion:
         """Return whether the groups are distinguished at ``level``: by observers where there is such a test."""
         return concluded("differences between the groups' scales", self.p, self.p_model, level)
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return json_fields(self)
 
 
 def group_agreement(pooled: Fit, groups: Sequence[Comparisons], items: Sequence[list[int]]) -> GroupAgreement | None:

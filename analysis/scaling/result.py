@@ -16,7 +16,7 @@ from analysis.scaling.goodness import Goodness, goodness_of_fit
 from analysis.scaling.laws import LAWS, Model
 from analysis.scaling.robust_tests import ObserverTest
 from analysis.scaling.separation import Groups, Separation, find_separation, separated_items
-from documents.text import json_fields
+from documents.text import JsonResult
 
 if TYPE_CHECKING:
     from analysis.scaling.quasi import QuasiVariances
@@ -94,7 +94,7 @@ class Parameter:
 
 
 @dataclass(frozen=True, slots=True)
-class OrderTest:
+class OrderTest(JsonResult):
     """Test of no order effect.
 
     Attributes
@@ -113,10 +113,6 @@ class OrderTest:
     def conclusion(self) -> Conclusion:
         """What is concluded at the level 0.05: by observers where there is such a test."""
         return concluded("order effect", self.by_observers.p if self.by_observers else None, self.p)
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return json_fields(self)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -18,13 +18,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from documents import count_work
-from documents.text import json_fields
+from documents.text import JsonResult
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
@@ -43,7 +43,7 @@ TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
-class ObserverTest:
+class ObserverTest(JsonResult):
     """Test with the observer as the unit.
 
     Attributes
@@ -61,10 +61,6 @@ class ObserverTest:
     df: int
     p: float
     observers: int
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return json_fields(self)
 
 
 def score_test(slopes: Floats, inverse: Floats, restrictions: Floats) -> ObserverTest | None:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +19,7 @@ from analysis.scaling.laws import LAWS, Model
 from analysis.scaling.profile import profiles_of, why_by_standard_errors
 from analysis.scaling.result import CovarianceChoice, Fit, ModelMethod
 from analysis.scaling.separation import are_apart
+from documents.text import JsonResult, finite
 
 if TYPE_CHECKING:
     from analysis.scaling.quasi import QuasiVariances
@@ -30,7 +30,7 @@ MOST_ITEMS_PENALISED = 1000  # unless asked for: the penalty needs dense equatio
 
 
 @dataclass(frozen=True, slots=True)
-class ItemScore:
+class ItemScore(JsonResult):
     """One item's line: counts, strength in nats, score as a share of 1, perceptual class; None where there is none.
 
     ``theta`` and ``se`` are in standard deviations of a difference where the model is ``thurstone``, which has no
@@ -46,19 +46,7 @@ class ItemScore:
     log10_score: float | None
     label: str | None
     quasi_se: float | None = None
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the line with the keys that `cyclopean scores --json` prints."""
-        return {
-            "name": self.name,
-            "wins": self.wins,
-            "comparisons": self.comparisons,
-            "theta": self.theta,
-            "se": self.se,
-            "score": self.score,
-            "log10_score": self.log10_score,
-            "class": self.label,
-        }
+    json_keys: ClassVar = {"label": "class", "quasi_se": None}
 
 
 @dataclass(frozen=True, eq=False)
@@ -248,16 +236,12 @@ def _lines(scores: Scores) -> tuple[ItemScore, ...]:
             name=comparisons.items[index],
             wins=float(won[index]),
             comparisons=float(compared[index]),
-            theta=_finite(fitted.theta[index]),
-            se=_finite(se[index]),
-            score=_finite(shares[index]),
-            log10_score=_finite(log10_shares[index]),
+            theta=finite(fitted.theta[index]),
+            se=finite(se[index]),
+            score=finite(shares[index]),
+            log10_score=finite(log10_shares[index]),
             label=classes.labels[index] if classes else None,
-            quasi_se=_finite(quasi_se[index]),
+            quasi_se=finite(quasi_se[index]),
         )
         for index in scores.order
     )
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None

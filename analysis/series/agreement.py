@@ -9,19 +9,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import isfinite
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.series.choices import Choices
-from documents.text import json_fields
+from documents.text import JsonResult
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class Coefficient:
+class Coefficient(JsonResult):
     """A coefficient with the limits of its interval; None where it is not defined, such as where nothing varies.
 
     ``p`` is of the test that there is no agreement, where it is made. ``least`` is the smallest value that means
@@ -35,10 +34,6 @@ class Coefficient:
     p: float | None = None
     least: float | None = None
     reason: str = ""
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return json_fields(self)
 
 
 def ranks(values: Floats) -> Floats:
@@ -263,7 +258,7 @@ def _agreement_limits(
 
 
 @dataclass(frozen=True, slots=True)
-class SeriesAgreement:
+class SeriesAgreement(JsonResult):
     """Coefficients over the ``observers`` who completed all ``series``.
 
     ``ratings``, by scale, are Kendall's W and the intraclass correlations over the series; ``choices`` are Fleiss' κ of
@@ -274,10 +269,6 @@ class SeriesAgreement:
     series: int
     ratings: dict[str, tuple[Coefficient, ...]]
     choices: tuple[Coefficient, ...]
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return json_fields(self)
 
 
 def series_agreement(choices: Choices) -> SeriesAgreement:

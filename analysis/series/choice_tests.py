@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,13 +15,13 @@ from analysis.classes.conclusions import Conclusion, concluded
 from analysis.classes.multiplicity import holm
 from analysis.series.choices import Choices
 from analysis.series.paired_tests import DRAWS, cochran, p_by_flips, quadratic_form, stuart_maxwell
-from documents.text import json_fields
+from documents.text import JsonResult
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class KindsTest:
+class KindsTest(JsonResult):
     """Whether choices from series of two kinds fall on the same levels.
 
     ``statistic`` is Stuart and Maxwell's [Stuart1955] with observers in the place of answers; ``p`` is of the
@@ -45,13 +44,9 @@ class KindsTest:
         found = concluded(f"choices: {self.one} − {self.other}", self.p_holm, None)
         return replace(found, estimate=self.shift, unit="places")
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return json_fields(self)
-
 
 @dataclass(frozen=True, slots=True)
-class LevelTest:
+class LevelTest(JsonResult):
     """Whether one level is chosen equally often from all kinds of series: Cochran's Q [Cochran1950].
 
     ``shares`` are by kind. ``p`` is of the permutation test that exchanges kinds within observers, ``p_holm`` adjusted
@@ -64,13 +59,9 @@ class LevelTest:
     p: float | None
     p_holm: float | None
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return json_fields(self)
-
 
 @dataclass(frozen=True, slots=True)
-class NeighboursTest:
+class NeighboursTest(JsonResult):
     """Whether two neighbouring levels of one kind of series are chosen equally often.
 
     ``one`` and ``other`` are the levels, ``chosen`` how often each was chosen. ``p`` is of the permutation test that
@@ -83,10 +74,6 @@ class NeighboursTest:
     chosen: tuple[int, int]
     p: float
     p_holm: float
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return json_fields(self)
 
 
 def choice_counts(choices: Choices) -> Floats:

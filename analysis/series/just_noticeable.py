@@ -15,13 +15,14 @@ freedom.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.scaling.robust_tests import ObserverTest, from_factors
 from analysis.series.choices import Choices
+from documents.text import JsonResult
 
 Floats = NDArray[np.float64]
 PROBABLE_ERROR = 0.6744897501960817
@@ -31,7 +32,7 @@ _NARROWEST, _WIDEST = 1e-3, 1e2  # limits of the standard deviations, in lengths
 
 
 @dataclass(frozen=True, slots=True)
-class StepSize:
+class StepSize(JsonResult):
     """The just noticeable step from the choices from series of one kind.
 
     Attributes
@@ -75,6 +76,7 @@ class StepSize:
     fit_p: float | None = None
     fit_by_observers: ObserverTest | None = None
     reason: str = ""
+    json_also: ClassVar = ("step", "step_interval", "ratio", "step_at")
 
     @property
     def step(self) -> float | None:
@@ -100,29 +102,6 @@ class StepSize:
         if self.step is None:
             return None
         return tuple(level * (self.ratio - 1) if self.ratio else self.step for level in self.levels)
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {
-            "kind": self.kind,
-            "axis": self.axis,
-            "choices": self.choices,
-            "observers": self.observers,
-            "levels": list(self.levels),
-            "observed": list(self.observed),
-            "expected": None if self.expected is None else list(self.expected),
-            "match": self.match,
-            "within": self.within,
-            "within_interval": None if self.within_interval is None else list(self.within_interval),
-            "between": self.between,
-            "step": self.step,
-            "step_interval": None if self.step_interval is None else list(self.step_interval),
-            "ratio": self.ratio,
-            "step_at": None if self.step_at is None else list(self.step_at),
-            "fit_p": self.fit_p,
-            "fit_by_observers": self.fit_by_observers.to_json() if self.fit_by_observers else None,
-            "reason": self.reason,
-        }
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.bootstrap import tails
-from documents.text import json_fields
+from documents.text import JsonResult
 
 Floats = NDArray[np.float64]
 REPLICATES = 4000
@@ -19,7 +18,7 @@ _EQUAL = 1e-12  # what rounding leaves between equal numbers, as a share of them
 
 
 @dataclass(frozen=True, slots=True)
-class Estimate:
+class Estimate(JsonResult):
     """A value with the limits of its interval, None where there is none, and the numbers of answers and observers."""
 
     value: float | None
@@ -27,10 +26,6 @@ class Estimate:
     high: float | None
     answers: int
     observers: int
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return json_fields(self)
 
 
 def means(total: Floats, count: Floats, *, level: float = 0.95, replicates: int = REPLICATES) -> list[Estimate]:

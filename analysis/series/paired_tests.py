@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +19,7 @@ from analysis.classes.conclusions import Conclusion, concluded
 from analysis.classes.multiplicity import holm
 from analysis.series.agreement import kendall_w, kendall_w_p, ranks
 from analysis.series.observer_means import Estimate, means
-from documents.text import json_fields
+from documents.text import JsonResult
 
 Floats = NDArray[np.float64]
 MOST_EXACT = 16
@@ -166,7 +165,7 @@ def nemenyi_p(ratings: Floats) -> Floats:
 
 
 @dataclass(frozen=True, slots=True)
-class PairTest:
+class PairTest(JsonResult):
     """Two conditions.
 
     Attributes
@@ -195,13 +194,9 @@ class PairTest:
     p_holm: float
     p_nemenyi: float
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return json_fields(self)
-
 
 @dataclass(frozen=True, slots=True)
-class RatingTest:
+class RatingTest(JsonResult):
     """Friedman's test of all conditions, and each pair of them.
 
     ``statistic`` is Friedman's χ², corrected for ties, with ``df`` degrees of freedom; ``w`` is Kendall's W of the same
@@ -230,10 +225,6 @@ class RatingTest:
             )
             for pair in self.pairs
         )
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return json_fields(self)
 
 
 def rating_test(scale: str, conditions: Sequence[str], ratings: Floats, draws: int = DRAWS) -> RatingTest | None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from analysis.series.choices import Choice, Choices
 from analysis.series.observer_means import Estimate, bounded_means, means, shares
-from documents.text import json_fields
+from documents.text import JsonResult
 
 Floats = NDArray[np.float64]
 # What a choice is rated on: similarity to a reference, as in the thesis, or quality where there is none.
@@ -19,7 +19,7 @@ WEIGHTS = ("similarity", "quality")
 
 
 @dataclass(frozen=True, slots=True)
-class PictureScore:
+class PictureScore(JsonResult):
     """One picture of a series, or the pictures of one level in all series of a kind.
 
     Attributes
@@ -54,10 +54,6 @@ class PictureScore:
     weighted_share: float | None
     dwell_s: Estimate
     visits: Estimate
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return json_fields(self)
 
 
 def weight_of(choices: Choices, weights: Sequence[str] = WEIGHTS) -> str | None:

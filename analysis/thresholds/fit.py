@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from analysis.series.observer_means import Estimate, means
 from analysis.thresholds.functions import FUNCTIONS, Psychometric
 from analysis.thresholds.priors import BEYOND, LOG_SPREAD, log_slope_prior, middle_log_slope, rate_prior
-from documents.text import counted, json_fields
+from documents.text import JsonResult, counted
 
 Floats = NDArray[np.float64]
 POINTS, RATE_POINTS = 41, 8
@@ -31,7 +31,7 @@ Easier = Literal["higher", "lower"]
 
 
 @dataclass(frozen=True, slots=True)
-class ThresholdFit:
+class ThresholdFit(JsonResult):
     """A psychometric function fitted to answers.
 
     Attributes
@@ -85,10 +85,6 @@ class ThresholdFit:
         sign = 1.0 if self.easier == "higher" else -1.0
         shape = FUNCTIONS[self.function]
         return float(shape.probability(sign * x, sign * at, self.slope, self.guess or 0.0, self.lapse or 0.0))
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return json_fields(self)
 
 
 def axis_of(levels: Sequence[float]) -> str:

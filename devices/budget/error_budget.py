@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from devices.budget.path import Step
 from devices.display.model import EYES, Eye
+from documents.text import JsonResult
 
 Floats = NDArray[np.float64]
 
@@ -64,7 +65,7 @@ class BudgetRow:
 
 
 @dataclass(frozen=True, slots=True)
-class ErrorBudget:
+class ErrorBudget(JsonResult):
     """The steps in the order of the way, all together last; ``colours`` says what they were computed of.
 
     Examples
@@ -76,6 +77,7 @@ class ErrorBudget:
 
     colours: str
     rows: tuple[BudgetRow, ...]
+    json_keys: ClassVar = {"rows": "steps"}
 
     @classmethod
     def of(
@@ -97,7 +99,3 @@ class ErrorBudget:
     def row(self, step: Step) -> BudgetRow:
         """Return the row of ``step``; KeyError if there is none."""
         return {row.step: row for row in self.rows}[step]
-
-    def to_json(self) -> dict[str, Any]:
-        """Return it as JSON."""
-        return {"colours": self.colours, "steps": [row.to_json() for row in self.rows]}

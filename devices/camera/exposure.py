@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
+from typing import ClassVar
 
 from devices.errors import DeviceError
 from documents import Finding
+from documents.text import JsonResult
 
 # Two exposures that differ by less count as the same: metadata round 1/3 s to 0.333.
 SAME = 2e-3
@@ -15,12 +17,13 @@ _LEAST, _MOST = 1e-12, 1e12
 
 
 @dataclass(frozen=True, slots=True)
-class Exposure:
+class Exposure(JsonResult):
     """``time_s`` in seconds, ``f_number`` (8 for f/8) and ``iso``; DeviceError unless all are 1e-12..1e12."""
 
     time_s: float
     f_number: float
     iso: float = 100.0
+    json_also: ClassVar = ("ev",)
 
     def __post_init__(self) -> None:
         for name, value in (("time_s", self.time_s), ("f_number", self.f_number), ("iso", self.iso)):
@@ -47,10 +50,6 @@ class Exposure:
     def same_signal(self, other: Exposure) -> bool:
         """Return whether the same luminance gives the same signal at both, within what metadata round."""
         return abs(self.relative_to(other) - 1.0) <= SAME
-
-    def to_json(self) -> dict[str, float]:
-        """Return plain JSON, with the exposure value as ``ev``."""
-        return {**asdict(self), "ev": self.ev}
 
     def __str__(self) -> str:
         time = f"{self.time_s:.3g}" if self.time_s >= 0.3 else f"1/{1.0 / self.time_s:.4g}"

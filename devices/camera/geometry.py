@@ -9,12 +9,13 @@ centimetre come from 36 × 24 mm, 50 mm and 700 mm. A thin lens focused there gi
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
 from devices.errors import DeviceError
 from documents import Finding
+from documents.text import JsonResult
 
 Lens = Literal["thin", "pinhole"]
 Origin = Literal["lens", "sensor"]
@@ -22,7 +23,7 @@ Pair = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class CameraGeometry:
+class CameraGeometry(JsonResult):
     """A camera that looks straight at a plane.
 
     Parameters
@@ -62,6 +63,17 @@ class CameraGeometry:
     distance_mm: float
     origin: Origin = "lens"
     lens: Lens = "thin"
+    json_keys: ClassVar = {"origin": "distance_from"}
+    json_also: ClassVar = (
+        "lens_distance_mm",
+        "image_distance_mm",
+        "magnification",
+        "pixels_per_mm",
+        "pixel_um",
+        "field_mm",
+        "field_of_view_deg",
+        "pixels_per_degree",
+    )
 
     def __post_init__(self) -> None:
         _check_sensor(self.sensor_mm, self.size_px)
@@ -207,25 +219,6 @@ class CameraGeometry:
         """Return the width and height in pixels of what has ``size_mm`` on the plane."""
         across, down = self.pixels_per_mm
         return size_mm[0] * across, size_mm[1] * down
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain JSON, with units in the names."""
-        return {
-            "sensor_mm": list(self.sensor_mm),
-            "size_px": list(self.size_px),
-            "focal_mm": self.focal_mm,
-            "distance_mm": self.distance_mm,
-            "distance_from": self.origin,
-            "lens": self.lens,
-            "lens_distance_mm": self.lens_distance_mm,
-            "image_distance_mm": self.image_distance_mm,
-            "magnification": self.magnification,
-            "pixels_per_mm": list(self.pixels_per_mm),
-            "pixel_um": list(self.pixel_um),
-            "field_mm": list(self.field_mm),
-            "field_of_view_deg": list(self.field_of_view_deg),
-            "pixels_per_degree": self.pixels_per_degree,
-        }
 
 
 def _least_mm(focal_mm: float, lens: Lens, origin: Origin) -> float:

@@ -9,7 +9,7 @@ the others are left out first, see `devices.characterise.outliers`.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +34,7 @@ from devices.display.plvc import Plvc
 from devices.errors import DeviceError
 from devices.measurements.table import Measurements
 from documents import Finding
-from documents.text import counted
+from documents.text import JsonResult, counted
 
 Floats = NDArray[np.float64]
 
@@ -110,15 +110,12 @@ class Candidate:
 
 
 @dataclass(frozen=True, slots=True)
-class AllKept:
+class AllKept(JsonResult):
     """The choice with all readings kept: the ``model``'s name, and its ``held_out`` errors."""
 
     model: Name
     held_out: Errors
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain JSON."""
-        return {"chosen": self.model, "held_out_delta_e_2000": self.held_out.to_json()}
+    json_keys: ClassVar = {"model": "chosen", "held_out": "held_out_delta_e_2000"}
 
 
 @dataclass(frozen=True, slots=True)

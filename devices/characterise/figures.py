@@ -15,6 +15,7 @@ from devices.display.knot_table import knotted_codes
 from devices.display.model import DisplayModel
 from devices.display.table_curve import TableCurve
 from devices.display.tone_curve import ToneCurve
+from documents.text import JsonResult
 
 Floats = NDArray[np.float64]
 _COLOURS = ("red", "green", "blue")
@@ -31,7 +32,7 @@ class Model(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Errors:
+class Errors(JsonResult):
     """ΔE00 of ``patches`` readings: mean, 95th percentile, largest, and the mean of the third with the least Y."""
 
     patches: int
@@ -39,10 +40,6 @@ class Errors:
     p95: float
     max: float
     dark_mean: float
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain JSON."""
-        return asdict(self)
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,18 +17,21 @@ from devices.display.gamma_table_spec import gamma_table_lines
 from devices.display.srgb_curve import SrgbCurve
 from devices.measurements import PROFILE_ENDINGS, PatchEye
 from devices.profiles import carried, model_of_profile, read_profile
+from documents.text import JsonResult
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ProfileMode:
+class ProfileMode(JsonResult):
     """A display model that an ICC profile states, ``notes`` in sentences, and the gamma table that it goes with."""
 
     file: str
     model: DisplayModel
     notes: tuple[str, ...]
     gamma_table: GammaTable | None = None
+    json_keys: ClassVar = {"file": None, "model": None, "gamma_table": None, "notes": "said", "kind": "model"}
+    json_also: ClassVar = ("kind", "white_XYZ_cd_m2", "numbers")
 
     @property
     def kind(self) -> str:
@@ -46,15 +49,6 @@ class ProfileMode:
     def white_XYZ_cd_m2(self) -> Floats:
         """XYZ (3,) at full drive."""
         return self.model.xyz(np.ones(3))
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain JSON; the model itself is left out."""
-        return {
-            "model": self.kind,
-            "white_XYZ_cd_m2": self.white_XYZ_cd_m2.tolist(),
-            "numbers": self.numbers.to_json(),
-            "said": list(self.notes),
-        }
 
     def write(
         self,

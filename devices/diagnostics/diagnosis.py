@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal
+
+from documents.text import JsonResult
 
 Colour = Literal["red", "green", "blue", "grey", "ink", "soft", "accent"]
 Style = Literal["points", "line", "dashed", "outline"]
@@ -48,7 +50,7 @@ class Table:
 
 
 @dataclass(frozen=True, slots=True)
-class Diagnosis:
+class Diagnosis(JsonResult):
     """One check of one set of measurements.
 
     Attributes
@@ -94,18 +96,15 @@ class Diagnosis:
             return "passed" if self.passed else "failed"
         return "no_limit" if self.value is not None else "open"
 
-    def to_json(self) -> dict[str, Any]:
-        """Return the diagnosis as JSON values; what is no number in a figure or table is null."""
-        return {name: _finite(value) for name, value in asdict(self).items()}
-
 
 @dataclass(frozen=True, slots=True)
-class Verdicts:
+class Verdicts(JsonResult):
     """A display judged: the title, the checks, and in ``notes`` what was assumed in reading the files."""
 
     title: str
     diagnoses: tuple[Diagnosis, ...]
     notes: tuple[str, ...] = ()
+    json_also: ClassVar = ("passed", "failed")
 
     @property
     def passed(self) -> int:
@@ -128,16 +127,6 @@ class Verdicts:
         if not self.failed:
             return f"All {judged} checks that could be made passed.{rest}"
         return f"{self.failed} of {judged} checks failed.{rest}"
-
-    def to_json(self) -> dict[str, Any]:
-        """Return everything as JSON values."""
-        return {
-            "title": self.title,
-            "passed": self.passed,
-            "failed": self.failed,
-            "notes": list(self.notes),
-            "diagnoses": [diagnosis.to_json() for diagnosis in self.diagnoses],
-        }
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,16 +161,6 @@ class Check:
         return Diagnosis(
             self.name, self.title, None, float(value), None, self.unit, self.source, words, self.at_least, **more
         )
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, tuple | list):
-        return [_finite(part) for part in value]
-    if isinstance(value, dict):
-        return {name: _finite(part) for name, part in value.items()}
-    return value
 
 
 def numbers(values: Any) -> tuple[float, ...]:

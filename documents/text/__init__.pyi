@@ -1,4 +1,7 @@
+from .json_values import JsonResult as JsonResult
+from .json_values import finite as finite
 from .json_values import json_fields as json_fields
+from .json_values import json_value as json_value
 from .numbers import significant as significant
 from .numbers import with_error as with_error
 from .terminal import clean_console as clean_console

@@ -2,9 +2,48 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping
 from dataclasses import fields, is_dataclass
-from typing import Any
+from operator import attrgetter
+from pathlib import Path
+from typing import Any, ClassVar
+
+
+class JsonResult:
+    """A dataclass whose JSON are its fields by name.
+
+    Attributes
+    ----------
+    json_keys
+        Keys of fields that are called otherwise in JSON; None leaves a field out.
+    json_also
+        Names of properties that follow the fields, such as ``share`` or ``conclusion.verdict``.
+
+    Examples
+    --------
+    >>> from dataclasses import dataclass
+    >>> @dataclass(frozen=True, slots=True)
+    ... class Share(JsonResult):
+    ...     right: int
+    ...     answers: int
+    ...     json_keys: ClassVar = {"answers": "of"}
+    ...     json_also: ClassVar = ("percent",)
+    ...
+    ...     @property
+    ...     def percent(self) -> float:
+    ...         return 100 * self.right / self.answers
+    >>> Share(1, 4).to_json()
+    {'right': 1, 'of': 4, 'percent': 25.0}
+    """
+
+    __slots__ = ()
+    json_keys: ClassVar[Mapping[str, str | None]] = {}
+    json_also: ClassVar[tuple[str, ...]] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON by the names of the fields; null where a number is not finite."""
+        return json_fields(self, *self.json_also)
 
 
 def json_fields(result: Any, *properties: str, omit: Collection[str] = ()) -> dict[str, Any]:
@@ -14,7 +53,7 @@ def json_fields(result: Any, *properties: str, omit: Collection[str] = ()) -> di
     ----------
     result
         An instance of a dataclass. A field that is another one becomes what its ``to_json`` returns, or its fields;
-        tuples become lists.
+        tuples and arrays become lists, paths text, and numbers that are not finite None.
     *properties
         Names of properties that follow the fields.
     omit
@@ -23,7 +62,7 @@ def json_fields(result: Any, *properties: str, omit: Collection[str] = ()) -> di
     Returns
     -------
     dict
-        The values by the names of the fields.
+        The values by the names of the fields, or by what the ``json_keys`` of a `JsonResult` say.
 
     Examples
     --------
@@ -32,21 +71,34 @@ def json_fields(result: Any, *properties: str, omit: Collection[str] = ()) -> di
     ... class Mean:
     ...     value: float
     ...     interval: tuple[float, float]
-    >>> json_fields(Mean(0.5, (0.4, 0.6)))
-    {'value': 0.5, 'interval': [0.4, 0.6]}
+    >>> json_fields(Mean(0.5, (0.4, math.inf)))
+    {'value': 0.5, 'interval': [0.4, None]}
     >>> json_fields(Mean(0.5, (0.4, 0.6)), omit=["interval"])
     {'value': 0.5}
     """
     names = [field.name for field in fields(result) if field.name not in omit]
-    return {name: _plain(getattr(result, name)) for name in (*names, *properties)}
+    called = getattr(result, "json_keys", {})
+    keys = {name: called.get(name, name) for name in (*names, *properties)}
+    return {key: json_value(attrgetter(name)(result)) for name, key in keys.items() if key is not None}
 
 
-def _plain(value: Any) -> Any:
+def finite(value: float) -> float | None:
+    """Return a number as a plain float, None if it is infinite or NaN."""
+    return float(value) if math.isfinite(value) else None
+
+
+def json_value(value: Any) -> Any:
+    """Return plain values for JSON of a result, of numbers, paths and arrays, or of lists and mappings of them."""
+    if isinstance(value, float):
+        return finite(value)
     if is_dataclass(value) and not isinstance(value, type):
         own = getattr(value, "to_json", None)
         return own() if own is not None else json_fields(value)
     if isinstance(value, Mapping):
-        return {key: _plain(inner) for key, inner in value.items()}
+        return {key: json_value(inner) for key, inner in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(inner) for inner in value]
-    return value
+        return [json_value(inner) for inner in value]
+    if isinstance(value, Path):
+        return str(value)
+    # Arrays and their numbers.
+    return json_value(value.tolist()) if hasattr(value, "tolist") else value

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from devices.instruments import SPECTRAL, Faults, Showing, Simulated, SimulatedD
 from devices.measurements import Kept, Session, Shown, xyz_from_spectra
 from devices.patches import AskedColour, Patch, PatchEye, PatchSet, asked_of
 from documents import Finding
+from documents.text import JsonResult
 from runner.measuring.options import Dialogue, InstrumentOptions, ShowOptions
 from runner.measuring.station import Order, measure, open_screen
 from runner.measuring.take_readings import Outcome
@@ -50,21 +51,18 @@ class Checked:
 
 
 @dataclass(frozen=True, slots=True)
-class Spread:
+class Spread(JsonResult):
     """The mean, 95th percentile and largest of differences in ΔE00."""
 
     mean: float
     p95: float
     largest: float
+    json_keys: ClassVar = {"largest": "max"}
 
     @classmethod
     def of(cls, differences: Floats) -> Spread:
         """Return the spread of ``differences``, shape (n,), n at least 1."""
         return cls(float(differences.mean()), float(np.percentile(differences, 95)), float(differences.max()))
-
-    def to_json(self) -> dict[str, float]:
-        """Return the numbers."""
-        return {"mean": self.mean, "p95": self.p95, "max": self.largest}
 
 
 @dataclass(frozen=True, slots=True)

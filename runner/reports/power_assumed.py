@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from analysis.records import pool, read_results
 from analysis.scaling import score, score_groups
 from documents import Finding
 from documents.files import read_regular
+from documents.text import JsonResult
 from runner.observers.behaviour import BehaviourSpec
 from runner.observers.observer_file import read_scored_observer
 from runner.reports.power_design import PairDesign
@@ -31,7 +32,7 @@ ANSWERS = (".csv", ".jsonl")
 
 
 @dataclass(frozen=True, slots=True)
-class ObserverSpread:
+class ObserverSpread(JsonResult):
     """How much observers differ.
 
     Attributes
@@ -54,10 +55,7 @@ class ObserverSpread:
     high: float | None = None
     others: tuple[float, ...] = ()
     notes: tuple[str, ...] = ()
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {"sd": self.sd, "source": self.source, "low": self.low, "high": self.high}
+    json_keys: ClassVar = {"others": None, "notes": None}
 
 
 MeasuredSpread = tuple[float, float, float | None]  # estimate, low, high

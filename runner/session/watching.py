@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ from analysis.errors import ResultsError
 from analysis.records import SessionLog, Trial, read_session, read_utc, session_files
 from documents import Finding, InputError
 from documents.files import MOST_LOG_BYTES, looked_for, open_regular
-from documents.text import visible
+from documents.text import JsonResult, visible
 from runner.session.status import SessionStatus, time_left
 
 RECENT_S = 1800.0
@@ -24,7 +24,7 @@ _MOST_IN_SECONDS_S = 90.0
 
 
 @dataclass(frozen=True, slots=True)
-class WatchedSession:
+class WatchedSession(JsonResult):
     """Where one session stands.
 
     Attributes
@@ -70,10 +70,6 @@ class WatchedSession:
             f"{_ago(self.idle_s)} ago",
         ]
         return " · ".join(part for part in parts if part)
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return asdict(self) | {"last": list(self.last)}
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from documents import load_document
+from documents.text import JsonResult
 from runner.protocol import copy_experiment, read_experiment, shipped_experiment, shipped_experiments
 from runner.protocol.experiment import ExperimentSpec
 from runner.studies.contents import commands
 
 
 @dataclass(frozen=True, slots=True)
-class CopiedStudy:
+class CopiedStudy(JsonResult):
     """A copied experiment: its file, all files, what to type next, and ``notes`` on what to change."""
 
     folder: Path
@@ -21,16 +21,6 @@ class CopiedStudy:
     files: tuple[Path, ...]
     notes: tuple[str, ...]
     commands: tuple[tuple[str, ...], ...]
-
-    def to_json(self) -> dict[str, Any]:
-        """Return it for programs."""
-        return {
-            "folder": str(self.folder),
-            "experiment": str(self.experiment),
-            "files": [str(file) for file in self.files],
-            "notes": list(self.notes),
-            "commands": [list(words) for words in self.commands],
-        }
 
 
 def shipped_studies() -> dict[str, str]:

@@ -8,12 +8,11 @@ import unicodedata
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from devices.display import AskMonitor, PanelSpec
 from documents import Finding, InputError, counted
 from documents.files import whole_folder
-from documents.text import did_you_mean
+from documents.text import JsonResult, did_you_mean
 from runner.blocks.layout import NO_REFERENCE, PHYSICAL
 from runner.check import CheckOptions, check_file
 from runner.presenter import find_mode
@@ -55,7 +54,7 @@ class StudyOptions:
 
 
 @dataclass(frozen=True, slots=True)
-class NewStudy:
+class NewStudy(JsonResult):
     """A study that was written: its experiment file, what to type next, and ``notes`` on what was decided."""
 
     folder: Path
@@ -66,19 +65,6 @@ class NewStudy:
     minutes: float
     notes: tuple[str, ...]
     commands: tuple[tuple[str, ...], ...]
-
-    def to_json(self) -> dict[str, Any]:
-        """Return it for programs."""
-        return {
-            "folder": str(self.folder),
-            "experiment": str(self.experiment),
-            "pictures": self.pictures,
-            "mode": self.mode,
-            "trials": self.trials,
-            "minutes": self.minutes,
-            "notes": list(self.notes),
-            "commands": [list(words) for words in self.commands],
-        }
 
 
 def new_study(

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.display import disparity_arcmin, mm_from_px, visual_angle_deg
-from documents.text import json_fields
+from documents.text import JsonResult
 from stimuli.align.phase import correlation, find_peak, hann
 from stimuli.align.planes import LEAST_SIDE_PX, is_flat, light_plane, same_size, texture
 from stimuli.align.registration import refine_within
@@ -40,7 +40,7 @@ class Viewing:
 
 
 @dataclass(frozen=True, slots=True)
-class Spread:
+class Spread(JsonResult):
     """Median, 2.5th and 97.5th percentile, and both ends of the blocks' disparities, in one unit."""
 
     median: float
@@ -54,10 +54,6 @@ class Spread:
         """Return the spread of ``values`` (n,), n at least 1."""
         low, median, high = np.percentile(values, [PERCENTILES[0], 50.0, PERCENTILES[1]])
         return cls(float(median), float(low), float(high), float(values.min()), float(values.max()))
-
-    def to_json(self) -> dict[str, float]:
-        """Return the numbers by name."""
-        return json_fields(self)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

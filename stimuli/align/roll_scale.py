@@ -8,14 +8,12 @@ at once with Huber's weights [Huber1964], so that a few blocks that were registe
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from documents.text import json_fields
+from documents.text import JsonResult
 
 Floats = NDArray[np.float64]
 
@@ -30,7 +28,7 @@ _LEAST_SPREAD = 0.05
 
 
 @dataclass(frozen=True, slots=True)
-class RollScale:
+class RollScale(JsonResult):
     """The right view beside the left one: ``roll_deg``, turned clockwise, and ``scale``, how many times as large.
 
     ``roll_se_deg`` and ``scale_se`` are standard errors, ``middle_px`` the vertical disparity in the middle of the
@@ -51,10 +49,6 @@ class RollScale:
     def certain(self) -> bool:
         """Whether roll or scale is more than three standard errors from none."""
         return bool(abs(self.roll_deg) > 3 * self.roll_se_deg or abs(self.scale - 1) > 3 * self.scale_se)
-
-    def to_json(self) -> Mapping[str, Any]:
-        """Return the numbers by name, for a manifest."""
-        return json_fields(self)
 
 
 def fit_roll_scale(places_px: Floats, vertical_px: Floats, size_px: tuple[int, int]) -> RollScale | None:

@@ -11,11 +11,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from documents import Finding, InputError
 from documents.files import read_kept_json, system_fault
 from documents.platform import user_folder
+from documents.text import JsonResult
 from stimuli.build.stimulus_set import MANIFEST, SUFFIXES, StimulusSet, read_stimulus_set
 
 # How a person chooses another cache, for messages.
@@ -71,7 +72,7 @@ def locked(folder: Path, *, wait: bool = True) -> Iterator[None]:
 
 
 @dataclass(frozen=True, slots=True)
-class CachedSet:
+class CachedSet(JsonResult):
     """A finished set in the cache: facts of its manifest, and its size on disk."""
 
     folder: Path
@@ -80,17 +81,7 @@ class CachedSet:
     pixel_pitch_mm: float
     names: tuple[str, ...]
     bytes: int
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the facts as JSON."""
-        return {
-            "folder": str(self.folder),
-            "digest": self.digest,
-            "kind": self.kind,
-            "pixel_pitch_mm": self.pixel_pitch_mm,
-            "stimuli": list(self.names),
-            "bytes": self.bytes,
-        }
+    json_keys: ClassVar = {"names": "stimuli"}
 
 
 def cached_sets() -> Iterator[CachedSet]:

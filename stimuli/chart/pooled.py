@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from devices.camera import CameraFit, Correspondences, Exposure
 from documents import Finding
-from documents.text import counted
+from documents.text import JsonResult, counted
 from stimuli.errors import StimulusError
 
 Floats = NDArray[np.float64]
@@ -34,7 +34,7 @@ class ChartShot:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PooledChart:
+class PooledChart(JsonResult):
     """A chart in a pooled fit: its shots, and how the model does on it.
 
     ``delta_e_mean`` and ``delta_e_max`` are ΔE00 of the patches fitted to, ``luminance_ratio`` is the median of the
@@ -49,18 +49,12 @@ class PooledChart:
     delta_e_max: float | None
     luminance_ratio: float | None
     noise: float | None
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain JSON."""
-        return {
-            "files": list(self.files),
-            "exposure": None if self.exposure is None else self.exposure.to_json(),
-            "patches_fitted": self.patches,
-            "delta_e_2000_mean": self.delta_e_mean,
-            "delta_e_2000_max": self.delta_e_max,
-            "luminance_ratio": self.luminance_ratio,
-            "relative_standard_error": self.noise,
-        }
+    json_keys: ClassVar = {
+        "patches": "patches_fitted",
+        "delta_e_mean": "delta_e_2000_mean",
+        "delta_e_max": "delta_e_2000_max",
+        "noise": "relative_standard_error",
+    }
 
     def __str__(self) -> str:
         shots = self.files[0] if len(self.files) == 1 else f"{self.files[0]} and {len(self.files) - 1} more"

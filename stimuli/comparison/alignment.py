@@ -50,7 +50,7 @@ class Alignment:
         """Return the numbers by name."""
         values = json_fields(self)
         matrix = values.pop("matrix")
-        return {**values, "photo_to_rendering": matrix.tolist()}
+        return {**values, "photo_to_rendering": matrix}
 
     def sentences(self) -> list[str]:
         """Return sentences on how the rendering lies."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from documents.text import json_fields
+from documents.text import JsonResult
 from stimuli.comparison.areas import inside, window
 from stimuli.comparison.regions import Region
 from stimuli.errors import StimulusError
@@ -21,7 +21,7 @@ BINS = 100
 
 
 @dataclass(frozen=True, slots=True)
-class DifferenceSummary:
+class DifferenceSummary(JsonResult):
     """ΔE00 over the ``pixels`` that were compared; ``above_limit_percent`` of them differ by more than ``limit``."""
 
     pixels: int
@@ -32,10 +32,6 @@ class DifferenceSummary:
     largest: float
     limit: float
     above_limit_percent: float
-
-    def to_json(self) -> dict[str, float]:
-        """Return the numbers by name."""
-        return json_fields(self)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from devices.camera import CameraModel, Exposure
-from documents.text import json_fields
+from documents.text import JsonResult
 from stimuli.comparison.areas import AreaMean
 from stimuli.comparison.table import RegionTable
 from stimuli.pictures.rows import Floats
@@ -49,7 +49,7 @@ class CameraRGBRow:
 
 
 @dataclass(frozen=True, slots=True)
-class CameraRGBTable:
+class CameraRGBTable(JsonResult):
     """All regions in the RGB of ``camera`` at ``exposure`` (the camera file's own where None).
 
     The rendering's light was multiplied by ``scaled_by`` before. ``mean_ratio_rgb`` and ``rms_delta_rgb`` are of the
@@ -69,10 +69,6 @@ class CameraRGBTable:
         return (f"Camera RGB of {self.camera}" if self.camera else "Camera RGB") + (
             f" at {self.exposure}" if self.exposure else ""
         )
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the table as plain JSON."""
-        return json_fields(self)
 
     def lines(self) -> list[str]:
         """Return the table as a terminal shows it, in percent of full scale."""

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import ClassVar
 
-from documents.text import json_fields, significant, with_error
+from documents.text import JsonResult, significant, with_error
 from stimuli.comparison.by_pixel import DifferenceSummary
 from stimuli.comparison.eye_evidence import EyesEvidence
 from stimuli.comparison.table import RegionTable
@@ -20,7 +21,7 @@ _MANY = 1000
 
 
 @dataclass(frozen=True, slots=True)
-class SparklePair:
+class SparklePair(JsonResult):
     """One measure of sparkle (density, width, contrast) of both pictures, with standard errors.
 
     NaN where there are too few sparkles. ``where`` is the region's name, ``unit`` is for print. ``difference_se`` is
@@ -36,6 +37,7 @@ class SparklePair:
     unit: str = ""
     where: str = ""
     difference_se: float | None = None
+    json_also: ClassVar = ("relative", "relative_se", "z")
 
     @property
     def relative(self) -> float:
@@ -65,11 +67,6 @@ class SparklePair:
         if apart == 0:
             return 0.0
         return apart / se if se != 0 else math.copysign(math.inf, apart)
-
-    def to_json(self) -> dict[str, float | str | None]:
-        """Return the numbers by name, None for what is not known."""
-        values = json_fields(self) | {"relative": self.relative, "relative_se": self.relative_se, "z": self.z}
-        return {n: v if isinstance(v, str) or (v is not None and math.isfinite(v)) else None for n, v in values.items()}
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,12 +11,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
 from documents import in_threads
-from documents.text import json_fields
+from documents.text import JsonResult
 from stimuli.align.phase import correlation, find_peak, hann
 from stimuli.pictures.rows import Floats, Floats32
 
@@ -39,7 +39,7 @@ LOCAL_MEAN_PX, _BLUR_SD_PX = 17, 1.0
 
 
 @dataclass(frozen=True, slots=True)
-class EyeIdentity:
+class EyeIdentity(JsonResult):
     """The ``way`` in which the rendering's eyes show the photograph's views, None where nothing agrees.
 
     ``agreement`` is the correlation of local contrasts under that way, ``agreement_own`` under the right one,
@@ -54,10 +54,6 @@ class EyeIdentity:
     left: float
     right: float
     shift_px: tuple[float, float]
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the numbers by name."""
-        return json_fields(self)
 
 
 def identify_eyes(photo: tuple[Floats32, Floats32], rendering: tuple[Floats32, Floats32]) -> EyeIdentity:

@@ -13,14 +13,14 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from documents.text import json_fields
+from documents.text import JsonResult
 from stimuli.errors import StimulusError
 
 LuminanceMode = Literal["absolute", "mean_ratio", "least_squares"]
 
 
 @dataclass(frozen=True, slots=True)
-class LuminanceFactor:
+class LuminanceFactor(JsonResult):
     """The factor by which a rendering's luminance is multiplied to match its photograph, from ``regions`` areas.
 
     ``mean_ratio`` is the mean of photo / rendering (the thesis's), ``least_squares`` minimises the squares of what is
@@ -40,10 +40,6 @@ class LuminanceFactor:
     r2_as_rendered: float | None
     r2_mean_ratio: float | None
     r2_least_squares: float | None
-
-    def to_json(self) -> dict[str, float | None]:
-        """Return the numbers by name."""
-        return json_fields(self)
 
     def of(self, mode: Literal["mean_ratio", "least_squares"]) -> float:
         """Return one of the two."""

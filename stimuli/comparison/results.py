@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
+from documents.text import json_value
 from stimuli.comparison.alignment import Alignment
 from stimuli.comparison.by_pixel import DifferenceOverview, DifferenceSummary
 from stimuli.comparison.camera_rgb import CameraRGBTable
@@ -172,7 +172,7 @@ class Comparison:
 
     def to_json(self) -> dict[str, Any]:
         """Return everything as JSON values; None for what is no finite number."""
-        values: dict[str, Any] = _finite(
+        values: dict[str, Any] = json_value(
             {
                 "decision": self.verdict.decision,
                 "verdict": self.verdict.to_json(),
@@ -188,11 +188,3 @@ class Comparison:
             }
         )
         return values
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -8,11 +8,12 @@ error is that of those alone that one of them has [McNemar1947].
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 
 from documents import in_threads
+from documents.text import JsonResult
 from stimuli.comparison.alignment import Alignment
 from stimuli.comparison.areas import inside, window
 from stimuli.comparison.evidence import SparklePair
@@ -36,7 +37,7 @@ _MIDDLE_PX = 2048
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class SparkleArea:
+class SparkleArea(JsonResult):
     """The sparkles of one region in both pictures; ``pixels`` lie inside it. ``matched`` is how many sparkles both
     have, None where the plates are not one and the same.
 
@@ -54,19 +55,12 @@ class SparkleArea:
     photo: SparkleMeasures
     rendering: SparkleMeasures
     pairs: tuple[SparklePair, ...]
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the numbers by name."""
-        return {
-            "region": self.name,
-            "pixels": self.pixels,
-            "rendering_as_rendered": self.own_pixels,
-            "in_both": self.matched,
-            "correlation": self.correlation,
-            "photograph": self.photo.to_json(),
-            "rendering": self.rendering.to_json(),
-            "pairs": [pair.to_json() for pair in self.pairs],
-        }
+    json_keys: ClassVar = {
+        "name": "region",
+        "own_pixels": "rendering_as_rendered",
+        "matched": "in_both",
+        "photo": "photograph",
+    }
 
     @property
     def other_flakes(self) -> bool:

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from devices.colour import delta_e_2000, delta_e_2000_parts, xyY_from_XYZ, xyz_to_lab
-from documents.text import json_fields, significant
+from documents.text import JsonResult, significant
 from stimuli.comparison.areas import AreaMean
 from stimuli.comparison.luminance import LuminanceFactor, LuminanceMode, luminance_factor
 from stimuli.comparison.regions import Kind, Region
@@ -77,7 +77,7 @@ class RegionRow:
 
 
 @dataclass(frozen=True, slots=True)
-class RegionTable:
+class RegionTable(JsonResult):
     """All regions; ``factor`` is of those that count, None if there is none."""
 
     rows: tuple[RegionRow, ...]
@@ -85,6 +85,7 @@ class RegionTable:
     luminance: LuminanceMode
     scaled_by: float
     factor: LuminanceFactor | None
+    json_also: ClassVar = ("mean_delta_e",)
 
     @property
     def compared(self) -> tuple[RegionRow, ...]:
@@ -100,10 +101,6 @@ class RegionTable:
     def mean_delta_e(self) -> float | None:
         """The mean ΔE00 of the rows that count."""
         return float(np.mean([row.delta_e for row in self.compared])) if self.compared else None
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the table as plain JSON."""
-        return json_fields(self) | {"mean_delta_e": self.mean_delta_e}
 
 
 def region_table(

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, Literal
+from dataclasses import asdict, dataclass, replace
+from typing import ClassVar, Literal
 
 from documents import Finding
-from documents.text import json_fields, significant
+from documents.text import JsonResult, significant
 from stimuli.errors import StimulusError
 
 Outcome = Literal["passes", "fails", "cannot say", "noted"]
@@ -22,7 +22,7 @@ _EYES = ("left eye: ", "right eye: ")
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
+class Limits(JsonResult):
     """The limits of a verdict.
 
     Parameters
@@ -70,17 +70,13 @@ class Limits:
     stands_out_z: float = 3.0
 
     def __post_init__(self) -> None:
-        for name, value in json_fields(self).items():
+        for name, value in asdict(self).items():
             if not 0 < value < float("inf"):
                 raise StimulusError(Finding(f"the limit '{name}' is {value}", remedy="a finite number above 0"))
 
-    def to_json(self) -> dict[str, float]:
-        """Return the limits by name."""
-        return json_fields(self)
-
 
 @dataclass(frozen=True, slots=True)
-class Reason:
+class Reason(JsonResult):
     """One thing that was judged: ``value`` against ``limit`` (None where there is none), and a ``sentence`` on it."""
 
     subject: str
@@ -90,18 +86,7 @@ class Reason:
     value: float | None = None
     limit: float | None = None
     unit: str = ""
-
-    def to_json(self) -> dict[str, float | str | None]:
-        """Return it as plain JSON."""
-        return {
-            "subject": self.subject,
-            "measure": self.measure,
-            "outcome": self.outcome,
-            "said": self.sentence,
-            "value": self.value,
-            "limit": self.limit,
-            "unit": self.unit,
-        }
+    json_keys: ClassVar = {"sentence": "said"}
 
 
 def decimals(value: float, count: int) -> str:
@@ -111,7 +96,7 @@ def decimals(value: float, count: int) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class Verdict(JsonResult):
     """``decision`` with every reason, failures first."""
 
     decision: Decision
@@ -121,14 +106,6 @@ class Verdict:
     def having(self, outcome: Outcome) -> tuple[Reason, ...]:
         """Return the reasons of one outcome."""
         return tuple(reason for reason in self.reasons if reason.outcome == outcome)
-
-    def to_json(self) -> dict[str, Any]:
-        """Return it as plain JSON."""
-        return {
-            "decision": self.decision,
-            "reasons": [reason.to_json() for reason in self.reasons],
-            "limits": self.limits.to_json(),
-        }
 
 
 def together(verdicts: Mapping[str, Verdict]) -> Verdict:

@@ -13,13 +13,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from devices.display import DisplayModel, EyeModels
 from documents import Finding
+from documents.text import JsonResult
 from stimuli.errors import StimulusError
 from stimuli.luminance.scale import factor_to
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
@@ -33,24 +34,17 @@ _WINDOW_PX = 64
 
 
 @dataclass(frozen=True, slots=True)
-class SparkleContrast:
+class SparkleContrast(JsonResult):
     """Means over all sparkles, with standard errors: luminance in cd/m², that of the background, Weber contrast."""
 
     sparkle_cd_m2: Estimate
     background_cd_m2: Estimate
     contrast: Estimate
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain JSON."""
-        return {
-            "sparkle_cd_m2": self.sparkle_cd_m2.to_json(),
-            "background_cd_m2": self.background_cd_m2.to_json(),
-            "weber_contrast": self.contrast.to_json(),
-        }
+    json_keys: ClassVar = {"contrast": "weber_contrast"}
 
 
 @dataclass(frozen=True, slots=True)
-class ExposureRow:
+class ExposureRow(JsonResult):
     """One exposure. ``as_shown`` is on the display, None where none is given.
 
     ``factor`` is what the picture was multiplied by; ``width_px`` is the full width at half maximum of the sparkles
@@ -65,6 +59,12 @@ class ExposureRow:
     as_photographed: SparkleContrast
     as_shown: SparkleContrast | None
     width_px: Estimate
+    json_keys: ClassVar = {
+        "mean_cd_m2": "mean_luminance_cd_m2",
+        "max_cd_m2": "max_luminance_cd_m2",
+        "width_px": "sparkle_width_px",
+    }
+    json_also: ClassVar = ("exposed_sparkle_cd_s_m2", "exposed_background_cd_s_m2")
 
     @property
     def exposed_sparkle_cd_s_m2(self) -> float:
@@ -76,33 +76,15 @@ class ExposureRow:
         """What the background gave the sensor."""
         return self.as_photographed.background_cd_m2.value / self.factor * self.exposure_s
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain JSON."""
-        return {
-            "name": self.name,
-            "exposure_s": self.exposure_s,
-            "factor": self.factor,
-            "mean_luminance_cd_m2": self.mean_cd_m2,
-            "max_luminance_cd_m2": self.max_cd_m2,
-            "exposed_sparkle_cd_s_m2": self.exposed_sparkle_cd_s_m2,
-            "exposed_background_cd_s_m2": self.exposed_background_cd_s_m2,
-            "as_photographed": self.as_photographed.to_json(),
-            "as_shown": None if self.as_shown is None else self.as_shown.to_json(),
-            "sparkle_width_px": self.width_px.to_json(),
-        }
-
 
 @dataclass(frozen=True, slots=True)
-class ContrastOverExposure:
+class ContrastOverExposure(JsonResult):
     """The exposures, shortest first, measured in the picture of ``eye`` at the places of ``sparkles`` sparkles."""
 
     eye: Eye
     sparkles: int
     rows: tuple[ExposureRow, ...]
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain JSON."""
-        return {"eye": self.eye, "sparkles": self.sparkles, "exposures": [row.to_json() for row in self.rows]}
+    json_keys: ClassVar = {"rows": "exposures"}
 
 
 def contrast_over_exposure(

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from devices.display import EyeModels
+from documents.text import JsonResult
 from stimuli.luminance.saturation import Saturation, measure_saturation
 from stimuli.pictures.coded import CodedPicture
 from stimuli.pictures.stereo_image import Eye, StereoImage
@@ -52,7 +53,7 @@ class DynamicRange:
 
 
 @dataclass(frozen=True, slots=True)
-class EyeStatistics:
+class EyeStatistics(JsonResult):
     """One eye's picture.
 
     ``rms_contrast`` is the standard deviation of luminance over its mean [Peli1990]. ``sparkles`` holds the Weber
@@ -67,35 +68,21 @@ class EyeStatistics:
     rms_contrast: float
     saturated: Saturation | None
     sparkles: SparkleMeasures | None
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the numbers for a manifest."""
-        return {
-            "mean_luminance_cd_m2": self.mean_cd_m2,
-            "max_luminance_cd_m2": self.max_cd_m2,
-            "dynamic_range": self.dynamic_range.to_json(),
-            "dynamic_range_robust": self.robust_range.to_json(),
-            "rms_contrast": self.rms_contrast,
-            "saturated_percent": None if self.saturated is None else self.saturated.to_json(),
-            "sparkles": None if self.sparkles is None else self.sparkles.to_json(),
-        }
+    json_keys: ClassVar = {
+        "mean_cd_m2": "mean_luminance_cd_m2",
+        "max_cd_m2": "max_luminance_cd_m2",
+        "robust_range": "dynamic_range_robust",
+        "saturated": "saturated_percent",
+    }
 
 
 @dataclass(frozen=True, slots=True)
-class PictureStatistics:
+class PictureStatistics(JsonResult):
     """A row of Table 4.3 for each eye; a flat picture on one display model has one object for both."""
 
     exposure_s: float | None
     luminance_scale: float
     eyes: Mapping[Eye, EyeStatistics]
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the numbers for a manifest."""
-        return {
-            "exposure_s": self.exposure_s,
-            "luminance_scale": self.luminance_scale,
-            "eyes": {eye: statistics.to_json() for eye, statistics in self.eyes.items()},
-        }
 
 
 def picture_statistics(

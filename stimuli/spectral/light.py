@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.measurements import xyz_from_spectra
-from documents.text import json_fields
+from documents.text import JsonResult
 from stimuli.errors import StimulusError
 from stimuli.spectral.curves import read_illuminant
 from stimuli.spectral.picture import SpectralPicture, seen_bands
@@ -21,7 +21,7 @@ LEAST, MOST = 1e-30, 1e30
 
 
 @dataclass(frozen=True, slots=True)
-class Illumination:
+class Illumination(JsonResult):
     """The illumination that turns a picture's values into radiance in W/(sr m² nm).
 
     Radiance is multiplied by ``scale`` where the file has another unit. Reflectance needs an ``illuminant`` (a CIE
@@ -62,10 +62,6 @@ class Illumination:
         if not luminance > 0:
             raise picture.wrong(f"the illuminant {self.illuminant} has no light in the picture's bands", "name another")
         return np.asarray(light * (self.white_luminance_cd_m2 / luminance))
-
-    def to_json(self) -> dict[str, Any]:
-        """Return it for the record."""
-        return json_fields(self)
 
 
 def observer_weights(wavelengths_nm: Floats, observer: str = DEFAULT_OBSERVER) -> Floats:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from devices.compensation import Compensation, Correction, EyeView, Filter, Mixture, Rectangle, Size
 from devices.display import EYES, Eye, EyeModels
+from documents.text import JsonResult
 from runner.presenter.modes.options import Filters, refuse_options
 from runner.presenter.surfaces.surface import Buffer
 
@@ -62,7 +63,7 @@ class EyeArea(EyeView):
 
 
 @dataclass(frozen=True, slots=True)
-class SeenThrough:
+class SeenThrough(JsonResult):
     """The filters before the eyes: what each does to light, None where the display was measured through it.
 
     ``assumed`` are the eyes whose filter neither the rig states nor a measurement holds: round figures are taken.
@@ -76,10 +77,6 @@ class SeenThrough:
         """Return the filters, each before the other eye."""
         others: dict[Eye, Eye] = {"left": "right", "right": "left"}
         return SeenThrough(self.right, self.left, tuple(others[eye] for eye in self.assumed))
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the filters as a session's header has them."""
-        return {"left": self.left, "right": self.right, "assumed": list(self.assumed)}
 
 
 class Mode(Protocol):

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
-from documents.text import json_fields
+from documents.text import JsonResult
 from stimuli.errors import StimulusError
 from stimuli.sparkle.measures.background import Floats, Luminance
 from stimuli.sparkle.measures.find import SEPARATION_PX, Peaks, Threshold, find_peaks
@@ -24,7 +24,7 @@ _ONE_TOP_SD = 2.7
 
 
 @dataclass(frozen=True, slots=True)
-class Estimate:
+class Estimate(JsonResult):
     """A number and its standard error; NaN where there are too few sparkles."""
 
     value: float
@@ -33,13 +33,6 @@ class Estimate:
     def times(self, factor: float) -> Estimate:
         """Return it in another unit."""
         return Estimate(self.value * factor, self.se * factor)
-
-    def to_json(self) -> dict[str, float | None]:
-        """Return value and standard error, None for what is not known."""
-        return {
-            "value": self.value if math.isfinite(self.value) else None,
-            "se": self.se if math.isfinite(self.se) else None,
-        }
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,7 +200,7 @@ def mean_of(values: Floats) -> Estimate:
 
 
 @dataclass(frozen=True, slots=True)
-class SharedSparkles:
+class SharedSparkles(JsonResult):
     """Of ``left`` and ``right`` sparkles, ``both`` lie within the tolerance of one another.
 
     ``by_chance`` is how many of random places would.
@@ -218,6 +211,7 @@ class SharedSparkles:
     both: int
     by_chance: float
     tolerance_px: float
+    json_also: ClassVar = ("share",)
 
     @property
     def share(self) -> Estimate:
@@ -227,10 +221,6 @@ class SharedSparkles:
             return Estimate(math.nan, math.nan)
         share = self.both / either
         return Estimate(share, math.sqrt(share * (1 - share) / either))
-
-    def to_json(self) -> dict[str, object]:
-        """Return the numbers for a manifest."""
-        return json_fields(self) | {"share": self.share.to_json()}
 
 
 def shared_sparkles(

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import pytest
 
-from documents.text import counted, did_you_mean, json_fields, nearest
+from documents.text import counted, did_you_mean, nearest
 
 
 @pytest.mark.parametrize(
@@ -32,33 +30,3 @@ def test_the_nearest_spelling_is_named_else_what_there_is() -> None:
 
 def test_a_very_long_word_takes_no_time() -> None:
     assert nearest("g" * 1_000_000, ("gamma",) * 100) is None
-
-
-@dataclass(frozen=True, slots=True)
-class Inner:
-    values: tuple[float, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Renamed:
-    value: float
-
-    def to_json(self) -> dict[str, float]:
-        return {"another_name": self.value}
-
-
-@dataclass(frozen=True, slots=True)
-class Outer:
-    name: str
-    missing: float | None
-    inner: Inner
-    by_name: dict[str, tuple[Renamed, ...]]
-
-
-def test_fields_are_plain_values_by_name() -> None:
-    assert json_fields(Outer("a", None, Inner((1.0, 2.0)), {"x": (Renamed(3.0),)})) == {
-        "name": "a",
-        "missing": None,
-        "inner": {"values": [1.0, 2.0]},
-        "by_name": {"x": [{"another_name": 3.0}]},
-    }
