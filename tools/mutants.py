@@ -4,11 +4,14 @@
     python tools/mutants.py --count 200 --seed 1 --json mutants.json
     python tools/mutants.py --files analysis/scaling/separation.py --count 20
     python tools/mutants.py --list --count 20
+    python tools/mutants.py --again mutants.json --tree OLDER
 
 A mutant is one comparison, sum, number, condition or truth value that says something else. Each runs against the tests
 of its room (`ROOMS`), those of `make test` without windows, in a copy of the checkout, until the first of them fails:
 the mutant is killed. One that no test fails on survives; it is printed with its place, and either changes nothing that
-can be seen or wants a test. The same seed draws the same mutants of the same source.
+can be seen or wants a test. The same seed draws the same mutants of the same source. Those that change nothing are in
+tools/equivalent_mutants.toml, with why; they are not run. ``--again`` runs those of a JSON that survived, wherever the
+same line stands now; ``--tree`` takes source and tests from another checkout.
 """
 
 from __future__ import annotations
@@ -25,11 +28,13 @@ import subprocess
 import sys
 import tempfile
 import time
+import tomllib
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from fnmatch import fnmatch
+from functools import cache
 from itertools import zip_longest
 from pathlib import Path
 from queue import Queue
@@ -38,7 +43,10 @@ ROOT = Path(__file__).parents[1]
 MARKS = "not nightly and not stress and not quad and not vdp and not window"
 # The files of a room, as patterns, and the folders and files of its tests.
 ROOMS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
-    "scaling": (("analysis/scaling/*.py",), ("tests/analysis/scaling", "tests/analysis/test_scores_command.py")),
+    "scaling": (
+        ("analysis/scaling/*.py",),
+        ("tests/analysis/scaling", "tests/analysis/jod", "tests/analysis/test_scores_command.py"),
+    ),
     "classes": (("analysis/classes/*.py",), ("tests/analysis/classes", "tests/analysis/inference")),
     "comparisons": (("analysis/comparisons/*.py",), ("tests/analysis/comparisons",)),
     "records": (
@@ -67,7 +75,10 @@ ROOMS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
         ("runner/session/*.py",),
         ("tests/runner/session", "tests/runner/test_session_machine.py", "tests/runner/test_two_writers.py"),
     ),
-    "blocks": (("runner/blocks/*.py", "runner/blocks/screening/*.py"), ("tests/runner/blocks",)),
+    "blocks": (
+        ("runner/blocks/*.py", "runner/blocks/screening/*.py"),
+        ("tests/runner/blocks", "tests/runner/test_incomplete_pairs.py"),
+    ),
     "display": (("devices/display/*.py",), ("tests/devices/display", "tests/devices/test_display_file_one_eye.py")),
     "compensation": (("devices/compensation/*.py",), ("tests/devices/compensation",)),
     "presenter": (
@@ -85,6 +96,9 @@ ROOMS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
         ("tests/runner/presenter",),
     ),
 }
+# So many files of tests run before the others are collected: most mutants end there.
+NEAREST = 4
+NOTHING_RAN = 5  # of pytest, where all is deselected
 # A change of these ends in an error of numpy at once, or can never be seen.
 _WORDS = ("axis", "dtype", "strict")
 _SWAPPED: dict[type[ast.AST], tuple[str, str]] = {
@@ -137,7 +151,10 @@ class Mutant:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What became of a mutant: ``killed`` by the first test that failed, ``slow`` past its limit, or ``survived``."""
+    """What became of a mutant.
+
+    ``killed`` by the first test that failed, ``slow`` past its limit, ``survived``, or ``equivalent`` as the list says.
+    """
 
     mutant: Mutant
     diff: str
@@ -267,8 +284,31 @@ def draw(root: Path, files: Iterable[str], count: int, seed: int) -> list[Mutant
     return [mutant for turn in in_turn for mutant in turn if mutant is not None][:count]
 
 
+def again(root: Path, file: Path) -> list[Mutant]:
+    """Return the mutants of a JSON that survived: the same change of the same lines, in a file of the same name."""
+    known = files_of_rooms(root)
+    found = []
+    for outcome in json.loads(file.read_text(encoding="utf-8"))["outcomes"]:
+        was = Mutant(**outcome["mutant"])
+        named = sorted((one for one in known if Path(one).name == Path(was.file).name), key=lambda one: one != was.file)
+        here = [mutant for one in named for mutant in mutants_of(one, (root / one).read_bytes())]
+        alike = [one for one in here if one.diff((root / one.file).read_bytes()) == outcome["diff"]]
+        if outcome["status"] == "survived":
+            if not alike:
+                print(f"gone: {was.file}:{was.line}\n{outcome['diff']}")
+            found += sorted(alike, key=lambda one: (one.file != was.file, abs(one.line - was.line)))[:1]
+    return found
+
+
+@cache
+def equivalents() -> frozenset[tuple[str, str]]:
+    """Return the mutants that change nothing that can be seen: the name of the module, and the changed lines."""
+    listed = tomllib.loads((ROOT / "tools" / "equivalent_mutants.toml").read_text(encoding="utf-8"))
+    return frozenset((one["module"], one["diff"]) for one in listed["mutant"])
+
+
 def tests_of(root: Path, file: str) -> list[str]:
-    """Return the test files of a file's room: those of its own name first, then the cheap before the dear."""
+    """Return the test files of a file's room: those of its own name first, then those that say any of its names."""
     costs = dict.fromkeys([""], 0.0)
     listed = root / "tests" / "slow_files.txt"
     if listed.exists():
@@ -278,8 +318,19 @@ def tests_of(root: Path, file: str) -> list[str]:
     found = {test for place in places for test in ((root / place).rglob("test_*.py"))}
     found |= {root / place for place in places if (root / place).is_file()}
     names = sorted(test.relative_to(root).as_posix() for test in found)
-    stem = Path(file).stem
-    return sorted(names, key=lambda name: (stem not in Path(name).stem, costs.get(name, 0.0), name))
+    stem, said = Path(file).stem, _names_of(root / file)
+
+    def rank(name: str) -> tuple[bool, bool, float, str]:
+        words = set(re.findall(r"\w+", (root / name).read_text(encoding="utf-8")))
+        return stem not in Path(name).stem, not said & words, costs.get(name, 0.0), name
+
+    return sorted(names, key=rank)
+
+
+def _names_of(file: Path) -> set[str]:
+    """Return the name of a module and the public names that it defines."""
+    made = [node.name for node in ast.parse(file.read_bytes()).body if isinstance(node, ast.FunctionDef | ast.ClassDef)]
+    return {file.stem, *(name for name in made if name[0] != "_")}
 
 
 def copied(root: Path, to: Path) -> Path:
@@ -303,7 +354,7 @@ def run_tests(tree: Path, tests: Sequence[str], limit_s: float) -> tuple[str, st
             command, cwd=tree, env=environment, stdout=told, stderr=subprocess.STDOUT, start_new_session=True
         )
         try:
-            status = "survived" if running.wait(limit_s) == 0 else "killed"
+            status = "survived" if running.wait(limit_s) in (0, NOTHING_RAN) else "killed"
         except subprocess.TimeoutExpired:
             status = "slow"
         finally:
@@ -323,20 +374,30 @@ def put(file: Path, source: bytes, now_s: int) -> None:
     os.utime(file, (now_s, now_s))
 
 
-def attempt(tree: Path, mutant: Mutant, limit_s: float, number: int = 1) -> Outcome:
-    """Run one mutant in a tree, and leave the tree as it was."""
+def attempt(tree: Path, mutant: Mutant, limit_s: float, number: int = 1, *, near: bool = False) -> Outcome:
+    """Run one mutant in a tree, with the nearest tests alone where asked, and leave the tree as it was."""
     file = tree / mutant.file
     source = file.read_bytes()
+    diff = mutant.diff(source)
+    if (file.stem, diff) in equivalents():
+        return Outcome(mutant, diff, "equivalent", "", 0.0)
     stamp_s = int(time.time()) + 2 * number
     put(file, mutant.applied(source), stamp_s)
+    status, by, seconds = "survived", "", 0.0
     try:
-        status, by, seconds = run_tests(tree, tests_of(tree, mutant.file), limit_s)
+        tests = tests_of(tree, mutant.file)
+        for some in filter(None, (tests[:NEAREST], tests[NEAREST : NEAREST if near else None])):
+            if status == "survived":
+                status, by, took_s = run_tests(tree, some, limit_s)
+                seconds += took_s
     finally:
         put(file, source, stamp_s + 1)
-    return Outcome(mutant, mutant.diff(source), status, by, round(seconds, 1))
+    return Outcome(mutant, diff, status, by, round(seconds, 1))
 
 
-def attempts(root: Path, drawn: Sequence[Mutant], jobs: int, limit_s: float) -> Iterator[Outcome]:
+def attempts(
+    root: Path, drawn: Sequence[Mutant], jobs: int, limit_s: float, *, near: bool = False
+) -> Iterator[Outcome]:
     """Yield what became of each mutant, in the order of ``drawn``; each job has a copy of the checkout."""
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder, ThreadPoolExecutor(jobs) as pool:
         trees: Queue[Path] = Queue()
@@ -346,7 +407,7 @@ def attempts(root: Path, drawn: Sequence[Mutant], jobs: int, limit_s: float) -> 
         def one(number: int, mutant: Mutant) -> Outcome:
             tree = trees.get()
             try:
-                return attempt(tree, mutant, limit_s, number)
+                return attempt(tree, mutant, limit_s, number, near=near)
             finally:
                 trees.put(tree)
 
@@ -369,6 +430,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--count", type=int, default=200, help="how many mutants (200)")
     parser.add_argument("--seed", type=int, default=1, help="of the draw (1)")
+    parser.add_argument("--skip", type=int, default=0, help="leave out so many of the first that are drawn")
+    parser.add_argument("--near", action="store_true", help="run the nearest tests alone: more survive, in less time")
+    parser.add_argument("--again", type=Path, metavar="JSON", help="no draw: those of this file that survived")
+    parser.add_argument("--tree", type=Path, default=ROOT, help="the checkout (this one)")
     parser.add_argument("--files", nargs="+", help="draw from these files, not from all of the rooms")
     parser.add_argument("--jobs", type=int, default=1, help="how many run at a time (1)")
     parser.add_argument("--limit-s", type=float, default=900.0, help="how long the tests of a mutant may take (900)")
@@ -377,15 +442,21 @@ def main() -> None:
     parser.add_argument("--list", action="store_true", help="print the mutants, run nothing")
     parser.add_argument("--trust", action="store_true", help="do not first run the tests with nothing changed")
     asked = parser.parse_args()
-    drawn = draw(ROOT, asked.files or files_of_rooms(ROOT), asked.count, asked.seed)
+    tree = asked.tree.resolve()
+    drawn = (
+        again(tree, asked.again)
+        if asked.again
+        else draw(tree, asked.files or files_of_rooms(tree), asked.count, asked.seed)
+    )
+    drawn = drawn[asked.skip :]
     if asked.list:
         for mutant in drawn:
-            print(f"{mutant.file}:{mutant.line} {mutant.kind}\n{mutant.diff((ROOT / mutant.file).read_bytes())}")
+            print(f"{mutant.file}:{mutant.line} {mutant.kind}\n{mutant.diff((tree / mutant.file).read_bytes())}")
         return
     if not asked.trust:
-        unchanged(ROOT, drawn, asked.limit_s)
+        unchanged(tree, drawn, asked.limit_s)
     outcomes = []
-    for outcome in attempts(ROOT, drawn, asked.jobs, asked.limit_s):
+    for outcome in attempts(tree, drawn, asked.jobs, asked.limit_s, near=asked.near):
         outcomes.append(outcome)
         mutant = outcome.mutant
         print(f"{outcome.status:8} {outcome.seconds:6.1f} s  {mutant.file}:{mutant.line}  {outcome.by}", flush=True)
@@ -395,9 +466,10 @@ def main() -> None:
             written = {"seed": asked.seed, "outcomes": [asdict(one) for one in outcomes]}
             asked.json.write_text(json.dumps(written, indent=1) + "\n", encoding="utf-8")
     counts = Counter(outcome.status for outcome in outcomes)
-    noticed = len(outcomes) - counts["survived"]
-    print(f"{noticed} of {len(outcomes)} noticed ({noticed / max(len(outcomes), 1):.0%}); {dict(counts)}")
-    if 100 * noticed < asked.least * len(outcomes):
+    changed = len(outcomes) - counts["equivalent"]
+    noticed = changed - counts["survived"]
+    print(f"{noticed} of {changed} noticed ({noticed / max(changed, 1):.0%}); {dict(counts)}")
+    if 100 * noticed < asked.least * changed:
         sys.exit(f"fewer than {asked.least:g} % were noticed")
 
 

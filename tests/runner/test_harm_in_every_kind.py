@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
-import shutil
 import time
 from pathlib import Path
 from typing import Any
@@ -20,8 +17,6 @@ from tests.runner.every_kind import HEADER, VARIANTS, Fickle, Stage, blocks_of
 from tests.runner.harms import TO_FILE, Harm
 
 pytestmark = pytest.mark.nightly
-
-Study = Any  # tests/conftest.py
 
 HARMS: dict[str, Harm] = {"vanishes": Path.unlink, "shrinks": TO_FILE["cut off"], "is replaced": TO_FILE["replaced"]}
 FILES = (FILE_NAME, ".lock", ".lock.owner")
@@ -117,77 +112,3 @@ def test_the_copy_is_whole_at_the_end_or_it_is_said(
                 assert said is not None
                 assert str(copy) in said
                 assert "another line" in said
-
-
-def _listed(place: Path) -> Path:
-    return place / "configuration.json"
-
-
-def _rig(place: Path) -> Path:
-    return place / "rig.yaml"
-
-
-# Of the copies of the files that a session was made with, in their folder.
-TO_CONFIGURATION: dict[str, Harm] = {
-    "the list vanishes": lambda place: _listed(place).unlink(),
-    "the list shrinks": lambda place: TO_FILE["cut off"](_listed(place)),
-    "the list is replaced": lambda place: TO_FILE["replaced"](_listed(place)),
-    "a file vanishes": lambda place: _rig(place).unlink(),
-    "a file shrinks": lambda place: TO_FILE["cut off"](_rig(place)),
-    "a file is replaced": lambda place: TO_FILE["replaced"](_rig(place)),
-    "a file is edited": lambda place: TO_FILE["edited"](_rig(place)),
-    "the folder vanishes": shutil.rmtree,
-}
-
-
-@pytest.mark.parametrize("phase", [*(pytest.param(n, marks=pytest.mark.stress) for n in (1, 4)), 7, "between"])
-def test_what_a_session_was_made_with_is_whole_at_its_end(study: Study, phase: int | str) -> None:
-    """Whatever was done to it while the session ran, or before the next one of the experiment."""
-    for harm, done in TO_CONFIGURATION.items():
-        shutil.rmtree(study.results, ignore_errors=True)
-        told = _run_harmed(study, phase, done)
-        assert told.returncode == 0, told.stderr
-        (place,) = (study.results / "small" / "configuration").iterdir()
-        listed = json.loads(_listed(place).read_text(encoding="utf-8"))
-        for name, digest in listed["files"].items():
-            assert hashlib.sha256((place / name).read_bytes()).hexdigest() == digest, (harm, name)
-        said = phase != "between" and "replaced" not in harm
-        assert ("removed or changed" in told.stderr) is said, (harm, told.stderr)
-        assert not said or str(place) in told.stderr
-
-
-def test_where_it_cannot_be_written_again_the_session_says_so(study: Study) -> None:
-    def harm(place: Path) -> None:
-        shutil.rmtree(place.parent)
-        place.parent.write_text("a file where the folder should be")
-
-    for phase in (1, 7):
-        shutil.rmtree(study.results, ignore_errors=True)
-        told = _run_harmed(study, phase, harm)
-        assert told.returncode == 1
-        assert "the session's configuration cannot be written" in told.stderr
-        assert "Every answer is saved" in told.stderr
-        (log,) = session_files(study.results)
-        assert read_session(log).complete
-        assert str(log) in told.stderr
-
-
-def _run_harmed(study: Study, phase: int | str, harm: Harm) -> Any:
-    """Run a session, and ``harm`` the folder of its configuration after an answer, or ``between`` it and another."""
-    kept: list[Trial] = []
-    append = Recorder.append
-
-    def then_harm(self: Recorder, trial: Trial) -> None:
-        append(self, trial)
-        kept.append(trial)
-        if len(kept) == phase:
-            harm(next((study.results / "small" / "configuration").iterdir()))
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Recorder, "append", then_harm)
-        words = ("run", study.experiment, "--results", study.results, "--simulate", study.observers, "--observer")
-        told = study.cyclopean(*words, "01", expect=None)
-        if phase == "between":
-            harm(next((study.results / "small" / "configuration").iterdir()))
-            told = study.cyclopean(*words, "02", expect=None)
-    return told

@@ -63,6 +63,7 @@ def test_where_it_cannot_be_written_again_the_session_says_so(study: Study) -> N
         shutil.rmtree(study.results, ignore_errors=True)
         told = _run_harmed(study, phase, harm)
         assert told.returncode == 1
+        assert "the session's configuration cannot be written" in told.stderr
         assert "Every answer is saved" in told.stderr
         log = study.log_file()
         assert read_session(log).complete

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from analysis.classes import Adjust, Conclusion, classify
-from analysis.classes.classes import letter_display, numbered
+from analysis.classes.classes import TooManyClasses, letter_display, numbered
+from analysis.classes.conclusions import concluded
 from analysis.errors import ResultsError
 from analysis.scaling import fit, probabilities
 
@@ -128,6 +129,34 @@ def test_class_1_holds_the_best_item_and_equal_items_share_one() -> None:
     assert classify(np.zeros(4), np.eye(4) - 0.25).labels == ("1", "1", "1", "1")
     apart = classify(np.array([-50.0, 50.0, 0.0]), np.eye(3) - 1 / 3)
     assert apart.labels == ("3", "1", "2")
+
+
+def test_so_many_classes_are_named_and_no_more() -> None:
+    """Items in groups that differ within alone make as many on the way as the product of the groups' sizes."""
+
+    def groups(*sizes: int) -> NDArray[np.bool_]:
+        of = np.repeat(np.arange(len(sizes)), sizes)
+        return np.asarray((of[:, None] == of) & ~np.eye(len(of), dtype=bool))
+
+    assert letter_display(groups(5, 5, 5, 2, 2, 2, 2))  # 2000
+    with pytest.raises(TooManyClasses):
+        letter_display(groups(3, 23, 29))  # 2001
+
+
+@pytest.mark.parametrize(
+    ("by_observers", "independent", "told"),
+    [
+        (0.2, 0.01, ("not distinguished", 0.2, True, 0.01)),
+        (0.01, 0.2, ("distinguished", 0.01, True, 0.2)),
+        (None, 0.05, ("distinguished", 0.05, False, None)),
+        (None, None, (None, None, False, None)),
+    ],
+)
+def test_observers_decide_where_they_are_named(
+    by_observers: float | None, independent: float | None, told: tuple[str | None, float | None, bool, float | None]
+) -> None:
+    made = concluded("a", by_observers, independent)
+    assert (made.verdict, made.p, made.by_observers, made.p_independent) == told
 
 
 @pytest.mark.parametrize("alpha", [0.0, 1.0, -1.0, float("nan")])

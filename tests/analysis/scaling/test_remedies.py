@@ -63,6 +63,17 @@ def test_each_remedy_gives_finite_scores(comparisons: Comparisons) -> None:
             assert ("without --order-effect" in words) == (order_effect and not wish["order_effect"])
 
 
+def test_strengths_put_items_in_order_and_shares_of_wins_where_there_are_none() -> None:
+    """The second won more of its answers than the third, but against the last."""
+    answers = [Answer("a", "b", 3.0), Answer("b", "a", 1.0), Answer("a", "c", 5.0), Answer("c", "a", 4.0)]
+    answers += [Answer("c", "b", 2.0), Answer("b", "d", 9.0), Answer("d", "b", 1.0)]
+    fitted = score(from_answers(answers))
+    assert [fitted.comparisons.items[item] for item in fitted.order] == ["a", "c", "b", "d"]
+    unlinked = score(from_answers(answers[4:]))
+    assert unlinked.fit.separation is not None
+    assert [unlinked.comparisons.items[item] for item in unlinked.order] == ["c", "b", "d"]
+
+
 def test_items_never_compared_are_not_sent_to_firth() -> None:
     lines = problem_lines(score(CASES["never compared"]))
     assert "--method firth" not in lines[-1]

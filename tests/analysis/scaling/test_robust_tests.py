@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.factors import factor_effects
 from analysis.scaling import Model, ObserverTest, fit_model, robust_tests, score_groups
-from analysis.scaling.departure import departure
+from analysis.scaling.departure import departure, one_scale
 from analysis.scaling.robust_tests import WEBB, from_products, score_test
 from analysis.series.just_noticeable import observer_test as step_test
 from runner.cli.main import group as command
@@ -186,6 +186,13 @@ def p_of_one_scale(tmp_path: Path, answers: list[Answer]) -> tuple[float, float 
     shown = CliRunner().invoke(command, ["scores", str(tmp_path / "answers.csv"), "--method", "firth", "--json"])
     fits = json.loads(shown.stdout)["goodness_of_fit"]
     return fits["p_pearson"], fits["by_observers"] and fits["by_observers"]["p"]
+
+
+def test_without_observers_answers_are_the_unit_and_a_prior_has_no_test(pudding: Comparisons) -> None:
+    told = one_scale(pudding, fit_model(pudding))
+    assert told is not None
+    assert (told.by_observers, told.df) == (False, fit_model(pudding).df)
+    assert one_scale(pudding, fit_model(pudding, method="map")) is None
 
 
 @pytest.mark.parametrize("orders", [["abcde"] * 10, ["abcde"] * 9 + ["bacde"], ["abcde"] * 8 + ["bacde", "abdce"]])

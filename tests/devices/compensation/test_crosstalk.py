@@ -13,9 +13,13 @@ from numpy.typing import NDArray
 
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.compensation import (
+    Compensation,
+    Correction,
     Crosstalk,
     CrosstalkReading,
+    EyeView,
     GainMap,
+    Rectangle,
     cancel_crosstalk,
     channel_crosstalk,
     check_leakage,
@@ -440,6 +444,36 @@ def test_an_eye_that_loses_light_to_the_other_gets_it_back_as_far_as_full_drive(
     held = cancel_crosstalk(models, NEGATIVE, reach[np.newaxis], whites[1])
     assert held.left.above_full == 0
     assert held.left.worst_residual_cd_m2 < 1e-9
+
+
+def test_what_could_not_be_cancelled_is_what_applying_reports() -> None:
+    models, view = _models(), EyeView(Rectangle(0, 0, 40, 30))
+    left, right = _pictures(models, 0.0, 0.9)
+    pictures = left.astype(np.float32), right.astype(np.float32)
+    plain = Compensation(models, {"left": view, "right": view})
+    assert (plain.uncancelled(pictures), plain.apply(pictures)) == ({}, (pictures, {}))
+    cancelling = replace(plain, correction=Correction(LEAK))
+    sent, report = cancelling.apply(pictures)
+    assert cancelling.uncancelled(pictures) == report
+    done = cancel_crosstalk(models, LEAK, *pictures)
+    for eye, light, linear, cost in zip(
+        EYES, sent, (done.left_linear, done.right_linear), (done.left, done.right), strict=True
+    ):
+        assert models.eye(eye).linear(light) == pytest.approx(linear, abs=1e-5)
+        assert report[eye] == cost.to_json()
+    assert report["left"]["percent_negative"] > 0
+
+
+def test_channels_that_act_on_each_other_are_not_lifted(monkeypatch: pytest.MonkeyPatch) -> None:
+    models = _models()
+    left, right = _pictures(models, 0.2, 0.8)
+    monkeypatch.setattr(DisplayModel, "additive", False)
+    with pytest.raises(DeviceError, match="cannot be lifted"):
+        cancel_crosstalk(models, LEAK, left, right, 0.1)
+    cancel_crosstalk(models, LEAK, left, right)
+    for lift in (-0.1, 1.1):
+        with pytest.raises(DeviceError):
+            cancel_crosstalk(_models(), LEAK, left, right, lift)
 
 
 def test_a_negative_leak_needs_no_lift() -> None:

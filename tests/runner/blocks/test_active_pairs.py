@@ -16,6 +16,7 @@ from analysis.records import Header, SessionLog
 from analysis.scaling import fit
 from runner.blocks import Compare, Stimuli
 from runner.observers import BradleyTerryObserver
+from runner.presenter import Text
 from tests.runner.every_kind import entry, met, setting
 
 Play = Callable[..., Any]
@@ -40,6 +41,8 @@ def test_it_keeps_what_every_block_promises(play: Play, promised: Play, name: st
             assert ask.keys == block.keys
             assert set(ask.targets) == set(ask.keys.values())
             assert (name == "timed") != (ask.scene.stimuli == (ask.task.first, ask.task.second))
+    crosses = sum(isinstance(item, Text) and item.words == "+" for scene in whole.shown for item in scene.items)
+    assert crosses == (block.trials if name == "timed" else 0)
     for trial in whole.trials:
         data = trial.data
         assert data["first_position"] == "top"

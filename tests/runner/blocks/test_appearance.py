@@ -230,6 +230,11 @@ def test_words_larger_than_the_view_wrap_within_it() -> None:
     assert Style((960, 1080), Interface("de")).say("pause") == "Pause"
 
 
+def test_words_at_a_place_in_pixels_are_as_those_at_a_place_in_units() -> None:
+    style = Style((960, 1080))
+    assert style.text_at("Halt", (3, 4), width_px=880) == style.text("Halt", 3, 4)
+
+
 @pytest.mark.parametrize(
     ("more", "words"),
     [

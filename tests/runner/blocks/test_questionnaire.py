@@ -9,8 +9,9 @@ from typing import Any
 import pytest
 
 from runner.blocks import Block, Choose, Draft, Response, Write
+from runner.blocks.text_entry import lines_needed
 from runner.ports import Ask
-from runner.presenter import Text
+from runner.presenter import Box, Text
 from tests.runner.every_kind import met, setting
 
 Play = Callable[..., Any]
@@ -126,6 +127,16 @@ def test_the_longest_answer_fits_the_view() -> None:
         if not isinstance(item, Text):
             middle, high = item.offset_px[1], item.size_px[1]  # type: ignore[union-attr]  # no pictures here
             assert abs(middle) + high / 2 < 540
+
+
+def test_a_question_of_any_length_stands_above_its_field() -> None:
+    for words in ("Why?", "Why? " * 30):
+        _, (ask,) = _answers(block(question("text", "why", words)))
+        frame = [item for item in ask.scene.items if isinstance(item, Box)]
+        prompt = next(item for item in ask.scene.items if isinstance(item, Text))
+        top = min(item.offset_px[1] - item.size_px[1] / 2 for item in frame)
+        lines = lines_needed(words, 30, 780)
+        assert prompt.offset_px[1] + lines * prompt.height_px / 2 < top
 
 
 def test_records_say_what_was_asked_and_how_long_it_took(promised: Play) -> None:

@@ -128,6 +128,11 @@ def test_tracks_take_turns_and_sides_are_balanced(play: Play) -> None:
     assert max(Counter(trial.data["correct_answer"] for trial in trials).values()) == 30
 
 
+def test_of_an_odd_number_the_stimulus_stands_first_once_more(play: Play) -> None:
+    trials = play(block(trials=5), plain_key).trials
+    assert Counter(trial.data["correct_answer"] for trial in trials) == {"first": 3, "second": 2}
+
+
 def test_catch_trials_are_spread_and_move_no_track(play: Play) -> None:
     trials = play(block(trials=40, catch_share=10 / 90, **YES_NO, **STAIRS), lambda ask: key_for(ask, "yes")).trials
     blanks = [number for number, trial in enumerate(trials) if trial.data["level"] is None]

@@ -10,8 +10,9 @@ from typing import Any
 
 import pytest
 
-from analysis.records import SessionLog, read_session, session_files
+from analysis.records import FILE_NAME, SessionLog, read_session, session_files
 from runner.reports import ReportOptions, report_results
+from runner.session import simulate
 
 Study = Any  # tests/conftest.py
 
@@ -160,6 +161,10 @@ def test_a_simulated_session_goes_on_and_its_record_and_the_report_say_it(study:
     (note,) = [note for note in notes if "changed between sessions" in note]
     assert "recipe.yaml, display.yaml, the picture " in note
     assert note.endswith("observers 01; 02 and 03.")
+    study.edit(*CHANGES["rig"][:3])
+    (folder,) = simulate(study.experiment, study.observers, ["04"], results=study.results).folders
+    (remark,) = read_session(folder / FILE_NAME).header.remarks
+    assert remark.endswith(": rig.yaml")
 
 
 def test_a_resume_names_what_changed_since_it_began(study: Study) -> None:

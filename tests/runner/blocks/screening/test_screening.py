@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from analysis.observers import Outcome, outcomes, screened, threshold_estimate
 from analysis.observers.screening import passed
@@ -109,6 +110,12 @@ def test_someone_who_sees_everything_meets_everything(play: Play) -> None:
         assert set(ask.keys) <= {*block().keys, "space", "enter", "pad_a"}
 
 
+def uv(xyz: list[float]) -> NDArray[np.float64]:
+    """Return u'v' (2,)."""
+    x, y, z = xyz
+    return np.array([4 * x, 9 * y]) / (x + 15 * y + 3 * z)
+
+
 def test_records_say_what_was_shown_and_answered(play: Play) -> None:
     whole = play(block())
     asked = [ask for ask in whole.asks if isinstance(ask.task, Choose)]
@@ -125,6 +132,9 @@ def test_records_say_what_was_shown_and_answered(play: Play) -> None:
         if data["test"] == "near_acuity":
             assert ask.task.strength == pytest.approx(10 ** data["level"])
             assert 60 * SCREEN.degrees(data["gap_px"]) == pytest.approx(10 ** data["level"], rel=1e-4)
+        if data["series"] in ("protan", "tritan"):
+            apart = uv(data["ring_XYZ_cd_m2"]) - uv(block().facts["colour_vision"]["ground_XYZ_cd_m2"])
+            assert np.hypot(*apart) == pytest.approx(data["level"], abs=1e-4)
     depths = [trial.data["depth"] for trial in answers if trial.data["test"] == "stereo_acuity"]
     assert depths == ["crossed", "uncrossed"] * 3
 
