@@ -19,6 +19,7 @@ from analysis.factors.separation import separated_effects
 from analysis.factors.terms import Coding, Term, main_term
 from analysis.factors.values import FactorOptions, Value, read_factors
 from analysis.scaling.counts import Answers, Counts, count_pairs
+from analysis.scaling.designs import Columns, outweighed
 from analysis.scaling.fitting import DEFAULT_PRIOR_SD
 from analysis.scaling.jeffreys import Jeffreys
 from analysis.scaling.profile import Profiles
@@ -119,7 +120,8 @@ def factor_effects(
     slopes = slopes_at(counts, answers, fit)
     effects: tuple[Effect, ...] = ()
     if not tests_alone:
-        profiles = _profiles(counts, terms, fit) if method == "ml" and counts.n <= MOST_ITEMS_PROFILED else None
+        known = method == "ml" and counts.n <= MOST_ITEMS_PROFILED and not outweighed(counts, Columns(fit.basis))
+        profiles = _profiles(counts, terms, fit) if known else None
         effects = _effects(terms, estimate, covariance, sandwich, observers, profiles)
     return FactorEffects(
         **shared,

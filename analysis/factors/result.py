@@ -42,7 +42,7 @@ class Effect(JsonResult):
         The same by the sandwich clustered by observer, with Student's law of one degree of freedom less than there
         are observers [Cameron2015]; None with fewer than two observers, or where they hardly differ.
 
-    Under a prior, and above 200 items, tests and intervals are by the standard errors alone.
+    Under a prior, above 200 items, and where answers weigh less than Firth's term, both are by standard errors alone.
     """
 
     factor: str

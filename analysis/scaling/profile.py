@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.scaling.counts import Answers, Counts
+from analysis.scaling.designs import outweighed
 from analysis.scaling.jeffreys import Jeffreys
 from analysis.scaling.laplacian import contrast_variances
 from analysis.scaling.laws import LAWS, LOGISTIC
@@ -194,7 +195,7 @@ class Profiles:
 def profiles_of(fit: Fit) -> Profiles | None:
     """Return the profiles of a fit's differences, pairs i < j as in ``numpy.triu_indices``; None where there are none.
 
-    Tests are by standard errors under a prior, for more than 40 items, and where there is no fit.
+    Tests are by standard errors under a prior, for more than 40 items, answers of tiny weights, and without a fit.
     """
     if why_by_standard_errors(fit) or fit.separation or not np.isfinite(fit.theta).all():
         return None
@@ -223,7 +224,9 @@ def why_by_standard_errors(fit: Fit) -> str:
     """Return why the items of a fit are tested by standard errors, in words; empty where they are not."""
     if fit.method == "map":
         return "under a prior"
-    return "" if profiled(fit.counts) else f"more than {MOST_ITEMS_PROFILED} items"
+    if fit.counts.n > MOST_ITEMS_PROFILED:
+        return f"more than {MOST_ITEMS_PROFILED} items"
+    return "" if profiled(fit.counts) else "weights of all answers that link two items amount to less than one answer"
 
 
 def differences_of(n: int, first: Indices, second: Indices) -> Floats:
@@ -240,8 +243,8 @@ def _unbounded(fit: Fit, first: Indices, second: Indices) -> Floats:
 
 
 def profiled(counts: Counts) -> bool:
-    """Return whether the pairs of ``counts`` are tested by profiles."""
-    return counts.n <= MOST_ITEMS_PROFILED
+    """Return whether the pairs of ``counts`` are tested by profiles: few items, not outweighed by Firth's term."""
+    return counts.n <= MOST_ITEMS_PROFILED and not outweighed(counts)
 
 
 def penalised_top(likelihood: Jeffreys, start: Floats) -> Floats:

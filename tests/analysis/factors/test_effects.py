@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -307,6 +308,13 @@ def test_ties_are_left_out_and_counted() -> None:
     found = factor_effects(answers, {"a": {"view": "x"}, "b": {"view": "y"}})
     assert found.ties_left_out == 2
     assert found.effects[0].estimate == pytest.approx(-np.log(3), abs=1e-12)
+
+
+def test_tiny_weights_leave_intervals_by_observers(grid: Factors, draw: Drawer) -> None:
+    answers = draw(strengths(grid))
+    light = factor_effects(replace(answers, count=answers.count * 1e-4), grid)
+    for own, other in zip(light.effects, factor_effects(answers, grid).effects, strict=True):
+        assert (own.robust_low, own.robust_high) == pytest.approx((other.robust_low, other.robust_high), abs=0.02)
 
 
 def test_tests_alone_conclude_the_same(grid: Factors, draw: Drawer) -> None:

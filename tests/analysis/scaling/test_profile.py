@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import combinations, pairwise, permutations, product
 
 import numpy as np
@@ -181,6 +182,17 @@ def test_it_is_said_where_items_are_tested_by_standard_errors() -> None:
     for scores, errors in ((score(few), False), (score(few, method="map"), True), (score(ring), True)):
         assert (scores.to_json()["tests"] == "standard errors") == errors
         assert any("tested by standard errors" in line for line in summary_lines(scores)) == errors
+
+
+def test_weights_that_sum_to_less_than_firths_term_leave_intervals_by_observers() -> None:
+    """Profiles of Firth's term alone took minutes, and ended at a tenth of the interval."""
+    answers = from_answers([answer for pair, k in (("ab", 6), ("bc", 5), ("ac", 8)) for answer in votes(pair, k, 9)])
+    whole = score(answers)
+    for weight in (1e-2, 1e-6):
+        light = score(replace(answers, count=answers.count * weight))
+        assert (whole.to_json()["tests"], light.to_json()["tests"]) == ("likelihood ratios", "standard errors")
+        for own, other in zip(pair_probabilities(light).pairs, pair_probabilities(whole).pairs, strict=True):
+            assert (own.low, own.high) == pytest.approx((other.low, other.high), abs=0.5)
 
 
 def test_more_who_agree_are_more_evidence_by_thurstones_law() -> None:
