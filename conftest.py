@@ -145,7 +145,7 @@ def evaluate_yaml(example: Example) -> None:
 def evaluate_csv(example: Example) -> None:
     """Read a snippet as a table of comparisons, or else as readings of a display."""
     from analysis.comparisons import read_table
-    from devices.measurements import read_measurements
+    from devices.readings import read_measurements
 
     file = _write_named(example, "snippet.csv")
     if "winner" in example.parsed or "choice" in example.parsed:
@@ -316,7 +316,7 @@ def _panel(folder: Path) -> dict[str, Any]:
     import numpy as np
 
     from devices.display import read_display
-    from devices.measurements import Measurements, write_csv
+    from devices.readings import Measurements, write_csv
 
     model = read_display(folder / "configs/displays/asus_vg248qe.yaml").models("quad-buffered").left
     levels = np.linspace(0, 255, 18).round()[:, None] / 255

@@ -20,10 +20,8 @@ from devices.diagnostics.panel import pixel_independence
 from devices.diagnostics.signal_path import cable_greys, code_steps
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
-from devices.instruments import Showing
-from devices.instruments.simulated import Faults, Simulated
-from devices.measurements import Measurements
-from devices.patches import find_sets, steps
+from devices.readings import Measurements, Showing, find_sets, steps
+from devices.readings.simulated import Faults, Simulated
 
 RUNS = sized(25, 1)
 CODES = range(120, 137)

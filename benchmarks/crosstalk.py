@@ -27,10 +27,10 @@ from promises import Promise, worst
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from devices.compensation.compensate import Correction
-from devices.compensation.crosstalk import Crosstalk
 from devices.compensation.crosstalk_cancel import cancel_crosstalk, channel_crosstalk, seen_XYZ
-from devices.compensation.gain_map import GainMap
+from devices.display.crosstalk import Crosstalk
 from devices.display.display_file import EYES, Eye, EyeModels
+from devices.display.gain_map import GainMap
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
 from runner.presenter.arithmetic_choice import VARIABLE

@@ -20,7 +20,7 @@ from devices.characterise.parametric import fit_parametric
 from devices.characterise.patches import patches
 from devices.characterise.residual_fit import fit_residual
 from devices.characterise.table_fit import fit_plvc, fit_table
-from devices.measurements import Measurements, read_csv
+from devices.readings import Measurements, read_csv
 
 CRT = Path(os.environ.get("CYCLOPEAN_SHARED_DATA", "")) / "data" / "displays" / "apple17_crt_2000.csv"
 

@@ -25,7 +25,7 @@ from promises import Promise, worst
 
 from devices.characterise import fit_display
 from devices.characterise.example_displays import liquid_crystal_XYZ, noisy, table_c1_codes, thesis_display
-from devices.measurements import PROFILE_ENDINGS, Measurements, read_measurements
+from devices.readings import PROFILE_ENDINGS, Measurements, read_measurements
 from documents import InputError
 
 Floats = NDArray[np.float64]

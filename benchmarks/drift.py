@@ -16,7 +16,7 @@ from promises import Promise
 
 from devices.characterise import table_c1_codes, thesis_display
 from devices.diagnostics import estimate_drift
-from devices.measurements import Measurements
+from devices.readings import Measurements
 
 Floats = NDArray[np.float64]
 RUNS = sized(50, 1)

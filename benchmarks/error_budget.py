@@ -18,9 +18,9 @@ from promises import Promise, worst
 
 from devices.budget import BudgetRow, Encoding, OwnPixels, SmoothScene, Step
 from devices.colour import delta_e_2000, xyz_to_lab
-from devices.compensation import Correction, Crosstalk
+from devices.compensation import Correction
 from devices.compensation.crosstalk_cancel import seen_XYZ
-from devices.display import EYES, Rig, entries_for, read_rig
+from devices.display import EYES, Crosstalk, Rig, entries_for, read_rig
 from runner.check.error_budget import rig_budget
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter

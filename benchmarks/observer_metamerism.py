@@ -13,7 +13,7 @@ from promises import Promise, worst
 
 from devices.colour_matching import ColorimetricObserver, colorimetric_observer, individual_observers
 from devices.diagnostics import ScreenSpectra, observer_metamerism
-from devices.measurements import xyz_from_spectra
+from devices.readings import xyz_from_spectra
 
 FINE = np.arange(390.0, 781.0)
 PERSONS, THEIRS, REFERENCE = sized(((10, 100, 1000), 10, 4000), ((10,), 2, 50))

@@ -17,7 +17,7 @@ from devices.profiles.colour_table import between
 from devices.profiles.profile import profile_of
 from devices.profiles.tag_table import parse_profile_file
 from tests.devices.profiles.little_cms import through
-from tests.devices.profiles.random_displays import plvc_display
+from tests.devices.profiles.profile_bytes import plvc_display
 
 Floats = NDArray[np.float64]
 COLOURS = sized(4000, 100)

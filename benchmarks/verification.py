@@ -12,15 +12,14 @@ from promises import Promise, worst
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from devices.compensation.compensate import Correction
-from devices.compensation.crosstalk import Crosstalk
-from devices.compensation.gain_map import GainMap
+from devices.display.crosstalk import Crosstalk
 from devices.display.display_file import EyeModels
+from devices.display.gain_map import GainMap
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
-from devices.instruments import Showing
-from devices.instruments.simulated import Faults, Simulated, SimulatedDisplay
-from devices.patches import Patch
-from devices.patches.colorchecker import asked_of
+from devices.readings import Patch, Showing
+from devices.readings.colorchecker import asked_of
+from devices.readings.simulated import Faults, Simulated, SimulatedDisplay
 from runner.measuring.code_screen import CodeScreen
 from runner.measuring.patch_screen import AskedScreen, PatchScreen
 from runner.measuring.verification import patches_of

@@ -109,8 +109,8 @@ def fit_display(
     --------
     >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
-    >>> from devices.measurements import Measurements, write_csv
-    >>> from devices.patches import find_patches
+    >>> from devices.readings import Measurements, write_csv
+    >>> from devices.readings import find_patches
     >>> codes = np.array([patch.codes for patch in find_patches("table_c1").patches])
     >>> XYZ = display("configs/displays/asus_vg248qe.yaml").value.models("quad-buffered").left.xyz(codes)
     >>> with TemporaryDirectory() as folder:
@@ -120,7 +120,7 @@ def fit_display(
     ['both']
     """
     from devices.characterise import fit_display as fit
-    from devices.measurements import read_measurements
+    from devices.readings import read_measurements
 
     readings = read_measurements(Path(measurements), codes, white_cd_m2=white_cd_m2)
     fitted = fit(readings, mode=mode, file=measurements, observer=observer)

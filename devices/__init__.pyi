@@ -16,5 +16,5 @@ from .display.rig_file import read_rig as read_rig
 from .display.viewing import disparity_arcmin as disparity_arcmin
 from .display.viewing import pixels_per_degree as pixels_per_degree
 from .display.viewing import visual_angle_deg as visual_angle_deg
-from .measurements.read import read_measurements as read_measurements
-from .measurements.table import Measurements as Measurements
+from .readings.read import read_measurements as read_measurements
+from .readings.table import Measurements as Measurements

@@ -16,12 +16,13 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from devices.colour import XYZ_from_xyY
-from devices.compensation import Correction, Crosstalk, GainMap
-from devices.compensation.gain_map import Normalise, Positions
+from devices.compensation import Correction
 from devices.display import (
+    Crosstalk,
     Curve,
     DisplayModel,
     EyeModels,
+    GainMap,
     Plvc,
     Residual,
     SrgbCurve,
@@ -29,6 +30,7 @@ from devices.display import (
     ToneCurve,
     bt1886_curve,
 )
+from devices.display.gain_map import Normalise, Positions
 from devices.display.residual import MOST_KNOTS
 from devices.errors import DeviceError
 

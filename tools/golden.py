@@ -161,7 +161,7 @@ CASES = (
 
 def _readings(file: Path, gamma: float, seed: int) -> None:
     """Write what a display with noise of 0.2 % reads."""
-    from devices.measurements import Measurements, write_csv
+    from devices.readings import Measurements, write_csv
 
     levels = np.linspace(0, 255, 18).round()[:, None] / 255
     codes = np.concatenate([levels * channel for channel in ([1, 1, 1], [1, 0, 0], [0, 1, 0], [0, 0, 1])])

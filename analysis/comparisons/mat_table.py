@@ -1,4 +1,4 @@
-"""Matrices of counts from MAT-files, as pwcmp takes them, through the bounded parser of `devices.measurements`."""
+"""Matrices of counts from MAT-files, as pwcmp takes them, through the bounded parser of `devices.readings`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.comparisons.comparisons import MOST_ITEMS, Comparisons, from_arrays
 from analysis.errors import ResultsError
-from devices.measurements import MatFileError, read_mat
+from devices.readings import MatFileError, read_mat
 from documents import Finding
 
 Floats = NDArray[np.float64]

@@ -13,7 +13,7 @@ from analysis.records.results import result_files
 from analysis.records.seal import SEAL, SealCheck, check_seal
 from analysis.records.session_record import FILE_NAME, RecordReader, refusal
 from analysis.records.signing import Key, read_key
-from devices.measurements import is_measurement_log
+from devices.readings import is_measurement_log
 from documents import Finding, InputError
 from documents.files import (
     MOST_LOG_BYTES,

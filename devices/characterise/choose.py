@@ -32,7 +32,7 @@ from devices.diagnostics.channels import additivity
 from devices.display.model import DisplayModel
 from devices.display.plvc import Plvc
 from devices.errors import DeviceError
-from devices.measurements.table import Measurements
+from devices.readings.table import Measurements
 from documents import Finding
 from documents.text import JsonResult, counted
 

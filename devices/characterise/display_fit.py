@@ -19,8 +19,8 @@ from devices.diagnostics.readings import is_plain, part_of_picture, plain, tag
 from devices.diagnostics.room_light import RoomLight, without_room
 from devices.display.monitor_settings import MonitorSettings
 from devices.errors import DeviceError
-from devices.measurements import Measurements, PatchEye
-from devices.measurements.spectra import for_observer
+from devices.readings import Measurements, PatchEye
+from devices.readings.spectra import for_observer
 from documents import one_blas_thread
 from documents.text import counted
 
@@ -46,7 +46,7 @@ def fit_display(
     Parameters
     ----------
     measurements
-        Readings of patches; `devices.measurements.read.read_measurements` reads them from a file.
+        Readings of patches; `devices.readings.read.read_measurements` reads them from a file.
     model
         The display model. ``auto`` takes the simplest that predicts held-out readings well, ``none`` fits none.
     eye

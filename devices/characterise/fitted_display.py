@@ -21,7 +21,7 @@ from devices.display.held_out import HeldOut
 from devices.display.monitor_settings import MonitorSettings
 from devices.display.panel import PanelSpec
 from devices.errors import DeviceError
-from devices.measurements import PatchEye
+from devices.readings import PatchEye
 from documents import Finding
 
 

@@ -14,7 +14,7 @@ from devices.diagnostics.diagnosis import Diagnosis
 from devices.diagnostics.eyewear import crosstalk, glasses_transmittance, luminance_loss
 from devices.diagnostics.panel import uniformity
 from devices.diagnostics.readings import plain, tagged, untagged
-from devices.measurements import Measurements, PatchEye
+from devices.readings import Measurements, PatchEye
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,8 +15,8 @@ from devices.characterise.mode_file import ModeLines, write_mode
 from devices.display import DisplayModel, GammaTable, PanelSpec, TableCurve
 from devices.display.gamma_table_spec import gamma_table_lines
 from devices.display.srgb_curve import SrgbCurve
-from devices.measurements import PROFILE_ENDINGS, PatchEye
-from devices.profiles import carried, model_of_profile, read_profile
+from devices.profiles import model_of_profile, read_profile
+from devices.readings import PROFILE_ENDINGS, PatchEye, carried
 from documents.text import JsonResult
 
 Floats = NDArray[np.float64]

@@ -10,8 +10,8 @@ from devices.characterise.patches import primaries_at_full
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from devices.errors import DeviceError
-from devices.measurements.code_range import LEAST_FULL_DRIVE, must_differ
-from devices.measurements.table import Measurements
+from devices.readings.code_range import LEAST_FULL_DRIVE, must_differ
+from devices.readings.table import Measurements
 from documents import Finding
 from documents.text import counted
 

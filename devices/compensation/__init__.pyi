@@ -2,9 +2,6 @@ from .clipping import clip_marks as clip_marks
 from .compensate import Compensation as Compensation
 from .compensate import Correction as Correction
 from .compensate import XYZImage as XYZImage
-from .crosstalk import Crosstalk as Crosstalk
-from .crosstalk import check_leakage as check_leakage
-from .crosstalk import wrong_lens as wrong_lens
 from .crosstalk_cancel import cancel_crosstalk as cancel_crosstalk
 from .crosstalk_cancel import channel_crosstalk as channel_crosstalk
 from .crosstalk_cancel import needed_lift as needed_lift
@@ -25,7 +22,6 @@ from .eye_view import PixelGrid as PixelGrid
 from .eye_view import Rectangle as Rectangle
 from .eye_view import Size as Size
 from .eye_view import squeezed_size as squeezed_size
-from .gain_map import GainMap as GainMap
 from .mixture import Filter as Filter
 from .mixture import Mixture as Mixture
 from .mixture import channel_split as channel_split

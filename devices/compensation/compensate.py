@@ -18,12 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.compensation.clipping import over_blocks
-from devices.compensation.crosstalk import Crosstalk
 from devices.compensation.crosstalk_cancel import CancelCost, cancel_crosstalk, needed_lift
 from devices.compensation.eye_view import EyeView
-from devices.compensation.gain_map import GainMap
 from devices.compensation.mixture import Mixture
+from devices.display.crosstalk import Crosstalk
 from devices.display.display_file import Eye, EyeModels
+from devices.display.gain_map import GainMap
 from devices.display.model import DisplayModel
 
 Floats = NDArray[np.float64]

@@ -4,7 +4,7 @@ Light is counted from that of code 0, as readings of crosstalk are: black on bla
 cannot give less than that, so that a dark place opposite a bright one keeps a ghost. Per pixel:
 
 1. each eye's picture becomes light in units of its own display's primaries, clipped to what the channels can give;
-2. the six equations of `devices.compensation.crosstalk`, written in that light, give what to send to both eyes;
+2. the six equations of `devices.display.crosstalk`, written in that light, give what to send to both eyes;
 3. what is sent is clipped to what the channels can give;
 4. each eye's light is computed once more against the *clipped* light of the other eye, and clipped. Without this step
    an eye would be given light to make up for a negative ghost that never comes. What remains beside the ghost itself
@@ -24,11 +24,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
-from devices.compensation.crosstalk import Crosstalk
+from devices.display.crosstalk import Crosstalk
 from devices.display.display_file import EyeModels
-from devices.display.model import DisplayModel
+from devices.display.model import DisplayModel, refuse_lift
 from devices.errors import DeviceError
-from documents import Finding
 
 Floats = NDArray[np.float64]
 
@@ -239,17 +238,6 @@ def needed_lift(models: EyeModels, crosstalk: Crosstalk, left_XYZ: ArrayLike, ri
         if light.size:
             lift = max(lift, float(((model.limits[0] - light) / gain).max()))
     return lift
-
-
-def refuse_lift(models: EyeModels) -> None:
-    """Raise DeviceError where a share of white is not the same share of each channel's light."""
-    if not (models.left.additive and models.right.additive):
-        raise DeviceError(
-            Finding(
-                "the black level cannot be lifted on a display whose channels act on each other (curve of kind 'plvc')",
-                remedy="leave out lift_black, or fit the display again with --model table",
-            )
-        )
 
 
 def seen_XYZ(

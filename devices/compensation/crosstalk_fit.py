@@ -23,7 +23,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from devices.compensation.crosstalk import NOISE_SHARE, Crosstalk, refuse_leak, wrong_lens
+from devices.display.crosstalk import NOISE_SHARE, Crosstalk, refuse_leak, wrong_lens
 from devices.display.display_file import Eye
 from devices.errors import DeviceError
 

@@ -1,7 +1,7 @@
 """Where each eye's view lies on the panel, and which pixels of the panel a picture's pixels fall on.
 
 Rectangles are of whole pixels and count from the top left corner. A position is in pixels of the panel, x to the right
-and y down, as in `devices.compensation.gain_map`: the middle of the first pixel is at half a pixel.
+and y down, as in `devices.display.gain_map`: the middle of the first pixel is at half a pixel.
 """
 
 from __future__ import annotations

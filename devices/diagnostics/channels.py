@@ -29,7 +29,7 @@ from devices.diagnostics.readings import (
     uv,
     xy,
 )
-from devices.measurements import Measurements
+from devices.readings import Measurements
 
 Floats = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from devices.diagnostics.chromaticity_diagrams import diagrams
 from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, Panel, Table, numbers
 from devices.diagnostics.readings import CHANNELS, FLOOR_SHARE, black_or_none, by_code, means, primaries, uv, xy
-from devices.measurements import Measurements
+from devices.readings import Measurements
 from documents.text import counted
 
 Floats = NDArray[np.float64]

@@ -14,7 +14,7 @@ from devices.colour.spaces import xyz_to_lab
 from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, Panel, Table, numbers
 from devices.diagnostics.readings import tag, tagged
 from devices.diagnostics.signal_path import NOT_MEASURED, pooled_deviation
-from devices.measurements import Measurements
+from devices.readings import Measurements
 
 Floats = NDArray[np.float64]
 Key = tuple[float, ...]

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from devices.diagnostics.readings import by_code, primaries
 from devices.diagnostics.time_trend import Trend, trend_in_time
-from devices.measurements import Measurements
+from devices.readings import Measurements
 
 Floats = NDArray[np.float64]
 

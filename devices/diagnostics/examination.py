@@ -27,9 +27,9 @@ from devices.display.model import DisplayModel
 from devices.display.monitor_settings import MonitorSettings
 from devices.display.nominal import NOT_MEASURED
 from devices.errors import DeviceError
-from devices.measurements import Measurements, PatchEye
-from devices.measurements.observer import CIE_1931_2
-from devices.measurements.spectra import for_observer
+from devices.readings import Measurements, PatchEye
+from devices.readings.spectra import for_observer
+from devices.readings.table import CIE_1931_2
 from documents import Finding
 
 Examination = Callable[[Measurements], Diagnosis]
@@ -80,7 +80,7 @@ def judge_display(
     Parameters
     ----------
     files
-        Files of measurements, as `devices.measurements.read.read_measurements` reads them.
+        Files of measurements, as `devices.readings.read.read_measurements` reads them.
     display
         The display file to compare the readings with.
     mode
@@ -106,7 +106,7 @@ def judge_display(
     Examples
     --------
     >>> import tempfile
-    >>> from devices.measurements import write_csv
+    >>> from devices.readings import write_csv
     >>> table = Measurements([[0, 0, 0], [1, 1, 1]], [[0.1, 0.1, 0.1], [95, 100, 108]], ("black", "white"))
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     write_csv(table, Path(folder, "readings.csv"))

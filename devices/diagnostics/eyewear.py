@@ -18,7 +18,7 @@ from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, 
 from devices.diagnostics.readings import FLOOR_SHARE, SAME_DIGITS, by_code, means, patch_name, tag, tagged
 from devices.display.display_file import Eye
 from devices.errors import DeviceError
-from devices.measurements import Measurements
+from devices.readings import Measurements
 
 Floats = NDArray[np.float64]
 

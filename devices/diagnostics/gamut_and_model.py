@@ -22,7 +22,7 @@ from devices.diagnostics.chromaticity_diagrams import triangle as gamut_lines
 from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, Panel, Table, numbers
 from devices.diagnostics.readings import CHANNELS, FLOOR_SHARE, black_or_none, means, primaries, uv, xy
 from devices.display.model import DisplayModel
-from devices.measurements import Measurements
+from devices.readings import Measurements
 
 Floats = NDArray[np.float64]
 AREA = Check(

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from devices.diagnostics.readings import black
 from devices.diagnostics.room_light import SAME, RoomLight
 from devices.display.model import DisplayModel
-from devices.measurements import Measurements, PatchEye
+from devices.readings import Measurements, PatchEye
 
 Floats = NDArray[np.float64]
 Lights = Mapping[PatchEye, RoomLight]

@@ -8,10 +8,10 @@ from pathlib import Path
 
 from devices.diagnostics.readings import plain
 from devices.errors import DeviceError
-from devices.measurements import Measurements, PatchEye
-from devices.measurements.observer import CIE_1931_2
-from devices.measurements.read import PROFILE_ENDINGS, read_measurements
-from devices.measurements.spectra import for_observer
+from devices.readings import Measurements, PatchEye
+from devices.readings.read import PROFILE_ENDINGS, read_measurements
+from devices.readings.spectra import for_observer
+from devices.readings.table import CIE_1931_2
 from documents import Finding, InputError
 
 
@@ -35,7 +35,7 @@ def read_sets(
     Parameters
     ----------
     files
-        Files of measurements, as `devices.measurements.read_measurements` reads them, each named once.
+        Files of measurements, as `devices.readings.read_measurements` reads them, each named once.
     codes
         The range of the codes of CSV files that do not name it, such as ``0..255``; None if they all do.
     observer
@@ -57,7 +57,7 @@ def read_sets(
     Examples
     --------
     >>> import tempfile
-    >>> from devices.measurements import write_csv
+    >>> from devices.readings import write_csv
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     write_csv(Measurements([[1, 1, 1]], [[95, 100, 108]]), Path(folder, "white.csv"))
     ...     sets = read_sets([Path(folder, "white.csv")], None)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.colour_matching import STANDARD_OBSERVERS, ColorimetricObserver, colorimetric_observer
 from devices.errors import DeviceError
-from devices.measurements import Measurements
+from devices.readings import Measurements
 from documents import Finding
 from documents.text import counted
 

@@ -22,7 +22,7 @@ from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, 
 from devices.diagnostics.readings import CHANNELS, cable_colours, means, primaries, uv, xy
 from devices.diagnostics.signal_path import NOT_MEASURED
 from devices.errors import DeviceError
-from devices.measurements import Measurements
+from devices.readings import Measurements
 
 Floats = NDArray[np.float64]
 Code = tuple[int, int, int]

@@ -12,7 +12,7 @@ from devices.colour_matching import colorimetric_observer, individual_observers
 from devices.diagnostics.diagnosis import Check, Diagnosis, Line, Panel, Table, numbers
 from devices.diagnostics.metamerism import observer_metamerism, screen_spectra
 from devices.errors import DeviceError
-from devices.measurements import Measurements
+from devices.readings import Measurements
 
 OBSERVERS_DIFFER = Check(
     "observer_metamerism", "White beside daylight, to other observers", None, "ΔE00", "Asano et al. 2016"

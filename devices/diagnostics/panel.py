@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.compensation.gain_map import GainMap
 from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, Panel, Table, numbers
 from devices.diagnostics.readings import tagged, uv
-from devices.measurements import Measurements
+from devices.display.gain_map import GainMap
+from devices.readings import Measurements
 
 PIXEL_INDEPENDENCE = Check(
     "pixel_independence",

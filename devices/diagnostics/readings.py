@@ -23,7 +23,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from devices.measurements import Measurements
+from devices.readings import Measurements
 
 Floats = NDArray[np.float64]
 Kind = Literal["place", "angle", "surround", "other", "warm-up", "no-glasses", "cable", "screen-off"]

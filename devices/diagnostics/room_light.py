@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from devices.diagnostics.diagnosis import Cell, Check, Diagnosis, Table
 from devices.diagnostics.readings import tag, tagged
-from devices.measurements import Measurements, PatchEye
+from devices.readings import Measurements, PatchEye
 
 Floats = NDArray[np.float64]
 CONTRAST = Check(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from devices.diagnostics.diagnosis import Check, Diagnosis, Line, Panel, Table, numbers
 from devices.diagnostics.readings import tagged
-from devices.measurements import Measurements
+from devices.readings import Measurements
 
 Floats = NDArray[np.float64]
 NOT_MEASURED = "Not measured: use display measure --set cable."

@@ -12,7 +12,7 @@ import numpy as np
 from devices.diagnostics.diagnosis import Check, Diagnosis, Line, Panel, Table, numbers
 from devices.diagnostics.drift import estimate_drift
 from devices.diagnostics.readings import brightest, by_code, patch_name
-from devices.measurements import Measurements
+from devices.readings import Measurements
 
 REPEATABILITY = Check(
     "repeatability",

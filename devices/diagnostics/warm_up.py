@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, Panel, Table, numbers
 from devices.diagnostics.readings import by_code, patch_name, tagged, untagged
 from devices.diagnostics.settling import FEWEST_TIMES, STABLE_SHARE, Settling, place_departures, settle
-from devices.measurements import Measurements
+from devices.readings import Measurements
 
 Floats = NDArray[np.float64]
 

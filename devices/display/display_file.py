@@ -12,9 +12,9 @@ from typing import TypeVar
 
 from numpy.typing import ArrayLike
 
-from devices.compensation.crosstalk import Crosstalk, check_leakage
-from devices.compensation.gain_map import GainMap
+from devices.display.crosstalk import Crosstalk, check_leakage
 from devices.display.display_spec import BothEyesSpec, DisplaySpec, PerEyeSpec, SameAsSpec
+from devices.display.gain_map import GainMap
 from devices.display.gamma_table import GammaTable
 from devices.display.held_out import HeldOut
 from devices.display.model import EYES as EYES

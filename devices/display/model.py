@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from devices.display.tone_curve import Curve, ToneCurve
 from devices.errors import DeviceError
+from documents import Finding
 
 Floats = NDArray[np.float64]
 
@@ -292,3 +293,14 @@ class Clipping:
     def percent(self, count: int) -> float:
         """Return ``count`` as a percentage of all pixels."""
         return 100.0 * count / self.pixels if self.pixels else 0.0
+
+
+def refuse_lift(models: EyeModels) -> None:
+    """Raise DeviceError where a share of white is not the same share of each channel's light."""
+    if not (models.left.additive and models.right.additive):
+        raise DeviceError(
+            Finding(
+                "the black level cannot be lifted on a display whose channels act on each other (curve of kind 'plvc')",
+                remedy="leave out lift_black, or fit the display again with --model table",
+            )
+        )

@@ -8,8 +8,8 @@ import numpy as np
 from pydantic import Field
 
 from devices.colour_matching import DEFAULT_OBSERVER, ObserverSpec
-from devices.compensation.crosstalk import Crosstalk
-from devices.compensation.gain_map import GainMap, Normalise, Positions
+from devices.display.crosstalk import Crosstalk
+from devices.display.gain_map import GainMap, Normalise, Positions
 from devices.display.gamma_table_spec import GammaTableSpec
 from devices.display.model import DisplayModel
 from devices.display.plvc import Plvc
@@ -286,7 +286,7 @@ class CrosstalkSpec(Strict):
 
 
 class GainMapSpec(Strict):
-    """Luminance readings over the panel, top row first, in one unit; see `devices.compensation.gain_map.GainMap`."""
+    """Luminance readings over the panel, top row first, in one unit; see `devices.display.gain_map.GainMap`."""
 
     luminance: Annotated[list[Annotated[list[Positive], Field(min_length=1)]], Field(min_length=1)]
     """Readings of luminance over the panel, top row first, in one unit."""

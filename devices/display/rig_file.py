@@ -12,12 +12,12 @@ from typing import Annotated, Any, Literal, TypeVar
 from pydantic import Discriminator, Field, Tag
 
 from devices.colour_matching import DEFAULT_OBSERVER, ObserverSpec
-from devices.compensation.crosstalk import Crosstalk
-from devices.compensation.crosstalk_cancel import refuse_lift
-from devices.compensation.gain_map import GainMap
+from devices.display.crosstalk import Crosstalk
 from devices.display.display_file import EYES, Display, Eye, EyeModels, read_display
+from devices.display.gain_map import GainMap
 from devices.display.gamma_table import GammaTable
 from devices.display.held_out import HeldOut
+from devices.display.model import refuse_lift
 from devices.display.model_spec import AmbientSpec
 from devices.display.monitor_settings import MonitorSettings
 from devices.display.nominal import Nominal, NominalSpec

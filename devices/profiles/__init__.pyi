@@ -1,4 +1,3 @@
-from .carried_text import carried as carried
 from .cube import CubeInput as CubeInput
 from .cube import WrittenCube as WrittenCube
 from .cube import cube_of_model as cube_of_model
@@ -9,8 +8,6 @@ from .encoding import ProfileEncoding as ProfileEncoding
 from .encoding import profile_encoding as profile_encoding
 from .profile import Profile as Profile
 from .profile import read_profile as read_profile
-from .readings import profile_measurements as profile_measurements
-from .readings import read_profile_measurements as read_profile_measurements
 from .write import ProfileKind as ProfileKind
 from .write import WrittenProfile as WrittenProfile
 from .write import profile_of_model as profile_of_model

@@ -18,8 +18,7 @@ from devices.display.srgb_curve import SrgbCurve
 from devices.display.tone_curve import Curve
 from devices.errors import DeviceError
 from devices.profiles.curves import ParametricCurve, SampledCurve, TagCurve
-from devices.profiles.profile import COLOURS, MatrixModel, Profile
-from devices.profiles.readings import black_beneath
+from devices.profiles.profile import COLOURS, MatrixModel, Profile, black_beneath
 from documents import Finding
 
 Floats = NDArray[np.float64]

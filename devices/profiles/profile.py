@@ -33,6 +33,8 @@ _MATRIX, _CURVES = ("rXYZ", "gXYZ", "bXYZ"), ("rTRC", "gTRC", "bTRC")
 TABLES = ("A2B1", "A2B0")
 _MOST_CONDITION = 1e4
 _WHITE_OFF = 0.01
+# From this share of the black point on, light at code 0 is the display's black, and not what rounding leaves.
+_OWN_BLACK = 0.1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -256,3 +258,12 @@ def _xyz(tag: Tag) -> Floats:
     if tag.type != "XYZ ":
         raise tag.wrong_type("'XYZ '")
     return tag.fixed(8, 3)
+
+
+def black_beneath(profile: Profile, matrix: MatrixModel) -> Floats | None:
+    """Return XYZ (3,) of the black that lies beneath the light of ``matrix``, with the white at Y = 1; None if none.
+
+    That is the black point (``bkpt``) where the curves give no light at code 0. Where they do, it is in them already.
+    """
+    own = float(matrix.xyz(np.zeros((1, 3)))[0, 1])
+    return None if profile.black is None or own > _OWN_BLACK * profile.black[1] else profile.black

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from devices.compensation import Rectangle, Size
 from devices.display import Eye
 from devices.errors import MeasuringError
-from devices.measurements import CodeTriple, Shown
-from devices.patches import Patch, PatchEye
+from devices.readings import CodeTriple, Patch, PatchEye, Shown
 from runner.measuring.patch_screen import middle_of
 from runner.presenter.depth import code_texture, highest_code
 from runner.presenter.drawing import BLACK, BLUE, Painter

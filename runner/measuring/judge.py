@@ -12,10 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.compensation import wrong_lens
-from devices.instruments import Reading
-from devices.measurements import Kept, must_differ
-from devices.patches import Patch, Step
+from devices.display import wrong_lens
+from devices.readings import Kept, Patch, Reading, Step, must_differ
 
 Floats = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from devices.patches import PatchEye
+    from devices.readings import PatchEye
     from runner.measuring.take_readings import Progress
 
 
@@ -46,7 +46,7 @@ class PatchOptions:
 
 @dataclass(frozen=True, slots=True)
 class InstrumentOptions:
-    """What reads the light: one of `devices.instruments.INSTRUMENTS`, its serial port, and options of its own.
+    """What reads the light: one of `devices.readings.INSTRUMENTS`, its serial port, and options of its own.
 
     With ``accept_readings`` a measurement goes on where readings make no sense (`runner.measuring.judge`), and says so.
     """

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from devices.compensation import Correction, Size
 from devices.display import Eye, EyeModels
-from devices.measurements import CodeTriple, Shown
-from devices.patches import Patch, PatchEye
+from devices.readings import CodeTriple, Patch, PatchEye, Shown
 from runner.presenter.depth import highest_code
 from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.presenter import Presenter

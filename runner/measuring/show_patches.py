@@ -11,7 +11,7 @@ from pathlib import Path
 
 from devices.display import GammaTable
 from devices.errors import MeasuringError
-from devices.patches import BEFORE_SETTLINGS, Arrangement, PatchEye, Step, steps
+from devices.readings import BEFORE_SETTLINGS, Arrangement, PatchEye, Step, steps
 from runner.measuring.keys import Keys
 from runner.measuring.options import Dialogue, PatchOptions, ShowOptions
 from runner.measuring.patch_screen import PatchScreen

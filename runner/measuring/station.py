@@ -17,9 +17,19 @@ from numpy.typing import NDArray
 from devices.compensation import Correction
 from devices.display import EYES, Eye, GammaTable
 from devices.errors import MeasuringError
-from devices.instruments import Wiring, open_instrument
-from devices.measurements import MeasurementLog, Session, read_session, step_facts, write_measurements
-from devices.patches import PatchEye, PatchSet, Step, steps
+from devices.readings import (
+    MeasurementLog,
+    PatchEye,
+    PatchSet,
+    Session,
+    Step,
+    Wiring,
+    open_instrument,
+    read_session,
+    step_facts,
+    steps,
+    write_measurements,
+)
 from documents import Finding, sha256_of_file
 from documents.text import did_you_mean
 from runner.measuring.code_screen import CodeScreen

@@ -13,9 +13,20 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 
-from devices.instruments import GarbledError, Instrument, InstrumentError, LostError, RangeError, Reading, Showing
-from devices.measurements import MeasurementLog
-from devices.patches import BEFORE_SETTLINGS, Arrangement, PatchEye, Step
+from devices.readings import (
+    BEFORE_SETTLINGS,
+    Arrangement,
+    GarbledError,
+    Instrument,
+    InstrumentError,
+    LostError,
+    MeasurementLog,
+    PatchEye,
+    RangeError,
+    Reading,
+    Showing,
+    Step,
+)
 from runner.measuring.judge import Judge
 from runner.measuring.keys import Keys
 from runner.measuring.patch_screen import PatchScreen

@@ -10,11 +10,12 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict
 
 from devices.colour_matching import DEFAULT_OBSERVER
-from devices.compensation import Crosstalk, GainMap
 from devices.display import (
     EYES,
+    Crosstalk,
     Eye,
     EyeModels,
+    GainMap,
     GammaTable,
     MonitorSettings,
     NominalSpec,
@@ -24,8 +25,7 @@ from devices.display import (
     read_rig,
 )
 from devices.errors import MeasuringError
-from devices.instruments import SimulatedDisplay, Wiring
-from devices.patches import ALL, PatchEye, PatchSet, find_sets
+from devices.readings import ALL, PatchEye, PatchSet, SimulatedDisplay, Wiring, find_sets
 from documents import Finding, load_document
 from documents.files import beside, looked_for
 from documents.yaml import read_yaml

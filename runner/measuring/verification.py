@@ -14,9 +14,22 @@ from devices.colour import delta_e_2000, xyz_to_lab
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.display import DisplayModel
 from devices.errors import MeasuringError
-from devices.instruments import SPECTRAL, Faults, Showing, Simulated, SimulatedDisplay
-from devices.measurements import Kept, Session, Shown, xyz_from_spectra
-from devices.patches import AskedColour, Patch, PatchEye, PatchSet, asked_of
+from devices.readings import (
+    SPECTRAL,
+    AskedColour,
+    Faults,
+    Kept,
+    Patch,
+    PatchEye,
+    PatchSet,
+    Session,
+    Showing,
+    Shown,
+    Simulated,
+    SimulatedDisplay,
+    asked_of,
+    xyz_from_spectra,
+)
 from documents import Finding
 from documents.text import JsonResult
 from runner.measuring.options import Dialogue, InstrumentOptions, ShowOptions

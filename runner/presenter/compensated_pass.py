@@ -6,8 +6,8 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.compensation import Correction, GainMap, PixelGrid, channel_crosstalk, squeezed_size
-from devices.display import DisplayModel, Eye, EyeModels
+from devices.compensation import Correction, PixelGrid, channel_crosstalk, squeezed_size
+from devices.display import DisplayModel, Eye, EyeModels, GainMap
 from runner.presenter.arithmetic import Real, Real3, Real3x3
 from runner.presenter.bands import InBands, to_the_end
 from runner.presenter.code_pass import CodePass
@@ -26,7 +26,7 @@ class CompensatedPass:
     """The pass of ``eye``. Squeezing, dithering and bits are as in `ColourPass`.
 
     XYZ is averaged first where the signal is squeezed. Then follow, in `Arithmetic`, the steps of
-    `devices.compensation.crosstalk_cancel.cancel_crosstalk`, then `devices.compensation.gain_map.GainMap.corrected`,
+    `devices.compensation.crosstalk_cancel.cancel_crosstalk`, then `devices.display.gain_map.GainMap.corrected`,
     then the codes.
     """
 

@@ -24,7 +24,7 @@ from devices.camera import (
 from devices.chart import COLORCHECKER, ChartLayout
 from devices.colour_matching import DEFAULT_OBSERVER, colorimetric_observer
 from devices.errors import DeviceError
-from devices.patches import colorchecker_XYZ
+from devices.readings import colorchecker_XYZ
 from documents import Finding
 from documents.text import visible
 from stimuli.chart.find import find_corners, turn_upright

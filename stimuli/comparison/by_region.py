@@ -16,7 +16,7 @@ from devices.camera import CameraModel, Exposure
 from devices.chart import COLORCHECKER, MOST_OFF, WAYS, misfit, patch_quadrangles
 from devices.colour import XYZ_from_xyY, white_point
 from devices.colour_matching import DEFAULT_OBSERVER
-from devices.patches import colorchecker_xyY
+from devices.readings import colorchecker_xyY
 from documents import Finding, in_threads
 from documents.text import significant
 from stimuli.comparison.areas import AreaMean, area_means

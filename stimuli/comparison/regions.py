@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from devices.chart import COLORCHECKER, ChartLayout, patch_quadrangles
-from devices.patches import colorchecker_xyY
+from devices.readings import colorchecker_xyY
 from documents import Finding
 from stimuli.comparison.areas import crosses_itself
 from stimuli.comparison.regions_file import (

@@ -165,7 +165,7 @@ def on_grid(nm: Sequence[float], values: Sequence[float]) -> Spectrum:
 
 def XYZ_of(spectrum: Spectrum, observer: str = DEFAULT_OBSERVER) -> Floats:
     """Return XYZ (3,) in cd/m², for an observer, of a spectral radiance in W/(sr m² nm) on the grid."""
-    from devices.measurements import xyz_from_spectra
+    from devices.readings import xyz_from_spectra
 
     return np.asarray(xyz_from_spectra(np.array(spectrum), wavelengths_nm(), observer)[0])
 

@@ -50,7 +50,7 @@ def spectral_to_xyz(
     """Return the absolute XYZ of a spectral picture for a colorimetric observer.
 
     Bands are summed at their own spacing, a block of rows at a time, as
-    `devices.measurements.spectra.xyz_from_spectra` does.
+    `devices.readings.spectra.xyz_from_spectra` does.
 
     Parameters
     ----------

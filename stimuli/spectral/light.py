@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.colour_matching import DEFAULT_OBSERVER
-from devices.measurements import xyz_from_spectra
+from devices.readings import xyz_from_spectra
 from documents.text import JsonResult
 from stimuli.errors import StimulusError
 from stimuli.spectral.curves import read_illuminant
@@ -67,7 +67,7 @@ class Illumination(JsonResult):
 def observer_weights(wavelengths_nm: Floats, observer: str = DEFAULT_OBSERVER) -> Floats:
     """Return XYZ in cd/m², shape (bands, 3), of 1 W/(sr m² nm) in each band alone; 0 where the observer sees nothing.
 
-    The rule is that of `devices.measurements.spectra.xyz_from_spectra`: linear, so that bands can be weighted singly.
+    The rule is that of `devices.readings.spectra.xyz_from_spectra`: linear, so that bands can be weighted singly.
     """
     seen = seen_bands(wavelengths_nm)
     weights = np.zeros((len(wavelengths_nm), 3))

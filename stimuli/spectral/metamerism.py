@@ -9,7 +9,7 @@ import numpy as np
 
 from devices.colour_matching import ColorimetricObserver, colorimetric_observer
 from devices.diagnostics import ObserverMetamerism, observer_metamerism, screen_spectra
-from devices.measurements import Measurements
+from devices.readings import Measurements
 from stimuli.errors import StimulusError
 from stimuli.spectral.curves import read_illuminant, read_reflectances
 

@@ -102,7 +102,7 @@ def test_folders_that_were_there_stay_as_they_were(study: Study) -> None:
 
 
 def test_a_measurement_of_a_display_is_for_all(tmp_path: Path) -> None:
-    from devices.measurements import MeasurementLog
+    from devices.readings import MeasurementLog
 
     with MeasurementLog.create(tmp_path / "display.jsonl", {"steps": []}):
         pass

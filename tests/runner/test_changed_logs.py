@@ -11,7 +11,7 @@ import pytest
 
 import cyclopean
 from analysis.records import FILE_NAME, check_log, read_session, session_files
-from devices.measurements import MeasurementLog
+from devices.readings import MeasurementLog
 from documents import InputError
 from tests.runner.changed_logs import EDITS, edit, flip, recorded, refused
 from tests.runner.every_kind import VARIANTS

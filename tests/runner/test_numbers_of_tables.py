@@ -11,9 +11,9 @@ import pytest
 
 from analysis.comparisons import read_table
 from devices.camera import read_correspondences, read_reference
-from devices.display.colour_table import read_colours
-from devices.measurements import read_csv, read_measurements
-from devices.patches.patch_file import read_patches
+from devices.readings import read_csv, read_measurements
+from devices.readings.colour_table import read_colours
+from devices.readings.patch_file import read_patches
 from documents import InputError
 from stimuli.spectral.curves import read_illuminant, read_reflectances, read_sensitivities
 

@@ -12,7 +12,7 @@ import yaml
 from numpy.typing import NDArray
 
 from devices.colour import XYZ_from_xyY
-from devices.measurements import xyz_from_spectra
+from devices.readings import xyz_from_spectra
 from documents import InputError
 from stimuli.build import build_set
 from stimuli.pictures import read_exr

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from scipy.special import j1
 
-from devices.measurements import xyz_from_spectra
+from devices.readings import xyz_from_spectra
 from stimuli.errors import StimulusError
 from stimuli.recipes import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe

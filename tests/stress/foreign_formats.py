@@ -216,14 +216,14 @@ def _readings() -> tuple[bytes, ...]:
 
 @cache
 def _ti3() -> tuple[bytes, ...]:
-    from devices.measurements import Measurements
-    from devices.measurements.csv_table import parse_csv
-    from devices.measurements.ti3 import format_ti3
+    from devices.readings import Measurements
+    from devices.readings.csv_table import parse_csv
+    from devices.readings.ti3 import format_ti3
 
     table = parse_csv(_readings()[0].decode().splitlines(), "readings.csv")
     waves = np.arange(380, 731, 10.0)
     spectra = np.outer(1e-3 * (1 + np.arange(5)), np.exp(-(((waves - 550) / 60) ** 2)))
-    from devices.measurements import xyz_from_spectra
+    from devices.readings import xyz_from_spectra
 
     spectral = Measurements(np.eye(5)[:, :3], xyz_from_spectra(spectra, waves), spectra=spectra, wavelengths_nm=waves)
     calibrated = format_ti3(table).replace('Y_100 "NO"', 'Y_100 "YES"') + (
@@ -235,7 +235,7 @@ def _ti3() -> tuple[bytes, ...]:
 
 
 def _read_readings(path: Path) -> object:
-    from devices.measurements import read_measurements
+    from devices.readings import read_measurements
 
     return read_measurements(path)
 
@@ -259,7 +259,8 @@ def _profiles() -> tuple[bytes, ...]:
 
 
 def _read_profile(path: Path) -> object:
-    from devices.profiles import model_of_profile, read_profile, read_profile_measurements
+    from devices.profiles import model_of_profile, read_profile
+    from devices.readings import read_profile_measurements
 
     profile = read_profile(path)
     return read_profile_measurements(path, 100.0), None if profile.table_name else model_of_profile(profile, 100.0)
@@ -374,9 +375,7 @@ def _nested(depth: int) -> bytes:
 @cache
 def _logs() -> tuple[bytes, ...]:
     """Return the log of a measurement, with checksums and as older versions wrote it."""
-    from devices.instruments import Reading
-    from devices.measurements import MeasurementLog, step_facts
-    from devices.patches import find_patches, steps
+    from devices.readings import MeasurementLog, Reading, find_patches, step_facts, steps
 
     planned = steps(find_patches("grey"), 1)[:6]
     header = {
@@ -437,13 +436,13 @@ def _read_reference(path: Path) -> object:
 
 
 def _read_patches(path: Path) -> object:
-    from devices.patches.patch_file import read_patches
+    from devices.readings.patch_file import read_patches
 
     return read_patches(path)
 
 
 def _read_colours(path: Path) -> object:
-    from devices.display.colour_table import read_colours
+    from devices.readings.colour_table import read_colours
 
     return read_colours(path, "xyz", 255.0)
 

@@ -11,7 +11,7 @@ import sys
 import time
 from pathlib import Path
 
-from devices.measurements import read_session
+from devices.readings import read_session
 
 SIMULATED = ["--instrument", "simulated", "--backend", "egl", "--settle", "0", "--set", "grey"]
 MOST_ROUNDS = 60

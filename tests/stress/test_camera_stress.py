@@ -10,7 +10,7 @@ import pytest
 from devices.camera import Correspondences, Loss, ReferenceColours, fit_camera
 from devices.chart import COLORCHECKER, perspective, project
 from devices.colour import XYZ_from_xyY, delta_e_2000, xyz_to_lab
-from devices.patches import colorchecker_xyY
+from devices.readings import colorchecker_xyY
 from documents import InputError
 from stimuli.chart.camera_fit import read_chart
 from tests.stress.how_many import how_many

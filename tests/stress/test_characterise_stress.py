@@ -19,9 +19,8 @@ from devices.characterise.example_displays import liquid_crystal_XYZ, noisy
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.display import DisplayModel, ToneCurve
 from devices.errors import DeviceError
-from devices.instruments import Faults
-from devices.instruments.simulated import simulated_XYZ
-from devices.measurements import Measurements
+from devices.readings import Faults, Measurements
+from devices.readings.simulated import simulated_XYZ
 from tests.devices.display.test_residual import smooth
 from tests.stress.how_many import how_many
 

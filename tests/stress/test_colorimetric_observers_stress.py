@@ -15,7 +15,7 @@ from devices.colour_matching import (
     xyz_from_lms,
 )
 from devices.diagnostics import ScreenSpectra, observer_metamerism
-from devices.measurements import sampling_error, xyz_from_spectra
+from devices.readings import sampling_error, xyz_from_spectra
 
 pytestmark = pytest.mark.stress
 

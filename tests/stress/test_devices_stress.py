@@ -7,9 +7,9 @@ import itertools
 import numpy as np
 import pytest
 
-from devices.compensation import Crosstalk, GainMap, cancel_crosstalk, dither_thresholds, needed_lift
+from devices.compensation import cancel_crosstalk, dither_thresholds, needed_lift
 from devices.compensation.dither import dither_tables, tabled_dither_codes
-from devices.display import DisplayModel, EyeModels, ToneCurve
+from devices.display import Crosstalk, DisplayModel, EyeModels, GainMap, ToneCurve
 from devices.errors import DeviceError
 
 pytestmark = pytest.mark.stress

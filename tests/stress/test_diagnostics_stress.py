@@ -17,7 +17,7 @@ from devices.diagnostics.eyewear import crosstalk
 from devices.diagnostics.stability import drift
 from devices.diagnostics.warm_up import warm_up
 from devices.display import EyeModels
-from devices.measurements import Measurements
+from devices.readings import Measurements
 from tests.devices.diagnostics import test_drift as planted
 from tests.devices.diagnostics import test_hostile_readings as hostile
 from tests.devices.diagnostics import test_warm_up_places as places

@@ -9,14 +9,12 @@ import numpy as np
 import pytest
 
 from devices.diagnostics import MeasuredSet, examine
-from devices.instruments import Faults, Reading
-from devices.measurements import MeasurementLog, read_session, step_facts
-from devices.measurements.read import measurements_of
-from devices.patches import Patch, PatchSet, steps
+from devices.readings import Faults, MeasurementLog, Patch, PatchSet, Reading, read_session, step_facts, steps
+from devices.readings.read import measurements_of
 from documents import InputError
 from runner.measuring.code_screen import CodeScreen, EyeCodes
 from runner.presenter import MODES, find_mode, open_surface
-from tests.devices.patches.simulated_sets import read_sets
+from tests.devices.readings.test_diagnostic_sets import read_sets
 from tests.runner.measuring.test_commands import DISPLAY, RIG
 from tests.stress.killed_measurement import kill_and_resume
 

@@ -13,7 +13,7 @@ from devices.profiles import WrittenProfile, profile_of_model
 from devices.profiles.profile import profile_of
 from devices.profiles.tag_table import parse_profile_file
 from tests.devices.profiles.little_cms import through
-from tests.devices.profiles.random_displays import plvc_display
+from tests.devices.profiles.profile_bytes import plvc_display
 from tests.stress.test_plvc_stress import display, refused
 
 pytestmark = pytest.mark.stress

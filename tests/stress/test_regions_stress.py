@@ -10,7 +10,7 @@ import pytest
 
 from devices.chart import COLORCHECKER, WAYS, patch_quadrangles
 from devices.colour import XYZ_from_xyY
-from devices.patches import colorchecker_xyY
+from devices.readings import colorchecker_xyY
 from stimuli.comparison import Evidence, Region, compare_regions, judge, place_regions, read_regions
 from stimuli.comparison.areas import AreaMean, crosses_itself, inside, window
 from stimuli.comparison.by_region import check_charts

@@ -11,7 +11,7 @@ from devices.characterise.figures import differences
 from devices.characterise.patches import patches
 from devices.display import Plvc
 from devices.errors import DeviceError
-from devices.measurements import Measurements
+from devices.readings import Measurements
 from tests.devices.characterise.test_residual_fit import CODES, FRESH
 from tests.devices.display.test_residual import smooth
 

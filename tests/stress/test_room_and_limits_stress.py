@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from devices.colour import delta_e_2000, xyz_to_lab
-from devices.compensation import Crosstalk, cancel_crosstalk, check_leakage
+from devices.compensation import cancel_crosstalk
 from devices.compensation.clipping import clip_cost
 from devices.compensation.crosstalk_cancel import seen_XYZ
 from devices.diagnostics.light_of_readings import in_light_of
-from devices.display import EYES, DisplayModel, EyeModels, ToneCurve
+from devices.display import EYES, Crosstalk, DisplayModel, EyeModels, ToneCurve, check_leakage
 from devices.errors import DeviceError
-from devices.measurements import Measurements
+from devices.readings import Measurements
 from tests.displays import display_models, eye_models
 
 pytestmark = pytest.mark.stress

@@ -9,7 +9,8 @@ import click
 from runner.cli.number_types import POSITIVE, Whole
 
 if TYPE_CHECKING:
-    from devices.display import Eye, Kind
+    from devices.display import Eye
+    from devices.readings import Kind
 
 _FILES = ("icc", "cube")
 
@@ -90,7 +91,8 @@ def _print(file: str, display_file: str, mode: str | None, eye: Eye, target: Kin
     import sys
     from pathlib import Path
 
-    from devices.display import convert_colours, read_display
+    from devices.display import read_display
+    from devices.readings import convert_colours
 
     display = read_display(Path(display_file))
     chosen = display.only_mode() if mode is None else mode
@@ -117,8 +119,8 @@ def _write(
 
     from devices.display import read_display
     from devices.errors import DeviceError
-    from devices.measurements import CIE_1931_2
     from devices.profiles import CubeInput, ProfileKind, write_cube, write_profile
+    from devices.readings import CIE_1931_2
     from documents import Finding
 
     display = read_display(Path(named))

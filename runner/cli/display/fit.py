@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from devices.characterise import Candidate, Estimate, EyeFit, MeasuredParts, ModelNumbers, ProfileMode, ThesisFits
     from devices.display import PanelSpec
-    from devices.measurements import PatchEye
+    from devices.readings import PatchEye
 
     Floats = NDArray[np.float64]
 
@@ -98,7 +98,7 @@ def command(
 
     from devices.characterise import Name, fit_display, read_profile_mode
     from devices.diagnostics import plain, read_sets
-    from devices.measurements import CIE_1931_2, PatchEye
+    from devices.readings import CIE_1931_2, PatchEye
     from runner.cli.display.measuring_options import panel_of
 
     shape = panel_of(panel) if panel else None

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from runner.measuring.take_readings import Outcome, Progress
 
 Command = Callable[..., Any]
-# As devices.instruments.INSTRUMENTS and devices.patches.BUILT_IN have them; repeated here so that help appears at once.
+# As devices.readings.INSTRUMENTS and devices.readings.BUILT_IN have them; repeated here so that help appears at once.
 INSTRUMENTS = ("cs2000", "pr655", "spotread", "manual", "simulated")
 SETS = (
     "Set of patches; repeat for several: table_c1, grey, cube, dark; warm-up, warm-up-places, repeatability, "

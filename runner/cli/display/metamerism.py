@@ -47,7 +47,7 @@ def command(
     import json
 
     from devices.colour_matching import categorical_observers, colorimetric_observer, individual_observers
-    from devices.measurements import read_measurements
+    from devices.readings import read_measurements
     from stimuli.spectral import metamerism_of_files
 
     matched_for = colorimetric_observer(observer)

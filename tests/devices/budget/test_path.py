@@ -14,9 +14,20 @@ from numpy.typing import NDArray
 
 from devices.budget import Cost, Encoding, ErrorBudget, Mixed, OwnPixels, Pair, SmoothScene, Step, joined_differences
 from devices.budget.path import half_floats
-from devices.compensation import Correction, Crosstalk, GainMap, channel_split, dither_codes, dither_thresholds
+from devices.compensation import Correction, channel_split, dither_codes, dither_thresholds
 from devices.compensation.eye_costs import mixed_costs
-from devices.display import ENTRIES, EYES, DisplayModel, EyeModels, ToneCurve, code_tables, read_display, table_codes
+from devices.display import (
+    ENTRIES,
+    EYES,
+    Crosstalk,
+    DisplayModel,
+    EyeModels,
+    GainMap,
+    ToneCurve,
+    code_tables,
+    read_display,
+    table_codes,
+)
 from tests.displays import corrections, eye_models
 
 Floats = NDArray[np.float64]

@@ -9,7 +9,7 @@ import pytest
 
 from devices.camera import Correspondences
 from devices.colour import XYZ_from_xyY
-from devices.patches import colorchecker_xyY
+from devices.readings import colorchecker_xyY
 
 M = np.array([[220.0, 37.0, 3.0], [84.0, 146.0, -46.0], [12.0, -35.0, 220.0]])
 

@@ -16,7 +16,7 @@ from devices.camera import Correspondences, Exposure, Form, Loss, fit_camera
 from devices.camera.solve import design, left_out_xyz, solve
 from devices.colour import XYZ_from_xyY, delta_e_2000, xyz_to_lab
 from devices.errors import DeviceError
-from devices.patches import colorchecker_xyY
+from devices.readings import colorchecker_xyY
 
 See = Callable[..., Correspondences]
 FORMS: tuple[Form, ...] = ("linear", "affine")

@@ -20,7 +20,7 @@ from devices.characterise.light_errors import light_errors, worse
 from devices.characterise.readings_check import check_readings
 from devices.display import DisplayModel, ToneCurve
 from devices.errors import DeviceError
-from devices.measurements import Measurements, read_csv
+from devices.readings import Measurements, read_csv
 
 NIGHTLY = pytest.mark.nightly
 CODES = table_c1_codes()

@@ -9,7 +9,7 @@ import yaml
 from devices.characterise import thesis_display
 from devices.characterise.measured_parts import measured_parts
 from devices.diagnostics import MeasuredSet, examine
-from devices.measurements import Measurements, PatchEye
+from devices.readings import Measurements, PatchEye
 
 DISPLAY = thesis_display()
 COLOURS: dict[str, list[float]] = {

@@ -16,7 +16,7 @@ from devices.characterise.figures import differences
 from devices.characterise.patches import patches
 from devices.characterise.residual_fit import fit_curves_too, fit_residual, knots_among
 from devices.display import Plvc
-from devices.measurements import Measurements
+from devices.readings import Measurements
 from tests.devices.display.test_residual import smooth
 
 Floats = NDArray[np.float64]

@@ -15,20 +15,27 @@ from devices.colour import delta_e_2000, xyz_to_lab
 from devices.compensation import (
     Compensation,
     Correction,
-    Crosstalk,
     CrosstalkReading,
     EyeView,
-    GainMap,
     Rectangle,
     cancel_crosstalk,
     channel_crosstalk,
-    check_leakage,
     fit_crosstalk,
     needed_lift,
 )
 from devices.compensation.crosstalk_cancel import seen_XYZ
-from devices.compensation.gain_map import Normalise
-from devices.display import EYES, DisplayModel, Eye, EyeModels, ToneCurve, read_display
+from devices.display import (
+    EYES,
+    Crosstalk,
+    DisplayModel,
+    Eye,
+    EyeModels,
+    GainMap,
+    ToneCurve,
+    check_leakage,
+    read_display,
+)
+from devices.display.gain_map import Normalise
 from devices.errors import DeviceError
 
 ASUS = Path(__file__).parents[3] / "configs/displays/asus_vg248qe.yaml"

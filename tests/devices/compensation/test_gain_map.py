@@ -10,9 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from devices.compensation import GainMap
-from devices.compensation.gain_map import Normalise, Positions
-from devices.display import read_display
+from devices.display import GainMap, read_display
+from devices.display.gain_map import Normalise, Positions
 from devices.errors import DeviceError
 
 ASUS = Path(__file__).parents[3] / "configs/displays/asus_vg248qe.yaml"

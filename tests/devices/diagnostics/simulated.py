@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.display import DisplayModel, ToneCurve
-from devices.measurements import Measurements, PatchEye
-from devices.patches import find_patches, steps
+from devices.readings import Measurements, PatchEye, find_patches, steps
 
 Floats = NDArray[np.float64]
 Light = Callable[[Floats], Floats]

@@ -16,9 +16,7 @@ from devices.diagnostics.content import black_with_picture, dynamic_contrast, pi
 from devices.diagnostics.mixing import added_channels, standard_primaries, white_segment
 from devices.diagnostics.signal_path import code_steps, frame_rate_control, last_codes, signal_range
 from devices.display import MIXTURES, NODES, DisplayModel, EyeModels, Plvc, TableCurve, ToneCurve
-from devices.instruments import Faults, Showing, Simulated, SimulatedDisplay
-from devices.measurements import Measurements
-from devices.patches import Step, find_sets, steps
+from devices.readings import Faults, Measurements, Showing, Simulated, SimulatedDisplay, Step, find_sets, steps
 
 Floats = NDArray[np.float64]
 Examination = Callable[[Measurements], Diagnosis]

@@ -15,8 +15,7 @@ from devices.diagnostics.content import black_with_picture, dynamic_contrast, pi
 from devices.diagnostics.mixing import added_channels, standard_primaries, white_segment
 from devices.diagnostics.signal_path import code_steps, frame_rate_control, last_codes, signal_range
 from devices.display import DisplayModel, ToneCurve
-from devices.instruments import Faults
-from devices.measurements import Measurements
+from devices.readings import Faults, Measurements
 from tests.devices.diagnostics.simulated import MODEL, characterisation, readings
 from tests.devices.diagnostics.simulated_cable import CHECKS, WIDE, clean, converted, faulty, read_cable
 

@@ -1,4 +1,7 @@
-"""Gamuts and samples in xy, as in thesis Figures 3.1 to 3.12, and in u′v′."""
+"""Gamuts and samples in xy, as in thesis Figures 3.1 to 3.12, and in u′v′.
+
+The shipped curve against colour-science.
+"""
 
 from __future__ import annotations
 
@@ -6,13 +9,15 @@ import numpy as np
 import pytest
 
 from devices.characterise import table_c1_codes, thesis_display
+from devices.colour_matching import colorimetric_observer
 from devices.diagnostics import MeasuredSet, Panel, examine, locus_line
-from devices.diagnostics.chromaticity_diagrams import diagrams, triangle, uv_from_xy
-from devices.diagnostics.colours import chromaticities, primary_colours
+from devices.diagnostics.chromaticity_diagrams import LOCUS, diagrams, triangle, uv_from_xy
+from devices.diagnostics.colours import chromaticities, outside, primary_colours
 from devices.diagnostics.gamut_and_model import gamut, gamut_change, gamuts
 from devices.diagnostics.readings import uv, xy
 from devices.display import DisplayModel
-from devices.measurements import Measurements, PatchEye
+from devices.readings import Measurements, PatchEye
+from tests.devices.diagnostics.simulated import characterisation
 
 MODEL = thesis_display()
 CODES = table_c1_codes()
@@ -95,3 +100,20 @@ def test_one_gamut_alone_has_no_diagram_of_several() -> None:
     without = Measurements(grey, MODEL.xyz(grey))
     found = gamuts([("a", READ), ("grey", without)])
     assert (found.passed, found.value) == (None, None)
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_the_locus_is_that_of_cie_1931() -> None:
+    nm, x, y = (np.array(column, dtype=np.float64) for column in zip(*LOCUS, strict=True))
+    assert np.abs(xy(colorimetric_observer("CIE 1931 2").functions_at(nm)) - np.column_stack([x, y])).max() <= 5.1e-5
+
+
+def test_each_figure_of_samples_has_it_and_a_display_lies_inside() -> None:
+    lines = chromaticities(characterisation()).series[0].lines
+    assert lines[0] == locus_line()
+    corners = np.column_stack([lines[1].x, lines[1].y])
+    assert len(corners) == 3
+    # Each primary lies inside some triangle of the horseshoe.
+    curve = np.column_stack([lines[0].x, lines[0].y])
+    fans = [curve[[0, start, start + 1]] for start in range(1, len(curve) - 1)]
+    assert np.min([outside(corners, fan) for fan in fans], axis=0).max() == 0

@@ -14,7 +14,7 @@ from devices.colour import delta_e_2000, xyz_to_lab
 from devices.diagnostics import estimate_drift
 from devices.diagnostics.stability import drift
 from devices.diagnostics.time_trend import trend_in_time
-from devices.measurements import Measurements
+from devices.readings import Measurements
 from tests.devices.diagnostics.simulated import MODEL, characterisation
 
 Floats = NDArray[np.float64]

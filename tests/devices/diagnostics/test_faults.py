@@ -20,7 +20,7 @@ from devices.diagnostics.panel import angular_colour, angular_luminance, pixel_i
 from devices.diagnostics.stability import drift, repeatability
 from devices.diagnostics.warm_up import warm_up
 from devices.display import DisplayModel, ToneCurve
-from devices.measurements import Measurements
+from devices.readings import Measurements
 from tests.devices.diagnostics.simulated import MODEL, characterisation, one_patch, readings, spectra
 
 Floats = NDArray[np.float64]

@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 
 from devices.diagnostics import MeasuredSet, examine
 from devices.display import EyeModels
-from devices.instruments import Faults
-from devices.measurements import Measurements, PatchEye
+from devices.readings import Faults, Measurements, PatchEye
 from tests.devices.diagnostics.simulated import MODEL, characterisation
 from tests.devices.diagnostics.simulated_cable import CHECKS, read_cable
 

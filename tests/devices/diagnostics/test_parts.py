@@ -20,7 +20,7 @@ from devices.diagnostics.readings import tag
 from devices.diagnostics.settling import settle
 from devices.display import EyeModels, read_display
 from devices.errors import DeviceError
-from devices.measurements import Measurements, PatchEye, read_csv
+from devices.readings import Measurements, PatchEye, read_csv
 from tests.devices.diagnostics.simulated import MODEL, characterisation, readings
 from tests.devices.diagnostics.simulated import crosstalk_readings as leaking
 

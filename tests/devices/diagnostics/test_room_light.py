@@ -13,9 +13,8 @@ from devices.characterise import fit_display
 from devices.diagnostics.room_light import room_light, room_lights, without_room
 from devices.display import DisplayModel, PanelSpec, ToneCurve, read_display
 from devices.errors import DeviceError
-from devices.measurements import Measurements
-from devices.measurements.table import joined
-from devices.patches import PatchEye, find_patches
+from devices.readings import Measurements, PatchEye, find_patches
+from devices.readings.table import joined
 
 pytestmark = pytest.mark.usefixtures("fits_kept")
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from devices.diagnostics.readings import tag
 from devices.diagnostics.settling import place_departures
 from devices.diagnostics.warm_up import warm_up
-from devices.measurements import Measurements
+from devices.readings import Measurements
 
 Floats = NDArray[np.float64]
 LEVELS = {(2, 1): 0.9, (2, 2): 1.0, (2, 3): 0.95}

@@ -9,9 +9,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.compensation import Crosstalk, GainMap, cancel_crosstalk
+from devices.compensation import cancel_crosstalk
 from devices.compensation.crosstalk_cancel import seen_XYZ
-from devices.display import DisplayModel, EyeModels, Plvc, TableCurve, ToneCurve, read_display, read_rig
+from devices.display import (
+    Crosstalk,
+    DisplayModel,
+    EyeModels,
+    GainMap,
+    Plvc,
+    TableCurve,
+    ToneCurve,
+    read_display,
+    read_rig,
+)
 from devices.errors import DeviceError
 from documents import InputError
 

@@ -13,7 +13,7 @@ from devices.display import DisplayModel, ToneCurve
 from devices.errors import DeviceError
 from devices.profiles import CubeInput, cube_of_model, write_cube
 from devices.profiles.colour_table import between
-from tests.devices.profiles.random_displays import plvc_display
+from tests.devices.profiles.profile_bytes import plvc_display
 
 
 def _read(text: str) -> tuple[dict[str, str], np.ndarray]:

@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 
 from devices.characterise import thesis_display
 from devices.errors import DeviceError
-from devices.measurements import Measurements
-from devices.measurements.ti3 import format_ti3
-from devices.profiles import model_of_profile, profile_measurements, profile_of_model
+from devices.profiles import model_of_profile, profile_of_model
 from devices.profiles.profile import profile_of
 from devices.profiles.tag_table import parse_profile_file
+from devices.readings import Measurements, profile_measurements
+from devices.readings.ti3 import format_ti3
 from tests.devices.profiles.profile_bytes import curv, matrix_tags, para, profile, text, vcgt
 from tests.devices.profiles.test_colour_table import TABLES
 

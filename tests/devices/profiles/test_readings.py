@@ -9,9 +9,9 @@ import pytest
 
 from devices.display import GammaTable
 from devices.errors import DeviceError
-from devices.measurements import Measurements, read_measurements
-from devices.measurements.ti3 import format_ti3
-from devices.profiles import carried, read_profile
+from devices.profiles import read_profile
+from devices.readings import Measurements, carried, read_measurements
+from devices.readings.ti3 import format_ti3
 from tests.devices.profiles.profile_bytes import curv, matrix_tags, para, profile, text, vcgt
 
 CODES = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0.25, 0.5, 0.75], [1, 1, 1.0]])

@@ -19,7 +19,7 @@ from devices.profiles import Profile, WrittenProfile, model_of_profile, profile_
 from devices.profiles.profile import profile_of
 from devices.profiles.tag_table import parse_profile_file
 from tests.devices.profiles.little_cms import through
-from tests.devices.profiles.random_displays import displays, plvc_display
+from tests.devices.profiles.profile_bytes import displays, plvc_display
 
 CODES = np.concatenate(
     [np.random.default_rng(1).random((1500, 3)) ** 1.5, np.zeros((1, 3)), np.eye(3), np.ones((1, 3))]

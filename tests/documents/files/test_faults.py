@@ -15,8 +15,8 @@ import pytest
 from analysis.comparisons import read_any
 from analysis.records import check_log, read_session
 from devices.display import read_display
-from devices.measurements import read_measurements
 from devices.profiles import read_profile
+from devices.readings import read_measurements
 from documents import InputError, read_yaml
 from documents.files import DurableLog, system_fault, unwritable
 from stimuli.pictures import StereoImage, picture_input, read_coded, read_exr, read_picture, write_exr

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from devices.budget import Encoding, ErrorBudget, OwnPixels, Step
 from devices.characterise import fit_display, table_c1_codes, thesis_display
 from devices.colour import delta_e_2000, xyz_to_lab
-from devices.compensation import Correction, Crosstalk, GainMap
+from devices.compensation import Correction
 from devices.compensation.crosstalk_cancel import seen_XYZ
-from devices.display import ENTRIES, EYES, Eye, EyeModels, PanelSpec, Rig, read_display, read_rig
-from devices.measurements import Measurements
+from devices.display import ENTRIES, EYES, Crosstalk, Eye, EyeModels, GainMap, PanelSpec, Rig, read_display, read_rig
+from devices.readings import Measurements
 from runner.check import CheckOptions, check_file, rig_budget
 from runner.check.error_budget import SCENE_PX, _scene
 from runner.cli.main import group

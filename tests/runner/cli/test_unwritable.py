@@ -22,7 +22,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from devices.measurements import Measurements, write_csv
+from devices.readings import Measurements, write_csv
 from documents import InputError
 from runner.cli.main import group
 from runner.presenter import open_surface

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from devices.measurements import read_session
+from devices.readings import read_session
 from documents import InputError
 from runner.cli.main import group
 from runner.presenter import open_surface

@@ -14,8 +14,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from devices.display import MonitorSettings, read_display
-from devices.measurements import read_csv, read_measurements, read_session
-from devices.patches import find_patches
+from devices.readings import find_patches, read_csv, read_measurements, read_session
 from documents import InputError
 from runner.cli.main import group
 from runner.presenter import MODES, open_surface

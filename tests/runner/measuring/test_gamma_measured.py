@@ -14,8 +14,7 @@ from click.testing import CliRunner, Result
 
 from devices.display import EYES, GammaTable, read_display
 from devices.errors import MeasuringError
-from devices.measurements import read_measurements, read_session
-from devices.patches import find_patches
+from devices.readings import find_patches, read_measurements, read_session
 from documents import InputError
 from runner.cli.main import group
 from runner.measuring import Dialogue, InstrumentOptions, PatchOptions, ShowOptions, measure_display, verify_display

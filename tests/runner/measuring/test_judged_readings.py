@@ -13,9 +13,18 @@ import pytest
 from click.testing import CliRunner, Result
 from numpy.typing import NDArray
 
-from devices.instruments import Reading, Showing, Simulated
-from devices.measurements import Kept, read_measurements, read_session
-from devices.patches import Patch, Step, find_patches, steps
+from devices.readings import (
+    Kept,
+    Patch,
+    Reading,
+    Showing,
+    Simulated,
+    Step,
+    find_patches,
+    read_measurements,
+    read_session,
+    steps,
+)
 from documents import InputError
 from runner.cli.main import group
 from runner.measuring.judge import Judge

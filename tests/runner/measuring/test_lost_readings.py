@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from analysis.records import check_log
-from devices.measurements import MeasurementLog, read_session
+from devices.readings import MeasurementLog, read_session
 from documents import InputError
 from runner.presenter import open_surface
 from tests.choice import nightly

@@ -11,10 +11,19 @@ from devices.characterise import fit_display, table_c1_codes
 from devices.diagnostics import judge_display
 from devices.display import DisplayModel, EyeModels, PanelSpec, ToneCurve
 from devices.errors import DeviceError, MeasuringError
-from devices.instruments import Reading, SimulatedDisplay
-from devices.measurements import Kept, Measurements, Session, read_measurements, write_csv, xyz_from_spectra
-from devices.measurements.ti3 import write_ti3
-from devices.patches import Step, asked_of
+from devices.readings import (
+    Kept,
+    Measurements,
+    Reading,
+    Session,
+    SimulatedDisplay,
+    Step,
+    asked_of,
+    read_measurements,
+    write_csv,
+    xyz_from_spectra,
+)
+from devices.readings.ti3 import write_ti3
 from runner.measuring import Dialogue, InstrumentOptions, ShowOptions, verify_display
 from runner.measuring.target import read_target, wiring_of
 from runner.measuring.verification import judge, patches_of

@@ -13,9 +13,18 @@ from click.testing import CliRunner, Result
 
 from devices.diagnostics import MeasuredSet, examine, plain
 from devices.display import read_display
-from devices.instruments import Simulated
-from devices.measurements import MeasurementLog, read_csv, read_session, step_facts
-from devices.patches import Patch, PatchSet, Place, find_sets, steps
+from devices.readings import (
+    MeasurementLog,
+    Patch,
+    PatchSet,
+    Place,
+    Simulated,
+    find_sets,
+    read_csv,
+    read_session,
+    step_facts,
+    steps,
+)
 from documents import InputError
 from runner.cli.main import group
 from runner.measuring.code_screen import CodeScreen, EyeCodes

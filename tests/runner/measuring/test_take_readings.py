@@ -10,10 +10,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from devices.instruments import GarbledError, InstrumentError, LostError, RangeError, Reading, Showing
-from devices.instruments.errors import TimedOutError
-from devices.measurements import MeasurementLog, read_session, step_facts
-from devices.patches import find_patches, steps
+from devices.readings import (
+    GarbledError,
+    InstrumentError,
+    LostError,
+    MeasurementLog,
+    RangeError,
+    Reading,
+    Showing,
+    find_patches,
+    read_session,
+    step_facts,
+    steps,
+)
+from devices.readings.instrument import TimedOutError
 from runner.measuring.code_screen import CodeScreen, EyeCodes
 from runner.measuring.take_readings import Outcome, Progress, take_readings
 from runner.ports import KeyPress, WindowClosed

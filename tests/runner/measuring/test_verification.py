@@ -13,9 +13,7 @@ from click.testing import CliRunner
 from devices.compensation import Correction
 from devices.display import DisplayModel, EyeModels, ToneCurve, read_display
 from devices.errors import MeasuringError
-from devices.instruments import Reading, SimulatedDisplay
-from devices.measurements import Kept, Session, read_session
-from devices.patches import Patch, PatchSet, Step, asked_of
+from devices.readings import Kept, Patch, PatchSet, Reading, Session, SimulatedDisplay, Step, asked_of, read_session
 from documents import InputError
 from runner.cli.main import group
 from runner.measuring.patch_screen import AskedScreen

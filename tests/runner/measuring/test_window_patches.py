@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from devices.measurements import read_session
+from devices.readings import read_session
 
 pytestmark = [pytest.mark.window, pytest.mark.nightly]
 

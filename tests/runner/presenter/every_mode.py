@@ -10,8 +10,8 @@ import sys
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.compensation import Correction, Crosstalk, GainMap
-from devices.display import DisplayModel, EyeModels, Plvc, TableCurve, ToneCurve
+from devices.compensation import Correction
+from devices.display import Crosstalk, DisplayModel, EyeModels, GainMap, Plvc, TableCurve, ToneCurve
 from runner.presenter import MODES, Picture, Presenter, Scene, find_mode, open_surface
 from stimuli.pictures import StereoImage
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.compensation import Correction, Crosstalk, GainMap, least_squares
-from devices.display import DisplayModel, EyeModels, TableCurve, ToneCurve
+from devices.compensation import Correction, least_squares
+from devices.display import Crosstalk, DisplayModel, EyeModels, GainMap, TableCurve, ToneCurve
 from runner.presenter import ColourPass, GraphicsError, arithmetic_choice
 from runner.presenter.arithmetic import Arithmetic, Real, Real3, Real3x3, as_floats
 from runner.presenter.arithmetic_choice import TOLERANCE, VARIABLE, arithmetic_errors, arithmetic_of

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.compensation import Correction, Crosstalk, GainMap
-from devices.display import EyeModels
+from devices.compensation import Correction
+from devices.display import Crosstalk, EyeModels, GainMap
 from runner.presenter import Dithering, Picture, PresentationError, Presenter, Scene, find_mode
 from runner.presenter.surfaces.egl import EglSurface
 from stimuli.pictures import StereoImage

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.compensation import Correction, Crosstalk, GainMap, PixelGrid, cancel_crosstalk, dither_thresholds
+from devices.compensation import Correction, PixelGrid, cancel_crosstalk, dither_thresholds
 from devices.compensation.dither import dither_tables, tabled_dither_codes
-from devices.display import EYES, DisplayModel, Eye, EyeModels
+from devices.display import EYES, Crosstalk, DisplayModel, Eye, EyeModels, GainMap
 from runner.presenter import Dithering
 from runner.presenter.bands import to_the_end
 from runner.presenter.code_pass import release_codes

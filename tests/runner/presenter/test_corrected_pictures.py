@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.compensation import Compensation, Correction, Crosstalk, GainMap, needed_lift
-from devices.display import DisplayModel, EyeModels, ToneCurve, read_rig
+from devices.compensation import Compensation, Correction, needed_lift
+from devices.display import Crosstalk, DisplayModel, EyeModels, GainMap, ToneCurve, read_rig
 from runner.presenter import ModeOptions, Picture, Presenter, Scene, find_mode, open_surface
 from runner.presenter.surfaces.egl import EglSurface
 from runner.protocol import read_experiment

@@ -13,8 +13,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from devices.compensation import Correction, Crosstalk, GainMap, least_squares
-from devices.display import EYES, Eye, EyeModels, Plvc, Residual, TableCurve
+from devices.compensation import Correction, least_squares
+from devices.display import EYES, Crosstalk, Eye, EyeModels, GainMap, Plvc, Residual, TableCurve
 from runner.presenter import MODES, PresentationError, find_mode
 from runner.presenter.depth import Bits
 from runner.presenter.surfaces.egl import EglSurface

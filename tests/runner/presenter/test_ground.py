@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from devices.compensation import Compensation, Correction, Crosstalk
-from devices.display import EYES, DisplayModel, EyeModels
+from devices.compensation import Compensation, Correction
+from devices.display import EYES, Crosstalk, DisplayModel, EyeModels
 from runner.presenter import MODES, Box, Picture, Presenter, Scene, Text, coverage, find_mode
 from runner.presenter.ground import Ground, Inks, Light
 from stimuli.pictures import StereoImage

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from devices.characterise.choose import characterise
 from devices.compensation import Mixture, dither_codes, dither_thresholds
 from devices.display import Curve, DisplayModel, TableCurve, ToneCurve, code_tables, knotted_codes, table_codes
-from devices.measurements import read_csv
+from devices.readings import read_csv
 from runner.presenter import ColourPass, Dithering
 from runner.presenter.colour_pass import MixedPass
 from runner.presenter.surfaces.egl import EglSurface

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.compensation import Crosstalk, cancel_crosstalk, dither_thresholds
+from devices.compensation import cancel_crosstalk, dither_thresholds
 from devices.compensation.dither import dither_tables, tabled_dither_codes
 from devices.display import (
+    Crosstalk,
     DisplayModel,
     EyeModels,
     Plvc,

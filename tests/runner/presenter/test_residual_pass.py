@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from devices.compensation import Correction, Crosstalk, cancel_crosstalk
-from devices.display import EyeModels
+from devices.compensation import Correction, cancel_crosstalk
+from devices.display import Crosstalk, EyeModels
 from runner.presenter.compensated_pass import CompensatedPass
 from runner.presenter.surfaces.egl import EglSurface
 from tests.devices.display.test_residual import smooth

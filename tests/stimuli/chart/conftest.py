@@ -10,7 +10,7 @@ import pytest
 from devices.camera import ReferenceColours
 from devices.chart import COLORCHECKER, perspective, project
 from devices.colour import XYZ_from_xyY
-from devices.patches import colorchecker_xyY
+from devices.readings import colorchecker_xyY
 
 M = np.array([[220.0, 37.0, 3.0], [84.0, 146.0, -46.0], [12.0, -35.0, 220.0]])
 CORNERS = np.array([[120.0, 90.0], [620.0, 130.0], [590.0, 455.0], [95.0, 410.0]])

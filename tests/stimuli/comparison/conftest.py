@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from devices.chart import COLORCHECKER, patch_quadrangles
 from devices.colour import XYZ_from_xyY
-from devices.patches import colorchecker_xyY
+from devices.readings import colorchecker_xyY
 from stimuli.comparison import read_regions
 from stimuli.comparison.areas import inside, window
 from stimuli.comparison.regions_file import RegionsFile

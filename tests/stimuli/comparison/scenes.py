@@ -15,7 +15,7 @@ from scipy.special import ndtr
 
 from devices.chart import COLORCHECKER, perspective, project
 from devices.colour import XYZ_from_xyY
-from devices.patches import colorchecker_xyY
+from devices.readings import colorchecker_xyY
 from stimuli.pictures import StereoImage, write_exr
 
 Floats32 = NDArray[np.float32]

@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from devices.camera import CameraModel, Correspondences, fit_camera, read_camera, read_reference, write_camera
-from devices.measurements import xyz_from_spectra
+from devices.readings import xyz_from_spectra
 from documents import InputError
 from runner.cli.main import group
 from stimuli.build import build_set

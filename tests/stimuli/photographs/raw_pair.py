@@ -15,7 +15,7 @@ import yaml
 from numpy.typing import NDArray
 
 from devices.colour import XYZ_from_xyY
-from devices.patches import colorchecker_xyY
+from devices.readings import colorchecker_xyY
 from stimuli.pictures import StereoImage
 from stimuli.recipes import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe

@@ -11,7 +11,8 @@ import pytest
 from PIL import Image, ImageCms
 
 from devices.errors import DeviceError
-from devices.profiles import profile_measurements, read_profile
+from devices.profiles import read_profile
+from devices.readings import profile_measurements
 from stimuli.errors import StimulusError
 from stimuli.pictures import ColourSpace, StereoImage, find_pictures, read_picture
 from tests.devices.profiles.profile_bytes import matrix_tags, para, profile, text, vcgt

@@ -12,14 +12,9 @@ from PIL import Image
 
 from devices.characterise import thesis_display
 from devices.errors import DeviceError
-from devices.profiles import (
-    model_of_profile,
-    profile_measurements,
-    profile_of_model,
-    read_profile,
-    read_profile_measurements,
-)
+from devices.profiles import model_of_profile, profile_of_model, read_profile
 from devices.profiles.tag_table import parse_profile_file
+from devices.readings import profile_measurements, read_profile_measurements
 from runner.cli.main import group
 from stimuli.pictures import StereoImage, read_picture
 from tests.devices.profiles.little_cms import through

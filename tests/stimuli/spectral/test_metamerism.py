@@ -19,8 +19,8 @@ from devices.colour_matching import (
 )
 from devices.diagnostics import ScreenSpectra, observer_metamerism, screen_spectra
 from devices.errors import DeviceError
-from devices.measurements import Measurements, xyz_from_spectra
-from devices.measurements.ti3 import write_ti3
+from devices.readings import Measurements, xyz_from_spectra
+from devices.readings.ti3 import write_ti3
 from documents import InputError
 from stimuli.spectral import metamerism_of_files
 

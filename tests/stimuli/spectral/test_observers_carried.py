@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from devices.colour import white_point
-from devices.measurements import xyz_from_spectra
+from devices.readings import xyz_from_spectra
 from documents import InputError
 from runner.presenter import show_picture
 from runner.protocol import read_experiment

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from devices.camera import Exposure
-from devices.measurements import xyz_from_spectra
+from devices.readings import xyz_from_spectra
 from stimuli.errors import StimulusError
 from stimuli.spectral import Illumination, Quantity, read_spectral
 from stimuli.spectral import picture as picture_module

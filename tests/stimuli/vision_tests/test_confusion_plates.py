@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from devices.colour_matching import cone_fundamentals
 from devices.display import DisplayModel, EyeModels, ToneCurve
-from devices.measurements import xyz_from_spectra
+from devices.readings import xyz_from_spectra
 from documents import InputError
 from runner.blocks.screening.colour_vision import ColourVisionSpec
 from runner.blocks.screening.vision_test import Screen

@@ -10,10 +10,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.compensation import Crosstalk, GainMap, code_lights, least_squares
+from devices.compensation import code_lights, least_squares
 from devices.compensation.dither import adjacent_codes
 from devices.display import (
+    Crosstalk,
     EyeModels,
+    GainMap,
     Plvc,
     SrgbCurve,
     TableCurve,

@@ -12,7 +12,7 @@ from click.testing import CliRunner, Result
 
 from devices.camera import Exposure, read_camera
 from devices.colour import XYZ_from_xyY
-from devices.patches import colorchecker_xyY
+from devices.readings import colorchecker_xyY
 from documents import InputError
 from runner.cli.main import group
 from tests.choice import nightly

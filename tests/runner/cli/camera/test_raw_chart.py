@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from devices.camera import read_camera
 from devices.colour import XYZ_from_xyY
-from devices.patches import colorchecker_xyY
+from devices.readings import colorchecker_xyY
 from documents import InputError
 from runner.cli.camera import command as group
 from stimuli.pictures import read_exr

@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from devices.camera import Exposure
-from devices.measurements import xyz_from_spectra
+from devices.readings import xyz_from_spectra
 from documents import InputError
 from runner.cli.camera.spectral import command
 from stimuli.develop import read_camera_image

@@ -17,8 +17,8 @@ from devices.characterise.example_displays import liquid_crystal_XYZ, noisy
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.display import EYES, GammaTable, Plvc, read_display
 from devices.errors import DeviceError
-from devices.measurements import Measurements, read_measurements, write_csv
-from devices.measurements.ti3 import write_ti3
+from devices.readings import Measurements, read_measurements, write_csv
+from devices.readings.ti3 import write_ti3
 from runner.cli.main import group
 from runner.presenter import LoadedTable
 from runner.presenter.gamma_check import compare_tables

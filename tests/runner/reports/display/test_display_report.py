@@ -16,7 +16,7 @@ from click.testing import CliRunner, Result
 
 from devices.diagnostics import Line, MeasuredSet, Panel, Verdicts, examine
 from devices.errors import DeviceError
-from devices.measurements import write_csv
+from devices.readings import write_csv
 from runner.cli.main import group
 from runner.reports.display.figure import COLOURS, looks, panel_svg
 from runner.reports.display.page import render, short, typeset

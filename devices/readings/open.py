@@ -1,0 +1,180 @@
+"""Opening an instrument by name; the instrument that a person reads."""
+
+from __future__ import annotations
+
+import math
+import re
+import shlex
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+from devices.display.model import DisplayModel
+from devices.errors import DeviceError
+from devices.readings.arrangement import PatchEye
+from devices.readings.instrument import Instrument, LostError, RangeError, Reading, Showing
+from devices.readings.simulated import Faults, Simulated, SimulatedDisplay
+from documents import Finding
+from documents.text import did_you_mean
+
+INSTRUMENTS: Mapping[str, str] = MappingProxyType(
+    {
+        "cs2000": "Konica Minolta CS-2000 or CS-2000A on a serial port",
+        "pr655": "Photo Research PR-655 or PR-670 on a serial port",
+        "spotread": "any instrument that ArgyllCMS's spotread knows",
+        "manual": "a person reads the instrument and types X Y Z",
+        "simulated": "a model of the display with noise, drift and other faults",
+    }
+)
+# Those that give spectra, whatever they are connected to.
+SPECTRAL = frozenset({"cs2000", "pr655"})
+_SKIP = ("skip", "s")
+
+
+def _nobody(prompt: str) -> str | None:
+    return None
+
+
+def _silence(words: str) -> None:
+    return None
+
+
+@dataclass(frozen=True, slots=True)
+class Wiring:
+    """What instruments may need: a serial ``port``, ``options`` of their own, a person, a display to simulate.
+
+    The last is a ``model``, or a display with two of them and what is between, seen through the lens of ``eye``.
+    """
+
+    port: str | None = None
+    options: Mapping[str, str] = field(default_factory=dict)
+    ask: Callable[[str], str | None] = _nobody
+    correct: Callable[[str], None] = _silence
+    model: DisplayModel | SimulatedDisplay | None = None
+    seed: int = 0
+    eye: PatchEye = "both"
+
+
+def open_instrument(name: str, wiring: Wiring) -> Instrument:
+    """Open the instrument called ``name``, one of `INSTRUMENTS`.
+
+    Serial instruments take the options ``answer_s`` and ``measure_s``; `spotread` takes ``spotread``, the program's own
+    options in one string; a simulated one takes those of `devices.readings.simulated.Faults`.
+
+    Parameters
+    ----------
+    name
+        One of `INSTRUMENTS`, such as ``manual`` or ``simulated``.
+    wiring
+        The port, the options, the person to ask, and the display to simulate, as far as the instrument needs them.
+
+    Returns
+    -------
+    Instrument
+        The open instrument; its readings are XYZ with Y in cd/m².
+
+    Raises
+    ------
+    DeviceError
+        If there is no such instrument or option, or it cannot be opened.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from devices.display import read_display
+    >>> model = read_display(Path("configs/displays/asus_vg248qe.yaml")).models("quad-buffered").left
+    >>> instrument = open_instrument("simulated", Wiring(model=model))
+    >>> type(instrument).__name__
+    'Simulated'
+    >>> instrument.close()
+    """
+    if name == "simulated":
+        if wiring.model is None:
+            remedy = "give a display that was characterised in this mode, to simulate it"
+            raise DeviceError(Finding("there is no display model to simulate", remedy=remedy))
+        return Simulated(wiring.model, wiring.seed, Faults.parse(dict(wiring.options)), wiring.eye)
+    if name == "manual":
+        _only((), wiring.options)
+        return Manual(wiring.ask, wiring.correct)
+    if name == "spotread":
+        from devices.readings.spotread import Spotread
+
+        _only(("spotread",), wiring.options)
+        return Spotread(wiring.port, shlex.split(wiring.options.get("spotread", "")), wiring.ask)
+    if name not in INSTRUMENTS:
+        remedy = did_you_mean(name, INSTRUMENTS)
+        raise DeviceError(Finding(f"there is no instrument '{name}'", remedy=remedy))
+    return _serial(name, wiring)
+
+
+def _serial(name: str, wiring: Wiring) -> Instrument:
+    try:
+        from devices.readings.serial_line import ports
+    except ModuleNotFoundError:
+        raise DeviceError(Finding("serial instruments need pyserial", remedy="pip install pyserial")) from None
+    from devices.readings.cs2000 import CS2000
+    from devices.readings.photo_research import PhotoResearch
+
+    _only(("answer_s", "measure_s"), wiring.options)
+    if wiring.port is None:
+        raise DeviceError(
+            Finding(f"'{name}' needs a port", remedy=f"--port with one of: {', '.join(ports()) or 'none'}")
+        )
+    seconds = {key: _seconds(key, text) for key, text in wiring.options.items()}
+    return (CS2000 if name == "cs2000" else PhotoResearch)(wiring.port, **seconds)
+
+
+def _only(known: tuple[str, ...], options: Mapping[str, str]) -> None:
+    for key in options:
+        if key not in known:
+            remedy = f"it has {', '.join(known)}" if known else "it has none"
+            raise DeviceError(Finding(f"the instrument has no option '{key}'", remedy=remedy))
+
+
+def _seconds(key: str, text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0 < value < 36000:
+        raise DeviceError(Finding(f"'{key}' is '{text}'", remedy="a number of seconds is needed"))
+    return value
+
+
+class Manual:
+    """Asks for X, Y and Z in cd/m² with ``ask``, which shows a prompt and returns what is typed; None at its end.
+
+    ``correct`` gets what is wrong with what was typed.
+    """
+
+    name = "typed by hand"
+
+    def __init__(self, ask: Callable[[str], str | None], correct: Callable[[str], None]) -> None:
+        self._ask = ask
+        self._correct = correct
+
+    def read(self, showing: Showing) -> Reading:
+        """Ask until three numbers are typed; ``skip`` leaves the patch for later."""
+        while True:
+            typed = self._ask(f"{showing.label}: X Y Z in cd/m², or skip: ")
+            if typed is None:
+                raise LostError("nobody types any more; resume with --resume")
+            if typed.strip().lower() in _SKIP:
+                raise RangeError("skipped")
+            numbers = _numbers(typed)
+            if numbers is not None:
+                return Reading(numbers)
+            self._correct("three numbers are needed, such as 12.3 13.4 14.5, none below 0")
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+def _numbers(typed: str) -> tuple[float, float, float] | None:
+    try:
+        numbers = [float(word) for word in re.split(r"[\s,;]+", typed.strip())]
+    except ValueError:
+        return None
+    if len(numbers) != 3 or not all(math.isfinite(number) and number >= 0 for number in numbers):
+        return None
+    return numbers[0], numbers[1], numbers[2]
