@@ -23,8 +23,8 @@ from simulated_studies import Coverage, Decisions, Design, coverage, decisions
 
 from analysis.bootstrap.confidence_intervals import KINDS, Kind, intervals
 from analysis.bootstrap.replicates import NAMES, resample_counts
+from analysis.choices import CovarianceChoice
 from analysis.scaling.laws import Model
-from analysis.scaling.result import CovarianceChoice
 
 Row = dict[str, object]
 

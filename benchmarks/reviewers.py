@@ -22,7 +22,7 @@ from curves import numbers, program, seconds, sized
 from promises import Promise, worst
 from simulated_studies import Design, as_comparisons
 
-from analysis.classes import Adjust
+from analysis.choices import Adjust
 from analysis.comparisons.comparisons import Comparisons, from_arrays
 from analysis.inference import (
     compare_models,

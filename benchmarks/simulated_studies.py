@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from analysis.bootstrap.confidence_intervals import Kind, intervals
 from analysis.bootstrap.replicates import Name, Quantity, Replicates, resample_counts
-from analysis.classes.multiplicity import Adjust, corrected, two_sided_p
+from analysis.choices import Adjust, CovarianceChoice
+from analysis.classes.multiplicity import corrected, two_sided_p
 from analysis.comparisons.comparisons import Comparisons, from_arrays
 from analysis.errors import ResultsError
 from analysis.power.plan import Plan
@@ -27,7 +28,7 @@ from analysis.scaling.laplacian import contrast_variances
 from analysis.scaling.laws import LAWS, Model
 from analysis.scaling.newton import maximise
 from analysis.scaling.profile import profiles_of
-from analysis.scaling.result import CovarianceChoice, CovarianceKind, Fit, Method
+from analysis.scaling.result import CovarianceKind, Fit, Method
 from analysis.scaling.scores import score
 from analysis.scaling.separation import strong_groups
 

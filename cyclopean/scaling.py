@@ -16,13 +16,13 @@ from cyclopean.result import Result
 from documents import Finding, InputError
 
 if TYPE_CHECKING:
-    from analysis.classes import Adjust
+    from analysis.choices import Adjust, CovarianceChoice
     from analysis.comparisons import Coded, CodedTable, Comparisons
     from analysis.factors import FactorEffects
     from analysis.jod import JodScales
     from analysis.observers import ObserverTable
     from analysis.records import SessionLog
-    from analysis.scaling import CovarianceChoice, GroupedScores, MethodChoice, Model, Scores
+    from analysis.scaling import GroupedScores, MethodChoice, Model, Scores
     from runner.reports import PowerStudy
 
 Answers = pd.DataFrame | str | Path

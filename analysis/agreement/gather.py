@@ -7,7 +7,7 @@ from typing import Literal, get_args
 
 from analysis.agreement.observed import ObservedGroup, observed_pairs
 from analysis.agreement.observed_means import observed_ratings, observed_series
-from analysis.classes.multiplicity import Adjust
+from analysis.choices import Adjust
 from analysis.errors import ResultsError
 from analysis.records.results import refuse_mixtures
 from analysis.records.session_record import SessionLog

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from analysis.agreement.observed import Drawn, ObservedGroup
 from analysis.bootstrap.replicates import REPLICATES, SEED, draw_observers
+from analysis.choices import Adjust
 from analysis.classes.classes import TIED
-from analysis.classes.multiplicity import Adjust, corrected, two_sided_p
+from analysis.classes.multiplicity import corrected, two_sided_p
 from analysis.ratings.ratings import rating_tables
 from analysis.records.session_record import SessionLog
 from analysis.report.estimate import MOST_ITEMS_DRAWN

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from analysis.bootstrap.influence import influences
 from analysis.bootstrap.replicates import BLOCK_NUMBERS, Replicates
+from analysis.choices import Adjust
 from analysis.classes.classes import check_level, labelled, letter_display, numbered
-from analysis.classes.multiplicity import ADJUSTMENTS, MAXZ_SEED, Adjust, significant_pairs, single_step_end
+from analysis.classes.multiplicity import ADJUSTMENTS, MAXZ_SEED, significant_pairs, single_step_end
 from analysis.errors import ResultsError
 from analysis.scaling.counts import Counts
 from analysis.scaling.deciding import Verdicts, verdicts

@@ -1,3 +1,2 @@
 from .classes import classify as classify
 from .conclusions import Conclusion as Conclusion
-from .multiplicity import Adjust as Adjust

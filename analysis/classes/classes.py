@@ -14,7 +14,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.classes.multiplicity import Adjust, adjusted_p, corrected
+from analysis.choices import Adjust
+from analysis.classes.multiplicity import adjusted_p, corrected
 from analysis.errors import ResultsError
 from analysis.scaling.laplacian import pair_variances
 from analysis.scaling.profile import Profiles

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from types import MappingProxyType
-from typing import Literal, get_args
+from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.choices import Adjust
 from analysis.errors import ResultsError
 from analysis.scaling.laplacian import pair_variances
 from analysis.scaling.shrinkage import Spread
 from documents import Finding
 
 Floats = NDArray[np.float64]
-Adjust = Literal["none", "holm", "bh", "maxz"]
 ADJUSTMENTS: tuple[Adjust, ...] = get_args(Adjust)
 ADJUSTMENT_NAMES = MappingProxyType(
     {

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.choices import Adjust
 from analysis.classes.classes import check_level
-from analysis.classes.multiplicity import Adjust
 from analysis.comparisons.comparisons import Comparisons, split_groups
 from analysis.errors import ResultsError
 from analysis.hierarchical.elimination import Blocks

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.choices import Adjust
 from analysis.classes.classes import Classes, best_first, classes_if_few
-from analysis.classes.multiplicity import Adjust
 from analysis.errors import ResultsError
 from analysis.hierarchical.propagation import GroupAnswers, Sites
 from analysis.hierarchical.spread import Spread, mean_over_observers

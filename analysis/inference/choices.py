@@ -16,6 +16,7 @@ from typing import Any, ClassVar, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.choices import Adjust
 from analysis.classes.classes import (
     Letters,
     TooManyClasses,
@@ -26,14 +27,7 @@ from analysis.classes.classes import (
     numbered,
 )
 from analysis.classes.conclusions import MAJORITY, verdict_of
-from analysis.classes.multiplicity import (
-    ADJUSTMENTS,
-    MAXZ_SEED,
-    Adjust,
-    corrected,
-    single_step,
-    two_sided_p,
-)
+from analysis.classes.multiplicity import ADJUSTMENTS, MAXZ_SEED, corrected, single_step, two_sided_p
 from analysis.errors import ResultsError
 from analysis.inference.differences import check_fitted
 from analysis.inference.left_out import LeftOut, left_out

@@ -16,9 +16,10 @@ from typing import Any, get_args
 
 import numpy as np
 
+from analysis.choices import Adjust
 from analysis.classes.classes import check_level
 from analysis.classes.conclusions import Verdict, verdict_of
-from analysis.classes.multiplicity import Adjust, corrected
+from analysis.classes.multiplicity import corrected
 from analysis.errors import ResultsError
 from analysis.inference.differences import differences
 from analysis.scaling.laws import LAWS, Model

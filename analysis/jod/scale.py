@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.bootstrap.replicates import draw_observers
+from analysis.choices import Adjust
 from analysis.classes.classes import Classes, best_first, check_level, classes_if_few
-from analysis.classes.multiplicity import Adjust
 from analysis.comparisons.comparisons import Comparisons, split_groups
 from analysis.errors import ResultsError, naming
 from analysis.jod.fits import check_counts, fit_jod

@@ -9,19 +9,19 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.choices import Adjust, CovarianceChoice, Interval
 from analysis.classes.classes import check_level
-from analysis.classes.multiplicity import MAXZ_SEED, Adjust, single_step
+from analysis.classes.multiplicity import MAXZ_SEED, single_step
 from analysis.errors import ResultsError
 from analysis.hierarchical.spread import flattening, mean_over_observers
 from analysis.scaling.fitting import covariance_kind, fit
 from analysis.scaling.laplacian import pseudo_inverse
 from analysis.scaling.laws import LOGISTIC, probabilities
-from analysis.scaling.result import CovarianceChoice, CovarianceKind
+from analysis.scaling.result import CovarianceKind
 from analysis.scaling.shrinkage import Spread
 from documents import Finding
 
 Floats = NDArray[np.float64]
-Interval = Literal["wald", "bootstrap"]
 MAXZ_SAMPLES = 50_000  # standard error 0.001 at p = 0.05
 ScoresOf = Literal["typical", "average"]
 INTERVALS: tuple[Interval, ...] = get_args(Interval)

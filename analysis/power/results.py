@@ -9,14 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.choices import TARGET
 from analysis.errors import ResultsError
 from analysis.power.plan import Plan
 from documents import Finding
 from documents.text import did_you_mean, finite
 
 Floats = NDArray[np.float64]
-
-TARGET = 0.8
 
 
 @dataclass(frozen=True, slots=True, eq=False)

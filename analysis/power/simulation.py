@@ -13,6 +13,7 @@ from operator import add
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.choices import REPLICATES, SEED
 from analysis.errors import ResultsError
 from analysis.power.compute import Done, compute
 from analysis.power.plan import Plan, check
@@ -138,7 +139,6 @@ def simulate(block: Block) -> Tally:
 
 
 MOST_OBSERVERS = 100_000
-REPLICATES, SEED = 1000, 2016
 
 
 @one_blas_thread()

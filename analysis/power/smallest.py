@@ -10,15 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.classes.multiplicity import Adjust
+from analysis.choices import SEED, TARGET, Adjust, CovarianceChoice
 from analysis.comparisons.comparisons import Comparisons
 from analysis.errors import ResultsError
 from analysis.power.plan import Plan
-from analysis.power.results import TARGET
-from analysis.power.simulation import SEED, simulate_power
+from analysis.power.simulation import simulate_power
 from analysis.power.studies import matrices
 from analysis.scaling.laws import NATS_PER_JND
-from analysis.scaling.result import CovarianceChoice
 from analysis.scaling.separation import compared_groups
 from documents import Finding
 

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.bootstrap.fits import fit_each
+from analysis.choices import Interval
 from analysis.classes.multiplicity import significant_pairs
-from analysis.power.plan import Interval, Plan
+from analysis.power.plan import Plan
 from analysis.scaling.counts import Counts
 from analysis.scaling.deciding import verdicts
 from analysis.scaling.jeffreys import Jeffreys

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from analysis.bootstrap.replicates import Replicates, resample
 from analysis.bootstrap.stability import Stability, class_stability
-from analysis.classes.multiplicity import Adjust
+from analysis.choices import Adjust, CovarianceChoice
 from analysis.comparisons.comparisons import Comparisons
 from analysis.report.words import COVARIANCE_WORDS
 from analysis.scaling.clustered import by_observer
@@ -19,7 +19,7 @@ from analysis.scaling.laws import LOGISTIC
 from analysis.scaling.learnt_prior import Posterior, learnt_posterior
 from analysis.scaling.newton import Point
 from analysis.scaling.profile import profiles_of
-from analysis.scaling.result import TWO_SIDED_95, CovarianceChoice, CovarianceKind, Fit
+from analysis.scaling.result import TWO_SIDED_95, CovarianceKind, Fit
 from analysis.scaling.scores import Scores, classes_of, rescored, score
 from analysis.scaling.separation import compared_groups
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from analysis.classes.multiplicity import Adjust
+from analysis.choices import Adjust, CovarianceChoice
 from analysis.comparisons.comparisons import Comparisons, split_groups
 from analysis.comparisons.session_groups import SessionGroups, factors_of
 from analysis.records.session_record import Header, SessionLog
@@ -22,7 +22,6 @@ from analysis.report.summary import (
     smallest_of,
 )
 from analysis.scaling.grouped import GroupedScores, common_items, score_groups
-from analysis.scaling.result import CovarianceChoice
 
 POOLED = "all groups together"
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from analysis.classes.multiplicity import ADJUSTMENT_NAMES, Adjust
+from analysis.choices import Adjust, CovarianceChoice
+from analysis.classes.multiplicity import ADJUSTMENT_NAMES
 from analysis.observers.filters import Filter
 from analysis.records.session_record import SessionLog
 from analysis.report.blocks import Section, Table, write_csv_files, write_figure_files
@@ -32,7 +33,6 @@ from analysis.report.sections.shown import (
 )
 from analysis.report.sections.thresholds import thresholds_section
 from analysis.report.words import chance, fixed
-from analysis.scaling.result import CovarianceChoice
 from analysis.scaling.terminal import Published
 from documents.files import write_whole
 from documents.pages import page_environment

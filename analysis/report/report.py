@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
+from analysis.choices import Adjust, CovarianceChoice
 from analysis.classes.conclusions import Conclusion
-from analysis.classes.multiplicity import Adjust
 from analysis.comparisons.session_comparisons import grouped_comparisons, is_comparison, is_tie
 from analysis.errors import ResultsError
 from analysis.factors.result import FactorEffects
@@ -32,7 +32,6 @@ from analysis.report.sections.scores import beside_words
 from analysis.report.summary import Summary, summarise
 from analysis.report.words import counted
 from analysis.scaling.grouped_terminal import print_groups
-from analysis.scaling.result import CovarianceChoice
 from analysis.scaling.terminal import Published, print_scores
 from analysis.series.summary import SeriesSummary, summarise_series
 from analysis.thresholds.summary import ThresholdSummary, summarise_thresholds

@@ -11,7 +11,8 @@ from typing import Any, TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.classes.multiplicity import ADJUSTMENTS, Adjust
+from analysis.choices import Adjust, CovarianceChoice
+from analysis.classes.multiplicity import ADJUSTMENTS
 from analysis.comparisons.comparisons import Comparisons
 from analysis.comparisons.session_comparisons import from_sessions, is_comparison
 from analysis.errors import ResultsError
@@ -23,7 +24,7 @@ from analysis.records.session_record import Header, SessionLog
 from analysis.report.estimate import Estimate, estimate_scores
 from analysis.report.notes import notes_on
 from analysis.scaling.departure import OneScale, one_scale
-from analysis.scaling.result import COVARIANCE_CHOICES, TWO_SIDED_95, CovarianceChoice
+from analysis.scaling.result import COVARIANCE_CHOICES, TWO_SIDED_95
 from analysis.scaling.scores import Scores, score
 from analysis.series.observer_means import shares
 from documents import Finding

@@ -22,7 +22,6 @@ from .learnt_prior import Posterior as Posterior
 from .learnt_prior import learnt_posterior as learnt_posterior
 from .learnt_prior import updated_posterior as updated_posterior
 from .newton import maximise as maximise
-from .result import CovarianceChoice as CovarianceChoice
 from .result import CovarianceKind as CovarianceKind
 from .result import ModelMethod as ModelMethod
 from .robust_tests import ObserverTest as ObserverTest

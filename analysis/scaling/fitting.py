@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.choices import CovarianceChoice
 from analysis.comparisons.comparisons import Comparisons
 from analysis.errors import ResultsError
 from analysis.scaling.clustered import ByObserver, by_observer
@@ -25,7 +26,6 @@ from analysis.scaling.profile import MOST_STEPS, climbed, wins_by_observer
 from analysis.scaling.result import (
     COVARIANCE_CHOICES,
     BatchFit,
-    CovarianceChoice,
     CovarianceKind,
     Fit,
     Method,

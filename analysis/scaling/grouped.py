@@ -9,7 +9,7 @@ from typing import Any, TypedDict, Unpack
 
 import numpy as np
 
-from analysis.classes.multiplicity import Adjust
+from analysis.choices import Adjust, CovarianceChoice
 from analysis.comparisons.comparisons import (
     Comparisons,
     rename_items,
@@ -20,7 +20,6 @@ from analysis.comparisons.comparisons import (
 from analysis.errors import ResultsError, naming
 from analysis.scaling.group_agreement import GroupAgreement, group_agreement
 from analysis.scaling.laws import LAWS, Model
-from analysis.scaling.result import CovarianceChoice
 from analysis.scaling.scores import MethodChoice, Scores, score
 from analysis.scaling.separation import compared_groups
 from documents import Finding

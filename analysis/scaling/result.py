@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.choices import CovarianceChoice
 from analysis.classes.conclusions import Conclusion, concluded
 from analysis.scaling.clustered import ByObserver
 from analysis.scaling.counts import Counts
@@ -25,7 +26,6 @@ Floats = NDArray[np.float64]
 Method = Literal["ml", "firth"]
 ModelMethod = Literal["ml", "firth", "map"]
 CovarianceKind = Literal["model", "scaled", "sandwich", "shrinkage"]
-CovarianceChoice = Literal["auto", "model", "scaled", "sandwich", "shrinkage"]
 COVARIANCE_CHOICES: tuple[CovarianceChoice, ...] = get_args(CovarianceChoice)
 TWO_SIDED_95 = 1.959963984540054
 

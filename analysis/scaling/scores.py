@@ -10,14 +10,15 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.choices import Adjust, CovarianceChoice
 from analysis.classes.classes import Classes, best_first, check_level, classes_if_few
-from analysis.classes.multiplicity import Adjust, check_adjustment
+from analysis.classes.multiplicity import check_adjustment
 from analysis.comparisons.comparisons import Comparisons
 from analysis.scaling.departure import departure
 from analysis.scaling.fitting import DEFAULT_PRIOR_SD, fit_model
 from analysis.scaling.laws import LAWS, Model
 from analysis.scaling.profile import profiles_of, why_by_standard_errors
-from analysis.scaling.result import CovarianceChoice, Fit, ModelMethod
+from analysis.scaling.result import Fit, ModelMethod
 from analysis.scaling.separation import are_apart
 from documents.text import JsonResult, finite
 

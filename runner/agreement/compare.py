@@ -18,7 +18,7 @@ from analysis.agreement import (
     write_agreement_csv,
     write_agreement_page,
 )
-from analysis.classes import Adjust
+from analysis.choices import Adjust
 from analysis.comparisons import factors_of
 from analysis.errors import ResultsError
 from analysis.observers import Filter, keep

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from documents import Finding
+from documents.options import MONITOR, Typed
 
 # What a file says, in the order in which it is printed; every value is plain JSON.
 Facts = dict[str, Any]
@@ -22,27 +23,48 @@ TRIED_OBSERVERS = 5, 10, 15, 30
 class CheckOptions:
     """What else to look at: the results folder, the screen, and the pictures, which may have to be built first.
 
-    What changed since the sessions in that folder is an error, unless to ``accept_changes``: then a warning.
-    A gamma table that is not the measured one is an error, unless ``accept_gamma_table``: then a warning.
-    ``mode`` is shown instead of the rig's, and ``allow_uncharacterised`` lets it use another mode's measurements.
-    ``monitors`` are those for the window, by name or number, in place of the rig's.
-    ``budget`` asks for what each step from a picture's file to the eye costs, of an experiment or a rig.
-    ``observers`` are numbers of them, of each of which is stated what differences the design finds.
-    A stimulus of which more than ``clip_limit_percent`` of an eye's pixels are clipped gets a warning.
+    Attributes
+    ----------
+    results
+        Folder that the sessions will be written to.
+    screen
+        Whether it is an error if this screen cannot show the experiment, a warning, or not looked at.
+    pictures
+        Build the stimuli; without, clipping is not reported.
+    clip_limit_percent
+        Percentage of an eye's clipped pixels above which a stimulus gets a warning; 0.3 is the thesis's.
+    accept_gamma_table
+        Make it a warning, not an error, if the graphics card's gamma table is not the measured one.
+    accept_changes
+        Make it a warning, not an error, if experiment, stimuli, display or rig changed since the sessions before.
+    mode
+        Stereo mode to use instead of the rig's, as `cyclopean run --mode`.
+    allow_uncharacterised
+        Use another mode's characterisation if this mode has none.
+    budget
+        Report what each step from a picture's file to the eye costs in ΔE00, of a rig or an experiment.
+    observers
+        Number of observers planned: what differences an experiment finds with them; repeat for several. Default: 5,
+        10, 15 and 30.
+    monitors
+        Monitor for the window, as `cyclopean doctor` lists them; twice for dual-window, the left eye's first. Default:
+        the rig's, else the first of the panel's resolution.
+    progress
+        Called with what is being done, how much of it is done, and of how much.
     """
 
     results: Path = Path("results")
     screen: ScreenCheck = "if present"
     pictures: bool = True
-    clip_limit_percent: float = CLIP_LIMIT_PERCENT
+    clip_limit_percent: Annotated[float, Typed("--clip-limit", "PERCENT", 0, 100)] = CLIP_LIMIT_PERCENT
     accept_gamma_table: bool = False
+    accept_changes: bool = False
     mode: str | None = None
     allow_uncharacterised: bool = False
-    progress: Callable[[str, int, int], None] = lambda what, done, of: None
-    monitors: tuple[str, ...] = ()
     budget: bool = False
-    accept_changes: bool = False
-    observers: tuple[int, ...] = ()
+    observers: Annotated[tuple[int, ...], Typed(least=2, most=1000)] = ()
+    monitors: Annotated[tuple[str, ...], MONITOR] = ()
+    progress: Callable[[str, int, int], None] = lambda what, done, of: None
 
 
 @dataclass(frozen=True, slots=True)

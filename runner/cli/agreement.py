@@ -104,7 +104,7 @@ def command(
     from typing import cast
 
     from analysis.agreement import print_agreement
-    from analysis.classes import Adjust
+    from analysis.choices import Adjust
     from analysis.observers import Filter
     from runner.agreement import AgreementOptions, compare_with_observers
     from runner.cli.main import WorkError

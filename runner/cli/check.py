@@ -7,14 +7,15 @@ import shutil
 import sys
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from documents.text import say
-from runner.cli.monitor_option import monitor_option
-from runner.cli.number_types import Whole, Within
+from runner.check.report import CheckOptions
+from runner.cli.options import takes
 
 if TYPE_CHECKING:
     from runner.check.report import CheckReport
@@ -55,67 +56,18 @@ _APART = (
 @click.command(short_help="Check an experiment file and everything it names.")
 @click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option(
-    "--results",
-    type=click.Path(path_type=Path),
-    default=Path("results"),
-    show_default=True,
-    help="Folder that the sessions will be written to.",
-)
-@click.option(
     "--screen/--no-screen",
     default=None,
     help="Make it an error if this screen cannot show the experiment, or do not look at the screen. "
     "Default: give a warning.",
 )
-@click.option("--no-pictures", is_flag=True, help="Do not build the stimuli; clipping is then not reported.")
-@click.option(
-    "--clip-limit",
-    type=Within(0, 100),
-    metavar="PERCENT",
-    help="Percentage of an eye's clipped pixels above which a stimulus gets a warning. Default: 0.3, as in the thesis.",
-)
-@click.option(
-    "--accept-gamma-table",
-    is_flag=True,
-    help="Make it a warning, not an error, if the graphics card's gamma table is not the measured one.",
-)
-@click.option(
-    "--accept-changes",
-    is_flag=True,
-    help="Make it a warning, not an error, if experiment, stimuli, display or rig changed since the sessions before.",
-)
-@click.option("--mode", help="Stereo mode to use instead of the rig's, as `cyclopean run --mode`.")
-@click.option(
-    "--allow-uncharacterised",
-    is_flag=True,
-    help="Use another mode's characterisation if this mode has none.",
-)
-@click.option(
-    "--budget",
-    is_flag=True,
-    help="Report what each step from a picture's file to the eye costs in ΔE00, of a rig or an experiment.",
-)
-@click.option(
-    "--observers",
-    type=Whole(2, 1000),
-    help="Number of observers planned: what differences an experiment finds with them. Default: 5, 10, 15 and 30.",
-)
-@monitor_option
+@takes(CheckOptions, leave_out={"screen", "progress"})
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     files: tuple[Path, ...],
-    results: Path,
     screen: bool | None,
-    no_pictures: bool,
-    clip_limit: float | None,
-    accept_gamma_table: bool,
-    accept_changes: bool,
-    mode: str | None,
-    allow_uncharacterised: bool,
-    budget: bool,
-    observers: int | None,
-    monitors: tuple[str, ...],
     as_json: bool,
+    options: CheckOptions,
 ) -> None:
     """Check an experiment file and everything it names.
 
@@ -124,31 +76,18 @@ def command(
     status is 2. A warning is something to think about.
     """
     from runner.check.files import check_file
-    from runner.check.report import CLIP_LIMIT_PERCENT, TRIED_OBSERVERS, CheckOptions, ScreenCheck
+    from runner.check.report import TRIED_OBSERVERS, ScreenCheck
     from runner.cli.progress import progress_bar
 
-    limit = CLIP_LIMIT_PERCENT if clip_limit is None else clip_limit
     looking: dict[bool | None, ScreenCheck] = {None: "if present", True: "required", False: "skip"}
+    options = replace(options, screen=looking[screen], observers=options.observers or TRIED_OBSERVERS)
     all_checked = []
     for file in files:
         with progress_bar(quiet=as_json) as step:
-            options = CheckOptions(
-                results,
-                looking[screen],
-                not no_pictures,
-                limit,
-                accept_gamma_table,
-                mode,
-                allow_uncharacterised,
-                step,
-                monitors,
-                budget,
-                accept_changes,
-                (observers,) if observers else TRIED_OBSERVERS,
-            )
-            all_checked.append(check_file(file, options))
+            found = check_file(file, replace(options, progress=step))
+        all_checked.append(found)
         if not as_json:
-            _print(all_checked[-1])
+            _print(found)
     if as_json:
         click.echo(json.dumps([report.to_json() for report in all_checked]))
     if any(report.errors for report in all_checked):

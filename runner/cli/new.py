@@ -5,59 +5,25 @@ from __future__ import annotations
 import json
 import shutil
 import sys
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 from click.core import ParameterSource
 
 from documents.text import counted
-from runner.cli.monitor_option import monitor_option
-from runner.cli.number_types import NUMBER
-
-if TYPE_CHECKING:
-    from runner.studies import Kind, StudyOptions
-
-KINDS = ("pairs", "best", "rating", "within-groups")
+from runner.cli.options import takes
+from runner.studies.options import StudyOptions
 
 
 @click.command(short_help="Write a study of your own pictures, ready to run.")
 @click.argument("study", required=False, type=click.Path(path_type=Path))
 @click.argument("pictures", nargs=-1, type=click.Path(path_type=Path))
-@click.option(
-    "--kind",
-    type=click.Choice(KINDS),
-    default="pairs",
-    show_default=True,
-    help="What observers do: compare pairs, choose the best of a series, rate single pictures, or compare pairs within "
-    "groups. A group is a folder, or the files whose names agree before the last underscore.",
-)
-@click.option("--mode", help="Stereo mode. Default: flat for flat pictures, anaglyph-red-cyan for stereo pictures.")
-@click.option("--question", help="What observers are asked. Default: a question that suits --kind.")
-@click.option(
-    "--display",
-    type=click.Path(path_type=Path),
-    help="Display or rig file of a display that was measured. Default: a nominal sRGB display.",
-)
+@takes(StudyOptions, leave_out={"panel"})
 @click.option(
     "--panel",
     metavar="1920x1080,0.2768",
     help="Pixels and pixel pitch in mm of the nominal display. Default: what the monitor reports.",
-)
-@monitor_option
-@click.option(
-    "--white", "white_cd_m2", type=NUMBER, help="Luminance of white in cd/m². Default: 100, or the display's."
-)
-@click.option("--distance", "distance_mm", type=NUMBER, help="From the eyes to the screen in mm. Default: 600.")
-@click.option(
-    "--fit/--no-fit",
-    default=None,
-    help="Bring pictures to one size on the screen, or leave them. Default: where they differ by more than 5 %.",
-)
-@click.option(
-    "--reference",
-    metavar="FILE|physical",
-    help="What the pictures are compared with: a picture, or a real thing beside the screen. Default: nothing.",
 )
 @click.option("--from", "shipped", metavar="NAME", help="Copy an experiment that comes with cyclopean; see --list.")
 @click.option("--list", "as_list", is_flag=True, help="List the experiments that come with cyclopean.")
@@ -65,19 +31,11 @@ KINDS = ("pairs", "best", "rating", "within-groups")
 def command(
     study: Path | None,
     pictures: tuple[Path, ...],
-    kind: Kind,
-    mode: str | None,
-    question: str | None,
-    display: Path | None,
     panel: str | None,
-    monitors: tuple[str, ...],
-    white_cd_m2: float | None,
-    distance_mm: float | None,
-    fit: bool | None,
-    reference: str | None,
     shipped: str | None,
     as_list: bool,
     as_json: bool,
+    options: StudyOptions,
 ) -> None:
     """Write a study of your own pictures, ready to run.
 
@@ -95,11 +53,9 @@ def command(
         _refuse_others(pictures)
         _copy(shipped, study or Path(Path(shipped).stem), as_json)
     elif study is not None:
-        from runner.studies import StudyOptions, panel_of
+        from runner.studies import panel_of
 
-        known = panel_of(panel) if panel else None
-        options = StudyOptions(kind, mode, question, white_cd_m2, display, known, distance_mm, monitors, fit, reference)
-        _write(study, pictures, options, as_json)
+        _write(study, pictures, replace(options, panel=panel_of(panel) if panel else None), as_json)
 
 
 def _refuse_others(pictures: tuple[Path, ...]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,98 +12,29 @@ import click
 
 from documents.text import counted, own_stream, say
 from runner.cli.console import Console, at_a_terminal
-from runner.cli.monitor_option import monitor_option
+from runner.cli.options import takes
+from runner.session.options import SessionOptions
 
 if TYPE_CHECKING:
-    from runner.session.options import Backend, SessionResult
+    from runner.session.options import SessionResult
 
 
 @click.command(short_help="Run a session with an observer.")
 @click.argument("experiment", type=click.Path(path_type=Path))
 @click.option("--observer", required=True, help="Code of the observer: letters and digits, such as 01.")
-@click.option("--resume", is_flag=True, help="Resume this observer's last session exactly where it stopped.")
-@click.option("--new", is_flag=True, help="Begin another session although this observer has an unfinished one.")
-@click.option(
-    "--again", is_flag=True, help="Let an observer who finished a session sit once more; the record states it."
-)
-@click.option(
-    "--accept-changes",
-    is_flag=True,
-    help="Run although experiment, stimuli, display or rig changed since the sessions before it in the folder, or, "
-    "with --resume or --replay, since it; the record states it.",
-)
-@click.option(
-    "--accept-gamma-table",
-    is_flag=True,
-    help="Show pictures although the graphics card's gamma table is not the measured one, or changes; the record "
-    "states it.",
-)
-@click.option(
-    "--results",
-    type=click.Path(path_type=Path),
-    default=Path("results"),
-    show_default=True,
-    help="Folder that the sessions are written to.",
-)
-@click.option("--mode", help="Stereo mode to use instead of the rig's.")
-@click.option("--windowed", is_flag=True, help="Use a window instead of the full screen.")
-@monitor_option
-@click.option(
-    "--wrong-screen",
-    is_flag=True,
-    help="Go on although the rig's panel is larger than the screen and a part is not seen; every record states it.",
-)
-@click.option(
-    "--simulate",
-    type=click.Path(path_type=Path),
-    help="File of simulated observers who answer instead of a person, without a window.",
-)
-@click.option(
-    "--replay",
-    type=click.Path(path_type=Path),
-    help="Recorded session.jsonl whose key presses are repeated, without a window.",
-)
-@click.option(
-    "--backend",
-    type=click.Choice(["window", "egl", "null"]),
-    help="Where to draw: 'window' for a person, 'egl' for a simulation.",
-)
-@click.option(
-    "--allow-uncharacterised",
-    is_flag=True,
-    help="Use another mode's characterisation if this mode has none; every record states it.",
-)
+@takes(SessionOptions, leave_out={"progress", "notify", "on_begin", "on_trial"})
 @click.option(
     "--console/--no-console",
     default=None,
     help="Take notes and marks in this terminal during the session. Default: if a person answers.",
 )
-@click.option(
-    "--marks/--no-marks",
-    default=None,
-    help="Send the rig's timing marks to other machines. Default: if a person answers.",
-)
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     experiment: Path,
     observer: str,
-    resume: bool,
-    new: bool,
-    again: bool,
-    accept_changes: bool,
-    accept_gamma_table: bool,
-    results: Path,
-    mode: str | None,
-    windowed: bool,
-    monitors: tuple[str, ...],
-    wrong_screen: bool,
-    simulate: Path | None,
-    replay: Path | None,
-    backend: Backend | None,
-    allow_uncharacterised: bool,
     console: bool | None,
-    marks: bool | None,
     as_json: bool,
+    options: SessionOptions,
 ) -> None:
     """Run a session with an observer.
 
@@ -114,24 +46,23 @@ def command(
     interrupted or failed, with the command that continues it; 2 if the input was wrong.
     """
     from contextlib import ExitStack
-    from dataclasses import replace
 
     from runner.cli.progress import progress_bar
     from runner.errors import UsedCodeError
-    from runner.session.options import SessionOptions, session_command
+    from runner.session.options import session_command
     from runner.session.run import run_session
     from runner.session.session import Session
     from runner.session.status import SessionStatus
 
-    if simulate and simulate.suffix == ".jsonl":
-        simulate, replay = None, simulate
-    if replay and (resume or simulate):
+    if options.simulate and Path(options.simulate).suffix == ".jsonl":
+        options = replace(options, simulate=None, replay=options.simulate)
+    if options.replay and (options.resume or options.simulate):
         raise click.UsageError("--replay goes neither with --resume nor with another --simulate")
-    if resume and new:
+    if options.resume and options.new:
         raise click.UsageError("--resume goes on with the unfinished session, --new begins another: give one of them")
-    of_a_person = not (simulate or replay)
+    of_a_person = not (options.simulate or options.replay)
     if console is None:
-        console = of_a_person and backend in (None, "window") and at_a_terminal()
+        console = of_a_person and options.backend in (None, "window") and at_a_terminal()
     shown: Console | None = None
     begun = False
     with ExitStack() as terminal:
@@ -140,7 +71,7 @@ def command(
         def on_begin(session: Session, status: SessionStatus) -> None:
             nonlocal shown, begun
             begun = True
-            if console and not replay:
+            if console and not options.replay:
                 shown = terminal.enter_context(Console(session, status.line, sys.stdin, own_stream(sys.stderr)))
 
         def on_trial(status: SessionStatus) -> None:
@@ -149,22 +80,8 @@ def command(
             else:
                 step(f"Observer {observer}", status.answered, status.trials)
 
-        options = SessionOptions(
-            results=results,
-            resume=resume,
-            new=new,
-            again=again,
-            accept_changes=accept_changes,
-            accept_gamma_table=accept_gamma_table,
-            mode=mode,
-            allow_uncharacterised=allow_uncharacterised,
-            backend=backend,
-            windowed=windowed,
-            monitors=monitors,
-            wrong_screen=wrong_screen,
-            simulate=simulate,
-            replay=replay,
-            marks=marks,
+        options = replace(
+            options,
             progress=step,
             notify=lambda line: click.echo(line, err=True),
             on_begin=on_begin,
@@ -198,13 +115,13 @@ def command(
             new=options.new and not begun,
             again=options.again and not begun,
         )
-        more = "The recording ends here" if replay else f"{'Continue' if begun else 'Begin again'}: {typed}"
+        more = "The recording ends here" if options.replay else f"{'Continue' if begun else 'Begin again'}: {typed}"
         click.echo(f"{_ENDINGS[done.ending]}; {saved}. {more}")
     if not as_json:
         _say_what_vision_failed(observer, done)
     if done.doubt:
         click.echo(f"warning: {done.doubt}", err=True)
-    if not completed and not (replay and done.ending == "window closed"):
+    if not completed and not (options.replay and done.ending == "window closed"):
         sys.exit(1)
 
 

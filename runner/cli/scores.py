@@ -10,7 +10,7 @@ from runner.cli.number_types import NUMBER
 from runner.cli.work_done import work_done
 
 if TYPE_CHECKING:
-    from analysis.classes import Adjust
+    from analysis.choices import Adjust
     from analysis.comparisons import TableRead
     from analysis.scaling import Model
 
@@ -156,12 +156,11 @@ def command(
     import sys
     from typing import Any, cast
 
-    from analysis.classes import Adjust
+    from analysis.choices import Adjust, CovarianceChoice
     from analysis.comparisons import read_any
     from analysis.inference import neighbour_conclusions, parse_margin, print_answer, review
     from analysis.scaling import (
         DEFAULT_PRIOR_SD,
-        CovarianceChoice,
         MethodChoice,
         Model,
         ScoreOptions,
@@ -267,7 +266,7 @@ def _jod(read: TableRead, zero: str | None, prior: str, alpha: float, adjust: st
     import sys
     from typing import cast
 
-    from analysis.classes import Adjust
+    from analysis.choices import Adjust
     from analysis.jod import print_jod, scale_jod, unsettled_lines
     from analysis.scaling import DistancePrior
 

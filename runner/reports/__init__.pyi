@@ -1,10 +1,10 @@
 from .comparison.report import report_comparison as report_comparison
 from .demo import Demo as Demo
 from .demo import run_demo as run_demo
-from .power import PowerOptions as PowerOptions
+from .options import PowerOptions as PowerOptions
+from .options import ReportOptions as ReportOptions
 from .power import PowerStudy as PowerStudy
 from .power import study_power as study_power
-from .results import ReportOptions as ReportOptions
 from .results import given_facts as given_facts
 from .results import report_results as report_results
 from .screens import preview as preview

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.classes import Adjust, classify
+from analysis.choices import Adjust
+from analysis.classes import classify
 from analysis.records import read_results
 from analysis.report import Report, write_report
 from analysis.scaling import Published, Scores, fit

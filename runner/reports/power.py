@@ -7,14 +7,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from analysis.classes import Adjust
 from analysis.errors import ResultsError
 from analysis.power import (
-    REPLICATES,
-    SEED,
-    TARGET,
     GroupsNeeded,
-    Interval,
     Needed,
     Plan,
     assumed_notes,
@@ -23,68 +18,11 @@ from analysis.power import (
     observers_needed,
     simulate_power,
 )
-from analysis.scaling import CovarianceChoice
 from documents import Finding
 from runner.protocol.experiment import read_experiment
+from runner.reports.options import PowerOptions
 from runner.reports.power_assumed import ObserverSpread, assume, observer_spread_of
 from runner.reports.power_design import PairDesign, pair_design
-
-
-@dataclass(frozen=True, slots=True)
-class PowerOptions:
-    """What is assumed about stimuli and observers, and how studies are simulated and tested.
-
-    Attributes
-    ----------
-    observers
-        Numbers of observers to try.
-    scores, simulate, spread_nats
-        Where the assumed scores come from, at most one of the three: a file of scores, results, or a table; simulated
-        observers, with their lapses; equal steps over so many nats. Without any: equal steps over 2 nats.
-    observer_sd
-        Standard deviation in nats of each observer's own strength of each stimulus; None takes it from data.
-    observers_from
-        Results, or a table of comparisons, that say how much observers differ; None takes ``scores``, where these are
-        results or a table that names observers. Without either, 0.7 nats are assumed.
-    lapse_rate
-        Share (0 to 1) of random answers; None takes that of ``simulate``, or 0.
-    pairs
-        Names of the pairs that matter; without any, all pairs that should differ.
-    target
-        Power (0 to 1) that each of these pairs is to have.
-    alpha, adjust, covariance
-        Level, correction and standard errors of the tests; None takes those of the experiment, as the report does.
-    interval
-        Kind of the scores' intervals; ``wald`` is the report's.
-    replicates, seed
-        Studies for each number of observers, and the random seed.
-    scheduler, workers
-        As `analysis.power.compute.compute`.
-    with_simulated
-        Whether simulated observers count beside people in results.
-    keep_na
-        Whether words for missing values in a table are names.
-    """
-
-    observers: tuple[int, ...]
-    scores: Path | None = None
-    simulate: Path | None = None
-    spread_nats: float | None = None
-    observer_sd: float | None = None
-    observers_from: Path | None = None
-    lapse_rate: float | None = None
-    pairs: tuple[tuple[str, str], ...] = ()
-    target: float = TARGET
-    alpha: float | None = None
-    adjust: Adjust | None = None
-    covariance: CovarianceChoice | None = None
-    interval: Interval = "wald"
-    replicates: int = REPLICATES
-    seed: int = SEED
-    scheduler: str | None = None
-    workers: int | None = None
-    with_simulated: bool = False
-    keep_na: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,22 +8,21 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from analysis.classes import Adjust
 from analysis.errors import ResultsError
 from analysis.observers import Filter, check_tests
 from analysis.records import Header, kept_experiments, pool, read_results
 from analysis.report import Report, write_report
-from analysis.scaling import CovarianceChoice
 from documents import Finding, InputError
 from documents.files import read_regular_text, whole_file
 from documents.fonts import undrawable
 from documents.yaml import load_document
 from runner.errors import SessionError
 from runner.protocol.shipped import shipped_folder
+from runner.reports.options import ReportOptions
 from runner.reports.thumbnails import find_shown, thumbnails
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "microsoft-edge", "chrome")
@@ -36,43 +35,6 @@ OUTSIDE_PATH = (
 QUIET = ("--headless", "--disable-gpu", "--no-first-run", "--disable-background-networking", "--disable-sync")
 LONGEST_S = 120
 _MOST_SVG_BYTES = 100_000_000
-
-
-@dataclass(frozen=True, slots=True)
-class ReportOptions:
-    """How results are reported.
-
-    Attributes
-    ----------
-    rule
-        Which observers to leave out; nobody by default.
-    alpha, adjust, covariance
-        Level, correction and standard errors of the classes; None takes those of the experiment.
-    pictures
-        Whether the page shows the stimuli, where they are in the cache.
-    experiment
-        The experiment file, for the pictures and for the facts that Methods need; None looks for
-        ``experiments/NAME.yaml``.
-    pdf
-        Whether to print the page to PDF too, beside it.
-    csv_folder
-        Folder for each table as CSV; None writes none.
-    figure_folder
-        Folder for each figure as SVG and as PDF; None writes none.
-    replace
-        Whether figures that are in that folder already may be replaced.
-    """
-
-    rule: Filter = field(default_factory=Filter)
-    alpha: float | None = None
-    adjust: Adjust | None = None
-    covariance: CovarianceChoice | None = None
-    pictures: bool = True
-    experiment: Path | None = None
-    pdf: bool = False
-    csv_folder: Path | None = None
-    figure_folder: Path | None = None
-    replace: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,7 +60,7 @@ class WrittenReport:
 def report_results(
     results: Sequence[Path],
     output: Path | None = None,
-    options: ReportOptions = ReportOptions(),
+    options: ReportOptions | None = None,
     progress: Callable[[str, int, int], None] = lambda what, done, of: None,
 ) -> WrittenReport:
     """Write an HTML page on the results of one experiment.
@@ -139,11 +101,12 @@ def report_results(
     >>> written.report.sentences[0].split(";")[0], written.page.name
     ('2 simulated observers, 90 comparisons of 10 stimuli', 'report.html')
     """
+    options = options or ReportOptions()
     sessions = read_results(*results)
     first = results[0]
     page = output or (first if first.is_dir() else first.parent) / "report.html"
-    check_tests(sessions, options.rule.screening or ())
-    header = pool(sessions, with_simulated=options.rule.with_simulated).sessions[0].header
+    check_tests(sessions, (options.rule or Filter()).screening or ())
+    header = pool(sessions, with_simulated=(options.rule or Filter()).with_simulated).sessions[0].header
     folder = page.parent if output is None else first
     pictures = stimulus_pictures(header, options.experiment, progress, folder) if options.pictures else {}
     versions = {str(digest) for session in sessions if (digest := session.header.hashes.get("experiment"))}
@@ -154,7 +117,7 @@ def report_results(
         alpha=options.alpha,
         adjust=options.adjust,
         covariance=options.covariance,
-        rule=options.rule,
+        rule=(options.rule or Filter()),
         thumbnails=pictures,
         csv_folder=options.csv_folder,
         figure_folder=options.figure_folder,

@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
-from analysis.observers import Outcome
+from documents.options import MONITOR
 from documents.platform import command_to_type
-from runner.session.picture_source import Progress, no_progress
-from runner.session.session import Session
-from runner.session.status import SessionStatus
+
+if TYPE_CHECKING:
+    from analysis.observers import Outcome
+    from runner.session.picture_source import Progress
+    from runner.session.session import Session
+    from runner.session.status import SessionStatus
 
 Ending: TypeAlias = Literal["completed", "left", "window closed", "interrupted", "terminated"]
 Backend: TypeAlias = Literal["window", "egl", "null"]
@@ -21,41 +24,41 @@ Backend: TypeAlias = Literal["window", "egl", "null"]
 class SessionOptions:
     """How a session is run, and what is called while it runs.
 
-    Parameters
+    Attributes
     ----------
     results
-        Folder that the session is written below.
+        Folder that the sessions are written to.
     resume
-        Whether to resume this observer's unfinished session where it stopped.
+        Resume this observer's last session exactly where it stopped.
     new
-        Whether to begin another session although this observer has an unfinished one, which stays as it is.
+        Begin another session although this observer has an unfinished one.
     again
-        Whether this observer, who finished a session before, sits once more; the record says so.
-    accept_gamma_table
-        Whether to show pictures although the graphics card's gamma table is not the one that the display was measured
-        with, or changes meanwhile; the record says so.
+        Let an observer who finished a session sit once more; the record states it.
     accept_changes
-        Whether to begin, resume or replay a session although the experiment, the stimuli, the display or the rig
-        changed since it, or since the sessions before it in the folder; the record says so.
+        Run although experiment, stimuli, display or rig changed since the sessions before it in the folder, or, with
+        --resume or --replay, since it; the record states it.
+    accept_gamma_table
+        Show pictures although the graphics card's gamma table is not the measured one, or changes; the record states
+        it.
     mode
-        Stereo mode in place of the rig's.
-    allow_uncharacterised
-        Whether to use another mode's characterisation if the mode has none; every record says so.
-    backend
-        Where to draw: ``window``, ``egl`` (offscreen) or ``null`` (a window without a screen). If None: ``window`` for
-        a person, ``egl`` for others.
+        Stereo mode to use instead of the rig's.
     windowed
-        Whether to use a window in place of the full screen.
+        Use a window instead of the full screen.
     monitors
-        The monitor for the window, by name or number, in place of the rig's; two for a window for each eye.
+        Monitor for the window, as `cyclopean doctor` lists them; twice for dual-window, the left eye's first. Default:
+        the rig's, else the first of the panel's resolution.
     wrong_screen
-        Whether to go on although the rig's panel is larger than the screen; every record then says so.
+        Go on although the rig's panel is larger than the screen and a part is not seen; every record states it.
     simulate
-        File of simulated observers who answer in place of a person.
+        File of simulated observers who answer instead of a person, without a window.
     replay
-        Recorded ``session.jsonl``, or a folder with one, whose key presses are repeated.
+        Recorded session.jsonl whose key presses are repeated, without a window.
+    backend
+        Where to draw: 'window' for a person, 'egl' for a simulation, 'null' for a window without a screen.
+    allow_uncharacterised
+        Use another mode's characterisation if this mode has none; every record states it.
     marks
-        Whether the rig's timing marks are sent; None: if a person answers.
+        Send the rig's timing marks to other machines. Default: if a person answers.
     progress
         Called with what is being done, how much of it is done, and of how much.
     notify
@@ -74,15 +77,15 @@ class SessionOptions:
     accept_changes: bool = False
     accept_gamma_table: bool = False
     mode: str | None = None
-    allow_uncharacterised: bool = False
-    backend: Backend | None = None
     windowed: bool = False
-    monitors: tuple[str, ...] = ()
+    monitors: Annotated[tuple[str, ...], MONITOR] = ()
     wrong_screen: bool = False
     simulate: str | Path | None = None
     replay: str | Path | None = None
+    backend: Backend | None = None
+    allow_uncharacterised: bool = False
     marks: bool | None = None
-    progress: Progress = no_progress
+    progress: Progress = lambda what, done, of: None
     notify: Callable[[str], None] = lambda line: None
     on_begin: Callable[[Session, SessionStatus], None] = lambda session, status: None
     on_trial: Callable[[SessionStatus], None] = lambda status: None

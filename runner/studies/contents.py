@@ -9,17 +9,17 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePath
-from typing import Any, Literal, get_args
+from typing import Any, get_args
 
 from documents import counted
 from runner.blocks.layout import PHYSICAL
 from runner.presenter.modes.registry import MODES
 from runner.studies.files import comment, render
 from runner.studies.gather import Grouping, Member
+from runner.studies.options import Kind
 from runner.studies.plan import GAP_MM, SizePlan
 from runner.studies.screen import StudyScreen
 
-Kind = Literal["pairs", "best", "rating", "within-groups"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 EXPERIMENT, RIG, STIMULI, SIMULATED, README = (
     "experiment.yaml",

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from devices.display import AskMonitor, PanelSpec
+from devices.display import AskMonitor
 from documents import Finding, InputError, counted
 from documents.files import whole_folder
 from documents.text import JsonResult, did_you_mean
@@ -19,38 +19,14 @@ from runner.presenter import find_mode
 from runner.presenter.surfaces.screens import primary_monitor
 from runner.protocol import Experiment, read_experiment
 from runner.session.picture_source import Progress, no_progress
-from runner.studies.contents import EXPERIMENT, KINDS, Kind, StudyDesign, commands, copies_of_pictures, written_files
+from runner.studies.contents import EXPERIMENT, KINDS, StudyDesign, commands, copies_of_pictures, written_files
 from runner.studies.gather import Grouping, Member, by_folder, gather, groups_of_pairs
+from runner.studies.options import StudyOptions
 from runner.studies.plan import plan_sizes
 from runner.studies.screen import DISTANCE_MM, StudyScreen, nominal_screen, screen_of_file
 
 NO_SPECIAL_SCREEN = "anaglyph-red-cyan"
 WHITE_CD_M2 = 100.0
-
-
-@dataclass(frozen=True, slots=True)
-class StudyOptions:
-    """How a new study differs from the default.
-
-    ``mode`` None is ``flat`` for flat pictures, and for stereo pictures a mode that any screen shows;
-    ``display`` is a display or rig file, None a nominal sRGB display of ``panel``, or of the monitor's panel where that
-    is None too. ``white_cd_m2`` is the luminance of the pictures' white, None that of the display's. ``monitors`` are
-    those that the rig will name, by name or number: at most one, or two in the mode dual-window. ``fit`` says whether
-    all pictures are brought to one size on the screen; None: where they would differ by more than 5 %.
-    ``reference`` is what the pictures are compared with: ``physical``, a real thing beside the screen, or a picture
-    file, one of the pictures or another.
-    """
-
-    kind: Kind = "pairs"
-    mode: str | None = None
-    question: str | None = None
-    white_cd_m2: float | None = None
-    display: Path | None = None
-    panel: PanelSpec | None = None
-    distance_mm: float | None = None
-    monitors: tuple[str, ...] = ()
-    fit: bool | None = None
-    reference: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

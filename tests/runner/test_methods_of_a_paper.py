@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from analysis.classes import Adjust
+from analysis.choices import Adjust
 from analysis.records import read_results
 from analysis.report import METHODS_ITEMS, describe
 from analysis.scaling.robust_tests import DRAWS

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.scaling import CovarianceChoice, fit
+from analysis.choices import CovarianceChoice
+from analysis.scaling import fit
 from benchmarks.simulated_studies import Design, coverage, decisions
 from tests.choice import nightly
 

@@ -11,7 +11,8 @@ import pytest
 
 from analysis.bootstrap import class_stability, resample
 from analysis.bootstrap.influence import influences
-from analysis.classes import Adjust, classify
+from analysis.choices import Adjust
+from analysis.classes import classify
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
 from analysis.scaling import Counts, CovarianceKind, fit

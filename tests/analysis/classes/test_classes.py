@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from analysis.classes import Adjust, Conclusion, classify
+from analysis.choices import Adjust
+from analysis.classes import Conclusion, classify
 from analysis.classes.classes import TooManyClasses, letter_display, numbered
 from analysis.classes.conclusions import concluded
 from analysis.errors import ResultsError

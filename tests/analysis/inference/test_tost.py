@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import t as student
 
-from analysis.classes import Adjust
+from analysis.choices import Adjust
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
 from analysis.inference import equivalence, pair_probabilities, parse_margin

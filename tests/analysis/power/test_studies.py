@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from analysis.bootstrap import intervals
 from analysis.bootstrap.replicates import resample_counts
-from analysis.classes import Adjust
+from analysis.choices import Adjust
 from analysis.classes.multiplicity import corrected, two_sided_p
 from analysis.comparisons import Answer, from_answers
 from analysis.errors import ResultsError

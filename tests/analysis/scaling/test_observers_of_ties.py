@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from analysis.choices import CovarianceChoice
 from analysis.comparisons import Answer, from_answers
 from analysis.report import estimate_scores
-from analysis.scaling import CovarianceChoice, fit_model
+from analysis.scaling import fit_model
 
 ANSWERS = [Answer("a", "b", 3, "01"), Answer("b", "a", 1, "01"), Answer("a", "b", 4, "02", tie=True)]
 

@@ -249,7 +249,7 @@ def test_plvc_is_written_and_read_and_converts_as_it_was_fitted(tmp_path: Path) 
         ("red,green,blue\n300,0,0\n", "300"),
         ("red,green\n1,2\n", "no blue"),
         ("red,green,blue\n1,2,x\n", "'x'"),
-        ("", "no red"),
+        ("", "has no rows"),
     ],
 )
 def test_convert_names_what_is_wrong(gog: Path, given: str, says: str) -> None:

@@ -1,0 +1,122 @@
+"""How results are reported, and how the power of an experiment is found: the options of both, in Python and typed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from analysis.choices import REPLICATES, SEED, TARGET, Adjust, CovarianceChoice, Interval
+from documents.options import Typed
+
+if TYPE_CHECKING:
+    from analysis.observers import Filter
+
+
+@dataclass(frozen=True, slots=True)
+class ReportOptions:
+    """How results are reported.
+
+    Attributes
+    ----------
+    rule
+        Which observers to leave out; None leaves out nobody.
+    alpha
+        Significance level for a difference between two stimuli. Default: the experiment's.
+    adjust
+        Correction for multiple comparisons. Default: the experiment's.
+    covariance
+        Standard errors of the classes. Default: the experiment's.
+    experiment
+        Experiment file, for pictures of the stimuli and facts for Methods. Default: experiments/NAME.yaml.
+    pictures
+        Show the stimuli on the page, if they are in the cache.
+    pdf
+        Also print the page to PDF, beside it; needs Chromium or Chrome.
+    csv_folder
+        Folder for the tables as CSV.
+    figure_folder
+        Folder for the figures, each as SVG and as PDF.
+    replace
+        With --figures, replace figures that are there already.
+    """
+
+    rule: Filter | None = None
+    alpha: float | None = None
+    adjust: Adjust | None = None
+    covariance: CovarianceChoice | None = None
+    experiment: Path | None = None
+    pictures: Annotated[bool, Typed("--thumbnails/--no-thumbnails")] = True
+    pdf: bool = False
+    csv_folder: Annotated[Path | None, Typed("--csv")] = None
+    figure_folder: Annotated[Path | None, Typed("--figures")] = None
+    replace: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class PowerOptions:
+    """What is assumed about stimuli and observers, and how studies are simulated and tested.
+
+    Attributes
+    ----------
+    observers
+        Numbers of observers to try.
+    replicates
+        Number of simulated studies for each number of observers.
+    scores
+        Assumed scores: a file of simulated observers, results or a table of a pilot study, or the JSON of `cyclopean
+        scores`.
+    simulate
+        File of simulated observers: their scores and lapses.
+    spread_nats
+        Assume evenly spaced scores over so many nats. Default without a file: 2.
+    observer_sd
+        Standard deviation between observers of each stimulus's log score, in nats. Default: that of --scores or
+        --observers-from, or 0.7, with a note.
+    observers_from
+        Results, or a table TABLE.csv with observers, that say how much observers differ.
+    with_simulated
+        Count simulated observers beside people in results; without it they count only where nobody else answered.
+    keep_na
+        Take NA, NaN, None and the like in a table for names; without it they are missing values.
+    lapse_rate
+        Share of random answers. Default: that of --simulate, or 0.
+    pairs
+        Pair of stimuli that matters; repeat for each.
+    target
+        Power that each of these pairs should reach.
+    alpha
+        Significance level for a difference between two stimuli. Default: the experiment's.
+    adjust
+        Correction for multiple comparisons. Default: the experiment's.
+    covariance
+        Standard errors from the model, or clustered by observer. Default: the experiment's.
+    interval
+        Intervals from standard errors, or by bootstrap over observers in each study (slow).
+    seed
+        Random seed; the same seed gives the same result.
+    scheduler
+        Address of a Dask scheduler, such as tcp://10.0.0.5:8786.
+    workers
+        Number of local processes. Default: as many as are useful.
+    """
+
+    observers: tuple[int, ...] = tuple(range(10, 61, 5))
+    replicates: Annotated[int, Typed(least=2)] = REPLICATES
+    scores: Path | None = None
+    simulate: Path | None = None
+    spread_nats: Annotated[float | None, Typed("--spread")] = None
+    observer_sd: float | None = None
+    observers_from: Path | None = None
+    with_simulated: bool = False
+    keep_na: bool = False
+    lapse_rate: float | None = None
+    pairs: Annotated[tuple[tuple[str, str], ...], Typed("--pair", "A B")] = ()
+    target: Annotated[float, Typed("--power")] = TARGET
+    alpha: float | None = None
+    adjust: Adjust | None = None
+    covariance: CovarianceChoice | None = None
+    interval: Interval = "wald"
+    seed: Annotated[int, Typed(least=0, most=1e40)] = SEED
+    scheduler: Annotated[str | None, Typed(metavar="ADDRESS")] = None
+    workers: Annotated[int | None, Typed(least=1)] = None
