@@ -33,13 +33,13 @@ def run() -> dict[str, Any]:
     """Render the shipped plate; the error is that of the worst pixel, as a share of the largest luminance."""
     recipe, _ = read_recipe(RECIPE)
     assert isinstance(recipe, SparklePlateRecipe)
-    plate, lamp = recipe.plate.plate(), recipe.lamp.lamp()
-    camera = replace(recipe.camera.camera(), resolution_px_per_mm=WIDTH_PX / plate.width_mm)
+    plate, lamp = recipe.plate.plate(), recipe.lamp
+    camera = recipe.camera.model_copy(update={"resolution_px_per_mm": WIDTH_PX / plate.width_mm})
     rows: list[dict[str, Any]] = []
     for density in FLAKES_PER_MM2:
         dense = replace(plate, flakes_per_mm2=float(density))
         rows += _series(dense, lamp, camera, scatter_flakes(dense, recipe.seed))
-    wide = replace(camera, resolution_px_per_mm=recipe.camera.camera().resolution_px_per_mm / sized(1, 4))
+    wide = camera.model_copy(update={"resolution_px_per_mm": recipe.camera.resolution_px_per_mm / sized(1, 4)})
     rows += _spot(replace(plate, width_mm=300.0, height_mm=200.0), lamp, wide, recipe.seed)
     return {"title": "Sparkle plate, two eyes", "rows": rows, "promises": _promises(rows)}
 
@@ -56,7 +56,7 @@ def _promises(rows: list[dict[str, Any]]) -> list[Promise]:
 
 def _spot(plate: Plate, lamp: Lamp, camera: Camera, seed: int) -> list[dict[str, Any]]:
     """A spot of 10° at 120 mm on a plate of 300 × 200 mm: tiles beyond its beam are dark, and left alone."""
-    spot = replace(lamp, distance_mm=120.0, beam_angle_deg=10.0)
+    spot = lamp.model_copy(update={"distance_mm": 120.0, "beam_angle_deg": 10.0})
     plate = replace(plate, flakes_per_mm2=sized(20.0, 1.0))
     flakes = scatter_flakes(plate, seed)
     brute = sparkle_map(plate, spot, camera, "left", flakes, cull=False)

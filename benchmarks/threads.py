@@ -62,7 +62,7 @@ def _users() -> list[tuple[str, Callable[[], Floats]]]:
     recipe, _ = read_recipe(ROOT / "configs/stimuli/manitoba_gray.yaml")
     assert isinstance(recipe, SparklePlateRecipe)
     plate = replace(recipe.plate.plate(), width_mm=SIDE_PX / 40, height_mm=SIDE_PX / 60)
-    flakes, lamp, camera = scatter_flakes(plate, seed=1), recipe.lamp.lamp(), recipe.camera.camera()
+    flakes, lamp, camera = scatter_flakes(plate, seed=1), recipe.lamp, recipe.camera
 
     def seen() -> Floats:
         pictures = (SeenPicture(picture, 45.0, white) for picture in (one, other))

@@ -91,9 +91,10 @@ def json_value(value: Any) -> Any:
     """Return plain values for JSON of a result, of numbers, paths and arrays, or of lists and mappings of them."""
     if isinstance(value, float):
         return finite(value)
+    if not isinstance(value, type) and hasattr(value, "to_json"):
+        return value.to_json()
     if is_dataclass(value) and not isinstance(value, type):
-        own = getattr(value, "to_json", None)
-        return own() if own is not None else json_fields(value)
+        return json_fields(value)
     if isinstance(value, Mapping):
         return {key: json_value(inner) for key, inner in value.items()}
     if isinstance(value, list | tuple):

@@ -121,43 +121,6 @@ RegionSpec = Annotated[
 ]
 
 
-class LimitsSpec(Strict):
-    """The limits of `Limits`, those that are not its own."""
-
-    delta_e: Positive | None = None
-    """The ΔE00 that a region may have."""
-    above_limit_percent: Annotated[float, Field(gt=0, le=100)] | None = None
-    """The share of a region's pixels that may be above the limit, in percent."""
-    registration_residual_px: Positive | None = None
-    """How far the pictures may be from lying on each other, in pixels."""
-    sparkle_relative: Positive | None = None
-    """By how much sparkle measures may differ, as a share."""
-    sparkle_z: Positive | None = None
-    """By how many standard errors sparkle measures may differ."""
-    sparkle_relative_se: Positive | None = None
-    """The largest standard error of a sparkle measure, as a share."""
-    disparity_px: Positive | None = None
-    """By how much disparities may differ, in pixels."""
-    depth_scale: Positive | None = None
-    """By how much the rendering may be deeper or shallower, as a share."""
-    eye_roll_deg: Positive | None = None
-    """How far one view may be turned against the other, in degrees."""
-    eye_luminance: Positive | None = None
-    """By how much the ratio of both eyes' luminances may differ, as a share."""
-    eye_contrast: Positive | None = None
-    """By how much the ratio of both eyes' contrasts may differ, as a share."""
-    eye_agreement: Positive | None = None
-    """By how much the correlations of the two views may differ."""
-    one_eyed_share: Positive | None = None
-    """By how much the shares of sparkles that one eye alone sees may differ."""
-    stands_out_delta_xy: Positive | None = None
-    """How far in x, y a sparkle's colour stands out."""
-    stands_out_luminance: Positive | None = None
-    """By how much a sparkle's luminance stands out."""
-    stands_out_z: Positive | None = None
-    """By how many standard deviations a sparkle stands out."""
-
-
 class RegionsSpec(Strict):
     """A regions file."""
 
@@ -179,7 +142,7 @@ class RegionsSpec(Strict):
     """How many pixels a region must have at least."""
     most_saturated_share: Annotated[float, Field(ge=0, lt=1)] = 0.001
     """The share of a region's pixels that may be saturated."""
-    limits: LimitsSpec = LimitsSpec()
+    limits: Limits = Limits()
     """The limits of the verdict."""
 
 
@@ -189,7 +152,11 @@ class RegionsFile:
 
     spec: RegionsSpec
     source: YamlSource
-    limits: Limits
+
+    @property
+    def limits(self) -> Limits:
+        """The limits of the verdict."""
+        return self.spec.limits
 
     @property
     def file(self) -> str:
@@ -228,5 +195,4 @@ def read_regions(path: Path) -> RegionsFile:
             message = f"with '{region.name}' these are {areas} areas"
             remedy = f"a regions file has {MOST_AREAS} at most"
             raise InputError(source.finding(("regions", number), message, remedy))
-    given = {name: value for name, value in spec.limits.model_dump().items() if value is not None}
-    return RegionsFile(spec, source, Limits(**given))
+    return RegionsFile(spec, source)

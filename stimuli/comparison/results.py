@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
+from documents import Finding
 from documents.text import json_value
 from stimuli.comparison.alignment import Alignment
 from stimuli.comparison.by_pixel import DifferenceOverview, DifferenceSummary
@@ -25,6 +27,7 @@ from stimuli.comparison.verdict import (
     passing_heading,
     passing_lines,
 )
+from stimuli.errors import StimulusError
 from stimuli.measures import MeasureTable, ViewingConditions
 from stimuli.pictures.rows import Floats, Mask, RowFile, ScaledRows
 
@@ -79,10 +82,12 @@ class CompareOptions:
         """Return a regions file with these options in place of its own values."""
         names = ("white", "white_luminance_cd_m2", "luminance")
         given = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
-        limits = regions.limits
-        if self.delta_e_limit is not None:
-            limits = replace(limits, delta_e=self.delta_e_limit)
-        return replace(regions, spec=regions.spec.model_copy(update=given), limits=limits)
+        limit = self.delta_e_limit
+        if limit is not None:
+            if not 0 < limit < math.inf:
+                raise StimulusError(Finding(f"the limit 'delta_e' is {limit}", remedy="a finite number above 0"))
+            given["limits"] = regions.limits.model_copy(update={"delta_e": limit})
+        return replace(regions, spec=regions.spec.model_copy(update=given))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
-from typing import ClassVar, Literal
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, ClassVar, Literal
 
-from documents import Finding
+from pydantic import Field, model_validator
+
 from documents.text import JsonResult, significant
-from stimuli.errors import StimulusError
+from documents.yaml import Positive, Strict
 
 Outcome = Literal["passes", "fails", "cannot say", "noted"]
 Decision = Literal["validated", "not validated", "cannot say"]
@@ -21,58 +22,59 @@ _NEXT_TO_NOTHING = 1e-4
 _EYES = ("left eye: ", "right eye: ")
 
 
-@dataclass(frozen=True, slots=True)
-class Limits(JsonResult):
+class Limits(Strict):
     """The limits of a verdict.
 
-    Parameters
-    ----------
-    delta_e
-        ΔE00 up to which two colours count as equal: 1.0 ± 0.4 of Berns and Hou for car paint, thesis Section 5.5.
-    above_limit_percent
-        So many percent of the pixels may differ by more, as the eye resolves them.
-    registration_residual_px
-        Pictures that lie further apart are not compared pixel by pixel.
-    sparkle_relative, sparkle_z, sparkle_relative_se
-        Sparkle differs if it does by more than this share and by more than so many standard errors; if a share's
-        standard error is larger than the last, the verdict is open.
-    disparity_px
-        So far may the disparities of photograph and rendering lie apart, in the middle and from place to place.
-    depth_scale
-        By this share may the rendering be deeper or shallower than the photograph, where that has depth.
-    eye_roll_deg
-        So far may one view be turned against the other, beyond the photograph's.
-    eye_luminance, eye_contrast
-        By this share may the ratio of the right eye's luminance, or contrast, to the left eye's differ.
-    eye_agreement
-        So far may the correlations of the two views lie apart.
-    one_eyed_share
-        So far may the shares of sparkles lie apart that one eye alone sees.
-    stands_out_delta_xy, stands_out_luminance, stands_out_z
-        A region whose chromaticity, or share of luminance, departs from that of the others by more is named.
+    Two colours count as equal up to ``delta_e``: 1.0 ± 0.4 of Berns and Hou for car paint, thesis Section 5.5. Of the
+    pixels ``above_limit_percent`` may differ by more, as the eye resolves them. Pictures that lie further apart than
+    ``registration_residual_px`` are not compared pixel by pixel. Sparkle differs if it does by more than
+    ``sparkle_relative`` and by more than ``sparkle_z`` standard errors; where these are larger than
+    ``sparkle_relative_se``, the verdict is open. A region that departs from the others by more than ``stands_out_...``
+    is named.
     """
 
-    delta_e: float = 1.4
-    above_limit_percent: float = 5.0
-    registration_residual_px: float = 0.25
-    sparkle_relative: float = 0.10
-    sparkle_z: float = 2.58
-    sparkle_relative_se: float = 0.25
-    disparity_px: float = 0.5
-    depth_scale: float = 0.1
-    eye_roll_deg: float = 0.2
-    eye_luminance: float = 0.1
-    eye_contrast: float = 0.2
-    eye_agreement: float = 0.1
-    one_eyed_share: float = 0.1
-    stands_out_delta_xy: float = 0.001
-    stands_out_luminance: float = 0.01
-    stands_out_z: float = 3.0
+    delta_e: Positive = 1.4
+    """The ΔE00 that a region may have."""
+    above_limit_percent: Annotated[float, Field(gt=0, le=100)] = 5.0
+    """The share of a region's pixels that may be above the limit, in percent."""
+    registration_residual_px: Positive = 0.25
+    """How far the pictures may be from lying on each other, in pixels."""
+    sparkle_relative: Positive = 0.10
+    """By how much sparkle measures may differ, as a share."""
+    sparkle_z: Positive = 2.58
+    """By how many standard errors sparkle measures may differ."""
+    sparkle_relative_se: Positive = 0.25
+    """The largest standard error of a sparkle measure, as a share."""
+    disparity_px: Positive = 0.5
+    """By how much disparities may differ, in pixels."""
+    depth_scale: Positive = 0.1
+    """By how much the rendering may be deeper or shallower, as a share."""
+    eye_roll_deg: Positive = 0.2
+    """How far one view may be turned against the other, in degrees."""
+    eye_luminance: Positive = 0.1
+    """By how much the ratio of both eyes' luminances may differ, as a share."""
+    eye_contrast: Positive = 0.2
+    """By how much the ratio of both eyes' contrasts may differ, as a share."""
+    eye_agreement: Positive = 0.1
+    """By how much the correlations of the two views may differ."""
+    one_eyed_share: Positive = 0.1
+    """By how much the shares of sparkles that one eye alone sees may differ."""
+    stands_out_delta_xy: Positive = 0.001
+    """How far in x, y a sparkle's colour stands out."""
+    stands_out_luminance: Positive = 0.01
+    """By how much a sparkle's luminance stands out."""
+    stands_out_z: Positive = 3.0
+    """By how many standard deviations a sparkle stands out."""
 
-    def __post_init__(self) -> None:
-        for name, value in asdict(self).items():
-            if not 0 < value < float("inf"):
-                raise StimulusError(Finding(f"the limit '{name}' is {value}", remedy="a finite number above 0"))
+    @model_validator(mode="before")
+    @classmethod
+    def _left_out(cls, given: Any) -> Any:
+        """Take a key without a value for one that is left out."""
+        return {key: value for key, value in given.items() if value is not None} if isinstance(given, dict) else given
+
+    def to_json(self) -> dict[str, float]:
+        """Return the limits by name."""
+        return {name: float(value) for name, value in self.model_dump().items()}
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
-
 from stimuli.measures.difference_map import difference_map
 from stimuli.measures.measure import MapMeasure
 from stimuli.measures.scielab import SeenPicture
@@ -14,14 +12,14 @@ from stimuli.pictures.rows import Floats32, Rows
 class DeltaE2000(MapMeasure):
     """The mean of CIEDE2000 over the pixels."""
 
-    name: ClassVar[str] = "delta-e-2000"
-    title: ClassVar[str] = "ΔE00"
-    unit: ClassVar[str] = "ΔE"
-    better: ClassVar[Literal["lower", "higher"]] = "lower"
-    identical: ClassVar[float] = 0.0
-    source: ClassVar[str] = "Sharma2005"
-    map_title: ClassVar[str] = "ΔE00"
-    map_highest: ClassVar[float | None] = 10.0
+    name = "delta-e-2000"
+    title = "ΔE00"
+    unit = "ΔE"
+    better = "lower"
+    identical = 0.0
+    source = "Sharma2005"
+    map_title = "ΔE00"
+    map_highest = 10.0
 
     def error_map(self, reference_XYZ: Rows, test_XYZ: Rows, viewing: ViewingConditions) -> Floats32:
         """Return ΔE00 of each pixel, float32 (height, width)."""
@@ -31,14 +29,14 @@ class DeltaE2000(MapMeasure):
 class SCielab(MapMeasure):
     """The mean of CIEDE2000 over the pixels of both pictures as the eye resolves them."""
 
-    name: ClassVar[str] = "s-cielab"
-    title: ClassVar[str] = "S-CIELAB"
-    unit: ClassVar[str] = "ΔE"
-    better: ClassVar[Literal["lower", "higher"]] = "lower"
-    identical: ClassVar[float] = 0.0
-    source: ClassVar[str] = "Johnson2003"
-    map_title: ClassVar[str] = "ΔE00 of what the eye resolves"
-    map_highest: ClassVar[float | None] = 10.0
+    name = "s-cielab"
+    title = "S-CIELAB"
+    unit = "ΔE"
+    better = "lower"
+    identical = 0.0
+    source = "Johnson2003"
+    map_title = "ΔE00 of what the eye resolves"
+    map_highest = 10.0
 
     def error_map(self, reference_XYZ: Rows, test_XYZ: Rows, viewing: ViewingConditions) -> Floats32:
         """Return ΔE00 of each pixel, float32 (height, width)."""

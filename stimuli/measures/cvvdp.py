@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import logging
 import warnings
-from typing import Any, ClassVar, Literal
+from typing import Any
 
 import numpy as np
 
@@ -26,15 +26,15 @@ MOST_PIXELS_PER_DEGREE = 2000.0
 class ColorVideoVDP(Measure):
     """The quality in just-objectionable differences (JOD): 10 for identical pictures, 1 JOD less where 75 % see it."""
 
-    name: ClassVar[str] = "cvvdp"
-    title: ClassVar[str] = "ColorVideoVDP"
-    unit: ClassVar[str] = "JOD"
-    better: ClassVar[Literal["lower", "higher"]] = "higher"
-    identical: ClassVar[float] = 10.0
-    source: ClassVar[str] = "Mantiuk2024"
-    map_title: ClassVar[str] = "ColorVideoVDP, difference in JOD"
-    package: ClassVar[str | None] = "pycvvdp"
-    extra: ClassVar[str | None] = "vdp"
+    name = "cvvdp"
+    title = "ColorVideoVDP"
+    unit = "JOD"
+    better = "higher"
+    identical = 10.0
+    source = "Mantiuk2024"
+    map_title = "ColorVideoVDP, difference in JOD"
+    package = "pycvvdp"
+    extra = "vdp"
 
     def measure(self, reference_XYZ: Rows, test_XYZ: Rows, viewing: ViewingConditions) -> EyeMeasured:
         """Return the quality, and the map of the difference. Raises StimulusError."""

@@ -9,7 +9,7 @@ whole.
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,13 +31,13 @@ _LEAST = float(np.finfo(np.float32).eps)
 class _FlipKind(MapMeasure):
     """What both kinds have in common: the mean of the map, the package, and how a band is measured."""
 
-    unit: ClassVar[str] = ""
-    better: ClassVar[Literal["lower", "higher"]] = "lower"
-    identical: ClassVar[float] = 0.0
-    map_highest: ClassVar[float | None] = 1.0
-    needs_display_white: ClassVar[bool] = True
-    package: ClassVar[str | None] = "flip_evaluator"
-    extra: ClassVar[str | None] = "measures"
+    unit = ""
+    better = "lower"
+    identical = 0.0
+    map_highest = 1.0
+    needs_display_white = True
+    package = "flip_evaluator"
+    extra = "measures"
     _range: ClassVar[str]
 
     @abstractmethod
@@ -84,10 +84,10 @@ class _FlipKind(MapMeasure):
 class Flip(_FlipKind):
     """The mean of ꟻLIP (LDR-ꟻLIP), of pictures as a display of the standard range shows them."""
 
-    name: ClassVar[str] = "flip"
-    title: ClassVar[str] = "ꟻLIP"
-    source: ClassVar[str] = "Andersson2020"
-    map_title: ClassVar[str] = "ꟻLIP"
+    name = "flip"
+    title = "ꟻLIP"
+    source = "Andersson2020"
+    map_title = "ꟻLIP"
     _range: ClassVar[str] = "LDR"
 
     def _parameters(self, reference_XYZ: Rows, matrix: Floats) -> dict[str, Any]:
@@ -108,10 +108,10 @@ class Flip(_FlipKind):
 class HdrFlip(_FlipKind):
     """The mean of HDR-ꟻLIP: the largest ꟻLIP of each pixel over a range of exposures, which the reference sets."""
 
-    name: ClassVar[str] = "hdr-flip"
-    title: ClassVar[str] = "HDR-ꟻLIP"
-    source: ClassVar[str] = "Andersson2021"
-    map_title: ClassVar[str] = "HDR-ꟻLIP"
+    name = "hdr-flip"
+    title = "HDR-ꟻLIP"
+    source = "Andersson2021"
+    map_title = "HDR-ꟻLIP"
     _range: ClassVar[str] = "HDR"
 
     def _parameters(self, reference_XYZ: Rows, matrix: Floats) -> dict[str, Any]:

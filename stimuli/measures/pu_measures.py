@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,14 +25,14 @@ class PuSsim(MapMeasure):
     population, a range of 256. Pixels within 5 of the picture's edge have no whole window, and no value.
     """
 
-    name: ClassVar[str] = "pu-ssim"
-    title: ClassVar[str] = "PU21-SSIM"
-    unit: ClassVar[str] = ""
-    better: ClassVar[Literal["lower", "higher"]] = "higher"
-    identical: ClassVar[float] = 1.0
-    source: ClassVar[str] = "Wang2004, Mantiuk2021"
-    map_title: ClassVar[str] = "1 − SSIM"
-    map_highest: ClassVar[float | None] = 1.0
+    name = "pu-ssim"
+    title = "PU21-SSIM"
+    unit = ""
+    better = "higher"
+    identical = 1.0
+    source = "Wang2004, Mantiuk2021"
+    map_title = "1 − SSIM"
+    map_highest = 1.0
 
     def error_map(self, reference_XYZ: Rows, test_XYZ: Rows, viewing: ViewingConditions) -> Floats32:
         """Return 1 − SSIM of each pixel, float32 (height, width); NaN near the edges. Raises StimulusError."""
@@ -77,13 +76,13 @@ class PuSsim(MapMeasure):
 class PuPsnr(MapMeasure):
     """The ratio of a peak of 256 to the root mean square difference of luminances on PU21's values, in dB."""
 
-    name: ClassVar[str] = "pu-psnr"
-    title: ClassVar[str] = "PU21-PSNR"
-    unit: ClassVar[str] = "dB"
-    better: ClassVar[Literal["lower", "higher"]] = "higher"
-    identical: ClassVar[float] = float("inf")
-    source: ClassVar[str] = "Mantiuk2021"
-    map_title: ClassVar[str] = "difference of PU21 values"
+    name = "pu-psnr"
+    title = "PU21-PSNR"
+    unit = "dB"
+    better = "higher"
+    identical = float("inf")
+    source = "Mantiuk2021"
+    map_title = "difference of PU21 values"
 
     def error_map(self, reference_XYZ: Rows, test_XYZ: Rows, viewing: ViewingConditions) -> Floats32:
         """Return the size of each pixel's difference in PU21's units, float32 (height, width)."""

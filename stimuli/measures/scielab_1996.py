@@ -8,8 +8,6 @@ is ΔE*ab of 1976.
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -127,14 +125,14 @@ class SCielab1996(MapMeasure):
     ``support_deg`` is how wide the filters are: 1° in the code, which cuts off the widest Gaussian.
     """
 
-    name: ClassVar[str] = "s-cielab-1996"
-    title: ClassVar[str] = "S-CIELAB (1996)"
-    unit: ClassVar[str] = "ΔE"
-    better: ClassVar[Literal["lower", "higher"]] = "lower"
-    identical: ClassVar[float] = 0.0
-    source: ClassVar[str] = "Zhang1996"
-    map_title: ClassVar[str] = "ΔE*ab of what the filters of 1996 leave"
-    map_highest: ClassVar[float | None] = 20.0
+    name = "s-cielab-1996"
+    title = "S-CIELAB (1996)"
+    unit = "ΔE"
+    better = "lower"
+    identical = 0.0
+    source = "Zhang1996"
+    map_title = "ΔE*ab of what the filters of 1996 leave"
+    map_highest = 20.0
 
     def __init__(self, support_deg: float = 1.0) -> None:
         self.support_deg = support_deg

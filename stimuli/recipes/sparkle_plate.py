@@ -14,7 +14,8 @@ from stimuli.pictures.stereo_image import StereoImage, XYZImage
 from stimuli.recipes.build_context import BuildContext, Factors, MadePicture, Progress
 from stimuli.recipes.recipe_kind import Fault, RecipeKind, stimulus_name, twin_names, twin_views
 from stimuli.recipes.values import MAX_STIMULI, Name, Seconds, Views
-from stimuli.sparkle.recipe import CameraSpec, FurtherLamps, LampSpec, PlateSpec
+from stimuli.sparkle.recipe import FurtherLamps, PlateSpec
+from stimuli.sparkle.scene import Camera, Lamp
 
 # What a plate may ask for: either takes a few GB of memory.
 MAX_FLAKES = 50_000_000
@@ -41,11 +42,11 @@ class SparklePlateRecipe(RecipeKind):
     """The seed of all random orders."""
     plate: PlateSpec
     """The plate; in a series, what all plates share."""
-    lamp: LampSpec
+    lamp: Lamp
     """The lamp."""
     further_lamps: FurtherLamps = ()
     """More lamps."""
-    camera: CameraSpec
+    camera: Camera
     """The camera that photographs the plate."""
     views: Views = ("stereo", "flat")
     """The views that every stimulus is made in: stereo, flat or both."""
@@ -116,7 +117,7 @@ class SparklePlateRecipe(RecipeKind):
         report("done", len(wanted), len(wanted))
 
 
-def too_large(plate: PlateSpec, camera: CameraSpec, flakes: Path_ = ("plate", "flakes")) -> Iterator[Fault]:
+def too_large(plate: PlateSpec, camera: Camera, flakes: Path_ = ("plate", "flakes")) -> Iterator[Fault]:
     """Yield what of the plate would not fit into memory; the place of its flakes in the recipe is ``flakes``."""
     area_mm2 = plate.size_mm[0] * plate.size_mm[1]
     if area_mm2 * plate.flakes.per_mm2 > MAX_FLAKES:
@@ -133,11 +134,11 @@ def too_large(plate: PlateSpec, camera: CameraSpec, flakes: Path_ = ("plate", "f
         )
 
 
-def without_spectra(plates: Iterable[PlateSpec], lamp: LampSpec, further_lamps: Iterable[LampSpec]) -> Iterator[Fault]:
+def without_spectra(plates: Iterable[PlateSpec], lamp: Lamp, further_lamps: Iterable[Lamp]) -> Iterator[Fault]:
     """Yield each lamp that is a chromaticity where a plate has a spectrum: no colour follows from the two."""
     if not any(plate.base.spectrum or plate.flakes.spectrum for plate in plates):
         return
-    places: list[tuple[Path_, LampSpec]] = [(("lamp",), lamp)]
+    places: list[tuple[Path_, Lamp]] = [(("lamp",), lamp)]
     places += [(("further_lamps", index), further) for index, further in enumerate(further_lamps)]
     for place, colour in places:
         if not colour.is_spectral:

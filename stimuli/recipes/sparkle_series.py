@@ -23,18 +23,8 @@ from stimuli.recipes.build_context import BuildContext, Factors, MadePicture, Pr
 from stimuli.recipes.recipe_kind import Fault, RecipeKind, stimulus_name, twin_names, twin_views
 from stimuli.recipes.sparkle_plate import too_large, without_spectra
 from stimuli.recipes.values import MAX_STIMULI, Name, Seconds, SeriesSpec, SeriesSpecs
-from stimuli.sparkle.recipe import (
-    BaseSpec,
-    CameraSpec,
-    Chromaticity,
-    ClustersSpec,
-    FlakesSpec,
-    FurtherLamps,
-    LampSpec,
-    PlateSpec,
-    Share,
-    ShareSpectrum,
-)
+from stimuli.sparkle.recipe import BaseSpec, FlakesSpec, FurtherLamps, PlateSpec, ShareSpectrum
+from stimuli.sparkle.scene import Camera, Chromaticity, Clusters, Lamp, Share
 
 if TYPE_CHECKING:
     from stimuli.sparkle.studio import Studio
@@ -67,7 +57,7 @@ class FlakesChangeSpec(Strict):
     """Whether diffraction widens the reflections of small flakes."""
     rim_um: NotNegative | None = None
     """The rim of a flake that scatters its light, in µm."""
-    clusters: ClustersSpec | None = None
+    clusters: Clusters | None = None
     """Flakes that lie in clusters."""
 
 
@@ -137,11 +127,11 @@ class SparkleSeriesRecipe(RecipeKind):
     """The seed of all random orders."""
     plate: PlateSpec
     """The plate; in a series, what all plates share."""
-    lamp: LampSpec
+    lamp: Lamp
     """The lamp."""
     further_lamps: FurtherLamps = ()
     """More lamps."""
-    camera: CameraSpec
+    camera: Camera
     """The camera that photographs the plates."""
     target_mean_luminance_cd_m2: Positive
     """What the mean luminance of the pictures is brought to, in cd/m²."""

@@ -16,7 +16,7 @@ from stimuli.develop.raw_files import DEFAULT_DEMOSAIC, Demosaic
 from stimuli.luminance.scale import greyscale, scaled
 from stimuli.pictures.stereo_image import View, XYZImage
 from stimuli.sparkle.measures.find import Threshold
-from stimuli.sparkle.recipe import Chromaticity
+from stimuli.sparkle.scene import Chromaticity
 
 Step = Mapping[str, Any]
 MAX_STIMULI = 1000

@@ -4,7 +4,7 @@ A plate's light is a sum of such terms: the base under each lamp, matt or shinin
 the sparkles. So XYZ and any number of spectral bands follow from few maps, and none is computed before it is asked for.
 Spectra of lamps and reflectances lie on the CIE's grid of 5 nm. Maps are in cd/m² as a meter reads them, and so is the
 illuminance of lamps in lx: by the luminous efficiency of CIE 1931 2°. So the light of a scene with spectra is the same
-whoever looks, and its XYZ are those of the lamps' observer.
+whoever looks, and its XYZ are those of the photographs' observer.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.colour import XYZ_from_xyY
+from devices.colour import XYZ_from_xyY, xyY_from_XYZ
 from devices.colour_matching import DEFAULT_OBSERVER
 from stimuli.errors import StimulusError
 from stimuli.pictures.resampling import area_weights, resample
@@ -40,7 +40,7 @@ _NODES_PER_STRETCH = 6
 class Colour:
     """The XYZ of light of 1 cd/m², and its ``spectrum`` in W/(sr m² nm) per cd/m², None where only XYZ is known.
 
-    XYZ are those of the lamps' observer. Y is 1 for CIE 1931 2° and where no spectrum is known.
+    XYZ are those of an observer. Y is 1 for CIE 1931 2° and where no spectrum is known.
     """
 
     XYZ: Row
@@ -101,36 +101,46 @@ def gathered(terms: Iterable[Term]) -> tuple[Term, ...]:
 
 
 def colour_under(
-    lamp: Lamp, chromaticity_xy: tuple[float, float] | None, spectrum: Spectrum | None
+    lamp: Lamp,
+    chromaticity_xy: tuple[float, float] | None,
+    spectrum: Spectrum | None,
+    observer: str = DEFAULT_OBSERVER,
 ) -> tuple[float, Colour]:
     """Return the share of the lamp's luminance that a material reflects, and its colour.
 
     ``spectrum`` is the material's reflectance on the grid. Without one its light has ``chromaticity_xy``, else the
-    lamp's, and all of its luminance. XYZ are those of the lamp's observer.
+    lamp's, and all of its luminance. XYZ are those of the ``observer``.
 
     Raises
     ------
     StimulusError
         If the material has a spectrum and the lamp has none.
     """
+    own = lamp.emitted
     if spectrum is not None:
-        if lamp.spectrum is None:
+        if own is None:
             raise StimulusError("a reflectance spectrum needs lamps with a spectrum or a temperature")
-        emitted = np.array(lamp.spectrum)
+        emitted = np.array(own)
         sent = XYZ_of(tuple((emitted * spectrum).tolist()))
-        share = float(sent[1] / XYZ_of(lamp.spectrum)[1])
+        share = float(sent[1] / XYZ_of(own)[1])
         if share == 0:
             return 0.0, Colour((0.0, 1.0, 0.0))
         per_cd = tuple((emitted * spectrum / sent[1]).tolist())
-        x, y, z = (XYZ_of(tuple((emitted * spectrum).tolist()), lamp.observer) / sent[1]).tolist()
+        x, y, z = (XYZ_of(tuple((emitted * spectrum).tolist()), observer) / sent[1]).tolist()
         return share, Colour((x, y, z), per_cd)
     # What a meter reads as 1 cd/m² of the lamp's light, as bright as the observer sees it.
-    bright = 1.0 if lamp.spectrum is None else XYZ_of(lamp.spectrum, lamp.observer)[1] / XYZ_of(lamp.spectrum)[1]
-    x, y, z = XYZ_from_xyY([*(chromaticity_xy or lamp.chromaticity_xy), bright]).tolist()
-    own = None
-    if chromaticity_xy is None and lamp.spectrum is not None:
-        own = tuple((np.array(lamp.spectrum) / XYZ_of(lamp.spectrum)[1]).tolist())
-    return 1.0, Colour((x, y, z), own)
+    bright = 1.0 if own is None else XYZ_of(own, observer)[1] / XYZ_of(own)[1]
+    x, y, z = XYZ_from_xyY([*(chromaticity_xy or _chromaticity_of(lamp, observer)), bright]).tolist()
+    if chromaticity_xy is not None or own is None:
+        return 1.0, Colour((x, y, z))
+    return 1.0, Colour((x, y, z), tuple((np.array(own) / XYZ_of(own)[1]).tolist()))
+
+
+def _chromaticity_of(lamp: Lamp, observer: str) -> tuple[float, float]:
+    if lamp.emitted is None:
+        return lamp.chromaticity_xy or (0.0, 0.0)
+    x, y, _ = xyY_from_XYZ(XYZ_of(lamp.emitted, observer)).tolist()
+    return x, y
 
 
 def wavelengths_nm() -> Floats:

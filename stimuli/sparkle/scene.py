@@ -6,29 +6,72 @@ Millimetres; x to the right, y up, z from the plate's surface towards the camera
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import AfterValidator, Field, model_validator
 
-from devices.colour_matching import DEFAULT_OBSERVER
+from documents.yaml import NotNegative, Number, Positive, Strict
 
 Floats = NDArray[np.float64]
 Row = tuple[float, float, float]
 Spectrum = tuple[float, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Clusters:
-    """Conglomerates, as coarse droplets of paint leave them: ``share`` of the flakes lie in some.
+def _chromaticity(value: tuple[float, float]) -> tuple[float, float]:
+    x, y = value
+    if not (x >= 0 and y > 0 and x + y <= 1):
+        raise ValueError("a chromaticity x, y has x ≥ 0, y > 0 and x + y ≤ 1")
+    return value
 
-    Each holds ``flakes`` on average, spread about its middle as a Gaussian of ``radius_mm``. Its flakes' slopes stray
-    from the plate's normal together by ``tilt_sd_deg``, and from there each by its own.
+
+Share = Annotated[float, Field(ge=0, le=1)]
+_Triple = tuple[Number, Number, Number]
+Chromaticity = Annotated[tuple[Number, Number], AfterValidator(_chromaticity)]
+
+
+class SpectrumSpec(Strict):
+    """Values at rising wavelengths: straight lines between, the first and the last value beyond."""
+
+    nm: Annotated[tuple[Positive, ...], Field(min_length=2, max_length=1000)]
+    """Wavelengths in nm, rising."""
+    values: tuple[NotNegative, ...]
+    """The value at each wavelength."""
+
+    @model_validator(mode="after")
+    def _pairs(self) -> SpectrumSpec:
+        if len(self.nm) != len(self.values):
+            raise ValueError(f"there are {len(self.nm)} wavelengths and {len(self.values)} values")
+        if any(later <= earlier for earlier, later in pairwise(self.nm)):
+            raise ValueError("wavelengths must rise")
+        if max(self.values) == 0:
+            raise ValueError("a spectrum needs a value above 0")
+        return self
+
+    def on_grid(self) -> Spectrum:
+        """Return the values on the grid of 5 nm."""
+        from stimuli.sparkle.light import on_grid
+
+        return on_grid(self.nm, self.values)
+
+
+class Clusters(Strict):
+    """Conglomerates: the share of flakes in them, how many each holds, how wide it is, how far it tilts as a whole.
+
+    Coarse droplets of paint leave them. Each holds ``flakes`` on average, spread about its middle as a Gaussian of
+    ``radius_mm``. Its flakes' slopes stray from the plate's normal together, and from there each by its own.
     """
 
-    share: float
-    flakes: float
-    radius_mm: float
-    tilt_sd_deg: float
+    share: Share
+    """The share of flakes that lie in clusters."""
+    flakes: Annotated[float, Field(ge=1, le=1e6)]
+    """How many flakes a cluster holds."""
+    radius_mm: Annotated[float, Field(gt=0, le=100)]
+    """How wide a cluster is, in mm."""
+    tilt_sd_deg: Annotated[float, Field(ge=0, le=60)] = 0.0
+    """How far clusters tilt as a whole: a standard deviation in degrees."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,26 +118,55 @@ class Plate:
     clusters: Clusters | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Lamp:
-    """A lamp; the zenith is the plate's normal. ``illuminance_lx`` is what a meter reads in the plate's middle.
+class Lamp(Strict):
+    """A lamp; its zenith angle is from the plate's normal, its azimuth from the right, 90 being above.
 
-    It shines from afar, or from ``distance_mm`` from the plate's middle: its direction, its size and its light then
-    change over the plate. ``angular_radius_deg`` is that of its disc as seen from the middle. A beam is aimed at the
-    middle, and half as strong at half of ``beam_angle_deg`` from its axis; None shines into all directions alike.
-    ``spectrum`` is relative, on the grid of `stimuli.sparkle.light`. ``observer`` is the colorimetric observer of its
-    chromaticity, and of all XYZ of its light.
+    With ``distance_mm`` from the plate's middle it is near, and may have a beam. Its light is a chromaticity, a black
+    body's at ``temperature_K``, or a ``spectrum``. The illuminance is what a meter reads in the plate's middle, where
+    a beam is aimed; it is half as strong at half of ``beam_angle_deg`` from its axis. The light of a near lamp, its
+    direction and its size change over the plate.
     """
 
-    illuminance_lx: float
-    chromaticity_xy: tuple[float, float]
-    zenith_deg: float
-    azimuth_deg: float
-    angular_radius_deg: float
-    distance_mm: float | None = None
-    beam_angle_deg: float | None = None
-    spectrum: Spectrum | None = None
-    observer: str = DEFAULT_OBSERVER
+    illuminance_lx: NotNegative
+    """The illuminance on the plate, in lx."""
+    chromaticity_xy: Chromaticity | None = None
+    """The chromaticity x, y of the light."""
+    temperature_K: Annotated[float, Field(ge=1000, le=25000)] | None = None
+    """The temperature of a black body of the lamp's colour, in K."""
+    spectrum: SpectrumSpec | None = None
+    """The lamp's spectrum."""
+    zenith_deg: Annotated[float, Field(ge=0, lt=90)]
+    """The lamp's angle from the plate's normal, in degrees."""
+    azimuth_deg: Number = 90.0
+    """The lamp's direction about the normal, in degrees from the right; 90 is above."""
+    angular_radius_deg: Annotated[float, Field(ge=0, le=20)]
+    """The lamp's radius as seen from the plate, in degrees."""
+    distance_mm: Annotated[Positive, Field(ge=10)] | None = None
+    """The lamp's distance from the plate's middle, in mm; left out, it is far."""
+    beam_angle_deg: Annotated[float, Field(ge=5, le=170)] | None = None
+    """The angle of the lamp's beam, in degrees."""
+
+    @model_validator(mode="after")
+    def _one_light(self) -> Lamp:
+        if sum(value is not None for value in (self.chromaticity_xy, self.temperature_K, self.spectrum)) != 1:
+            raise ValueError("a lamp has a chromaticity_xy, a temperature_K or a spectrum, one of the three")
+        if self.beam_angle_deg is not None and self.distance_mm is None:
+            raise ValueError("a beam needs the lamp's distance_mm: a far lamp lights the plate evenly")
+        return self
+
+    @property
+    def is_spectral(self) -> bool:
+        """Whether the lamp's spectrum is known."""
+        return self.chromaticity_xy is None
+
+    @property
+    def emitted(self) -> Spectrum | None:
+        """Its relative spectrum on the grid of `stimuli.sparkle.light`; None where only its chromaticity is known."""
+        from stimuli.sparkle.light import planck
+
+        if self.chromaticity_xy is not None:
+            return None
+        return self.spectrum.on_grid() if self.spectrum else planck(self.temperature_K or 0.0)
 
     @property
     def direction(self) -> Floats:
@@ -108,31 +180,45 @@ class Lamp:
         return None if self.distance_mm is None else self.distance_mm * self.direction
 
 
-@dataclass(frozen=True, slots=True)
-class Noise:
-    """The noise of a sensor: electrons in a full channel, and read noise in electrons."""
+class Noise(Strict):
+    """The sensor's noise: electrons in a full channel, at the sensitivity used, and electrons of read noise."""
 
-    full_well_electrons: float
-    read_noise_electrons: float
+    full_well_electrons: Annotated[float, Field(ge=10, le=1e7)]
+    """Electrons in a full channel."""
+    read_noise_electrons: NotNegative
+    """Electrons of read noise."""
 
 
-@dataclass(frozen=True, slots=True)
-class Camera:
-    """A camera moved sideways between the views, its frustum off axis: zero parallax at the plate's surface.
+class Camera(Strict):
+    """The camera, moved sideways between the views. ``pupil_mm`` adds the spread of an eye's optics, 2 to 6 mm.
 
-    ``point_spread_sd_px`` is that of a Gaussian, in camera pixels. ``full_well_cd_s_m2`` is the luminance times
-    exposure of a pixel whose channels are all full. ``raw_from_XYZ`` maps XYZ to the sensor's channels. With
-    ``pupil_mm`` light also goes through an eye's optics of that pupil; without ``noise`` readings are exact.
+    Its frustum is off axis: there is no parallax at the plate's surface. ``point_spread_sd_px`` is that of a Gaussian;
+    ``full_well_cd_s_m2`` is the luminance times exposure of a pixel whose channels are all full.
     """
 
-    distance_mm: float
-    interpupillary_distance_mm: float
-    resolution_px_per_mm: float
-    point_spread_sd_px: float
-    full_well_cd_s_m2: float
-    raw_from_XYZ: tuple[Row, Row, Row]
-    pupil_mm: float | None = None
+    distance_mm: Positive
+    """The camera's distance from the plate, in mm."""
+    interpupillary_distance_mm: NotNegative
+    """How far the camera moves sideways between the views, in mm."""
+    resolution_px_per_mm: Positive
+    """How many pixels there are to a mm of the plate."""
+    point_spread_sd_px: Annotated[float, Field(gt=0, le=20)]
+    """The standard deviation of the lens's blur, in pixels."""
+    full_well_cd_s_m2: Positive
+    """The light that fills the sensor, in cd·s/m²."""
+    raw_from_XYZ: tuple[_Triple, _Triple, _Triple]
+    """The matrix from XYZ to the sensor's channels, three rows of three."""
+    pupil_mm: Annotated[float, Field(ge=2, le=6)] | None = None
+    """The diameter of an eye's pupil whose optics are added, in mm."""
     noise: Noise | None = None
+    """The sensor's noise; left out, there is none."""
+
+    @model_validator(mode="after")
+    def _full_is_light(self) -> Camera:
+        matrix = np.array(self.raw_from_XYZ)
+        if np.linalg.cond(matrix) > 1e6 or np.linalg.inv(matrix)[1].sum() <= 0:
+            raise ValueError("raw_from_XYZ must be invertible, and its inverse give full channels luminance")
+        return self
 
     def position_mm(self, eye: str) -> Floats:
         """Where the lens stands, (3,), for ``left``, ``right`` or ``center``."""

@@ -13,8 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.colour_matching import DEFAULT_OBSERVER, mixed_observers
-from stimuli.errors import StimulusError
+from devices.colour_matching import DEFAULT_OBSERVER
 from stimuli.pictures.resampling import area_weights, resample
 from stimuli.pictures.resolution import display_resolution
 from stimuli.pictures.stereo_image import View, XYZImage
@@ -23,7 +22,7 @@ from stimuli.sparkle.cull import LEAST_LOBE_SHARE, TILE_PX, lit, that_matter, ti
 from stimuli.sparkle.flakes import Flakes, scatter_flakes
 from stimuli.sparkle.light import Light, Term, colour_under, flop_luminance, gathered, matt_luminance
 from stimuli.sparkle.optics import shade
-from stimuli.sparkle.recipe import CameraSpec, LampSpec, PlateSpec
+from stimuli.sparkle.recipe import PlateSpec
 from stimuli.sparkle.scene import Camera, Lamp, Plate
 
 
@@ -67,16 +66,16 @@ class Studio:
     def __init__(
         self,
         plate: PlateSpec,
-        lamp: LampSpec,
-        camera: CameraSpec,
+        lamp: Lamp,
+        camera: Camera,
         seed: int,
         pixel_pitch_mm: float,
-        further_lamps: Sequence[LampSpec] = (),
+        further_lamps: Sequence[Lamp] = (),
         *,
         observer: str = DEFAULT_OBSERVER,
     ) -> None:
-        self._plate, self._camera = plate.plate(), camera.camera()
-        self._lamps = [spec.lamp(observer) for spec in (lamp, *further_lamps)]
+        self._plate, self._camera = plate.plate(), camera
+        self._lamps = lamp, *further_lamps
         self._observer = observer
         self._pixel_pitch_mm = pixel_pitch_mm
         self._seed = seed
@@ -135,7 +134,8 @@ class Studio:
     def _light(self, eye: str) -> Light:
         place = self._place(eye)
         if place not in self._lights:
-            self._lights[place] = plate_light(self._plate, self._lamps, self._camera, eye, self._flakes)
+            scene = self._plate, self._lamps, self._camera
+            self._lights[place] = plate_light(*scene, eye, self._flakes, self._observer)
         return self._lights[place]
 
 
@@ -202,7 +202,14 @@ def sparkle_map(
     return SparkleMap(seen, len(flakes), len(kept), len(sparkles.x_mm), len(tiles), tiles_lit, visited)
 
 
-def plate_light(plate: Plate, lamps: Sequence[Lamp], camera: Camera, eye: str, flakes: Flakes) -> Light:
+def plate_light(
+    plate: Plate,
+    lamps: Sequence[Lamp],
+    camera: Camera,
+    eye: str,
+    flakes: Flakes,
+    observer: str = DEFAULT_OBSERVER,
+) -> Light:
     """Return the light of base and flakes under all lamps as it reaches one viewpoint.
 
     Parameters
@@ -213,6 +220,8 @@ def plate_light(plate: Plate, lamps: Sequence[Lamp], camera: Camera, eye: str, f
         ``left``, ``right`` or ``center``.
     flakes
         The flakes of the plate: see `scatter_flakes`.
+    observer
+        The colorimetric observer of the light's XYZ, and of chromaticities in ``plate`` and lamps.
 
     Returns
     -------
@@ -222,7 +231,7 @@ def plate_light(plate: Plate, lamps: Sequence[Lamp], camera: Camera, eye: str, f
     Raises
     ------
     StimulusError
-        If the plate has spectra and a lamp has none, or lamps are of several observers.
+        If the plate has spectra and a lamp has none.
 
     Examples
     --------
@@ -231,25 +240,23 @@ def plate_light(plate: Plate, lamps: Sequence[Lamp], camera: Camera, eye: str, f
     >>> recipe, _ = read_recipe(Path("configs/stimuli/manitoba_gray.yaml"))
     >>> plate = recipe.plate.model_copy(update={"size_mm": (10.0, 5.0)}).plate()
     >>> flakes = scatter_flakes(plate, seed=1)
-    >>> light = plate_light(plate, [recipe.lamp.lamp()], recipe.camera.camera(), "left", flakes)
+    >>> light = plate_light(plate, [recipe.lamp], recipe.camera, "left", flakes)
     >>> light.size_mm, light.counts["lamps"], light.counts["flakes"] == len(flakes)
     ((10.0, 5.0), 1, True)
     """
-    if mixed := mixed_observers((f"lamp {number}", lamp.observer) for number, lamp in enumerate(lamps, start=1)):
-        raise StimulusError(mixed)
     terms: list[Term] = []
     counts = Counter(dict.fromkeys(("lamps", *SparkleMap.COUNTED), 0))
     for lamp in lamps:
         if lamp.illuminance_lx == 0:
             continue
         counts["lamps"] += 1
-        share, colour = colour_under(lamp, plate.base_chromaticity_xy, plate.base_spectrum)
+        share, colour = colour_under(lamp, plate.base_chromaticity_xy, plate.base_spectrum, observer)
         terms.append(Term(_times(matt_luminance(plate, lamp, camera), share), colour))
-        flakes_share, flakes_colour = colour_under(lamp, plate.flake_chromaticity_xy, plate.flake_spectrum)
+        flakes_share, flakes_colour = colour_under(lamp, plate.flake_chromaticity_xy, plate.flake_spectrum, observer)
         flop_colour = flakes_colour
         flop_share = flakes_share
         if plate.flop_chromaticity_xy is not None:
-            flop_share, flop_colour = colour_under(lamp, plate.flop_chromaticity_xy, None)
+            flop_share, flop_colour = colour_under(lamp, plate.flop_chromaticity_xy, None, observer)
         flop = flop_luminance(plate, lamp, camera, camera.position_mm(eye))
         terms.append(Term(_times(flop, flop_share), flop_colour))
         if len(flakes) and plate.flake_reflectance > 0:

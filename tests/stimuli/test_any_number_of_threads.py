@@ -53,7 +53,7 @@ def sparkles() -> NDArray[Any]:
     recipe, _ = read_recipe(Path("configs/stimuli/manitoba_gray.yaml"))
     assert isinstance(recipe, SparklePlateRecipe)
     plate = replace(recipe.plate.plate(), width_mm=12.0, height_mm=9.0)
-    scene = plate, recipe.lamp.lamp(), recipe.camera.camera()
+    scene = plate, recipe.lamp, recipe.camera
     return sparkle_map(*scene, "left", scatter_flakes(plate, seed=1), cull=False, tile_px=32).luminance_cd_m2
 
 

@@ -41,12 +41,12 @@ def plate(gray: SparklePlateRecipe) -> Plate:
 
 @pytest.fixture(scope="module")
 def lamp(gray: SparklePlateRecipe) -> Lamp:
-    return gray.lamp.lamp()
+    return gray.lamp
 
 
 @pytest.fixture(scope="module")
 def camera(gray: SparklePlateRecipe) -> Camera:
-    return gray.camera.camera()
+    return gray.camera
 
 
 def one_flake(slope_x: float = 0.0, slope_y: float = 0.0) -> Flakes:
@@ -67,7 +67,7 @@ def light_of(luminance: NDArray[np.float32], plate: Plate, lamp: Lamp, camera: C
     bare = plate_light(
         replace(plate, flakes_per_mm2=0.0), [lamp], camera, "center", scatter_flakes(plate, 1).chosen(NONE)
     )
-    x, y = lamp.chromaticity_xy
+    x, y = lamp.chromaticity_xy or (0.0, 0.0)
     sparkles = Term(luminance, Colour((x / y, 1.0, (1 - x - y) / y)))
     return replace(bare, terms=(*bare.terms, sparkles))
 
@@ -116,7 +116,7 @@ def test_fresnel_at_the_normal_and_at_brewster_s_angle() -> None:
 
 def test_a_flake_gives_back_the_light_that_it_receives(plate: Plate, lamp: Lamp) -> None:
     """Integrate the luminance inside the coat over directions: it must be reflectance times illuminance."""
-    index, tilted = plate.coat_refractive_index, replace(lamp, zenith_deg=25.0)
+    index, tilted = plate.coat_refractive_index, lamp.model_copy(update={"zenith_deg": 25.0})
     incoming = refract(tilted.direction, index)
     mirror = np.array([-incoming[0], -incoming[1], incoming[2]])
     side = np.array([1.0, 0.0, 0.0])
@@ -198,7 +198,7 @@ def test_the_lens_spreads_light_as_the_plain_twin(plate: Plate, camera: Camera) 
 def test_below_the_full_well_the_sensor_is_exact(camera: Camera, lamp: Lamp) -> None:
     sensor = sensor_of(camera)
     base = np.array([3.4, 3.5, 3.6])
-    white = XYZ_from_xyY([*lamp.chromaticity_xy, 1.0])
+    white = XYZ_from_xyY([*(lamp.chromaticity_xy or ()), 1.0])
     sparkle = np.array([[0.0, 1.0, 40.0]], np.float32)
 
     def light(map_cd_m2: NDArray[np.float32]) -> Light:
@@ -233,7 +233,7 @@ def test_a_photograph_without_flakes_is_the_matt_base(plate: Plate, lamp: Lamp, 
 @pytest.mark.nightly
 def test_the_grey_plate_clips_as_table_4_3_says(gray: SparklePlateRecipe) -> None:
     """The shares of clipped pixels are of the table's order: within a factor of three, and none where it has none."""
-    plate, lamp, camera = gray.plate.plate(), gray.lamp.lamp(), gray.camera.camera()
+    plate, lamp, camera = gray.plate.plate(), gray.lamp, gray.camera
     model = read_display(ROOT / "configs" / "displays" / "asus_vg248qe.yaml").models("side-by-side").left
     light = plate_light(plate, [lamp], camera, "center", scatter_flakes(plate, gray.seed))
     table = {
@@ -276,7 +276,7 @@ def test_eyes_share_sparkles_as_their_half_way_directions_say(plate: Plate, lamp
 
 
 def test_without_a_distance_between_them_the_eyes_agree(plate: Plate, lamp: Lamp, camera: Camera) -> None:
-    cyclops = replace(camera, interpupillary_distance_mm=0.0)
+    cyclops = camera.model_copy(update={"interpupillary_distance_mm": 0.0})
     flakes = scatter_flakes(plate, 5)
     maps = [sparkle_map(plate, lamp, cyclops, eye, flakes).luminance_cd_m2 for eye in ("left", "center", "right")]
     np.testing.assert_array_equal(maps[0], maps[1])

@@ -24,8 +24,8 @@ ROOT = Path(__file__).parents[2]
 RECIPE, _ = read_recipe(ROOT / "configs" / "stimuli" / "manitoba_gray.yaml")
 assert isinstance(RECIPE, SparklePlateRecipe)
 PLATE = replace(RECIPE.plate.plate(), width_mm=30.0, height_mm=20.0)
-LAMP, CAMERA = RECIPE.lamp.lamp(), RECIPE.camera.camera()
-NEAR = replace(LAMP, distance_mm=300.0, angular_radius_deg=4.0, beam_angle_deg=36.0)
+LAMP, CAMERA = RECIPE.lamp, RECIPE.camera
+NEAR = LAMP.model_copy(update={"distance_mm": 300.0, "angular_radius_deg": 4.0, "beam_angle_deg": 36.0})
 
 
 def mean_of(plate: Plate, camera: Camera, tile_px: int = 256) -> float:
@@ -92,8 +92,10 @@ def test_no_flake_that_matters_is_dropped(
         flakes_per_mm2=8000 / (0.7 * width**2),
         diffraction_nm=diffraction,
     )
-    lamp = replace(LAMP, zenith_deg=zenith, azimuth_deg=azimuth, distance_mm=lamp_mm, angular_radius_deg=radius)
-    camera = replace(CAMERA, resolution_px_per_mm=400 / width)
+    lamp = LAMP.model_copy(
+        update={"zenith_deg": zenith, "azimuth_deg": azimuth, "distance_mm": lamp_mm, "angular_radius_deg": radius}
+    )
+    camera = CAMERA.model_copy(update={"resolution_px_per_mm": 400 / width})
     eye = np.array([side, 0.0, distance])
     flakes = scatter_flakes(plate, seed)
     tiles = tiles_of(plate, camera, tile_px)
@@ -134,17 +136,17 @@ def at_the_edge(
     return replace(chosen, slope_x=slopes[:, 0], slope_y=slopes[:, 1])
 
 
-SPOT = replace(NEAR, distance_mm=120.0, beam_angle_deg=10.0, angular_radius_deg=1.0)
+SPOT = NEAR.model_copy(update={"distance_mm": 120.0, "beam_angle_deg": 10.0, "angular_radius_deg": 1.0})
 
 
 def test_no_flake_of_a_dark_tile_is_shaded_and_every_lit_one_as_without_a_beam() -> None:
     flakes, eye = scatter_flakes(PLATE, 1), CAMERA.position_mm("left")
     tiles = tiles_of(PLATE, CAMERA, 32)
-    narrow = replace(SPOT, distance_mm=20.0)
+    narrow = SPOT.model_copy(update={"distance_mm": 20.0})
     light = lit(tiles, narrow, LEAST_LOBE_SHARE)
     assert 0 < light.sum() < len(tiles)
     found = that_matter(flakes, PLATE, narrow, eye, tiles)
-    everywhere = that_matter(flakes, PLATE, replace(narrow, beam_angle_deg=None), eye, tiles)
+    everywhere = that_matter(flakes, PLATE, narrow.model_copy(update={"beam_angle_deg": None}), eye, tiles)
     tile = tiles.of_places(flakes.x_mm[everywhere], flakes.y_mm[everywhere])
     np.testing.assert_array_equal(found, everywhere[light[tile]])
     # What is dropped gets less than a millionth of the light in the middle.
@@ -182,8 +184,11 @@ def test_the_error_follows_the_threshold() -> None:
 def test_a_circle_holds_what_it_has_to_and_little_more() -> None:
     """The half-way direction itself, sampled in each tile, with a lobe next to nothing."""
     plate = replace(PLATE, width_mm=300.0, height_mm=200.0, lobe_sd_deg=1e-4)
-    for lamp in (replace(LAMP, angular_radius_deg=0.0), replace(NEAR, angular_radius_deg=0.0)):
-        for tiles in (whole(plate), tiles_of(plate, replace(CAMERA, resolution_px_per_mm=2.0), 50)):
+    for lamp in (
+        LAMP.model_copy(update={"angular_radius_deg": 0.0}),
+        NEAR.model_copy(update={"angular_radius_deg": 0.0}),
+    ):
+        for tiles in (whole(plate), tiles_of(plate, CAMERA.model_copy(update={"resolution_px_per_mm": 2.0}), 50)):
             eye = CAMERA.position_mm("left")
             centres, radii = slope_circles(tiles, plate, lamp, eye, LEAST_LOBE_SHARE)
             x, y = (np.random.default_rng(1).uniform(-0.5, 0.5, (2, 200_000)).T * [300, 200]).T
@@ -196,7 +201,7 @@ def test_a_circle_holds_what_it_has_to_and_little_more() -> None:
 
 @pytest.mark.parametrize("tile_px", [1, 7, 64, 256, 10_000])
 def test_tiles_cover_the_plate_once(tile_px: int) -> None:
-    camera = replace(CAMERA, resolution_px_per_mm=3.3)
+    camera = CAMERA.model_copy(update={"resolution_px_per_mm": 3.3})
     tiles = tiles_of(PLATE, camera, tile_px)
     x, y, reach = tiles.middles_mm()
     assert len(tiles) == len(x) == len(reach) == tiles.columns * tiles.rows
@@ -214,7 +219,7 @@ def test_tiles_cover_the_plate_once(tile_px: int) -> None:
 def test_tiles_without_content_are_not_visited() -> None:
     """Flakes that lie flat shine only where the lamp's mirror image stands: the other tiles are left alone."""
     calm = replace(PLATE, width_mm=150.0, height_mm=100.0, tilt_sd_deg=0.2, lobe_sd_deg=0.2, flakes_per_mm2=2.0)
-    above = replace(LAMP, zenith_deg=4.0, angular_radius_deg=0.5)
+    above = LAMP.model_copy(update={"zenith_deg": 4.0, "angular_radius_deg": 0.5})
     flakes = scatter_flakes(calm, 1)
     fast = sparkle_map(calm, above, CAMERA, "center", flakes)
     slow = sparkle_map(calm, above, CAMERA, "center", flakes, cull=False)
@@ -239,7 +244,7 @@ def test_tiles_beyond_a_lamp_s_beam_are_dark_and_not_visited(tile_px: int) -> No
     peak = float(slow.luminance_cd_m2.max())
     assert float(np.abs(fast.luminance_cd_m2 - slow.luminance_cd_m2).max()) <= 3 * LEAST_LOBE_SHARE * peak
     # A beam that is not one lights all of it, and the same flakes matter as before.
-    whole_plate = replace(SPOT, beam_angle_deg=None)
+    whole_plate = SPOT.model_copy(update={"beam_angle_deg": None})
     assert sparkle_map(wide, whole_plate, CAMERA, "left", flakes, tile_px=tile_px).tiles_lit == fast.tiles
 
 
@@ -256,8 +261,10 @@ def test_no_place_of_a_tile_gets_more_light_than_its_bound(
     zenith: float, azimuth: float, lamp_mm: float, beam: float | None, width: float, tile_px: int
 ) -> None:
     plate = replace(PLATE, width_mm=width, height_mm=0.7 * width)
-    lamp = replace(LAMP, zenith_deg=zenith, azimuth_deg=azimuth, distance_mm=lamp_mm, beam_angle_deg=beam)
-    tiles = tiles_of(plate, replace(CAMERA, resolution_px_per_mm=200 / width), tile_px)
+    lamp = LAMP.model_copy(
+        update={"zenith_deg": zenith, "azimuth_deg": azimuth, "distance_mm": lamp_mm, "beam_angle_deg": beam}
+    )
+    tiles = tiles_of(plate, CAMERA.model_copy(update={"resolution_px_per_mm": 200 / width}), tile_px)
     x, y = (0.5 * side * np.linspace(-1, 1, 81) for side in (plate.width_mm, plate.height_mm))
     places = [grid.ravel() for grid in np.meshgrid(x, y)]
     tile = tiles.of_places(places[0].astype(np.float32), places[1].astype(np.float32))
@@ -278,8 +285,8 @@ def test_the_bound_of_light_is_tight_in_small_tiles() -> None:
 def test_the_size_of_pixels_and_tiles_does_not_change_the_mean_luminance() -> None:
     """The lens's spread stays as it is in millimetres, so that as much light leaves over the border."""
     usual = mean_of(PLATE, CAMERA)
-    fine = replace(CAMERA, resolution_px_per_mm=29.2, point_spread_sd_px=2.0)
-    coarse = replace(CAMERA, resolution_px_per_mm=7.3, point_spread_sd_px=0.5)
+    fine = CAMERA.model_copy(update={"resolution_px_per_mm": 29.2, "point_spread_sd_px": 2.0})
+    coarse = CAMERA.model_copy(update={"resolution_px_per_mm": 7.3, "point_spread_sd_px": 0.5})
     assert mean_of(PLATE, fine) == pytest.approx(usual, rel=1e-3)
     assert mean_of(PLATE, coarse) == pytest.approx(usual, rel=1e-3)
     for tile_px in (128, 64, 33):

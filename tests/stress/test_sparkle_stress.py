@@ -32,8 +32,8 @@ def recipe_of(name: str) -> SparklePlateRecipe:
 def test_the_default_plate_culled_and_by_brute_force() -> None:
     """1.5 million flakes, 1024 × 683 pixels, two eyes: within 0.1 % of the maximum, at least 10 × as fast."""
     recipe = recipe_of("manitoba_gray")
-    plate, lamp = recipe.plate.plate(), recipe.lamp.lamp()
-    camera = replace(recipe.camera.camera(), resolution_px_per_mm=1024 / 150)
+    plate, lamp = recipe.plate.plate(), recipe.lamp
+    camera = recipe.camera.model_copy(update={"resolution_px_per_mm": 1024 / 150})
     assert camera.grid_px(plate) == (1024, 683)
     flakes = scatter_flakes(plate, recipe.seed)
     assert len(flakes) == pytest.approx(1.5e6, rel=0.01)
@@ -68,16 +68,19 @@ def test_no_flake_that_matters_is_dropped_in_ten_thousand_scenes() -> None:
             diffraction_nm=555.0 if random.random() < 0.5 else None,
         )
         plate = replace(plate, flakes_per_mm2=500 / (plate.width_mm * plate.height_mm))
-        lamp = replace(
-            recipe.lamp.lamp(),
-            zenith_deg=float(random.uniform(0, 89.9)),
-            azimuth_deg=float(random.uniform(0, 360)),
-            angular_radius_deg=float(random.uniform(0, 20)),
-            distance_mm=float(np.exp(random.uniform(np.log(10), np.log(5000)))) if random.random() < 0.6 else None,
-            beam_angle_deg=float(random.uniform(2, 120)) if random.random() < 0.5 else None,
+        lamp = recipe.lamp.model_copy(
+            update={
+                "zenith_deg": float(random.uniform(0, 89.9)),
+                "azimuth_deg": float(random.uniform(0, 360)),
+                "angular_radius_deg": float(random.uniform(0, 20)),
+                "distance_mm": float(np.exp(random.uniform(np.log(10), np.log(5000))))
+                if random.random() < 0.6
+                else None,
+                "beam_angle_deg": float(random.uniform(2, 120)) if random.random() < 0.5 else None,
+            }
         )
         eye = np.array([random.uniform(-500, 500), random.uniform(-500, 500), np.exp(random.uniform(2, 8))])
-        camera = replace(recipe.camera.camera(), resolution_px_per_mm=300 / width)
+        camera = recipe.camera.model_copy(update={"resolution_px_per_mm": 300 / width})
         flakes = scatter_flakes(plate, int(random.integers(1 << 30)))
         least_share = float(10.0 ** -random.uniform(1, 9))
         tiles = tiles_of(plate, camera, int(random.choice([8, 50, 256])))
@@ -101,8 +104,14 @@ def test_pictures_of_extreme_plates_are_light() -> None:
         plate = replace(
             recipe.plate.plate(), width_mm=width, height_mm=height, flakes_per_mm2=min(200.0, 3000 / (width * height))
         )
-        lamp = replace(recipe.lamp.lamp(), zenith_deg=zenith, distance_mm=distance, beam_angle_deg=None)
-        camera = replace(recipe.camera.camera(), resolution_px_per_mm=2.0, pupil_mm=3.0, noise=Noise(1000.0, 20.0))
+        lamp = recipe.lamp.model_copy(update={"zenith_deg": zenith, "distance_mm": distance, "beam_angle_deg": None})
+        camera = recipe.camera.model_copy(
+            update={
+                "resolution_px_per_mm": 2.0,
+                "pupil_mm": 3.0,
+                "noise": Noise(full_well_electrons=1000.0, read_noise_electrons=20.0),
+            }
+        )
         light = plate_light(plate, [lamp], camera, "left", scatter_flakes(plate, 1))
         for exposure_s in (1e-6, 1.0, 1e5):
             picture = photograph(light, camera, exposure_s, 0.3)

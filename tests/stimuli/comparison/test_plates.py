@@ -25,9 +25,7 @@ def rendered(per_mm2: float, seed: int, *, cull: bool, mean_cd_m2: float = 4.5) 
     plate = replace(PAINT, flakes_per_mm2=per_mm2)
     assert isinstance(RECIPE, SparklePlateRecipe)
     flakes = scatter_flakes(plate, seed)
-    sparkle = sparkle_map(
-        plate, RECIPE.lamp.lamp(), RECIPE.camera.camera(), "center", flakes, cull=cull
-    ).luminance_cd_m2
+    sparkle = sparkle_map(plate, RECIPE.lamp, RECIPE.camera, "center", flakes, cull=cull).luminance_cd_m2
     base = mean_cd_m2 - float(sparkle.mean())
     assert base > 0
     return coloured(sparkle + base)

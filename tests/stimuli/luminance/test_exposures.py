@@ -79,8 +79,8 @@ def test_table_4_3_shows_a_full_sensor_and_the_plate_made_after_it_does_as_figur
     assert max(held) / min(held) < 1.2
     recipe, _ = read_recipe(ROOT / "configs/stimuli/manitoba_gray.yaml")
     assert isinstance(recipe, SparklePlateRecipe)
-    plate, camera = replace(recipe.plate.plate(), width_mm=30.0, height_mm=20.0), recipe.camera.camera()
-    light = plate_light(plate, [recipe.lamp.lamp()], camera, "left", scatter_flakes(plate, 1))
+    plate, camera = replace(recipe.plate.plate(), width_mm=30.0, height_mm=20.0), recipe.camera
+    light = plate_light(plate, [recipe.lamp], camera, "left", scatter_flakes(plate, 1))
     pictures = []
     for time, _ in TABLE_4_3:
         xyz = photograph(light, camera, time, 1 / camera.resolution_px_per_mm).xyz_cd_m2
