@@ -58,10 +58,10 @@ demo: gl
 	@$(BIN)/cyclopean demo
 
 test: test-tools
-	@$(ONE_THREAD) $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile
+	@$(ONE_THREAD) $(BIN)/python -m pytest -n $(WORKERS) --share
 
 test-fast: env
-	@$(ONE_THREAD) $(BIN)/python -m pytest -q --fast -n $(WORKERS) --dist loadfile
+	@$(ONE_THREAD) $(BIN)/python -m pytest -q --fast -n $(WORKERS) --share
 
 check: env
 	$(BIN)/ruff check .

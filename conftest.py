@@ -169,8 +169,11 @@ pytest_collect_file = SYBIL.pytest()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Take ``--fast``."""
+    """Take ``--fast`` and ``--share``."""
     parser.addoption("--fast", action="store_true", help="leave out the dear files of tests/slow_files.txt")
+    parser.addoption(
+        "--share", action="store_true", help="with -n: each worker collects and runs its share of the files"
+    )
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -183,13 +186,26 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     """Leave out files and folders of which no test would run, before they are imported."""
     from tests.choice import left_out
 
-    return True if left_out(collection_path, config.option.markexpr, config.option.fast) else None
+    out = left_out(collection_path, config.option.markexpr, config.option.fast) or not _mine(collection_path, config)
+    return True if out else None
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Give the snippets of a page the marker of its file."""
+def _mine(path: Path, config: pytest.Config) -> bool:
+    """Whether this process collects a file or folder: with ``--share`` a worker has its own."""
+    from tests.choice import share
+
+    worker = getattr(config, "workerinput", None)
+    if worker is None or not config.option.share:
+        return True
+    number, workers = int(worker["workerid"][2:]), worker["workercount"]
+    return path in share(number % workers, workers, config.option.markexpr, config.option.fast)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item], config: pytest.Config) -> None:
+    """Give the snippets of a page the marker of its file; leave out those of README where another worker has them."""
     from tests.choice import file_marks
 
+    items[:] = [item for item in items if _mine(item.path, config)]
     for item in items:
         if item.path.suffix == ".md":
             for mark in file_marks(item.path):
@@ -366,10 +382,28 @@ def _regions(folder: Path) -> dict[str, Any]:
 
 @pytest.hookimpl(optionalhook=True)  # pages are tested without pytest-xdist
 def pytest_xdist_auto_num_workers() -> int:
-    """As many as the cores: each collects all tests for itself. With eight, some 5 GB of memory."""
+    """As many as the cores, but eight at most, which take some 5 GB of memory."""
     from documents.platform import cores
 
     return min(cores(), 8)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """With ``--share``, let each worker run all that it collected, and count progress in the tests of all of them."""
+    if not config.option.share:
+        return None
+    from xdist.scheduler import EachScheduling
+
+    made = EachScheduling(config, log)
+    each: Any = config.pluginmanager.get_plugin("dsession")
+
+    def schedule() -> None:
+        EachScheduling.schedule(made)
+        each._session.testscollected = sum(map(len, made.node2collection.values()))
+
+    made.schedule = schedule
+    return made
 
 
 # What the snippets of a page take for granted, by the page's name.

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 from functools import cache
+from itertools import accumulate
+from math import ceil
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +15,7 @@ ROOT = Path(__file__).parents[1]
 SLOW_FILES = Path(__file__).with_name("slow_files.txt")
 # Every test of these folders has the marker of the folder's name.
 MARKED_FOLDERS = ("stress", "quad", "vdp")
+_CHEAP_S = 0.2  # of a file that is not dear
 # The marker of all tests of a file, or one of several.
 _MARKED_FILE = re.compile(r"^pytestmark = (.*(?:\n .*)*)", re.MULTILINE)
 
@@ -23,10 +26,10 @@ def nightly(*cases: Any) -> list[Any]:
 
 
 @cache
-def slow_files() -> frozenset[str]:
-    """Return the files that `make test-fast` leaves out, as paths from the root, `/` between."""
+def slow_files() -> dict[str, float]:
+    """Return what the files that `make test-fast` leaves out cost in s, by their paths from the root, `/` between."""
     lines = SLOW_FILES.read_text(encoding="utf-8").splitlines()
-    return frozenset(line.split()[1] for line in lines if line and not line.startswith("#"))
+    return {line.split()[1]: float(line.split()[0]) for line in lines if line and not line.startswith("#")}
 
 
 def file_marks(path: Path) -> set[str]:
@@ -50,3 +53,16 @@ def left_out(path: Path, marks: str, fast: bool) -> bool:
     if path.is_dir():
         return here.parts[:1] == ("tests",) and len(here.parts) == 2 and here.name in refused & set(MARKED_FOLDERS)
     return bool(refused & file_marks(path)) or (fast and here.as_posix() in slow_files())
+
+
+@cache
+def share(worker: int, workers: int, marks: str, fast: bool) -> frozenset[Path]:
+    """Return the files that one of ``workers`` collects, and their folders.
+
+    They are neighbours, which import much the same, and take about as long as those of each other worker.
+    """
+    every = [ROOT / "README.md", *(ROOT / "docs").glob("*.md"), *(ROOT / "tests").rglob("test_*.py")]
+    files = [path for path in sorted(every) if not left_out(path, marks, fast)]
+    ends = list(accumulate(slow_files().get(path.relative_to(ROOT).as_posix(), _CHEAP_S) for path in files))
+    own = [path for path, end in zip(files, ends, strict=True) if ceil(end / ends[-1] * workers) == worker + 1]
+    return frozenset(own).union(*(path.parents for path in own))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.choice import ROOT, left_out, slow_files
+from tests.choice import ROOT, left_out, share, slow_files
 from tools.slow_files import slow
 
 USUAL = "not nightly and not stress and not quad and not vdp"
@@ -19,7 +19,7 @@ def test_slow_files_exist_and_each_part_of_the_tests_keeps_some_that_are_fast() 
     assert not gone, f"measure again, as tools/slow_files.py says, or take out of tests/slow_files.txt: {gone}"
     for folder in {(ROOT / name).relative_to(ROOT).parts[:2] for name in slow_files() if name.startswith("tests/")}:
         files = {file.relative_to(ROOT).as_posix() for file in ROOT.joinpath(*folder).rglob("test_*.py")}
-        assert files - slow_files() or folder[-1] in ("cyclopean", "packaging"), (
+        assert files - set(slow_files()) or folder[-1] in ("cyclopean", "packaging"), (
             f"nothing of {'/'.join(folder)} is fast"
         )
 
@@ -45,6 +45,15 @@ def test_slow_files_exist_and_each_part_of_the_tests_keeps_some_that_are_fast() 
 )
 def test_what_is_left_out(name: str, marks: str, fast: bool, out: bool) -> None:
     assert left_out(ROOT / name, marks, fast) is out
+
+
+@pytest.mark.parametrize("workers", [1, 2, 8])
+def test_workers_share_all_that_is_collected(workers: int) -> None:
+    shares = [{path for path in share(n, workers, USUAL, False) if path.is_file()} for n in range(workers)]
+    every = [ROOT / "README.md", *(ROOT / "tests").rglob("test_*.py")]
+    assert sorted(path for one in shares for path in one) == sorted(p for p in every if not left_out(p, USUAL, False))
+    costs = [sum(slow_files().get(path.relative_to(ROOT).as_posix(), 0.2) for path in one) for one in shares]
+    assert max(costs) < 1.2 * sum(costs) / workers
 
 
 def test_files_outside_are_no_business_of_ours(tmp_path: Path) -> None:
