@@ -50,9 +50,10 @@ def takes(kind: type, name: str = "options", *, leave_out: Collection[str] = ())
 def _option(kind: type, field: Field[Any]) -> Callable[[Command], Command]:
     """Return the option of a field."""
     typed, of, optional = _type_of(kind, field)
-    default = field.default if field.default_factory is MISSING else field.default_factory()
+    required = field.default is MISSING and field.default_factory is MISSING
+    default = None if required else field.default if field.default_factory is MISSING else field.default_factory()
     flag = typed.flag or f"--{field.name.replace('_', '-')}"
-    how: dict[str, Any] = {"default": default, "help": described(kind)[field.name]}
+    how: dict[str, Any] = {"default": default, "required": required, "help": described(kind)[field.name]}
     if typed.metavar:
         how["metavar"] = typed.metavar
     if of is bool:

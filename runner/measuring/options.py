@@ -4,54 +4,95 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
+
+from devices.readings import PatchEye
+from documents.options import MONITOR, Typed
 
 if TYPE_CHECKING:
-    from devices.readings import PatchEye
     from runner.measuring.take_readings import Progress
+
+
+Backend: TypeAlias = Literal["window", "egl", "null"]
+# As `devices.readings.INSTRUMENTS` has them: here, so that help appears at once.
+Instrument: TypeAlias = Literal["cs2000", "pr655", "spotread", "manual", "simulated"]
 
 
 @dataclass(frozen=True, slots=True)
 class ShowOptions:
     """How patches are shown.
 
-    ``seed`` shuffles their order, black and white come again after ``repeat_every`` of them (0: never), and each stands
-    for ``settle_s`` before it is read. ``backend`` is ``window``, ``egl`` or ``null``; the last two have no keys.
-    ``monitors`` are those for the window, by name or number, in place of the rig's.
+    Attributes
+    ----------
+    eye
+        Eye to measure; the other eye sees black.
+    seed
+        Random seed for the order of the patches.
+    repeat_every
+        Number of patches after which black and white are shown again; 0: never.
+    settle_s
+        Time that a patch is shown before it is read.
+    backend
+        Where to draw; without a window there are no keys.
+    windowed
+        Use a window instead of the full screen.
+    monitors
+        Monitor for the window, as `cyclopean doctor` lists them; twice for dual-window, the left eye's first. Default:
+        the rig's, else the first of the panel's resolution.
     """
 
     eye: PatchEye = "both"
-    seed: int = 1
-    repeat_every: int = 12
-    settle_s: float = 1.0
-    backend: str = "window"
+    seed: Annotated[int, Typed(least=0, most=1e40)] = 1
+    repeat_every: Annotated[int, Typed(least=0)] = 12
+    settle_s: Annotated[float, Typed("--settle", "S", least=0)] = 1.0
+    backend: Backend = "window"
     windowed: bool = False
-    monitors: tuple[str, ...] = ()
+    monitors: Annotated[tuple[str, ...], MONITOR] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class PatchOptions:
-    """Which patches are shown: names of sets or CSV files, the range of the files' codes, the warm-up's interval.
+    """Which patches are shown.
 
-    ``area`` is the share of the picture that patches fill which would fill all of it, and ``surround`` the grey around
-    them, a code in 0..1; both None: they fill it.
+    Attributes
+    ----------
+    set_names
+        Set of patches; repeat for several: table_c1, grey, cube, dark; warm-up, warm-up-places, repeatability,
+        additivity, on-white, cable, uniformity, angles, crosstalk, glasses, ambient; all; or FILE.csv.
+    code_range
+        Range of the codes in FILE.csv, if it does not say: 0..1, 0..255 or 0..1023.
+    every_s
+        Time between two readings of the warm-up. Default: 60 s.
+    area
+        Share of the picture that patches fill, in its middle. Default: all of it.
+    surround
+        Grey around the patches, 0 (black) to 1 (white).
     """
 
-    set_names: tuple[str, ...] = ("table_c1",)
-    code_range: str | None = None
-    every_s: float | None = None
-    area: float | None = None
-    surround: float | None = None
+    set_names: Annotated[tuple[str, ...], Typed("--set")] = ("table_c1",)
+    code_range: Annotated[str | None, Typed("--codes")] = None
+    every_s: Annotated[float | None, Typed("--every", "S", least=0)] = None
+    area: Annotated[float | None, Typed(metavar="SHARE", least=0, most=1, above=True)] = None
+    surround: Annotated[float | None, Typed(metavar="CODE", least=0, most=1)] = None
 
 
 @dataclass(frozen=True, slots=True)
 class InstrumentOptions:
-    """What reads the light: one of `devices.readings.INSTRUMENTS`, its serial port, and options of its own.
+    """What reads the light.
 
-    With ``accept_readings`` a measurement goes on where readings make no sense (`runner.measuring.judge`), and says so.
+    Attributes
+    ----------
+    instrument
+        Instrument that reads the light.
+    port
+        Serial port of the instrument, or its number with spotread.
+    instrument_options
+        Options of the instrument: noise (simulated), measure_s, spotread; each a text.
+    accept_readings
+        Keep readings that make no sense, which else stop the measurement.
     """
 
-    instrument: str
+    instrument: Instrument
     port: str | None = None
     instrument_options: Mapping[str, str] = field(default_factory=dict)
     accept_readings: bool = False

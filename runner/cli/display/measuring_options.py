@@ -5,15 +5,14 @@ from __future__ import annotations
 import functools
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from documents.text import counted
-from runner.cli.monitor_option import monitor_option
-from runner.cli.number_types import COUNT, NOT_NEGATIVE, SEED, Within
+from runner.cli.options import takes
 from runner.measuring.options import Dialogue, InstrumentOptions, PatchOptions, ShowOptions
 
 if TYPE_CHECKING:
@@ -21,120 +20,22 @@ if TYPE_CHECKING:
     from runner.measuring.take_readings import Outcome, Progress
 
 Command = Callable[..., Any]
-# As devices.readings.INSTRUMENTS and devices.readings.BUILT_IN have them; repeated here so that help appears at once.
-INSTRUMENTS = ("cs2000", "pr655", "spotread", "manual", "simulated")
-SETS = (
-    "Set of patches; repeat for several: table_c1, grey, cube, dark; warm-up, warm-up-places, repeatability, "
-    "additivity, on-white, cable, uniformity, angles, crosstalk, glasses, ambient; all; or FILE.csv."
-)
-
-
-def _gathered(name: str, kind: type[Any], *options: Callable[[Command], Command]) -> Callable[[Command], Command]:
-    """Return what adds ``options`` to a command, which gets them as one ``kind`` called ``name``."""
-
-    def add(command: Command) -> Command:
-        @functools.wraps(command)
-        def called(**given: Any) -> Any:
-            taken = {field.name: given.pop(field.name) for field in fields(kind)}
-            return command(**given, **{name: kind(**taken)})
-
-        with_options: Command = called
-        for option in reversed(options):
-            with_options = option(with_options)
-        return with_options
-
-    return add
-
-
-show_options = _gathered(
-    "show",
-    ShowOptions,
-    click.option(
-        "--eye",
-        type=click.Choice(["both", "left", "right"]),
-        default="both",
-        show_default=True,
-        help="Eye to measure; the other eye sees black.",
-    ),
-    click.option("--seed", type=SEED, default=1, show_default=True, help="Random seed for the order of the patches."),
-    click.option(
-        "--repeat-every",
-        type=COUNT,
-        default=12,
-        show_default=True,
-        help="Number of patches after which black and white are shown again; 0: never.",
-    ),
-    click.option(
-        "--settle",
-        "settle_s",
-        type=NOT_NEGATIVE,
-        default=1.0,
-        show_default=True,
-        metavar="S",
-        help="Time that a patch is shown before it is read.",
-    ),
-    click.option(
-        "--backend",
-        type=click.Choice(["window", "egl", "null"]),
-        default="window",
-        show_default=True,
-        help="Where to draw; without a window there are no keys.",
-    ),
-    click.option("--windowed", is_flag=True, help="Use a window instead of the full screen."),
-    monitor_option,
-)
-patch_options = _gathered(
-    "patches",
-    PatchOptions,
-    click.option("--set", "set_names", multiple=True, default=("table_c1",), show_default=True, help=SETS),
-    click.option(
-        "--codes", "code_range", help="Range of the codes in FILE.csv, if it does not say: 0..1, 0..255 or 0..1023."
-    ),
-    click.option(
-        "--every",
-        "every_s",
-        type=NOT_NEGATIVE,
-        metavar="S",
-        help="Time between two readings of the warm-up. Default: 60 s.",
-    ),
-    click.option(
-        "--area",
-        type=Within(0, 1, min_open=True),
-        metavar="SHARE",
-        help="Share of the picture that patches fill, in its middle. Default: all of it.",
-    ),
-    click.option(
-        "--surround",
-        type=Within(0, 1),
-        metavar="CODE",
-        help="Grey around the patches, 0 (black) to 1 (white).",
-    ),
-)
-_instrument_options = _gathered(
-    "instrument",
-    InstrumentOptions,
-    click.option(
-        "--instrument", type=click.Choice(INSTRUMENTS), required=True, help="Instrument that reads the light."
-    ),
-    click.option("--port", help="Serial port of the instrument, or its number with spotread."),
-    click.option(
-        "--instrument-option",
-        "instrument_options",
-        multiple=True,
-        metavar="KEY=VALUE",
-        callback=lambda _, __, options: parse_options(options),
-        help='Option of the instrument: noise=0.01 (simulated), measure_s=400, "spotread=-X panel.ccss".',
-    ),
-    click.option(
-        "--accept-readings", is_flag=True, help="Keep readings that make no sense, which else stop the measurement."
-    ),
-)
+show_options = takes(ShowOptions, "show")
+patch_options = takes(PatchOptions, "patches")
+_instrument = takes(InstrumentOptions, "instrument", leave_out={"instrument_options"})
+_KEYS = 'Option of the instrument: noise=0.01 (simulated), measure_s=400, "spotread=-X panel.ccss".'
+_ITS_OPTIONS = click.option("--instrument-option", "own", multiple=True, metavar="KEY=VALUE", help=_KEYS)
+_UNATTENDED = click.option("--unattended", is_flag=True, help="Say what to move, but do not wait for a key.")
 
 
 def instrument_options(command: Command) -> Command:
     """Add what reads the light, as ``instrument``, and whether nobody is there to be waited for."""
-    unattended = click.option("--unattended", is_flag=True, help="Say what to move, but do not wait for a key.")
-    return _instrument_options(unattended(command))
+
+    @functools.wraps(command)
+    def called(*, instrument: InstrumentOptions, own: Sequence[str], **given: Any) -> Any:
+        return command(instrument=replace(instrument, instrument_options=parse_options(own)), **given)
+
+    return _instrument(_ITS_OPTIONS(_UNATTENDED(called)))
 
 
 def parse_options(options: Sequence[str]) -> dict[str, str]:
