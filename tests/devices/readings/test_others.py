@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -123,9 +124,9 @@ def test_what_cannot_be_opened_says_why(name: str, wiring: Wiring, words: str) -
 
 
 def test_the_command_line_offers_the_instruments_that_there_are() -> None:
-    from runner.cli.display import measuring_options
+    from runner.measuring.options import Instrument
 
-    assert tuple(INSTRUMENTS) == measuring_options.INSTRUMENTS
+    assert tuple(INSTRUMENTS) == get_args(Instrument)
 
 
 @pytest.mark.parametrize(
