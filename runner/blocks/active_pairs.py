@@ -132,6 +132,11 @@ class ActivePairs(TimedKind):
             what = f"a batch of {self.batch} pairs cannot hold each of {max(sizes)} stimuli once at most"
             yield Fault(what, ("batch",), f"make it {most} or less, or leave it out")
 
+    def unpractised(self) -> Iterator[Fault]:
+        """Yield that answers of a practice are not pooled."""
+        if self.pool != "none":
+            yield Fault("a practice's answers are not pooled", ("pool",), "leave 'pool' out")
+
     def _facts(self, stimuli: Stimuli, trials: int) -> dict[str, Any]:
         """Return how many pairs each group has."""
         names, groups = self.grouped(stimuli)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable, Generator, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
 from pydantic import Field
 
@@ -142,6 +142,15 @@ class Named:
 class BlockKind(Strict):
     """One entry of ``blocks:``. A subclass holds its keys, names its ``kind``, and says how an observer meets it."""
 
+    is_page: ClassVar[bool] = False
+    """Whether it is a page of words, which asks nothing."""
+    begins_with_words: ClassVar[bool] = False
+    """Whether what comes first of it is a page."""
+    has_trials: ClassVar[bool] = True
+    """Whether it has trials of its own, which can be practised."""
+    by_scores: ClassVar[bool] = True
+    """Whether simulated observers answer by scores of the stimuli: not where every question has a right answer."""
+
     kind: str
     """Which kind of entry this is; it decides which other keys there are."""
     # The standard value is left out of what a digest is made of: experiments from before the key keep theirs.
@@ -168,6 +177,15 @@ class BlockKind(Strict):
     def faults(self, stimuli: Stimuli) -> Iterator[Fault]:
         """Yield what is wrong with it beyond its own keys: stimuli that there are not, or that do not suit it."""
         yield from ()
+
+    def doubts(self, setting: Setting) -> Iterator[Fault]:
+        """Yield what a check warns of: it runs, but is perhaps not what was meant."""
+        yield from ()
+
+    def unpractised(self) -> Iterator[Fault]:
+        """Yield why it cannot be practised."""
+        if not self.has_trials:
+            yield Fault(f"'{self.kind}' has no trials to practise", ("kind",), "name a scored kind")
 
     def named(self, stimuli: Stimuli) -> Iterator[Named]:
         """Yield the names by which results put its answers together with those of other blocks of its kind."""

@@ -43,6 +43,9 @@ def page(words: str, style: Style, hint: str = "press_space") -> Ask:
 class _PageKind(BlockKind):
     """A page of words, shown until the observer goes on."""
 
+    is_page = begins_with_words = True
+    by_scores = has_trials = False
+
     text: Words
     """The words of the page."""
 

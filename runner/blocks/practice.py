@@ -39,9 +39,6 @@ _ANSWERS = {
 }
 
 
-NOT_PRACTISED = ("instructions", "break", "questionnaire", "practice")
-
-
 class Until(Strict):
     """Enough: of the last ``of`` answers with a right and a wrong, at least the share ``correct`` was right."""
 
@@ -57,6 +54,8 @@ class Until(Strict):
 
 class Practice(BlockKind):
     """At most ``trials`` trials of ``block``; ``until`` may end it sooner. ``block`` is of any kind that has trials."""
+
+    has_trials = False
 
     kind: Literal["practice"]
     block: AnyBlock
@@ -95,12 +94,8 @@ class Practice(BlockKind):
 
     def faults(self, stimuli: Stimuli) -> Iterator[Fault]:
         """Yield a block that cannot be practised, settings that cannot be met, and the block's faults."""
-        if self.block.kind in NOT_PRACTISED:
-            yield Fault(f"'{self.block.kind}' has no trials to practise", ("block", "kind"), "name a scored kind")
-        if getattr(self.block, "on_fail", None) == "stop":
-            yield Fault("a practice cannot end the session", ("block", "on_fail"), "on_fail: continue")
-        if getattr(self.block, "pool", "none") != "none":
-            yield Fault("a practice's answers are not pooled", ("block", "pool"), "leave 'pool' out")
+        for fault in self.block.unpractised():
+            yield Fault(fault.message, ("block", *fault.path), fault.remedy)
         if self.until and self.until.of > self.trials:
             yield Fault(f"until looks at {self.until.of} answers, of {self.trials}", ("until", "of"), "raise trials")
         for fault in self.block.faults(stimuli):

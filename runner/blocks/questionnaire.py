@@ -166,6 +166,8 @@ AnyQuestion = Annotated[Choice | NumberQuestion | TextQuestion, Field(discrimina
 class Questionnaire(BlockKind):
     """Questions, one a page."""
 
+    by_scores = has_trials = False
+
     kind: Literal["questionnaire"]
     questions: Annotated[list[AnyQuestion], Field(min_length=1, max_length=200)]
     """The questions, one a page."""

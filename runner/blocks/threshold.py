@@ -51,6 +51,8 @@ class Threshold(TimedKind):
     seconds.
     """
 
+    by_scores = False
+
     kind: Literal["threshold"]
     factor: Factor
     """The factor of the stimuli whose threshold is measured; its levels are numbers."""
@@ -133,6 +135,18 @@ class Threshold(TimedKind):
             for ladder in self.ladders(stimuli):
                 where = f" in the {self.within} '{ladder.group}'" if self.within else ""
                 yield from self.method.faults(ladder, where)
+
+    def doubts(self, setting: Setting) -> Iterator[Fault]:
+        """Yield that a level 0 among others above it has no logarithm."""
+        for ladder in self.ladders(setting.stimuli):
+            if min(ladder.levels) == 0 < max(ladder.levels):
+                names = ", ".join(ladder.stimuli[ladder.levels.index(0)])
+                what = (
+                    f"level 0 of '{self.factor}' ({names}) has no logarithm: QUEST+ and the report take a linear axis"
+                )
+                remedy = "if it has no signal, name it as 'reference'; its trials then count as those without a signal"
+                yield Fault(what, ("factor",), remedy)
+                return
 
     def ladders(self, stimuli: Stimuli) -> tuple[Ladder, ...]:
         """Return the ladders that are fit to run, and all of them where there is no fault."""

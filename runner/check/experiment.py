@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache, partial
 from hashlib import sha256
@@ -25,10 +25,7 @@ from documents.files import beside, read_regular, sha256_of_json
 from documents.yaml import YamlSource, read_yaml
 from runner.blocks.block import Block
 from runner.blocks.message import CONTINUE_KEYS, pause_menu
-from runner.blocks.screening.block import Screening
 from runner.blocks.text_entry import typed
-from runner.blocks.threshold import Threshold
-from runner.blocks.threshold_ladders import Ladder
 from runner.check.display_facts import check_display_facts
 from runner.check.error_budget import rig_budget
 from runner.check.machine import check_pool, check_results, check_screen
@@ -40,7 +37,7 @@ from runner.errors import SessionError
 from runner.ports import Ask
 from runner.presenter.scene import Scene
 from runner.presenter.surfaces.screens import primary_monitor
-from runner.protocol.experiment import AnalysisSpec, Experiment, ExperimentSpec, read_experiment
+from runner.protocol.experiment import AnalysisSpec, Experiment, ExperimentSpec, doubts, read_experiment
 from runner.session.clipping_costs import CostCache
 from stimuli.build import cache_folder
 from stimuli.recipes import faults_of_inputs, read_recipe
@@ -137,29 +134,10 @@ def check_blocks(report: CheckReport, design: Experiment, source: YamlSource) ->
     if minutes > LONG_MINUTES:
         what = f"a session takes about {minutes:.0f} minutes, and ITU-R BT.500 has half an hour at most"
         report.warnings.append(source.finding(("blocks",), what, "split it, or let observers rest"))
-    for index, spec in enumerate(design.spec.blocks):
-        tests = [test.test for test in spec.tests] if isinstance(spec, Screening) else []
-        if "stereo_acuity" in tests and design.mode.mixture(design.rig.models) is not None:
-            what = f"stereo acuity in the mode '{design.rig.mode}': without fusing, colour gives the square away"
-            remedy = "test stereo acuity in a mode without colour filters, or with a printed test"
-            place = ("blocks", index, "tests", tests.index("stereo_acuity"))
-            report.warnings.append(source.finding(place, what, remedy))
-    for index, spec in enumerate(design.spec.blocks):
-        if isinstance(spec, Threshold) and (names := _at_zero(spec.ladders(design.stimuli))):
-            what = f"level 0 of '{spec.factor}' ({names}) has no logarithm: QUEST+ and the report take a linear axis"
-            remedy = "if it has no signal, name it as 'reference'; its trials then count as those without a signal"
-            report.warnings.append(source.finding(("blocks", index, "factor"), what, remedy))
+    report.warnings.extend(source.finding(doubt.path, doubt.message, doubt.remedy) for doubt in doubts(design))
     if not report.facts["trials"]:
         what = "no block asks anything that is scored"
         report.warnings.append(source.finding(("blocks",), what, "add a block such as all_pairs"))
-
-
-def _at_zero(ladders: Sequence[Ladder]) -> str:
-    """Return the stimuli at level 0 of a factor whose other levels are above 0; empty where there are none."""
-    for ladder in ladders:
-        if min(ladder.levels) == 0 < max(ladder.levels):
-            return ", ".join(ladder.stimuli[ladder.levels.index(0)])
-    return ""
 
 
 def check_power(report: CheckReport, design: Experiment, source: YamlSource, options: CheckOptions) -> None:

@@ -22,7 +22,6 @@ from documents.yaml import Path_, Seed, Strict, YamlSource
 from runner.blocks.block import Block, BlockKind, Fault
 from runner.blocks.field_types import Line
 from runner.blocks.layout import NO_REFERENCE, PHYSICAL, LayoutError, LayoutSpec, aperture_px, visible_part
-from runner.blocks.message import PAGES
 from runner.blocks.registry import AnyBlock
 from runner.blocks.setting import Draw, Factors, Setting, Stimuli
 from runner.blocks.style import Style
@@ -199,8 +198,7 @@ class Experiment:
     @property
     def scored_names(self) -> tuple[str, ...]:
         """The stimuli that simulated observers need a score of: none where every question has a right answer."""
-        by_right_answers = {*PAGES, "questionnaire", "screening", "threshold"}
-        return () if {block.kind for block in self.spec.blocks} <= by_right_answers else self.stimulus_names
+        return self.stimulus_names if any(block.by_scores for block in self.spec.blocks) else ()
 
     @property
     def mode(self) -> Mode:
@@ -230,7 +228,7 @@ class Experiment:
     @property
     def end_page(self) -> str | None:
         """What a page says after the last block, None if there is no such page."""
-        ends_in_words = self.spec.blocks[-1].kind in PAGES
+        ends_in_words = self.spec.blocks[-1].is_page
         wanted = self.spec.style.end_page
         shown = not ends_in_words if wanted is None else wanted
         return self.style.say("thanks") if shown else None
@@ -264,6 +262,14 @@ class Experiment:
         """Return the blocks as ``observer`` will meet them: the order is drawn from both by ``draw``."""
         settings = _settings(self.spec, self.rig, self.style, self.stimuli, observer, draw)
         return tuple(kind.meet(setting) for kind, setting in zip(self.spec.blocks, settings, strict=True))
+
+
+def doubts(design: Experiment) -> Iterator[Fault]:
+    """Yield what the blocks warn of, at its place in the file."""
+    settings = _settings(design.spec, design.rig, design.style, design.stimuli, "01", Draw())
+    for index, (block, setting) in enumerate(zip(design.spec.blocks, settings, strict=True)):
+        for fault in block.doubts(setting):
+            yield Fault(fault.message, ("blocks", index, *fault.path), fault.remedy)
 
 
 def check_observer(observer: str) -> str:
@@ -382,10 +388,9 @@ def _settings(
 ) -> list[Setting]:
     """Return what ``observer`` meets each block in."""
     common = spec.name, spec.seed, spec.question, spec.layout, rig, style, stimuli
-    kinds = [block.kind for block in spec.blocks]
-    following = ["page" if kind in (*PAGES, "screening") else "trials" for kind in kinds[1:]]
+    following = ["page" if block.begins_with_words else "trials" for block in spec.blocks[1:]]
     after: list[Any] = [*following, "nothing"]
-    return [Setting(*common, observer, index, after[index], draw) for index in range(len(kinds))]
+    return [Setting(*common, observer, index, after[index], draw) for index in range(len(spec.blocks))]
 
 
 def _style(

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from documents import Finding
-from runner.blocks.block import Block, BlockKind, Draft, Ended, Response, Steps, answer
+from runner.blocks.block import Block, BlockKind, Draft, Ended, Fault, Response, Steps, answer
 from runner.blocks.field_types import Words
 from runner.blocks.message import page
 from runner.blocks.screening.acuity import NearAcuitySpec, StereoAcuitySpec
@@ -48,6 +48,9 @@ class Screening(BlockKind):
     that of an outcome is 0.
     """
 
+    begins_with_words = True
+    by_scores = False
+
     kind: Literal["screening"]
     tests: Annotated[list[AnyTestSpec], Field(min_length=1)]
     """The vision tests, in their order."""
@@ -68,6 +71,21 @@ class Screening(BlockKind):
         """Return the block, with pictures of this observer's own."""
         screen = _screen(self.tests, setting)
         return self.of_tests([test.make(screen, setting.own_seed) for test in self.tests], setting.style)
+
+    def doubts(self, setting: Setting) -> Iterator[Fault]:
+        """Yield that a mode with colour filters gives the squares of a stereogram away."""
+        names = [test.test for test in self.tests]
+        rig = setting.rig
+        mixed = find_mode(rig.mode, ModeOptions.parse(rig.mode_options)).mixture(rig.models) is not None
+        if "stereo_acuity" in names and mixed:
+            what = f"stereo acuity in the mode '{rig.mode}': without fusing, colour gives the square away"
+            remedy = "test stereo acuity in a mode without colour filters, or with a printed test"
+            yield Fault(what, ("tests", names.index("stereo_acuity")), remedy)
+
+    def unpractised(self) -> Iterator[Fault]:
+        """Yield that a practice cannot end the session."""
+        if self.on_fail == "stop":
+            yield Fault("a practice cannot end the session", ("on_fail",), "on_fail: continue")
 
     def of_tests(self, tests: Sequence[VisionTest], style: Style) -> Block:
         """Return the block of tests that are made.
