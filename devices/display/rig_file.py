@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import Discriminator, Field, Tag
@@ -95,39 +94,33 @@ class RigSpec(Strict):
 
 @dataclass(frozen=True, slots=True)
 class Rig:
-    """A display in a stereo mode at a viewing distance.
+    """A rig file that was read: a display in a stereo mode at a viewing distance.
 
-    ``models`` are what each eye sees, the room's light included: the rig's own word on it before the display file's.
+    ``spec`` is what the file says: the distances, the options of the mode as the presenter's modes know them, the
+    observer of all XYZ, of the display's and of the stimuli's. Here is what it names, or what was given in its place:
+    the ``display``, the ``mode`` and the ``monitors`` that windows open on, by name or number (none, one, or the left
+    eye's and the right eye's); ``verification`` is the record of onsets checked with a photodiode, or None. ``models``
+    are what each eye sees, the room's light included: the rig's own word on it before the display file's.
     ``characterised_as`` is the mode whose measurements serve: ``mode`` itself, unless an uncharacterised mode was
-    allowed. ``mode_options`` are as the file has them; the presenter's modes know which there are. ``lift_black`` asks
-    for enough light in every picture that crosstalk can be cancelled to the last; ``dither`` says whether pictures are
-    dithered, and whether the eyes share the mask; ``photodiode_verification`` is the record of onsets checked with a
-    photodiode, or None. ``observer`` is the colorimetric observer of all XYZ: of the display's and of the stimuli's.
-    ``gamma_table`` is ``identity`` if that is to be loaded while a window shows something. ``monitor_settings`` are
-    those that the monitor is used with, or None where the rig does not state them. ``monitors`` are those that windows
-    open on, by name or number: none, one, or the left eye's and the right eye's. ``results_mirror`` is the folder that
-    results are copied to while a session runs, or None. ``timing_marks`` are the ports that get marks at onsets and
-    answers.
+    allowed. ``mirror`` is the folder that results are copied to while a session runs, or None, and ``marks`` are the
+    ports that get marks at onsets and answers.
     """
 
     file: str
+    spec: RigSpec
     display: Display
     mode: str
     models: EyeModels
-    distance_mm: float
-    interpupillary_distance_mm: float
-    glasses: str
     characterised_as: str
-    mode_options: Mapping[str, Any]
-    lift_black: bool
-    dither: Literal["none", "shared", "independent"]
-    photodiode_verification: Verification | None
-    observer: str = DEFAULT_OBSERVER
-    gamma_table: Literal["identity"] | None = None
-    monitor_settings: MonitorSettings | None = None
+    verification: Verification | None
     monitors: tuple[str, ...] = ()
-    results_mirror: Path | None = None
-    timing_marks: tuple[MarksSpec, ...] = ()
+    mirror: Path | None = None
+    marks: tuple[MarksSpec, ...] = ()
+
+    @property
+    def observer(self) -> str:
+        """The colorimetric observer of all XYZ: of the display's and of the stimuli's."""
+        return str(self.spec.observer)
 
     @property
     def measured_settings(self) -> MonitorSettings | None:
@@ -137,7 +130,7 @@ class Rig:
     @property
     def settings_doubts(self) -> tuple[str, ...]:
         """Sentences on settings of the monitor that differ from those measured with, or change its light by itself."""
-        measured, used = self.measured_settings, self.monitor_settings
+        measured, used = self.measured_settings, self.spec.monitor_settings
         found = dict.fromkeys((used or measured or MonitorSettings()).doubts)
         if measured and used and (differences := measured.differences(used)):
             found["the display was measured with other settings of the monitor: " + "; ".join(differences)] = None
@@ -227,7 +220,7 @@ def read_rig(
     Examples
     --------
     >>> rig = read_rig(Path("configs/rigs/asus_vg248qe_3dvision.yaml"))
-    >>> rig.mode, rig.distance_mm
+    >>> rig.mode, rig.spec.distance_mm
     ('side-by-side', 700.0)
     """
     spec, source = load_document(path, RigSpec, "rig")
@@ -291,26 +284,9 @@ def read_rig(
             refuse_lift(models)
         except DeviceError as error:
             raise located(error, "lift_black") from None
-    return Rig(
-        str(path),
-        display,
-        wanted,
-        models,
-        spec.distance_mm,
-        spec.interpupillary_distance_mm,
-        spec.glasses,
-        characterised_as,
-        MappingProxyType(spec.mode_options),
-        spec.lift_black,
-        spec.dither,
-        verification,
-        str(spec.observer),
-        spec.gamma_table,
-        spec.monitor_settings,
-        monitors or spec.monitors,
-        None if spec.results_mirror is None else Path(os.path.abspath(path.parent / spec.results_mirror)),
-        marks,
-    )
+    mirror = None if spec.results_mirror is None else Path(os.path.abspath(path.parent / spec.results_mirror))
+    named_monitors = monitors or spec.monitors
+    return Rig(str(path), spec, display, wanted, models, characterised_as, verification, named_monitors, mirror, marks)
 
 
 def _nominal_display(

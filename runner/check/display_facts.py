@@ -31,15 +31,15 @@ def not_measured(rig: Rig) -> tuple[str, ...]:
 
 def _not_measured(rig: Rig) -> Iterator[str]:
     nominal, models = rig.nominal, rig.models
-    options = ModeOptions.parse(rig.mode_options)
+    options = ModeOptions.parse(rig.spec.mode_options)
     if nominal:
         yield f"colours (nominal {nominal.name})"
         if nominal.black_assumed:
             yield f"black ({nominal.black_cd_m2:.3g} cd/m² assumed)"
         if nominal.panel_from:
             yield "size of the panel (as the monitor reports it)"
-        if rig.glasses:
-            yield f"light that the glasses take ({rig.glasses})"
+        if rig.spec.glasses:
+            yield f"light that the glasses take ({rig.spec.glasses})"
     through = find_mode(rig.mode, options).seen_through(models)
     if through and through.assumed:
         which = "filters of the glasses" if len(through.assumed) == 2 else f"filter before the {through.assumed[0]} eye"
@@ -52,9 +52,9 @@ def _not_measured(rig: Rig) -> Iterator[str]:
         yield "the room's light"
     if not nominal and not all(table.known for table in rig.measured_gamma_tables.values()):
         yield "gamma table of the measurement"
-    if not (rig.monitor_settings or rig.measured_settings):
+    if not (rig.spec.monitor_settings or rig.measured_settings):
         yield "settings of the monitor"
-    if rig.photodiode_verification is None:
+    if rig.verification is None:
         yield "onsets"
 
 
@@ -69,7 +69,7 @@ def check_nominal(report: CheckReport, nominal: Nominal | None) -> None:
 
 def check_onsets(report: CheckReport, rig: Rig) -> None:
     """Report whether onsets were verified with a photodiode, and where that record differs from the rig."""
-    verification = rig.photodiode_verification
+    verification = rig.verification
     if verification is None:
         report.facts["onsets"] = NOT_VERIFIED
         return
@@ -82,18 +82,18 @@ def check_onsets(report: CheckReport, rig: Rig) -> None:
 
 def check_mirror(report: CheckReport, rig: Rig) -> None:
     """Report the folder that results are copied to, and warn if it is not there now."""
-    if rig.results_mirror is None:
+    if rig.mirror is None:
         return
-    report.facts["results_mirror"] = str(rig.results_mirror)
-    if not rig.results_mirror.is_dir():
-        what = f"results_mirror: there is no folder {rig.results_mirror}: a session is not copied until it is there"
+    report.facts["results_mirror"] = str(rig.mirror)
+    if not rig.mirror.is_dir():
+        what = f"results_mirror: there is no folder {rig.mirror}: a session is not copied until it is there"
         report.warnings.append(Finding(what, rig.file, remedy="connect the disk, or make the folder"))
 
 
 def check_settings(report: CheckReport, rig: Rig) -> None:
     """Report the monitor's settings, and where they differ from those measured with, or change the light."""
-    if rig.monitor_settings:
-        report.facts["monitor_settings"] = rig.monitor_settings.words
+    if rig.spec.monitor_settings:
+        report.facts["monitor_settings"] = rig.spec.monitor_settings.words
     elif rig.measured_settings:
         report.facts["monitor_settings"] = f"measured with {rig.measured_settings.words}; the rig does not state them"
     report.warnings.extend([Finding(words, rig.file, remedy=SETTINGS_REMEDY) for words in rig.settings_doubts])

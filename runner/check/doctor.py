@@ -174,7 +174,7 @@ def examine_timing(
 
         intervals = swap_intervals(frame, seconds, progress, facts.refresh_hz)
         marks = measure_marks(rig, frame) if rig else ()
-    verification = rig.photodiode_verification if rig else None
+    verification = rig.verification if rig else None
     judgement = judge(verification, rig.mode if rig else "", facts, swaps_per_second(intervals))
     return TimingReport(
         facts.display_server,

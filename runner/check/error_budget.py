@@ -64,11 +64,11 @@ def rig_budget(rig: Rig, encoding: Encoding | None = None) -> ErrorBudget:
     >>> bool(budget.row(Step.CODES).eyes["left"].mean < 0.2), budget.row(Step.CROSSTALK).words
     (True, 'not measured')
     """
-    mode = find_mode(rig.mode, ModeOptions.parse(rig.mode_options))
+    mode = find_mode(rig.mode, ModeOptions.parse(rig.spec.mode_options))
     compensation = _compensation(rig, mode)
     scene = _scene(rig)
     asked = _flattened(scene)
-    if rig.lift_black:
+    if rig.spec.lift_black:
         compensation = compensation.lifted_for([(scene["left"].astype(np.float32), scene["right"].astype(np.float32))])
     path = _path(rig, compensation, encoding, _gains_over_the_panel(rig))
     differences = path.differences(asked, _flattened(_resampled(rig)))
@@ -98,7 +98,7 @@ def picture_budget(
     scene = _path(rig, compensation, encoding, None).differences(_flattened(_scene(rig)), _flattened(_resampled(rig)))
     differences = {**joined_differences(parts), **{step: scene[step] for step in _OF_THE_SCENE}}
     colours = f"{len(differences[Step.CODES]['left'])} colours of {number} pictures"
-    mode = find_mode(rig.mode, ModeOptions.parse(rig.mode_options))
+    mode = find_mode(rig.mode, ModeOptions.parse(rig.spec.mode_options))
     return _budget(rig, mode, colours, differences, ", of a smooth scene: the pictures hold it already")
 
 
@@ -108,7 +108,7 @@ def _compensation(rig: Rig, mode: Mode) -> Compensation:
 
 
 def _path(rig: Rig, compensation: Compensation, encoding: Encoding | None, gains: Floats | None) -> BudgetPath:
-    levels, dithered = highest_code(rig.output_bits), rig.dither != "none"
+    levels, dithered = highest_code(rig.output_bits), rig.spec.dither != "none"
     encoding = encoding or Encoding(levels, entries_for(levels, dithered=dithered), dithered)
     if compensation.mixture is not None:
         return Mixed(rig.models, compensation.mixture, encoding)
@@ -174,7 +174,7 @@ def _words(rig: Rig, mode: Mode, before: str) -> Iterator[tuple[Step, str]]:
     if mixed:
         yield Step.FILTERS, "three channels for two eyes, if nothing were clipped"
     elif rig.mode != "flat":
-        lift = ", black lifted" if rig.lift_black else ""
+        lift = ", black lifted" if rig.spec.lift_black else ""
         yield Step.CROSSTALK, f"what cannot be cancelled{lift}" if rig.crosstalk else "not measured"
     if not mixed:
         gain_map = rig.gain_map
@@ -184,7 +184,7 @@ def _words(rig: Rig, mode: Mode, before: str) -> Iterator[tuple[Step, str]]:
         yield Step.GAIN_MAP, words
     yield Step.LOOK_UP_TABLE, "the colour pass's tables in 32 bits"
     dithered = f"dithered to codes of {bits} bits, mean over 64 x 64 pixels"
-    yield Step.CODES, f"rounded to codes of {bits} bits" if rig.dither == "none" else dithered
+    yield Step.CODES, f"rounded to codes of {bits} bits" if rig.spec.dither == "none" else dithered
     if rig.nominal:
         yield Step.CHARACTERISATION, f"not measured: nominal {rig.nominal.name}"
     else:

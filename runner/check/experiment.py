@@ -236,7 +236,7 @@ def _particulars(block: Block) -> Mapping[str, Any]:
 
 def check_geometry(report: CheckReport, design: Experiment, source: YamlSource) -> None:
     """Report what angle a picture covers and how many pixels there are in a degree; warn of extremes."""
-    distance_mm = design.rig.distance_mm
+    distance_mm = design.rig.spec.distance_mm
     angle = [round(float(visual_angle_deg(size, distance_mm)), 2) for size in design.spec.layout.size_mm]
     density = pixels_per_degree(design.rig.display.panel.pixel_pitch_mm, distance_mm)
     report.facts["picture_deg"] = angle

@@ -92,7 +92,7 @@ def check_rig(report: CheckReport, options: CheckOptions) -> None:
         ask_monitor=primary_monitor,
         monitors=options.monitors,
     )
-    density = pixels_per_degree(rig.display.panel.pixel_pitch_mm, rig.distance_mm)
+    density = pixels_per_degree(rig.display.panel.pixel_pitch_mm, rig.spec.distance_mm)
     facts = {"kind": "rig", "mode": rig.mode, "observer": rig.observer, "pixels_per_degree": round(density, 2)}
     white_cd_m2 = max(float(rig.models.eye(eye).shown_white_XYZ_cd_m2[1]) for eye in EYES)
     report.facts.update(facts | {"finest_detail": list(FinestDetail.of(density, white_cd_m2).sentences())})

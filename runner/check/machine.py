@@ -38,7 +38,7 @@ def check_screen(report: CheckReport, rig: Rig, options: CheckOptions) -> None:
 
     What does not fit is a warning, since a file may be checked away from its rig, or an error if the screen must do.
     """
-    mode = find_mode(rig.mode, ModeOptions.parse(rig.mode_options))  # wrong options are wrong on every machine
+    mode = find_mode(rig.mode, ModeOptions.parse(rig.spec.mode_options))  # wrong options are wrong on every machine
     if options.screen == "skip":
         return
     faults = report.errors if options.screen == "required" else report.warnings
@@ -101,7 +101,7 @@ def check_gamma_table(report: CheckReport, rig: Rig, filled: tuple[Monitor, ...]
 def _loaded(monitor: Monitor, rig: Rig) -> LoadedTable:
     """Return the table that a session would have on ``monitor``."""
     table = monitor.gamma_table
-    if rig.gamma_table == "identity" and table.known:
+    if rig.spec.gamma_table == "identity" and table.known:
         table = GammaTable.identity(table.size)
     return LoadedTable(monitor.name, table)
 

@@ -100,7 +100,7 @@ def _ghosts(report: CheckReport, design: Experiment, source: YamlSource) -> None
             f"crosstalk cannot be cancelled everywhere in {share}; most in '{most}', where {percents[most]:.2f} % of "
         )
         what += f"an eye's pixels keep a ghost of the other's, and ΔE00 is at most {costs[most]:.1f}"
-        models, can_lift = design.rig.models, not design.rig.lift_black
+        models, can_lift = design.rig.models, not design.rig.spec.lift_black
         can_lift = can_lift and models.left.additive and models.right.additive
         remedy = "write lift_black: true in the rig file, or accept it" if can_lift else ""
         report.warnings.append(source.finding(("stimuli",), what, remedy))

@@ -30,13 +30,13 @@ def check_timing_marks(report: CheckReport, rig: Rig, options: CheckOptions) -> 
     must do, which is that of the rig. A stream that nobody receives is a warning too, if no
     session waits for a recorder.
     """
-    if not rig.timing_marks:
+    if not rig.marks:
         return
-    report.facts["timing_marks"] = [_words(spec) for spec in rig.timing_marks]
+    report.facts["timing_marks"] = [_words(spec) for spec in rig.marks]
     if options.screen == "skip":
         return
     faults = report.errors if options.screen == "required" else report.warnings
-    for index, spec in enumerate(rig.timing_marks):
+    for index, spec in enumerate(rig.marks):
         try:
             with closing(open_mark_port(spec)) as port:
                 if not spec.waits_s and not wait_until_heard(port, _RECEIVED_WITHIN_S):
@@ -106,11 +106,11 @@ def measure_marks(rig: Rig, frame: Callable[[], object], marks: int = _MARKS) ->
 
     The ports get the codes of onsets, as in a session.
     """
-    return tuple(_measured(rig, index, frame, marks) for index in range(len(rig.timing_marks)))
+    return tuple(_measured(rig, index, frame, marks) for index in range(len(rig.marks)))
 
 
 def _measured(rig: Rig, index: int, frame: Callable[[], object], marks: int) -> MarkLatency:
-    spec = rig.timing_marks[index]
+    spec = rig.marks[index]
     problems: list[Finding] = []
     sent = looped = received = None
     by = ""

@@ -126,7 +126,7 @@ class StyleSpec(Strict):
         arcmin = self.text and self.text.height_arcmin
         if not arcmin:
             return Style(view_px, interface, self.progress, font=font)
-        capital_px = px_from_mm(size_mm(arcmin / 60.0, rig.distance_mm), rig.display.panel.pixel_pitch_mm)
+        capital_px = px_from_mm(size_mm(arcmin / 60.0, rig.spec.distance_mm), rig.display.panel.pixel_pitch_mm)
         return Style(view_px, interface, self.progress, float(capital_px) / capital_share(font), font)
 
 
@@ -201,7 +201,7 @@ def light_faults(style: StyleSpec, rig: Rig) -> Iterator[Fault]:
     """Yield lights that the display cannot show, and words that would hardly be seen."""
     if style.ground is None:
         return
-    mode = find_mode(rig.mode, ModeOptions.parse(rig.mode_options))
+    mode = find_mode(rig.mode, ModeOptions.parse(rig.spec.mode_options))
     compensation = mode.compensation(rig.models, rig.display.panel.resolution_px, Correction(rig.crosstalk))
     white = rig.models.left.shown_white_XYZ_cd_m2[1]
     remedy = f"white has {white:.4g} cd/m² here: write less light, or a colour nearer to white"

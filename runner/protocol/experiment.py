@@ -203,7 +203,7 @@ class Experiment:
     @property
     def mode(self) -> Mode:
         """The stereo mode, adjusted as the rig says."""
-        return find_mode(self.rig.mode, ModeOptions.parse(self.rig.mode_options))
+        return find_mode(self.rig.mode, ModeOptions.parse(self.rig.spec.mode_options))
 
     @property
     def aperture_px(self) -> tuple[int, int]:
@@ -241,7 +241,7 @@ class Experiment:
     @property
     def dithering(self) -> Dithering | None:
         """How pictures are dithered, None if they are rounded."""
-        return None if self.rig.dither == "none" else Dithering(self.rig.dither)
+        return None if self.rig.spec.dither == "none" else Dithering(self.rig.spec.dither)
 
     @property
     def places_px(self) -> tuple[Offset, ...]:
@@ -336,7 +336,7 @@ def read_experiment(
         rig = read_rig(
             rig_file, mode, allow_uncharacterised=allow_uncharacterised, ask_monitor=ask_monitor, monitors=monitors
         )
-        mode_options = ModeOptions.parse(rig.mode_options)
+        mode_options = ModeOptions.parse(rig.spec.mode_options)
         view_px = find_mode(rig.mode, mode_options).areas(rig.display.panel.resolution_px)[0].view_px
     except InputError as error:
         findings += _placed(error, source, ("rig",))

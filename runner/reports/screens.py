@@ -230,13 +230,13 @@ def _write_screens(
     pictures = PictureSource(experiment, stimuli, blocks)
     resolution = rig.display.panel.resolution_px
     compensation = mode.compensation(rig.models, resolution, Correction(rig.crosstalk, rig.gain_map))
-    if rig.lift_black:
+    if rig.spec.lift_black:
         images = (pictures.stimulus(name) for name in stimuli.names)
         compensation = compensation.lifted_for((image.left, image.right) for image in images)
 
     def marking(surface: Surface) -> Presenter:
         # Not the presenter of the pictures: marks are shown as they are, with nothing cancelled, dithered or mixed.
-        return _marking(surface, mode, ModeOptions.parse(rig.mode_options), compensation, pictures.stimulus)
+        return _marking(surface, mode, ModeOptions.parse(rig.spec.mode_options), compensation, pictures.stimulus)
 
     with (
         open_surface(

@@ -71,7 +71,7 @@ class ClippingCosts:
         cache = cache or CostCache(cache_folder() / COSTS)
         depends_on = _depends_on(experiment, stimuli, compensation)
         costs = cls(stimuli, load, compensation, experiment.places_px, experiment.aperture_px, depends_on, cache)
-        if rig.crosstalk is None or not rig.lift_black:
+        if rig.crosstalk is None or not rig.spec.lift_black:
             return costs
         lift_share = max((costs._lift(name) for name in stimuli.names), default=0.0)
         return replace(costs, compensation=compensation.lifted(lift_share))
@@ -188,7 +188,7 @@ def _depends_on(experiment: Experiment, stimuli: StimulusSet, compensation: Comp
         "display": hashes(experiment, stimuli)["display"],
         "resolution_px": list(rig.display.panel.resolution_px),
         "mode": rig.mode,
-        "mode_options": dict(rig.mode_options),
+        "mode_options": dict(rig.spec.mode_options),
         "mixture": None if mixture is None else _digest(mixture),
         "aperture_px": list(experiment.aperture_px),
         "view_px": list(view.view_px),

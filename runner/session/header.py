@@ -69,11 +69,13 @@ def _display_digest(rig: Rig) -> str:
 
 def _rig_digest(rig: Rig) -> str:
     panel = rig.display.panel.model_dump(mode="json")
-    viewing = [rig.distance_mm, rig.interpupillary_distance_mm, rig.glasses]
-    gamma_table = [rig.gamma_table] if rig.gamma_table else []
-    settings = [rig.monitor_settings.stated] if rig.monitor_settings else []
+    viewing = [rig.spec.distance_mm, rig.spec.interpupillary_distance_mm, rig.spec.glasses]
+    gamma_table = [rig.spec.gamma_table] if rig.spec.gamma_table else []
+    settings = [rig.spec.monitor_settings.stated] if rig.spec.monitor_settings else []
     stated = [*gamma_table, *settings]
-    return _digest([rig.mode, dict(rig.mode_options), rig.lift_black, rig.dither, *viewing, panel, *stated])
+    return _digest(
+        [rig.mode, dict(rig.spec.mode_options), rig.spec.lift_black, rig.spec.dither, *viewing, panel, *stated]
+    )
 
 
 def hashes(experiment: Experiment, stimuli: StimulusSet) -> dict[str, str]:
@@ -167,7 +169,7 @@ def make_header(
             "panel": panel.model_dump(mode="json"),
             "monitor_settings": {
                 name: settings.stated
-                for name, settings in (("measured", rig.measured_settings), ("used", rig.monitor_settings))
+                for name, settings in (("measured", rig.measured_settings), ("used", rig.spec.monitor_settings))
                 if settings
             },
             "white_XYZ_cd_m2": {
@@ -176,13 +178,13 @@ def make_header(
             },
             **_room(rig),
             "surround_XYZ_cd_m2": _surround(experiment),
-            "distance_mm": rig.distance_mm,
-            "glasses": rig.glasses,
-            "mode_options": dict(rig.mode_options),
+            "distance_mm": rig.spec.distance_mm,
+            "glasses": rig.spec.glasses,
+            "mode_options": dict(rig.spec.mode_options),
             "filters": _filters(experiment),
             "crosstalk_cancelled": rig.crosstalk is not None,
-            "lift_black": rig.lift_black,
-            "dither": rig.dither,
+            "lift_black": rig.spec.lift_black,
+            "dither": rig.spec.dither,
             "gain_map_delivers": rig.gain_map.delivered_share if rig.gain_map else None,
         },
         analysis=experiment.spec.analysis.model_dump(mode="json", exclude_none=True),

@@ -125,8 +125,8 @@ class Station:
         """
         rig = experiment.rig
         mode = experiment.mode
-        if rig.results_mirror:
-            refuse_mirror_within(results, rig.results_mirror, rig.file)
+        if rig.mirror:
+            refuse_mirror_within(results, rig.mirror, rig.file)
         configuration = configuration_of(experiment, stimuli, further_files)
         pictures = PictureSource(experiment, stimuli)
         costs = ClippingCosts.of(experiment, stimuli, pictures.stimulus)
@@ -141,7 +141,7 @@ class Station:
                 windowed=windowed,
                 windows=mode.windows,
                 bits=rig.output_bits,
-                identity=rig.gamma_table == "identity",
+                identity=rig.spec.gamma_table == "identity",
                 monitors=rig.monitors,
                 refuse_larger=not wrong_screen,
             )
@@ -163,7 +163,7 @@ class Station:
             in_turn = CostsInTurn(costs)
             pictures.on_read = in_turn.was_read
             undo.pop_all()
-        timing, timing_remarks = timing_facts(presenter, TIMED_S, rig.photodiode_verification)
+        timing, timing_remarks = timing_facts(presenter, TIMED_S, rig.verification)
         remarks = surface.facts.remarks + timing_remarks + tuple(filter(None, (verdict.refusal, verdict.warning)))
         if rig.nominal:
             remarks += (rig.nominal.remark,)
@@ -171,7 +171,7 @@ class Station:
             remarks += (_UNCHARACTERISED.format(mode=rig.mode, other=rig.characterised_as),)
         remarks += rig.settings_doubts
         remarks += unheard(marks)
-        if rig.timing_marks and send_marks is False:
+        if rig.marks and send_marks is False:
             remarks += ("the rig's timing marks were not sent (--no-marks)",)
         return cls(
             experiment,
@@ -394,7 +394,7 @@ class Station:
 
     def _begin_mirror(self, recorder: Recorder, session: Session) -> None:
         self.end_mirror()
-        if folder := self.experiment.rig.results_mirror:
+        if folder := self.experiment.rig.mirror:
             self.mirror = start_mirror(recorder, folder, session.note)
 
     def configuration_again(self) -> str | None:
@@ -515,12 +515,12 @@ class Station:
         gamma = {
             "measured": tables_json(rig.measured_gamma_tables),
             "loaded": tables_json(self.watch.loaded),
-            "set": rig.gamma_table if self.surface.facts.backend == "window" else None,
+            "set": rig.spec.gamma_table if self.surface.facts.backend == "window" else None,
             "accepted": self.accept_gamma_table,
         }
         facts = asdict(self.surface.facts) | {"timing": self.timing, "gamma_table": gamma}
-        if rig.results_mirror:
-            facts["results_mirror"] = str(rig.results_mirror)
+        if rig.mirror:
+            facts["results_mirror"] = str(rig.mirror)
         if self.marks:
             facts["timing_marks"] = [marks.spec.facts for marks in self.marks]
         header = make_header(

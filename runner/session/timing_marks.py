@@ -90,7 +90,7 @@ def open_marks(rig: Rig, notify: Callable[[str], None] = lambda sentence: None) 
     """
     opened: list[OpenMarks] = []
     try:
-        for spec in rig.timing_marks:
+        for spec in rig.marks:
             opened.append(OpenMarks(spec, open_mark_port(spec)))
     except MarkError as error:
         close_marks(opened)
@@ -134,7 +134,7 @@ def unheard(opened: Sequence[OpenMarks]) -> tuple[str, ...]:
 
 def placed(rig: Rig, index: int, error: MarkError) -> Finding:
     """Return what is wrong with an entry of the rig's ``timing_marks``, with its place in the rig file."""
-    fault, spec = error.findings[0], rig.timing_marks[index]
+    fault, spec = error.findings[0], rig.marks[index]
     source = read_yaml(Path(rig.file))
     several = isinstance(source.data.get("timing_marks"), list)
     path = ("timing_marks", index, spec.place) if several else ("timing_marks", spec.place)

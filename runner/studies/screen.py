@@ -103,7 +103,9 @@ def screen_of_file(file: Path) -> StudyScreen:
             rig[key] = name
     whites = {} if read.nominal else _whites(read.display)
     source = f"The rig is {file.name}."
-    return StudyScreen(read.display.panel, source, bool(read.nominal), read.mode, read.distance_mm, rig, copies, whites)
+    return StudyScreen(
+        read.display.panel, source, bool(read.nominal), read.mode, read.spec.distance_mm, rig, copies, whites
+    )
 
 
 def _whites(display: Display) -> dict[str, float]:

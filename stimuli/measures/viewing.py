@@ -56,7 +56,7 @@ class ViewingConditions:
         from devices.display import read_rig
 
         rig = read_rig(rig_file, ask_monitor=ask_monitor)
-        distance_mm = rig.distance_mm if distance_mm is None else distance_mm
+        distance_mm = rig.spec.distance_mm if distance_mm is None else distance_mm
         return cls._of([rig.models], {rig.observer}, rig.display.panel.pixel_pitch_mm, distance_mm)
 
     @classmethod

@@ -38,7 +38,7 @@ class DisplaySetup:
     @classmethod
     def of(cls, rig: Rig) -> DisplaySetup:
         """Return the setup of a rig."""
-        return cls(rig.models, rig.distance_mm, rig.interpupillary_distance_mm, rig.observer)
+        return cls(rig.models, rig.spec.distance_mm, rig.spec.interpupillary_distance_mm, rig.observer)
 
     def range_json(self) -> dict[str, Any]:
         """Return the numbers that decide what saturates, for a cache's key and a manifest."""

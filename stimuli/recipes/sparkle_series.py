@@ -11,11 +11,12 @@ from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import groupby, product
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import Field, ValidationError
+from pydantic import Field, ValidationError, model_validator
+from pydantic.fields import FieldInfo
 
-from documents.yaml import NotNegative, Positive, Strict
+from documents.yaml import Positive, Strict
 from stimuli.errors import StimulusError
 from stimuli.luminance.scale import factor_to, mean_luminance_cd_m2
 from stimuli.pictures.stereo_image import StereoImage, View
@@ -23,42 +24,29 @@ from stimuli.recipes.build_context import BuildContext, Factors, MadePicture, Pr
 from stimuli.recipes.recipe_kind import Fault, RecipeKind, stimulus_name, twin_names, twin_views
 from stimuli.recipes.sparkle_plate import too_large, without_spectra
 from stimuli.recipes.values import MAX_STIMULI, Name, Seconds, SeriesSpec, SeriesSpecs
-from stimuli.sparkle.recipe import BaseSpec, FlakesSpec, FurtherLamps, PlateSpec, ShareSpectrum
-from stimuli.sparkle.scene import Camera, Chromaticity, Clusters, Lamp, Share
+from stimuli.sparkle.recipe import BaseSpec, FlakesSpec, FurtherLamps, PlateSpec
+from stimuli.sparkle.scene import Camera, Lamp
 
 if TYPE_CHECKING:
     from stimuli.sparkle.studio import Studio
 
 
-class FlakesChangeSpec(Strict):
-    """The flakes of one plate where they differ from the shared ones; the keys are those of the shared flakes."""
+def _left_out(model: type[FlakesSpec]) -> None:
+    """Let every key of ``model`` be left out, before it is built."""
+    for name, key in model.__pydantic_fields__.items():
+        kind: Any = Annotated[key.annotation, *key.metadata] if key.metadata else key.annotation
+        model.__pydantic_fields__[name] = FieldInfo.from_annotated_attribute(kind | None, None)
 
-    per_mm2: NotNegative | None = None
-    """How many flakes there are to a mm²."""
-    diameter_median_um: Positive | None = None
-    """The median diameter of the flakes, in µm."""
-    diameter_spread: NotNegative | None = None
-    """The spread of the logarithm of the diameters."""
-    diameter_range_um: tuple[Positive, Positive] | None = None
-    """The smallest and the largest diameter, in µm."""
-    depth_max_um: NotNegative | None = None
-    """How deep flakes lie at most, in µm."""
-    tilt_sd_deg: Annotated[float, Field(gt=0, le=60)] | None = None
-    """How far flakes tilt: a standard deviation in degrees."""
-    lobe_sd_deg: Annotated[float, Field(gt=0, le=20)] | None = None
-    """How wide the reflection is: a standard deviation in degrees."""
-    reflectance: Share | None = None
-    """The share of light that is reflected, from 0 to 1."""
-    chromaticity_xy: Chromaticity | None = None
-    """The chromaticity x, y of the light."""
-    spectrum: ShareSpectrum | None = None
-    """A spectrum in place of a chromaticity."""
-    diffraction: bool | None = None
-    """Whether diffraction widens the reflections of small flakes."""
-    rim_um: NotNegative | None = None
-    """The rim of a flake that scatters its light, in µm."""
-    clusters: Clusters | None = None
-    """Flakes that lie in clusters."""
+
+class FlakesChangeSpec(FlakesSpec):
+    """Where the flakes differ from the shared ones; the keys are those of the shared flakes."""
+
+    @model_validator(mode="after")
+    def _range_holds_the_median(self) -> FlakesChangeSpec:
+        return self  # it is judged with the shared flakes
+
+
+_left_out(FlakesChangeSpec)
 
 
 class NamedPlateSpec(Strict):
@@ -68,7 +56,7 @@ class NamedPlateSpec(Strict):
     """A name of your own, by which records and reports call it."""
     base: BaseSpec | None = None
     """The base between the flakes."""
-    flakes: FlakesChangeSpec = FlakesChangeSpec()
+    flakes: FlakesChangeSpec = FlakesChangeSpec.model_validate({})
     """The flakes."""
     coat_refractive_index: Annotated[float, Field(ge=1, le=4)] | None = None
     """The refractive index of the clear coat."""

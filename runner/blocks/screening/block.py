@@ -76,7 +76,7 @@ class Screening(BlockKind):
         """Yield that a mode with colour filters gives the squares of a stereogram away."""
         names = [test.test for test in self.tests]
         rig = setting.rig
-        mixed = find_mode(rig.mode, ModeOptions.parse(rig.mode_options)).mixture(rig.models) is not None
+        mixed = find_mode(rig.mode, ModeOptions.parse(rig.spec.mode_options)).mixture(rig.models) is not None
         if "stereo_acuity" in names and mixed:
             what = f"stereo acuity in the mode '{rig.mode}': without fusing, colour gives the square away"
             remedy = "test stereo acuity in a mode without colour filters, or with a printed test"
@@ -237,7 +237,7 @@ def _in_unit(strength: float | None, test: VisionTest) -> float | None:
 def _screen(tests: list[AnyTestSpec], setting: Setting) -> Screen:
     """Return the rig's screen, if its stereo mode can show the tests at all."""
     rig = setting.rig
-    mode = find_mode(rig.mode, ModeOptions.parse(rig.mode_options))
+    mode = find_mode(rig.mode, ModeOptions.parse(rig.spec.mode_options))
     area = mode.areas(rig.display.panel.resolution_px)[0]
     names = {test.test for test in tests}
     mixed = mode.mixture(rig.models) is not None
@@ -248,8 +248,8 @@ def _screen(tests: list[AnyTestSpec], setting: Setting) -> Screen:
     return Screen(
         setting.style.view_px,
         rig.display.panel.pixel_pitch_mm,
-        rig.distance_mm,
-        rig.interpupillary_distance_mm,
+        rig.spec.distance_mm,
+        rig.spec.interpupillary_distance_mm,
         _grain_px(area),
         rig.models,
         rig.observer,

@@ -122,7 +122,7 @@ def _experiment(comparison: Comparison, name: str, rig_file: Path, root: Path) -
 
     rig = read_rig(rig_file, ask_monitor=primary_monitor)
     panel = rig.display.panel
-    view_px = find_mode(rig.mode, ModeOptions.parse(rig.mode_options)).areas(panel.resolution_px)[0].view_px
+    view_px = find_mode(rig.mode, ModeOptions.parse(rig.spec.mode_options)).areas(panel.resolution_px)[0].view_px
     arrangement, size_mm = _layout(comparison.photo.size_px, view_px, panel.pixel_pitch_mm)
     rig_path = Path(os.path.relpath(rig_file.resolve(), (root / "experiments").resolve())).as_posix()
     vertical = arrangement == "vertical"

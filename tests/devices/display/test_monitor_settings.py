@@ -212,10 +212,10 @@ def _rig(folder: Path, more: str, display: str = str(ROOT / "configs/displays/as
 
 
 def test_a_rig_reads_the_record_that_it_names(tmp_path: Path) -> None:
-    assert read_rig(_rig(tmp_path, "")).photodiode_verification is None
+    assert read_rig(_rig(tmp_path, "")).verification is None
     (tmp_path / "records").mkdir()
     record = _write(tmp_path / "records")
-    named = read_rig(_rig(tmp_path, "photodiode_verification: records/photodiode.yaml\n")).photodiode_verification
+    named = read_rig(_rig(tmp_path, "photodiode_verification: records/photodiode.yaml\n")).verification
     assert named == read_verification(record)
 
 

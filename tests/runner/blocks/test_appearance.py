@@ -120,7 +120,7 @@ def test_a_capital_letter_is_as_high_as_asked(tmp_path: Path, arcmin: float) -> 
     assert drawn is not None
     rows = np.flatnonzero(drawn.max(axis=1) > 127)
     rig = design.rig
-    height_mm = 2 * rig.distance_mm * np.tan(np.radians(arcmin / 60) / 2)
+    height_mm = 2 * rig.spec.distance_mm * np.tan(np.radians(arcmin / 60) / 2)
     assert rows.max() - rows.min() + 1 == pytest.approx(height_mm / rig.display.panel.pixel_pitch_mm, abs=1.0)
 
 

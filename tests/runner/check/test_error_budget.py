@@ -186,7 +186,8 @@ def _changed(name: str) -> Rig:
         return replace(rig, display=replace(rig.display, panel=panel))
     if "leaks" in name or "lift_black" in name:
         leaks = {"side-by-side": Crosstalk(0.02 * np.eye(3), 0.02 * np.eye(3))}
-        return replace(rig, display=replace(rig.display, crosstalks=leaks), lift_black="lift_black" in name)
+        spec = rig.spec.model_copy(update={"lift_black": "lift_black" in name})
+        return replace(rig, display=replace(rig.display, crosstalks=leaks), spec=spec)
     if "room" in name:
         light = 0.1 * np.array([0.9505, 1.0, 1.089])
         return replace(rig, models=rig.models.in_room(light, light))
@@ -195,7 +196,7 @@ def _changed(name: str) -> Rig:
         gain_map = GainMap(np.array(CORNERS), rig.display.panel.resolution_px, "corners", normalise)
         return replace(rig, display=replace(rig.display, gain_maps={"side-by-side": gain_map}))
     assert name == "`dither: shared` in the rig"
-    return replace(rig, dither="shared")
+    return replace(rig, spec=rig.spec.model_copy(update={"dither": "shared"}))
 
 
 def _tables() -> list[list[list[str]]]:

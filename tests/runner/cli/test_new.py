@@ -53,7 +53,7 @@ def test_the_options_reach_the_study(tmp_path: Path) -> None:
     experiment = read_experiment(tmp_path / "s" / "experiment.yaml")
     rig = experiment.rig
     assert rig.nominal is not None
-    assert (rig.mode, rig.distance_mm, rig.monitors, rig.nominal.white_cd_m2) == ("top-bottom", 500, ("2",), 80)
+    assert (rig.mode, rig.spec.distance_mm, rig.monitors, rig.nominal.white_cd_m2) == ("top-bottom", 500, ("2",), 80)
     assert experiment.spec.question == "Why?"
 
 

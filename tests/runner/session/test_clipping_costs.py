@@ -63,7 +63,7 @@ def rig_compensation(design: Experiment, load: Callable[[str], StereoImage], nam
     panel_px = rig.display.panel.resolution_px
     plain = design.mode.compensation(rig.models, panel_px, Correction(rig.crosstalk, rig.gain_map))
     images = (load(name) for name in names)
-    return plain.lifted_for((image.left, image.right) for image in images) if rig.lift_black else plain
+    return plain.lifted_for((image.left, image.right) for image in images) if rig.spec.lift_black else plain
 
 
 def _leaky(study: Study) -> None:

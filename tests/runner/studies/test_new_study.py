@@ -164,8 +164,8 @@ def test_a_measured_display_goes_with_the_study(tmp_path: Path) -> None:
     rig = ROOT / "configs/rigs/asus_vg248qe_3dvision.yaml"
     study = new_study(tmp_path / "by_rig", [folder], StudyOptions(display=rig))
     design = read_experiment(study.experiment)
-    assert (design.rig.nominal, design.rig.mode, design.rig.glasses) == (None, "side-by-side", "Nvidia 3D Vision")
-    assert design.rig.distance_mm == 700
+    assert (design.rig.nominal, design.rig.mode, design.rig.spec.glasses) == (None, "side-by-side", "Nvidia 3D Vision")
+    assert design.rig.spec.distance_mm == 700
     assert (study.folder / "display.yaml").is_file()
     white = read_yaml(study.folder / "stimuli.yaml").data["white_luminance_cd_m2"]
     shown = design.rig.models.left.shown_white_XYZ_cd_m2[1]
