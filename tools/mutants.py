@@ -79,7 +79,10 @@ ROOMS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
         ("runner/blocks/*.py", "runner/blocks/screening/*.py"),
         ("tests/runner/blocks", "tests/runner/test_incomplete_pairs.py"),
     ),
-    "display": (("devices/display/*.py",), ("tests/devices/display", "tests/devices/test_display_file_one_eye.py")),
+    "display": (
+        ("devices/display/*.py", "devices/readings/colour_table.py"),
+        ("tests/devices/display", "tests/devices/test_display_file_one_eye.py", "tests/devices/readings"),
+    ),
     "compensation": (("devices/compensation/*.py",), ("tests/devices/compensation",)),
     "presenter": (
         (

@@ -203,3 +203,15 @@ def test_only_without_checksums_are_presses_compared(tmp_path: Path, unchained: 
     with pytest.raises(ResultsError, match="the key 'down' means 'second'"):
         read_session(file)
     assert json.loads(file.read_bytes().splitlines()[1])["events"] == [["down", 1.0]]
+
+
+def test_the_key_of_a_vision_test_has_one_meaning_too(tmp_path: Path, unchained: Callable[[Path], None]) -> None:
+    file = record(tmp_path, "kind: screening, tests: [{test: near_acuity, pass_logmar: 0.3}]", Scripted())
+    unchained(file)
+    assert check_log(file).findings == ()
+    lines = [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
+    shown = [line for line in lines if "correct_answer" in line]
+    other = next(line["answer"] for line in shown if line["answer"] != shown[0]["answer"])
+    shown[0]["answer"] = shown[0]["correct_answer"] = other
+    file.write_text("".join(json.dumps(line) + "\n" for line in lines), encoding="utf-8")
+    assert check_log(file).findings

@@ -88,6 +88,7 @@ def test_a_matrix_is_in_the_order_of_its_header() -> None:
     [
         (PWCMP + "M02,3,window,b,a\n", "t.csv:5:16: the line has 5 fields (the header has 6; quote"),
         (PWCMP + "M02,3,window,b,a,2\n", "t.csv:5:18: the choice is '2' (write one of: 1, true, 0, false)"),
+        (PWCMP + 'M02,3,"a\nroom",b,a,1\nM02,3,window,b,b,1\n', "t.csv:7:14: 'b' is compared with itself"),
         (PWCMP + "M02,3,window,b,b,1\n", "t.csv:5:14: 'b' is compared with itself"),
         (PWCMP + "M02,3,,b,a,1\n", "t.csv:5:7: the group is empty"),
         ("item_a,item_b,choice\nx,y,1\n", "t.csv:2:5: the choice is '1' (write 'x' or 'y', or say what it stands for"),

@@ -121,3 +121,11 @@ def test_every_model_recognises_few_pairs_of_many_items(model: Model, method: Mo
     assert fitted.converged
     assert fitted.theta == pytest.approx(dense.theta[0], abs=1e-10)
     assert fitted.log_likelihood == pytest.approx(float(dense.log_likelihood[0]), rel=1e-12)
+
+
+def test_several_counts_at_once_are_never_sparse() -> None:
+    first, second = np.arange(399), np.arange(1, 400)
+    for batch in (1, 2):
+        wins = np.ones((batch, 399))
+        made = items_design(Counts(400, first, second, wins, wins, np.zeros((batch, 399))))
+        assert isinstance(made, SparseItems) == (batch == 1)

@@ -110,6 +110,8 @@ def test_pudding_has_the_worths_ties_and_deviance_of_davidson(pudding: Compariso
     worth = np.exp(fitted.theta) / np.exp(fitted.theta).sum()
     assert worth == pytest.approx([0.138803, 0.173002, 0.161747, 0.165373, 0.158685, 0.202389], abs=5.01e-7)
     (nu,) = fitted.parameters
+    assert nu.to_json()["factor"] == pytest.approx(np.exp(nu.estimate))
+    assert replace(nu, se=1e4).to_json()["factor_high"] is None
     assert nu.name == "nu"
     assert nu.factor is not None
     assert nu.factor[0] == pytest.approx(0.746823, abs=5.01e-7)

@@ -109,3 +109,14 @@ def test_the_covariance_of_small_graphs_does_not_depend_on_threads(n: int) -> No
         set_blas_threads(threads)
         found.add(b"".join(laplacian.pseudo_inverse(one[None]).tobytes() for one in weights))
     assert len(found) == 1
+
+
+@pytest.mark.parametrize("batch", [1, laplacian.LARGE_BATCH])
+def test_a_precision_is_on_the_diagonal_either_way(batch: int) -> None:
+    random = np.random.default_rng(2)
+    weights = random.uniform(0.5, 2, (batch, 4, 4))
+    weights = np.triu(weights, 1) + np.triu(weights, 1).transpose(0, 2, 1)
+    right = random.normal(size=(batch, 4, 1))
+    right -= right.mean(axis=1, keepdims=True)
+    matrix = weights.sum(axis=2)[:, :, None] * np.eye(4) - weights + 0.7 * np.eye(4)
+    assert laplacian.solve(weights, right, 0.7) == pytest.approx(np.linalg.solve(matrix, right), abs=1e-12)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import tracemalloc
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import combinations, product
 from pathlib import Path
@@ -15,14 +16,23 @@ from numpy.typing import NDArray
 
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.factors import factor_effects
-from analysis.scaling import Model, ObserverTest, fit_model, robust_tests, score_groups
+from analysis.scaling import LAWS, Model, ObserverTest, fit_model, robust_tests, score_groups
 from analysis.scaling.departure import departure, one_scale
-from analysis.scaling.robust_tests import WEBB, from_products, score_test
+from analysis.scaling.robust_tests import (
+    DRAWS,
+    DRAWS_OF_MANY,
+    MOST_FOR_ALL_DRAWS,
+    WEBB,
+    draws_for,
+    from_products,
+    score_test,
+)
 from analysis.series.just_noticeable import observer_test as step_test
 from runner.cli.main import group as command
 from tests.choice import nightly
 
 Floats = NDArray[np.float64]
+Drawer = Callable[..., Comparisons]
 # Of 80 studies at the level 0.05, more are false once in 3000 runs.
 STUDIES, MOST_FALSE = 80, 11
 
@@ -186,6 +196,18 @@ def p_of_one_scale(tmp_path: Path, answers: list[Answer]) -> tuple[float, float 
     shown = CliRunner().invoke(command, ["scores", str(tmp_path / "answers.csv"), "--method", "firth", "--json"])
     fits = json.loads(shown.stdout)["goodness_of_fit"]
     return fits["p_pearson"], fits["by_observers"] and fits["by_observers"]["p"]
+
+
+def test_many_observers_have_fewer_draws() -> None:
+    assert (draws_for(MOST_FOR_ALL_DRAWS), draws_for(MOST_FOR_ALL_DRAWS + 1)) == (DRAWS, DRAWS_OF_MANY)
+
+
+def test_an_order_effect_is_tested_by_its_own_slopes_alone(draw: Drawer) -> None:
+    """Of four items, each stronger than the next: their strengths are no part of it."""
+    none = fit_model(draw(LAWS["bradley-terry"], np.array([1.5, 0.5, -0.5, -1.5]), observers=30), order_effect=True)
+    assert none.order_test is not None
+    assert none.order_test.by_observers is not None
+    assert (none.order_test.by_observers.df, none.order_test.by_observers.p > 0.01) == (1, True)
 
 
 def test_without_observers_answers_are_the_unit_and_a_prior_has_no_test(pudding: Comparisons) -> None:

@@ -187,6 +187,12 @@ def test_a_spread_of_two_observers_is_a_third_the_scaled_covariance() -> None:
     np.testing.assert_allclose(found.covariance, 2 / 3 * sandwich + found.scale[0] / 3 * model)
 
 
+def test_the_largest_t_of_two_items_is_that_of_their_difference() -> None:
+    model, pulled = contributed(2, 400)
+    drawn = shrink(model, pulled, freedom=399).largest(2000, np.random.default_rng(3))
+    assert np.quantile(drawn, 0.95) == pytest.approx(1.97, abs=0.12)
+
+
 @pytest.mark.nightly
 def test_two_observers_who_agree_about_a_pair_do_not_set_it_apart() -> None:
     found = decisions(Design(np.zeros(10), 2), studies=300)

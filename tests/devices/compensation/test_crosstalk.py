@@ -311,6 +311,13 @@ def test_a_negative_leak_that_black_shows_too_is_fitted_by_all_readings() -> Non
     assert np.abs((fit.crosstalk.left - NEGATIVE.left) @ RIGHT_PRIMARIES).max() < 2e-3
 
 
+def test_the_error_of_a_leak_is_of_the_scatter_of_repeats() -> None:
+    fit = fit_crosstalk(_with_grey(LEAK, noise=0.004, repeats=8))
+    (leak,) = (one for one in fit.shares if (one.eye, one.own, one.other) == ("left", "grey", "white"))
+    grey = 0.46 * LEFT_PRIMARIES[1].sum() / RIGHT_PRIMARIES[1].sum()
+    assert leak.standard_error == pytest.approx(0.004 * np.sqrt((grey**2 + (grey + leak.share) ** 2) / 8), rel=0.2)
+
+
 @pytest.mark.parametrize("repeats", [1, pytest.param(3, marks=pytest.mark.stress)])
 def test_noise_around_no_crosstalk_is_not_called_negative(repeats: int) -> None:
     """At most 1 measurement in 100 is, where none leaks or all leaks are positive; noise as its check allows it."""

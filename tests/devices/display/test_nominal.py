@@ -214,3 +214,9 @@ def test_a_display_file_without_modes_must_be_nominal(text: str, words: str, tmp
     with pytest.raises(InputError) as refused:
         read_display(_display(tmp_path, text))
     assert words in str(refused.value)
+
+
+def test_a_panel_in_a_line_has_60_hz_and_8_bits_where_they_are_not_said() -> None:
+    short = PanelSpec.parse("1920x1080,0.2768")
+    assert (short.refresh_hz, short.bits, short.text) == (60.0, 8, "1920x1080,0.2768,60,8")
+    assert PanelSpec.parse("1920x1080,0.2768,120,10").bits == 10

@@ -10,7 +10,7 @@ from scipy.optimize import fsolve
 
 from devices.compensation.clipping import clip_cost
 from devices.display import NODES, Plvc, TableCurve
-from devices.display.plvc import CROSS, PAIRS
+from devices.display.plvc import CROSS, PAIRS, _solved
 from devices.errors import DeviceError
 
 PRIMARIES = np.array([[40.0, 35, 18], [20, 70, 7], [2, 11, 95]])
@@ -91,6 +91,13 @@ def test_newton_agrees_with_a_general_solver() -> None:
 
         found = fsolve(miss, np.full(3, 0.7), xtol=1e-13) ** 2
         np.testing.assert_allclose(model.linear(XYZ), found, atol=1e-9)
+
+
+def test_three_equations_are_solved_and_singular_ones_have_finite_answers() -> None:
+    random = np.random.default_rng(6)
+    A, b = random.normal(size=(3, 3, 50)), random.normal(size=(3, 50))
+    assert _solved(A, b) == pytest.approx(np.linalg.solve(A.T.transpose(0, 2, 1), b.T[..., None])[..., 0].T, rel=1e-6)
+    assert np.isfinite(_solved(np.zeros((3, 3, 2)), b[:, :2])).all()
 
 
 def test_slopes_are_those_of_the_light() -> None:

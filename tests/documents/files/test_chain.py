@@ -7,13 +7,13 @@ import io
 import json
 import os
 import random
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
-from documents.files import DamagedLineError, DurableLog, LogState, read_lines
+from documents.files import DamagedLineError, DurableLog, LogState, read_lines, unprotected
 
 TRIALS = 8
 Row = dict[str, object]
@@ -162,6 +162,19 @@ def test_an_old_log_is_chained_from_where_it_was_resumed(file: Path) -> None:
     assert (error.number, "1 to 2, which have no checksums" in str(error)) == (3, True)
     file.write_bytes(whole.replace(b"\n", b"\r\n"))  # as git or an editor on Windows writes it again
     assert read(file).rows == content.rows
+
+
+@pytest.mark.parametrize(
+    ("chained_from", "said"),
+    [
+        ((1, 1), []),
+        ((2, 1), ["1 log was"]),
+        ((None,), ["1 log is"]),
+        ((None, None, 2, 9), ["2 logs are", "2 logs were"]),
+    ],
+)
+def test_logs_that_a_chain_does_not_protect_are_counted(chained_from: Sequence[int | None], said: list[str]) -> None:
+    assert [" ".join(one.split()[:3]) for one in unprotected(chained_from)] == said
 
 
 def test_a_reading_that_goes_on_names_every_place(file: Path) -> None:

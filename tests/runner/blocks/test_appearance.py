@@ -251,3 +251,11 @@ def test_check_refuses_words_that_do_not_fit(tmp_path: Path, more: str, words: s
     except InputError as error:
         report.errors.extend(error.findings)
     assert any(words in str(error) for error in report.errors), report.errors
+
+
+def test_an_area_lies_about_its_place_and_type_is_a_pixel_high_at_least() -> None:
+    area = text_area(Style((960, 1080)).text("Which?", 30, -40))
+    assert area is not None
+    assert abs(area.left + area.right - 60) <= 1
+    assert abs(area.top + area.bottom + 80) <= 1
+    assert Style((8, 9)).text("Which?").height_px == 1

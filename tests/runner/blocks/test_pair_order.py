@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from runner.blocks import Draw
-from runner.blocks.orders import Pair, pair_order
+from runner.blocks.orders import Pair, grouped_order, pair_order
+from tests.runner.every_kind import setting
 
 SEEDS = st.text(max_size=8)
 
@@ -83,6 +84,20 @@ def test_same_seed_same_order_other_seed_other_order() -> None:
 def test_the_order_of_one_seed_is_what_it_was() -> None:
     """A session is resumed under the order it began with, so the order must not change with the program."""
     assert pair_order(4, 1, "side", "order") == [(2, 3), (1, 0), (2, 1), (0, 3), (3, 1), (0, 2)]
+
+
+def test_pairs_of_sets_change_sides_with_each_repeat_and_no_item_comes_twice_running() -> None:
+    sets = {pair: scene for scene in range(4) for pair in itertools.combinations(range(4 * scene, 4 * scene + 4), 2)}
+    order = grouped_order(sets, 4, "side", "order")
+    repeats = [set(order[start : start + 24]) for start in range(0, 96, 24)]
+    swapped = {(second, first) for first, second in repeats[0]}
+    assert repeats == [repeats[0], swapped, repeats[0], swapped]
+    assert _neighbours_sharing(order) == 0
+
+
+def test_neighbours_take_opposite_sides_and_each_the_other_in_a_second_sitting() -> None:
+    flips = [[setting(observer=code, draw=Draw(sitting=n)).flips_sides for n in (1, 2, 3)] for code in ("01", "02")]
+    assert flips == [[True, False, True], [False, True, False]]
 
 
 def test_observers_are_paired_as_the_rule_of_their_log_says() -> None:

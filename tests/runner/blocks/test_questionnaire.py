@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import Any
 
 import pytest
+from pydantic import ValidationError
 
 from runner.blocks import Block, Choose, Draft, Response, Write
 from runner.blocks.text_entry import lines_needed
@@ -87,6 +88,12 @@ def test_enter_takes_nothing_before_an_option_is_marked() -> None:
     _, (ask,) = _answers(block(HAND))
     assert ask.meaning("enter") is None
     assert ask.meaning("4") is ask.meaning("0") is None
+
+
+def test_a_range_has_an_end(promised: Play) -> None:
+    assert block(AGE | {"highest": 1e9}).trials == 1
+    with pytest.raises(ValidationError):
+        block(AGE | {"highest": 1.5e9})
 
 
 def test_a_number_out_of_range_is_told_and_not_accepted() -> None:

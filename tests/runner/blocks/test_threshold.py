@@ -133,6 +133,21 @@ def test_of_an_odd_number_the_stimulus_stands_first_once_more(play: Play) -> Non
     assert Counter(trial.data["correct_answer"] for trial in trials) == {"first": 3, "second": 2}
 
 
+def test_two_intervals_take_twice_the_exposure_and_the_blank_between() -> None:
+    one = block(exposure_s=0.5, fixation_s=0.25)
+    two = block(task="two_intervals", exposure_s=0.5, fixation_s=0.25, blank_between_s=0.125)
+    assert (two.expected_s - one.expected_s) / one.trials == pytest.approx(0.5 + 0.125)
+
+
+def test_trials_without_a_signal_take_turns_among_the_ladders(play: Play) -> None:
+    both = block(
+        SCENES, reference={"x": "blank-x", "y": "blank-y"}, within="scene", catch_share=0.2, trials=8, **YES_NO
+    )
+    shown = [trial.data["stimulus"] for trial in play(both, plain_key).trials if trial.data["level"] is None]
+    assert shown == ["blank-x", "blank-y"] * (len(shown) // 2)
+    assert shown
+
+
 def test_catch_trials_are_spread_and_move_no_track(play: Play) -> None:
     trials = play(block(trials=40, catch_share=10 / 90, **YES_NO, **STAIRS), lambda ask: key_for(ask, "yes")).trials
     blanks = [number for number, trial in enumerate(trials) if trial.data["level"] is None]

@@ -6,12 +6,13 @@ import json
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from analysis.errors import ResultsError
-from analysis.records import FILE_NAME, PooledBatch, SessionLog, check_log, read_session
+from analysis.records import FILE_NAME, PooledBatch, SessionLog, check_log, read_session, session_files
 from analysis.scaling import updated_posterior
 from documents import counted_work
 from runner.ports import ChooseBatch, WindowClosed
@@ -21,6 +22,7 @@ from runner.session.pooling import MOST_S, RecordedPool, ResultsPool
 from tests.runner import every_kind as EVERY
 from tests.runner.pooled_sessions import asked, leave_after, sit
 
+Study = Any  # tests/conftest.py
 POOLED = "kind: active_pairs, trials: 24, pool: results, ties: both"
 ALONE = "kind: active_pairs, trials: 24, ties: both"
 WORDS = "kind: instructions, text: Look."
@@ -276,6 +278,14 @@ def test_half_a_line_and_half_a_header_are_not_read_until_they_are_whole(
             assert not one.left_out()
             assert sum(one.answers(block, tuple("abcdef")).sessions.values()) == due
     assert due == 24
+
+
+def test_the_program_looks_into_the_pool_too(study: Study) -> None:
+    study.edit("small.yaml", "kind: all_pairs, break_every: 4", "kind: active_pairs, trials: 6, pool: results")
+    for observer in ("01", "02"):
+        study.run(observer=observer)
+    logs = {log.header.observer: log for log in map(read_session, session_files(study.results))}
+    assert [sum(logs[code].pooled[0].sessions.values()) for code in ("01", "02")] == [0, 6]
 
 
 def test_a_station_that_vanishes_takes_its_answers_along(design: Experiment, results: Path, first: SessionLog) -> None:

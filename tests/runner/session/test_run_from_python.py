@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from runner.errors import SessionError, SessionStoppedError
 from runner.protocol import Experiment
 from runner.session import SessionOptions, run_session, simulate
 from runner.session.folders import Recorder
+from runner.session.run import Terminated
 
 Study = Any  # tests/conftest.py
 
@@ -135,3 +137,23 @@ def test_records_with_the_former_names_of_the_counts_are_read_and_reported_alike
     assert new_page.pairs is not None
     assert old_page.pairs.to_json() == new_page.pairs.to_json()
     assert (study.folder / "old.html").read_text() == (study.folder / "new.html").read_text()
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="POSIX")
+def test_being_asked_to_end_is_an_interrupt_where_nobody_else_handles_it() -> None:
+    def ignored(number: int, frame: object) -> None:
+        pass
+
+    before = {number: signal.signal(number, signal.SIG_DFL) for number in (signal.SIGTERM, signal.SIGHUP)}
+    try:
+        signal.signal(signal.SIGHUP, ignored)
+        with Terminated.raised():
+            ends, other = signal.getsignal(signal.SIGTERM), signal.getsignal(signal.SIGHUP)
+        assert callable(ends)
+        assert other is ignored
+        with pytest.raises(Terminated):
+            ends(signal.SIGTERM, None)
+        assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -193,6 +193,16 @@ def test_failing_continues_or_stops_the_session(play: Play) -> None:
     assert played.trials[-1].data == {"test": "stereo_acuity", "screened_out": True}
     assert played.shown_at_record[-1] == len(played.shown)
     assert any(isinstance(item, Text) and "all for today" in item.words for item in played.shown[-1].items)
+    own = play(block(on_fail="stop", stop_words="Halt."), wrong).shown[-1].items
+    assert any(isinstance(item, Text) and item.words == "Halt." for item in own)
+
+
+def test_an_estimate_is_in_the_unit_of_its_test(play: Play) -> None:
+    """Between the level that was passed and the one that was not."""
+    for name, below, low, high in (("near_acuity", 10**0.3, 0.2, 0.5), ("stereo_acuity", 100.0, 60.0, 140.0)):
+        done = play(block(), unable(name, below)).trials
+        (told,) = (one.data["outcome"] for one in done if one.data["test"] == name and "outcome" in one.data)
+        assert low < told["estimate"] < high
 
 
 @pytest.mark.parametrize("answered", range(4))
