@@ -204,6 +204,7 @@ def test_the_demonstration_writes_its_report(tmp_path: Path, monkeypatch: pytest
     assert again.beside.items == thesis.items
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("undrawn")
 def test_the_report_is_written(results: Path, tmp_path: Path) -> None:
     page = cyclopean.report(results, output=tmp_path / "page.html")

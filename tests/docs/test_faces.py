@@ -63,6 +63,7 @@ def test_importing_the_packages_loads_nothing_heavy() -> None:
     assert done.stdout.strip() == "[]"
 
 
+@pytest.mark.nightly
 def test_tests_take_from_a_face_what_it_offers() -> None:
     """Then a room can be rebuilt behind its face without a change of tests."""
     offered = {

@@ -16,6 +16,8 @@ import pytest
 
 from tests.runner.studies.drawn_pictures import draw_pairs
 
+pytestmark = pytest.mark.nightly
+
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "first_study.md"
 MOST_COMMANDS, MOST_EDITED_LINES = 5, 3

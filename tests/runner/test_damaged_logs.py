@@ -113,6 +113,7 @@ def test_damaged_logs_are_refused_or_say_what_they_said(tmp_path: Path) -> None:
     assert set(believed) <= NOT_NOTICED, believed
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("undrawn")
 def test_whatever_reads_a_damaged_log_comes_to_its_end(tmp_path: Path, cyclopean: Callable[..., Any]) -> None:
     used = 0

@@ -248,9 +248,10 @@ def each_fails(study: Study, state: Path, some: int | None, fault: int) -> None:
         shutil.rmtree(results, ignore_errors=True)
 
 
+@pytest.mark.nightly
 @pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="descriptors are named by /proc")
 @pytest.mark.parametrize("some", [SOME, pytest.param(None, marks=pytest.mark.stress)])
-@pytest.mark.parametrize("fault", [FAULTS[0], *(pytest.param(one, marks=pytest.mark.nightly) for one in FAULTS[1:])])
+@pytest.mark.parametrize("fault", FAULTS)
 def test_calls_fail_once(study: Study, state: Path, fault: int, some: int | None) -> None:
     each_fails(study, state, some, fault)
 

@@ -75,6 +75,7 @@ def test_a_killed_session_is_resumed_with_the_identity_and_leaves_the_table_as_i
     assert kept() == []
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("how", [signal.SIGTERM, pytest.param(signal.SIGINT, marks=pytest.mark.nightly)])
 def test_other_ends_leave_the_table_as_it_was(
     person: Person, how: signal.Signals, cyclopean: Callable[..., Any]

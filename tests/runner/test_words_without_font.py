@@ -159,6 +159,7 @@ def test_names_in_figures_are_drawn_by_installed_fonts(
     assert not caplog.messages
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("installed", [pytest.param(True, marks=pytest.mark.nightly), False])
 def test_a_report_says_which_letters_are_boxes_in_its_figures(
     study: Study, install_fonts: Install, cyclopean: Callable[..., Any], tmp_path: Path, installed: bool

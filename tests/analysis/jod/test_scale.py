@@ -124,6 +124,7 @@ def test_what_has_no_scale_is_refused(told: list[Answer], options: dict[str, obj
         scale_jod(from_answers(told), **options)  # type: ignore[arg-type]
 
 
+@pytest.mark.nightly
 def test_the_command_and_python_agree(cyclopean: Call, tmp_path: Path) -> None:
     lines = ["winner,loser,count,observer"]
     lines += [f"{a},{b},{n},{who}" for who in "xyz" for a, b, n in (("a", "b", 1), ("b", "a", 3), ("b", "c", 2))]

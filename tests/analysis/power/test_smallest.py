@@ -52,6 +52,7 @@ def power_at(found: SmallestDifference, times: Designs, nats: float, replicates:
     return float(np.mean(chances))
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("times", "observers", "options"),
     [
@@ -82,6 +83,7 @@ def test_two_items_are_as_the_binomial_distribution_has_it() -> None:
     assert law.pmf(won[significant & (won > answers / 2)]).sum() == pytest.approx(0.8, abs=0.05)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("share", [0.34, *nightly(0.5)])
 def test_a_design_that_finds_nothing_says_so(share: float) -> None:
     found = known(smallest_difference(some_pairs(6, share, 3), 3))

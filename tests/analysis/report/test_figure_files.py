@@ -91,6 +91,7 @@ def test_what_is_there_is_replaced_only_if_asked_for(make_session: Maker, tmp_pa
     assert (figures / "classes.svg").read_text(encoding="utf-8").startswith("<?xml")
 
 
+@pytest.mark.nightly
 def test_figures_are_the_same_every_time(described: Report, written: Path, tmp_path: Path) -> None:
     again = [figure for section in sections_of(described, {}, {}) for figure in section.figures()]
     for figure in again:

@@ -116,6 +116,7 @@ def test_whoever_is_left_out_is_named_with_the_rule(
     assert "No observer was left out." in Page(render(described)).text
 
 
+@pytest.mark.nightly
 def test_what_people_wrote_stays_text(make_session: Maker, preferring: Sessions, rating: Sessions) -> None:
     question = Trial(9, 0, "questionnaire", (), 1.0, UTC, {"name": "n", "question": HOSTILE, "answer": HOSTILE})
     notes = (Note(HOSTILE, HOSTILE, 0, 0, UTC),)

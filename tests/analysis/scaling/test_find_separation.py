@@ -138,5 +138,6 @@ def test_an_order_that_follows_the_items_says_so() -> None:
 
 def test_two_groups_of_which_one_always_won_are_separated_in_whatever_order_they_were_shown() -> None:
     pairs = ["ab", "ba", "cd", "dc", "ac", "ad", "bc", "bd"]
-    fitted = fit_model(from_answers(Answer(*pair, first=first) for pair in pairs for first in pair), order_effect=True)
+    answers = [Answer(pair[0], pair[1], first=first) for pair in pairs for first in pair]
+    fitted = fit_model(from_answers(answers), order_effect=True)
     assert fitted.separation is not None

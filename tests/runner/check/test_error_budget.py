@@ -144,6 +144,7 @@ def _budget(study: Study, *more: str) -> Any:
     return CliRunner().invoke(group, words)
 
 
+@pytest.mark.nightly
 def test_an_experiments_budget_is_of_its_own_pictures(study: Study) -> None:
     told = _budget(study, "--json")
     assert told.exit_code == 0

@@ -192,6 +192,7 @@ def test_without_an_x_server_nothing_is_claimed(monkeypatch: pytest.MonkeyPatch)
     assert colour_profile().words == "unknown: there is no X server"
 
 
+@pytest.mark.nightly
 @pytest.mark.window
 def test_doctor_prints_what_xrandr_tells(
     load_table: Callable[[float], None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch

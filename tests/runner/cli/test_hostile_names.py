@@ -90,6 +90,7 @@ def test_logs_with_hostile_texts(study: Study, unchained: Unchained, cyclopean: 
     check_printed(cyclopean(command, *place, *output, expect=None))
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("undrawn")
 @pytest.mark.skipif(os.name != "posix", reason="no such file name there")
 def test_what_is_written_into_hostile_folders_is_named_without(

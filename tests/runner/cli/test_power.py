@@ -55,6 +55,7 @@ def test_numbers_of_observers(words: str, sizes: list[int]) -> None:
     assert [size["observers"] for size in found["sizes"]] == sizes
 
 
+@pytest.mark.nightly
 def test_a_table_answers_in_a_sentence_and_writes_a_page_and_csv(tmp_path: Path) -> None:
     page, table = tmp_path / "power.html", tmp_path / "power.csv"
     words = [THESIS, "--scores", TABLE_4_4, "--observers", "10,30", "--replicates", "40", "-o", str(page)]
@@ -86,6 +87,7 @@ def test_standard_errors_are_those_that_the_experiment_asks_for(study: Study, as
     assert told(*words, "--covariance", "scaled")["covariance"] == "scaled"
 
 
+@pytest.mark.nightly
 def test_how_much_observers_differ_is_assumed_aloud_or_given() -> None:
     words = (THESIS, "--scores", TABLE_4_4, "--observers", "10", "--replicates", "50")
     assumed, given = told(*words), told(*words, "--observer-sd", "0")

@@ -28,6 +28,8 @@ RECORDED = Path(__file__).parents[1] / "recorded"
 EACH = """
 import contextlib, io, json, os, sys
 from runner.cli.main import main
+
+pytestmark = pytest.mark.nightly
 for chain in json.loads(sys.argv[1]):
     if not (child := os.fork()):
         for step in chain:

@@ -135,6 +135,7 @@ def stated(folder: Path, exponent: float) -> None:
     (folder / "display.yaml").write_text(DISPLAY.rstrip("\n") + f"\n    gamma_table: {held}\n")
 
 
+@pytest.mark.nightly
 def test_a_display_is_verified_with_the_measured_table_alone(folder: Path, load_table: Load) -> None:
     stated(folder, 1.0)
     rig = folder / "rig.yaml"

@@ -184,6 +184,7 @@ def test_hints_name_the_keys_as_they_stand_on_the_keyboard(
     assert bool(labels) == bool(recorded) == any("(" in said for said in words)
 
 
+@pytest.mark.nightly
 def test_doctor_lists_the_keys_of_an_experiment_that_the_keyboard_cannot_send(lay: Lay, study: Study) -> None:
     text = study.experiment.read_text()
     study.experiment.write_text(

@@ -11,6 +11,7 @@ from runner.reports import results
 from runner.reports.results import find_browser, print_pdf
 
 
+@pytest.mark.nightly
 def test_a_page_becomes_a_pdf_and_nothing_else(tmp_path: Path) -> None:
     if find_browser() is None:
         pytest.skip("no Chromium is installed: nothing is printed")

@@ -83,6 +83,7 @@ def test_corners_are_numbers_that_a_picture_has(text: str) -> None:
 BAD = "<img src=x onerror=alert(1)>&\"'"
 
 
+@pytest.mark.nightly
 def test_text_from_people_stays_text(tmp_path: Path, cyclopean: Cyclopean) -> None:
     folder = tmp_path / "<b>x"
     folder.mkdir()

@@ -40,6 +40,7 @@ def test_both_eyes_have_one_luminance_factor_and_one_white(tmp_path: Path, cyclo
     assert tables[1]["rows"][0]["delta_L"] * tables[0]["rows"][0]["delta_L"] < 0
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("stereo", [pytest.param(True, marks=pytest.mark.nightly), False])
 def test_an_experiment_follows(
     tmp_path: Path, cyclopean: Cyclopean, monkeypatch: pytest.MonkeyPatch, stereo: bool

@@ -101,6 +101,7 @@ def test_a_display_file_gives_the_model_back_and_converts(thesis: Path, tmp_path
     np.testing.assert_allclose([float(v) for v in rows[1][1:]], [60, 120, 200], atol=1e-4)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("model", ["gog", *nightly("gamma", "ggo", "table")])
 def test_the_black_that_is_printed_is_the_light_of_code_0(tmp_path: Path, model: str) -> None:
     """A GOG has its black in the curves' offsets: its own term is 0."""
@@ -126,6 +127,7 @@ def test_the_observer_of_readings_is_said(tmp_path: Path, observer: str) -> None
     assert f"Colorimetric observer: {observer}°" in _run("fit", str(file), "--model", "gog", "--brief")
 
 
+@pytest.mark.nightly
 def test_a_ti3_is_fitted_and_converted(thesis: Path, tmp_path: Path) -> None:
     file, path = tmp_path / "thesis.ti3", tmp_path / "d.yaml"
     readings = replace(read_measurements(thesis), eye=("left",) * 120)
