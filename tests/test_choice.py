@@ -17,7 +17,7 @@ USUAL = "not nightly and not stress and not quad and not vdp"
 def test_slow_files_exist_and_each_part_of_the_tests_keeps_some_that_are_fast() -> None:
     gone = [name for name in slow_files() if not (ROOT / name).is_file()]
     assert not gone, f"measure again, as tools/slow_files.py says, or take out of tests/slow_files.txt: {gone}"
-    for folder in {(ROOT / name).relative_to(ROOT).parts[:2] for name in slow_files() if name.startswith("tests/")}:
+    for folder in {Path(name).parts[:2] for name in slow_files() if name.count("/") > 1}:
         files = {file.relative_to(ROOT).as_posix() for file in ROOT.joinpath(*folder).rglob("test_*.py")}
         assert files - set(slow_files()) or folder[-1] in ("cyclopean", "packaging"), (
             f"nothing of {'/'.join(folder)} is fast"
@@ -64,8 +64,8 @@ def test_a_file_is_slow_by_the_sum_of_its_tests_and_the_cheapest_of_a_folder_onl
     costs = {
         "a/x.py::one": 0.3,
         "a/x.py::two[a::b]": 0.3,
-        "a/y.py::one": 0.4,
-        "c/v.py::one": 1.9,
+        "a/y.py::one": 0.3,
+        "c/v.py::one": 0.9,
         "b/z.py::one": 9.0,
         "a/w.py::one": 2.0,
     }

@@ -22,7 +22,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-LIMIT_S, MOST_S = 0.5, 2.0
+LIMIT_S, MOST_S = 0.4, 1.0
 HEAD = """\
 # Processor time in s of the test files that `make test-fast` leaves out; written by tools/slow_files.py.
 """
