@@ -13,7 +13,8 @@ error: they time whole jobs, in this process and in two.
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from itertools import product
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -30,7 +31,7 @@ from analysis.classes.classes import classify
 from analysis.comparisons.comparisons import Answer, from_answers
 from analysis.power.plan import Plan, differing_pairs, spread_theta
 from analysis.power.simulation import simulate_power
-from analysis.power.smallest import TYPICAL_SD, SmallestDifference, smallest_difference
+from analysis.power.smallest import TARGET, TYPICAL_SD, SmallestDifference, smallest_difference
 from analysis.report.estimate import estimate_scores
 from analysis.scaling.fitting import fit
 from analysis.scaling.laws import probabilities
@@ -45,6 +46,13 @@ OBSERVERS, SIZES = 30, tuple(range(10, 61, 5))
 REFERENCE, REFERENCE_SEED = sized(40_000, 100), 1
 OBSERVER_SD, FEWER = 0.7, sized(10_000, 50)
 SMALLEST = "smallest difference"
+ARRANGED, TRIED = sized(((6, 15), (6, 30), (10, 15), (10, 30)), ((4, 20),)), np.geomspace(0.6, 4.6, 16)
+ARRANGEMENTS: dict[str, tuple[Callable[[int], Floats], bool]] = {
+    "all others midway": (lambda n: np.r_[0.5, -0.5, np.zeros(n - 2)], False),
+    "one above all others": (lambda n: np.r_[1.0, np.zeros(n - 1)], False),
+    "two groups that are equal inside": (lambda n: (np.arange(n) < n // 2).astype(np.float64), False),
+    "equal steps: neighbours": (lambda n: -np.arange(n, dtype=np.float64), True),
+}
 DESIGNS = sized(((6, 15), (6, 30), (10, 10)), ((4, 20),))  # stimuli and observers, all pairs once
 
 
@@ -108,7 +116,7 @@ def run() -> dict[str, Any]:
         rounds=5,
     )
     smallest = [row for n, observers in DESIGNS for row in _smallest(n, observers)]
-    rows = [*_curves(design, truth), *_as_the_report(), *smallest, *_jobs(design)]
+    rows = [*_curves(design, truth), *_as_the_report(), *smallest, *_by_arrangement(sized(400, 10)), *_jobs(design)]
     off = worst(rows, series=f"{SMALLEST}, as check has it")
     # Three standard errors of 200 studies, of which the difference is, and of those that judge it.
     promises = [
@@ -171,6 +179,26 @@ def _smallest(n: int, observers: int) -> Iterator[Row]:
     yield _row(f"studies at it, {many} in blocks", job, in_blocks, error, "its standard error")
     off = f"by the report's own analysis: {100 * share:.0f} %"
     yield _row(f"studies at it, {some} one by one", job, one_by_one_s, abs(share - found.target), off)
+
+
+def _by_arrangement(studies: int) -> Iterator[Row]:
+    """The difference that 80 % of studies find, where the stimuli lie otherwise than `smallest_difference` has them."""
+    for (n, observers), (name, (theta, neighbours)) in product(ARRANGED, ARRANGEMENTS.items()):
+        unit = theta(n)
+        first, second = np.triu_indices(n, 1)
+        apart = np.abs(unit[first] - unit[second])
+        asked = apart == (apart.min() if neighbours else apart.max())
+        began, last, found = perf_counter(), (0.0, 0.0), float("nan")
+        for nats in TRIED:
+            design = plan(nats * unit, observer_sd=TYPICAL_SD, scores_of="average")
+            chance = simulate_power(design, [observers], replicates=studies, workers=1).separates[0][asked].mean()
+            if chance >= TARGET:
+                found = float(np.interp(TARGET, (last[1], chance), (last[0], nats)))
+                break
+            last = nats, float(chance)
+        most = "" if np.isfinite(found) else f", {100 * last[1]:.0f} % at most"
+        job, time = f"{n} stimuli, {observers} observers, {name}", perf_counter() - began
+        yield _row(f"{SMALLEST} by arrangement, {studies} studies", job, time, None, f"{found:.2f} nats{most}")
 
 
 def _found(found: SmallestDifference, share: float) -> str:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 from curves import is_quick, program, seconds, sized
 from promises import Promise
 
 from analysis.records import read_results
-from analysis.report import write_report
+from analysis.report import Report, describe, write_report
+from analysis.report.conclusions import conclusions_of
+from analysis.report.sections.reviewers import review_of
 from runner.session import simulate
 
 EXPERIMENT, OBSERVERS = "experiments/dynamic_range.yaml", "configs/observers/table_4_4.yaml"
@@ -18,7 +21,8 @@ NUMBERS = sized((5, 30), (2,))
 
 def run() -> dict[str, object]:
     """Report on simulated observers of ten stimuli; the error column has no meaning here."""
-    rows = []
+    rows: list[dict[str, object]] = []
+    page = float("nan")
     for number in NUMBERS:
         with tempfile.TemporaryDirectory() as folder:
             place = Path(folder)
@@ -26,6 +30,7 @@ def run() -> dict[str, object]:
             sessions = read_results(place / "results")
             page = seconds(lambda to=place, sessions=sessions: write_report(sessions, to / "report.html"))
             rows.append({"series": "page", "parameter": f"{number} observers", "seconds": page, "error": None})
+            rows += _conclusions(describe(sessions), page, f"{number} observers")
             if is_quick():
                 continue
             figures = seconds(
@@ -36,10 +41,24 @@ def run() -> dict[str, object]:
         row = {"series": "page and --figures", "parameter": f"{number} observers", "seconds": figures, "error": None}
         rows.append(row)
         rows[-1]["note"] = f"{number} observers: {page:.2f} s, with figures {figures / page:.2f} × that"
-    promise = Promise(
-        f"a report on {NUMBERS[-1]} observers", float(str(rows[sized(-2, 0)]["seconds"])), 2.0, "seconds", unit="s"
-    )
+    promise = Promise(f"a report on {NUMBERS[-1]} observers", page, 2.0, "seconds", unit="s")
     return {"title": "Report", "rows": rows, "promises": [promise]}
+
+
+def _conclusions(report: Report, page: float, of: str) -> list[dict[str, object]]:
+    """Return what of the page's time conclusions take: intervals, and in how many other analyses each stands."""
+    assert report.pairs is not None
+    scored = report.pairs
+    works: dict[str, Callable[[], object]] = {
+        "conclusions: intervals, and how robust factors are": lambda: conclusions_of(report),
+        "pairs analysed in other ways, probabilities, equivalence": lambda: review_of(scored),
+    }
+    rows: list[dict[str, object]] = []
+    for name, work in works.items():
+        taken = seconds(work)
+        note = f"{100 * taken / page:.0f} % of the page's time"
+        rows.append({"series": name, "parameter": of, "seconds": taken, "error": None, "note": note})
+    return rows
 
 
 if __name__ == "__main__":

@@ -148,6 +148,8 @@ def effects(
     factors: Mapping[str, Mapping[str, str | float]] | None = None,
     *,
     use: Sequence[str] | None = None,
+    method: Literal["ml", "map"] = "ml",
+    prior_sd: float = 2.0,
     with_simulated: bool = False,
     keep_na: bool = False,
 ) -> Result[FactorEffects]:
@@ -162,6 +164,8 @@ def effects(
         those of a folder of results.
     use
         The factors in the model, in order; all of them if None.
+    method, prior_sd
+        ``ml``, or ``map`` where a level always won, as `analysis.factors.factor_effects` has them.
     with_simulated, keep_na
         As for `scores`.
 
@@ -193,10 +197,11 @@ def effects(
             raise InputError(Finding("a table of answers does not name the factors of its stimuli", remedy=remedy))
         factors = session_factors(_logs(answers, with_simulated=with_simulated))
     table = comparisons(answers, with_simulated=with_simulated, keep_na=keep_na)
-    result = factor_effects(table, factors, use=use)
+    result = factor_effects(table, factors, use=use, method=method, prior_sd=prior_sd)
     rows = [effect.to_json() for effect in result.effects]
     names = ", ".join(factor.name for factor in result.factors)
-    return Result(result, rows, f"Effects of {names} on the scores of {len(result.items)} items, in nats")
+    title = f"Effects of {names} on the scores of {len(result.items)} items, in nats"
+    return Result(result, rows, " ".join(result.problem_lines) or title)
 
 
 def observers(answers: Answers, *, with_simulated: bool = False, keep_na: bool = False) -> Result[ObserverTable]:

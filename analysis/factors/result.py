@@ -21,6 +21,10 @@ from documents.text import JsonResult, finite
 
 Floats = NDArray[np.float64]
 FactorMethod = Literal["ml", "map"]
+UNDER_A_PRIOR = (
+    "Under a prior all effects are finite, but untested: cyclopean.effects(FOLDER, method='map') in Python, or with a "
+    "table of answers cyclopean.effects(ANSWERS, FACTORS, method='map')."
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,6 +155,11 @@ class FactorEffects:
     separation: tuple[str, ...]
     held_by_prior: tuple[str, ...]
     ties_left_out: float
+
+    @property
+    def problem_lines(self) -> tuple[str, ...]:
+        """Why there are no finite effects, and what to type; empty where there are."""
+        return (*self.separation, UNDER_A_PRIOR) if self.separation else ()
 
     @property
     def cautions(self) -> tuple[str, ...]:

@@ -179,6 +179,14 @@ def test_effects_of_factors(results: Path) -> None:
     assert again["estimate"].item() == pytest.approx(frame["estimate"].item(), rel=1e-9)
 
 
+def test_effects_without_a_finite_estimate_say_what_to_type() -> None:
+    answers, factors = pd.DataFrame({"winner": ["a"], "loser": ["b"]}), {"a": {"view": "x"}, "b": {"view": "y"}}
+    found = cyclopean.effects(answers, factors)
+    assert "method='map'" in repr(found)
+    assert len(found.to_frame()) == 0
+    assert np.isfinite(cyclopean.effects(answers, factors, method="map").to_frame()["estimate"]).all()
+
+
 def test_results_are_exported(results: Path, tmp_path: Path) -> None:
     folder = cyclopean.export_bids(results, folder=tmp_path / "bids", name="Four pictures")
     described = json.loads((folder / "dataset_description.json").read_text(encoding="utf-8"))

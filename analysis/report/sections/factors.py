@@ -38,7 +38,7 @@ def effects_in(comparisons: Comparisons, header: Header, *, tests_alone: bool = 
 
 def factors_section(effects: FactorEffects) -> Section:
     """Return the effects with their tests, and the share of the deviance that they explain."""
-    blocks: list[Block] = [Paragraph(sentence) for sentence in effects.separation]
+    blocks: list[Block] = [Paragraph(sentence) for sentence in effects.problem_lines]
     if effects.effects:
         blocks += [_figure(effects), *_tests(effects)]
     if effects.left_out:
