@@ -125,12 +125,13 @@ class Comparisons:
         total: NDArray[np.float64] = wins + wins.T
         return total
 
-    def wins_by_observer(self) -> NDArray[np.float64]:
-        """Return the counts of each observer, shape (observers, n, n); they sum to ``wins``."""
-        n, people = len(self.items), len(self.observers)
-        flat = (self.observer * n + self.winner) * n + self.loser
-        counts = np.bincount(flat, weights=self.count, minlength=people * n * n)
-        return counts.astype(np.float64).reshape(people, n, n)
+    def wins_by_observer(self, rows: slice = slice(None)) -> NDArray[np.float64]:
+        """Return the counts of each observer of ``rows``, shape (observers, n, n); those of all sum to ``wins``."""
+        n, (start, stop, _) = len(self.items), rows.indices(len(self.observers))
+        own = (self.observer >= start) & (self.observer < stop)
+        flat = ((self.observer[own] - start) * n + self.winner[own]) * n + self.loser[own]
+        counts = np.bincount(flat, weights=self.count[own], minlength=(stop - start) * n * n)
+        return counts.astype(np.float64).reshape(stop - start, n, n)
 
     def first_share(self) -> float | None:
         """Return the share of answers (0 to 1) that went to the item shown first; None where nobody noted it."""

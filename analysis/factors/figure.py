@@ -151,9 +151,7 @@ def draw_effects(effects: FactorEffects, width_in: float) -> Drawing:
     rows = drawn_rows(effects)
     if not rows:
         why = " ".join(effects.separation) or "there are none"
-        raise ResultsError(
-            Finding(f"there are no finite effects to draw: {why}", remedy="fit with method='map'")
-        )
+        raise ResultsError(Finding(f"there are no finite effects to draw: {why}", remedy="fit with method='map'"))
     places = _places(rows)
     height_in = 0.75 + 0.31 * (max(places) + 1)
     with drawing("factors", width_in, height_in) as (figure, axes):

@@ -23,6 +23,7 @@ Floats = NDArray[np.float64]
 WORTH_A_LOOK = 1.5
 LEAST_LOG = float(np.log(1e-200))  # pwcmp's least probability of a pair's answers
 FEWEST = 4  # observers that have quartiles
+MOST_NUMBERS = 4_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,12 +58,14 @@ def observer_likelihoods(parts: Sequence[Comparisons], prior: DistancePrior) -> 
     """
     total: dict[str, float] = {}
     for part in parts:
-        by_observer, people = part.wins_by_observer(), part.observers
-        rest = fit_jod(by_observer.sum(axis=0) - by_observer, prior) if len(people) > 1 else None
-        for place, name in enumerate(people):
-            jod = None if rest is None else rest.jod[place]
-            own = 0.0 if jod is None or np.isnan(jod).any() else _log_likelihood(by_observer[place], jod)
-            total[name] = total.get(name, 0.0) + own
+        people, wins = part.observers, part.wins
+        block = max(1, MOST_NUMBERS // len(part.items) ** 2)
+        for start in range(0, len(people), block):
+            by_observer = part.wins_by_observer(slice(start, start + block))
+            rest = fit_jod(wins - by_observer, prior).jod if len(people) > 1 else np.full((1, 1), np.nan)
+            for name, counts, jod in zip(people[start : start + block], by_observer, rest, strict=True):
+                own = 0.0 if np.isnan(jod).any() else _log_likelihood(counts, jod)
+                total[name] = total.get(name, 0.0) + own
     names = sorted(total)
     if len(names) < FEWEST:
         return ()

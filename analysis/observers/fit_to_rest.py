@@ -120,21 +120,21 @@ def fits_to_rest(comparisons: Comparisons, level: float = LEVEL) -> tuple[FitToR
 def _one_scale(comparisons: Comparisons) -> tuple[Floats, Floats, Floats]:
     """Return each observer's `_parts` (S, 4), change of the strengths (S, n), NaN if none, and answers (S,)."""
     people, n = len(comparisons.observers), len(comparisons.items)
-    by_observer = comparisons.wins_by_observer()
     wins = comparisons.wins
     together = fit_each(wins[None], "firth").theta[0]
     theta = np.full((people, n), np.nan)
     parts = np.full((people, 4), np.nan)
     block = max(1, _MOST_NUMBERS // (n * n))
     for start in range(0, people, block):
-        own = by_observer[start : start + block]
+        own = comparisons.wins_by_observer(slice(start, start + block))
         rest = wins - own
         fitted = fit_each(rest, "firth").theta
         usable_fit = np.isfinite(fitted).all(axis=1) & own.any(axis=(1, 2))
         theta[start : start + block][usable_fit] = fitted[usable_fit]
         if usable_fit.any():
             parts[start : start + block][usable_fit] = _parts(own[usable_fit], rest[usable_fit], fitted[usable_fit])
-    return parts, together - theta, by_observer.sum(axis=(1, 2))
+    answers = np.bincount(comparisons.observer, comparisons.count, people).astype(np.float64)
+    return parts, together - theta, answers
 
 
 def _parts(own: Floats, rest: Floats, theta: Floats) -> Floats:

@@ -455,8 +455,12 @@ def exchange_p(wins: Floats, *, most: float = 1.0) -> Floats:
         for part in parts(len(wanted), len(size) * (longest + 2)):  # so that the table of cosines stays small
             chosen = wanted[part]
             span = int(size[:, chosen].sum(axis=0).max()) + 1
-            angle = np.pi * np.arange(span + 1) / span
-            chances = np.fft.irfft(np.cos(size[:, chosen, None] * angle).prod(axis=0), 2 * span)[:, : span + 1]
+            sizes, place = np.unique(size[:, chosen], return_inverse=True)
+            cosines = np.cos(sizes[:, None] * (np.pi * np.arange(span + 1) / span))
+            product = np.ones((len(chosen), span + 1))
+            for each in place.reshape(len(size), -1):
+                product *= cosines[each]
+            chances = np.fft.irfft(product, 2 * span)[:, : span + 1]
             # P(|Σ| ≥ total): sums of the far tail alone, which keep more digits than 1 less the rest.
             tails = np.cumsum(np.maximum(chances, 0)[:, ::-1], axis=1)[:, ::-1]
             p[row, chosen] = 2 * tails[np.arange(len(chosen)), total[chosen].astype(np.intp)]

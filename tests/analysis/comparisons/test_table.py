@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -187,3 +188,11 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     (tmp_path / "latin.csv").write_bytes("winner,loser\né,b\n".encode("latin-1"))
     with pytest.raises(ResultsError, match="UTF-8"):
         read_table(tmp_path / "latin.csv")
+
+
+def test_counts_of_some_observers_are_those_of_all_in_blocks() -> None:
+    table = from_answers([Answer("ab"[k % 2], "bc"[k % 2], 1 + k, f"{k % 5}") for k in range(12)])
+    whole = table.wins_by_observer()
+    blocks = [table.wins_by_observer(slice(start, start + 2)) for start in range(0, 5, 2)]
+    assert np.concatenate(blocks).tolist() == whole.tolist()
+    assert whole.sum(axis=0).tolist() == table.wins.tolist()
