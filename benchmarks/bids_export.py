@@ -10,7 +10,8 @@ from curves import program, seconds, sized
 from promises import Promise
 
 from analysis.bids.export import export_dataset
-from analysis.records.session_record import FILE_NAME, Header, Trial, read_session, session_files
+from analysis.kinds import new_trial
+from analysis.records.session_record import FILE_NAME, Header, read_session, session_files
 
 STIMULI = tuple(f"s{index}" for index in range(10))
 COST = {f"percent_{what}": 0.5 for what in ("red", "green", "blue", "any", "above_full")} | {"delta_e_00_mean": 0.1}
@@ -32,7 +33,7 @@ def _leave(folder: Path, sessions: int, trials: int) -> None:
                 clipping = {name: {"left": COST, "right": COST} for name in (first, second)}
                 data = {"first": first, "second": second, "answer": "first", "chosen": first, "rejected": second}
                 data |= {"clipping": clipping}
-                answer = Trial(0, trial, "all_pairs", (("up", 1.0),), 1.0, "2026-01-02T03:00:01.000+00:00", data)
+                answer = new_trial(0, trial, "all_pairs", (("up", 1.0),), 1.0, "2026-01-02T03:00:01.000+00:00", data)
                 stream.write(json.dumps(answer.to_json()) + "\n")
 
 

@@ -26,7 +26,8 @@ from curves import Row, program, sized
 from promises import Promise
 
 import cyclopean
-from analysis.records import FILE_NAME, Header, Trial
+from analysis.kinds import new_trial
+from analysis.records import FILE_NAME, Header
 from analysis.scaling import fit_model
 from cyclopean.scaling import comparisons
 from runner.session import simulate
@@ -101,7 +102,9 @@ def write_sessions(folder: Path, observers: int, stimuli: int, repeats: int) -> 
                     costs = {names[place]: clipping for place in (first, second)}
                     time_s = round(rng.lognormvariate(0.5, 0.4), 6)
                     event = ("left" if wins else "right", time_s)
-                    recorder.append(Trial(0, number, "all_pairs", (event,), time_s, UTC, {**data, "clipping": costs}))
+                    recorder.append(
+                        new_trial(0, number, "all_pairs", (event,), time_s, UTC, {**data, "clipping": costs})
+                    )
                 recorder.end({"work": {}})
 
 

@@ -14,7 +14,8 @@ from typing import Any
 from curves import program, sized
 from promises import Promise
 
-from analysis.records import FILE_NAME, Header, Trial, check_log, read_session
+from analysis.kinds import Trial, new_trial
+from analysis.records import FILE_NAME, Header, check_log, read_session
 from documents.files.chain import EMPTY, sealed
 from runner.session.folders import Recorder
 
@@ -28,7 +29,7 @@ HEADER = Header("bench", "01", "s", UTC, 0, "Which?", True, ({"name": "a"}, {"na
 def _trial(number: int) -> Trial:
     pair = {"first": "a", "second": "b", "answer": "first", "chosen": "a", "rejected": "b", "first_position": "top"}
     clipping = {name: {"left": COST, "right": COST} for name in ("a", "b")}
-    return Trial(0, number, "all_pairs", (("up", 1.0),), 1.0, UTC, {**pair, "clipping": clipping})
+    return new_trial(0, number, "all_pairs", (("up", 1.0),), 1.0, UTC, {**pair, "clipping": clipping})
 
 
 def _of_processor(work: Callable[[], object], calls: int = 3) -> float:

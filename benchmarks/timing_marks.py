@@ -145,7 +145,7 @@ def session_marks() -> list[dict[str, Any]]:
         options = SessionOptions(folder / "results", simulate=folder / "observers.yaml", marks=True)
         run_session(experiment, "01", options)
         (file,) = session_files(folder / "results")
-        return [mark for trial in read_session(file).trials for mark in trial.data["timing_marks"]]
+        return [mark for trial in read_session(file).trials for mark in trial.details()["timing_marks"]]
 
 
 def promised() -> dict[str, Any]:

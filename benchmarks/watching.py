@@ -19,7 +19,8 @@ sys.path.insert(0, str(Path(__file__).parent))
 from curves import program, sized
 from promises import Promise
 
-from analysis.records import FILE_NAME, Header, Trial
+from analysis.kinds import new_trial
+from analysis.records import FILE_NAME, Header
 from runner.session.watching import Watch
 
 SESSIONS, TRIALS = sized(20, 3), sized(300, 20)
@@ -54,7 +55,7 @@ def _write(folder: Path, observer: str) -> Path:
     lines: list[dict[str, Any]] = [header.to_json() | {"planned": planned}]
     for number in range(TRIALS):
         utc = f"2026-01-31T{9 + number // 3600:02}:{30 + number // 60 % 30:02}:{number % 60:02}Z"
-        lines.append(Trial(0, number, "all_pairs", (("up", 0.5),), 0.5, utc, DATA).to_json())
+        lines.append(new_trial(0, number, "all_pairs", (("up", 0.5),), 0.5, utc, DATA).to_json())
     file = folder / f"sub-{observer}" / "ses-s1" / FILE_NAME
     file.parent.mkdir(parents=True)
     file.write_text("".join(json.dumps(line) + "\n" for line in lines), encoding="utf-8")

@@ -6,7 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias
 
-from analysis.records import Mark, Note, PooledBatch, Trial
+from analysis.kinds import Trial
+from analysis.records import Mark, Note, PooledBatch
 from runner.blocks.tasks import NOTHING, Task
 from runner.presenter.scene import Offset, Scene
 

@@ -53,10 +53,11 @@ def observed_groups(
     Examples
     --------
     >>> from pathlib import Path
-    >>> from analysis.records import Header, SessionLog, Trial
+    >>> from analysis.kinds import new_trial
+    >>> from analysis.records import Header, SessionLog
     >>> stimuli = ({"name": "a"}, {"name": "b"})
     >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, stimuli, {}, {}, {}, {}, {})
-    >>> rated = [Trial(0, n, "rating", (), 1.0, "", {"stimulus": name, "ratings": {"depth": n}}) for n, name in
+    >>> rated = [new_trial(0, n, "rating", (), 1.0, "", {"stimulus": name, "ratings": {"depth": n}}) for n, name in
     ...     enumerate("ab")]
     >>> groups, _ = observed_groups([SessionLog(Path("session.jsonl"), header, tuple(rated), complete=True)])
     >>> groups[0].name, groups[0].scores.tolist()

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from analysis.bids.text import escape
-from analysis.records.session_record import Trial
+from analysis.kinds.trial import Trial
 
 Place = tuple[str, ...]
 
@@ -140,7 +140,7 @@ class ColumnCollector:
     def add(self, trial: Trial, stimuli: Collection[str]) -> None:
         """Add a trial of a session that shows ``stimuli``."""
         self.kinds.setdefault(trial.kind)
-        for place, value in flatten(trial.data, stimuli):
+        for place, value in flatten(trial.details(), stimuli):
             self._seen.setdefault(place, _Seen()).add(trial.kind, value)
 
     @property

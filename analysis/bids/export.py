@@ -22,7 +22,7 @@ from analysis.bids.text import MISSING, cell, write_json, write_table
 from analysis.errors import ResultsError
 from analysis.records.answered_by import WhoAnswered
 from analysis.records.configuration import kept_files
-from analysis.records.session_record import Header, SessionLog, Trial, read_session
+from analysis.records.session_record import Header, SessionLog, read_session
 from analysis.records.times import Record, SessionTimes
 from documents import Finding
 from documents.files import MOST_LOG_BYTES, read_regular
@@ -141,8 +141,6 @@ def export_dataset(
         task.versions.add(str(log.header.hashes.get("experiment")))
         collector = task.collector
         stimuli = _names(log)
-        for trial in log.answers:
-            check_trial(trial, log)
         for trial in log.trials:
             collector.add(trial, stimuli)
 
@@ -247,22 +245,6 @@ def time_cell(utc: object) -> str:
     return utc if isinstance(utc, str) and _BIDS_TIME.fullmatch(utc) else MISSING
 
 
-def check_trial(trial: Trial, log: SessionLog) -> Trial:
-    """Return ``trial`` if its numbers are valid.
-
-    Raises
-    ------
-    ResultsError
-        If they are not.
-    """
-    whole = all(isinstance(n, int) and not isinstance(n, bool) for n in (trial.block, trial.trial, trial.attempt))
-    timed = isinstance(trial.response_time_s, int | float) and not isinstance(trial.response_time_s, bool)
-    if not (whole and timed and isinstance(trial.kind, str)):
-        what = f"the trial {trial.trial!r} of block {trial.block!r} has no valid number, kind or response time"
-        raise ResultsError(Finding(what, str(log.file), remedy="restore the file"))
-    return trial
-
-
 def answer_columns(columns: Sequence[Column]) -> tuple[str, ...]:
     """Return the names of the table's columns."""
     return (*FIXED, *(column.name for column in columns))
@@ -274,7 +256,7 @@ def answer_rows(
     """Yield the rows of a session's table as cells, in the order in which the trials were first answered."""
     times = SessionTimes.of(log)
     for trial in log.trials:
-        recorded = dict(flatten(trial.data, stimuli, whole))
+        recorded = dict(flatten(trial.details(), stimuli, whole))
         yield (
             cell(times.onset_s(trial)),
             cell(trial.block),
@@ -307,7 +289,7 @@ def event_rows(log: SessionLog) -> list[tuple[str, ...]]:
 
     for answer in log.answers:
         if id(answer) not in counting:
-            what = cell({**answer.data, "kind": answer.kind})
+            what = cell({**answer.details(), "kind": answer.kind})
             place = (cell(answer.block), cell(answer.trial), cell(answer.attempt))
             add(answer, "superseded_answer", *place, MISSING, cell(answer.response_time_s), what)
     for mark in log.marks:

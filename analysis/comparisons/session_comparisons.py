@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence, Set
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import TypeGuard
 
-from analysis.comparisons.columns import KINDS, TIES
 from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.comparisons.session_groups import SessionGroups, session_groups
 from analysis.errors import ResultsError
+from analysis.kinds.pair import PairRecord
+from analysis.kinds.trial import Trial
 from analysis.records.results import refuse_mixtures
-from analysis.records.session_record import SessionLog, Trial
+from analysis.records.session_record import SessionLog
 from documents import Finding
 
 
-def is_comparison(trial: Trial) -> bool:
+def is_comparison(trial: Trial) -> TypeGuard[PairRecord]:
     """Return whether ``trial`` compares two stimuli for the sake of their scores: catch trials do not."""
-    return trial.kind in KINDS and trial.data.get("catch") is None
-
-
-def is_tie(trial: Trial) -> bool:
-    """Return whether the answer prefers neither."""
-    return trial.data.get("answer") in TIES
+    return isinstance(trial, PairRecord) and trial.is_scored
 
 
 def from_sessions(sessions: Sequence[SessionLog]) -> Comparisons:
@@ -50,11 +47,12 @@ def from_sessions(sessions: Sequence[SessionLog]) -> Comparisons:
     Examples
     --------
     >>> from pathlib import Path
-    >>> from analysis.records import Header, SessionLog, Trial
+    >>> from analysis.kinds import new_trial
+    >>> from analysis.records import Header, SessionLog
     >>> pair = ({"name": "a"}, {"name": "b"})
     >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, pair, {}, {}, {}, {}, {})
     >>> answer = {"first": "a", "second": "b", "answer": "first", "chosen": "a", "rejected": "b"}
-    >>> trial = Trial(0, 0, "all_pairs", (), 1.2, "2026-01-31T09:31:00Z", answer)
+    >>> trial = new_trial(0, 0, "all_pairs", (), 1.2, "2026-01-31T09:31:00Z", answer)
     >>> log = SessionLog(Path("session.jsonl"), header, (trial,), complete=True)
     >>> comparisons = from_sessions([log])
     >>> comparisons.items, comparisons.wins.tolist()
@@ -84,11 +82,16 @@ def grouped_comparisons(sessions: Sequence[SessionLog]) -> tuple[Comparisons, Se
     Examples
     --------
     >>> from pathlib import Path
-    >>> from analysis.records import Header, SessionLog, Trial
+    >>> from analysis.kinds import new_trial
+    >>> from analysis.records import Header, SessionLog
     >>> stimuli = tuple({"name": name, "factors": {"scene": name[0]}} for name in ("a1", "a2", "b1", "b2"))
     >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, stimuli, {}, {}, {}, {}, {})
-    >>> pairs = [{"chosen": f"{scene}1", "rejected": f"{scene}2", "group": scene} for scene in "ab"]
-    >>> trials = tuple(Trial(0, n, "all_pairs", (), 1.2, "2026-01-31T09:31:00Z", pair) for n, pair in enumerate(pairs))
+    >>> def data(scene):
+    ...     one, other = f"{scene}1", f"{scene}2"
+    ...     pair = {"first": one, "second": other, "answer": "first", "chosen": one, "rejected": other}
+    ...     return {**pair, "group": scene, "group_factor": "scene"}
+    >>> utc = "2026-01-31T09:31:00Z"
+    >>> trials = tuple(new_trial(0, n, "all_pairs", (), 1.2, utc, data(scene)) for n, scene in enumerate("ab"))
     >>> _, groups = grouped_comparisons([SessionLog(Path("session.jsonl"), header, trials, complete=True)])
     >>> groups.factor, groups.names
     ('scene', ('a', 'b'))
@@ -96,9 +99,8 @@ def grouped_comparisons(sessions: Sequence[SessionLog]) -> tuple[Comparisons, Se
     refuse_mixtures(sessions)
     header = sessions[0].header
     names = [str(stimulus["name"]) for stimulus in header.stimuli]
-    known = frozenset(names)
     compared = [
-        (trial, _answer(session, trial, known))
+        (trial, _answer(session.header.observer, trial))
         for session in sessions
         for trial in session.trials
         if is_comparison(trial)
@@ -118,33 +120,8 @@ def grouped_comparisons(sessions: Sequence[SessionLog]) -> tuple[Comparisons, Se
     return from_answers(answers, names, groups.names if groups else ()), groups
 
 
-def _answer(session: SessionLog, trial: Trial, names: Set[str]) -> Answer:
-    tie = is_tie(trial)
-    try:
-        item_a, item_b = (str(trial.data[key]) for key in (("first", "second") if tie else ("chosen", "rejected")))
-    except KeyError as error:
-        raise ResultsError(
-            Finding(f"the {_where(trial)} has no {error}", str(session.file), remedy="restore the file")
-        ) from None
-    for name in (item_a, item_b):
-        if names and name not in names:
-            what = f"{_where(trial)} shows '{name}', no stimulus of the session"
-            raise ResultsError(Finding(what, str(session.file), remedy="restore the file"))
-    if item_a == item_b:
-        what = f"{_where(trial)} compares '{item_a}' with itself"
-        raise ResultsError(Finding(what, str(session.file), remedy="restore the file"))
-    first = trial.data.get("first")
-    group = trial.data.get("group")
+def _answer(observer: str, trial: PairRecord) -> Answer:
+    tied = trial.first, trial.second
     return Answer(
-        item_a,
-        item_b,
-        1.0,
-        session.header.observer,
-        None if first is None else str(first),
-        tie,
-        "" if group is None else str(group),
+        trial.chosen or tied[0], trial.rejected or tied[1], 1.0, observer, tied[0], trial.is_tie, trial.group or ""
     )
-
-
-def _where(trial: Trial) -> str:
-    return f"trial {trial.trial} of block {trial.block}"

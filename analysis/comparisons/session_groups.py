@@ -13,7 +13,8 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from analysis.comparisons.comparisons import Answer
-from analysis.records.session_record import Header, Trial
+from analysis.kinds.pair import PairRecord
+from analysis.records.session_record import Header
 
 MOST_NAMED = 5
 
@@ -42,7 +43,7 @@ class SessionGroups:
         return tuple(dict.fromkeys(self.group_of.values()))
 
 
-Compared: TypeAlias = Sequence[tuple[Trial, Answer]]
+Compared: TypeAlias = Sequence[tuple[PairRecord, Answer]]
 
 
 def session_groups(header: Header, compared: Compared) -> SessionGroups | None:
@@ -58,7 +59,7 @@ def session_groups(header: Header, compared: Compared) -> SessionGroups | None:
     sets = _linked_sets(header, compared)
     if len(sets) < 2:
         return None
-    recorded = Counter(str(trial.data["group_factor"]) for trial, _ in compared if trial.data.get("group_factor"))
+    recorded = Counter(trial.group_factor for trial, _ in compared if trial.group_factor)
     factor = _telling_factor(header, sets, [name for name, _ in recorded.most_common()])
     names = _names(header, sets, compared, factor)
     group_of = {item: name for name, items in zip(names, sets, strict=True) for item in items}

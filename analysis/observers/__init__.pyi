@@ -1,7 +1,6 @@
 from .filters import Filter as Filter
 from .filters import keep as keep
 from .haste import Haste as Haste
-from .screening import Outcome as Outcome
 from .screening import check_tests as check_tests
 from .screening import failed_tests as failed_tests
 from .screening import outcomes as outcomes

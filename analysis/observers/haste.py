@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from analysis.records.session_record import Trial
+from analysis.kinds.trial import Trial
 
 TOO_FAST_S = 0.2
 FEWEST_TRIALS = 10
@@ -35,7 +35,7 @@ class Haste:
             return
         self.trials += 1
         # A key that means nothing there was never meant for another scene.
-        self.ignored += any(why != "no_meaning" for _, _, why in trial.data.get("ignored", ()))
+        self.ignored += any(why != "no_meaning" for _, _, why in trial.ignored)
         self.fast += trial.response_time_s < TOO_FAST_S
 
     @property

@@ -13,13 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.classes.classes import levels
-from analysis.comparisons.columns import KINDS
 from analysis.comparisons.comparisons import Comparisons
 from analysis.comparisons.session_comparisons import is_comparison
+from analysis.kinds.all_pairs import AllPairsRecord
+from analysis.kinds.pair import PairRecord
 from analysis.observers.haste import TOO_FAST_S
 from analysis.records.results import sessions_by_observer
-from analysis.records.session_record import SessionLog, Trial
 from documents.text import JsonResult
+from analysis.records.session_record import SessionLog
 
 Floats = NDArray[np.float64]
 FEWEST_ANSWERS = 8  # of a trend
@@ -213,9 +214,9 @@ def response_times(
     return ResponseTimes(len(trials), float(np.median(times)), too_fast, too_fast_s, _trend(trials, theta))
 
 
-def _trend(trials: Sequence[Trial], theta: Mapping[str, float]) -> Trend | None:
+def _trend(trials: Sequence[PairRecord], theta: Mapping[str, float]) -> Trend | None:
     nan = float("nan")
-    strengths = [[theta.get(str(trial.data.get(place)), nan) for place in ("first", "second")] for trial in trials]
+    strengths = [[theta.get(place, nan) for place in (trial.first, trial.second)] for trial in trials]
     difference = np.abs(np.diff(np.array(strengths), axis=1)[:, 0])
     times = np.array([trial.response_time_s for trial in trials])
     known = np.isfinite(difference) & (times > 0)
@@ -315,12 +316,10 @@ class CatchResults:
 
 def catch_answers(sessions: Sequence[SessionLog]) -> CatchAnswers:
     """Count the catch trials of one observer's ``sessions``: the last attempt at each trial, without practice."""
-    trials = [
-        trial for session in sessions for trial in session.trials if trial.data.get("catch") and trial.kind in KINDS
-    ]
-    obvious = [trial for trial in trials if trial.data.get("catch") == "obvious"]
-    same = [str(trial.data.get("answer")) for trial in trials if trial.data.get("catch") == "identical"]
-    right = sum(trial.data.get("correct") is True for trial in obvious)
+    trials = [trial for session in sessions for trial in session.of(AllPairsRecord)]
+    obvious = [trial for trial in trials if trial.catch == "obvious"]
+    same = [trial.answer for trial in trials if trial.catch == "identical"]
+    right = sum(trial.correct is True for trial in obvious)
     return CatchAnswers(len(obvious), right, len(same), same.count("first"), same.count("second"))
 
 

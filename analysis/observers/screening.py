@@ -7,52 +7,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 from analysis.errors import ResultsError
+from analysis.kinds.screening import OutcomeRecord, ScreenedOutRecord
 from analysis.records.results import sessions_by_observer
 from analysis.records.session_record import SessionLog
 from analysis.records.times import in_time
 from documents import Finding
 
-KIND = "screening"
 Unscreened = Literal["keep", "leave_out"]
 
 
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """A vision test's outcome; ``threshold`` is the finest level passed, in ``unit``; None if no level was passed.
-
-    ``controls_seen`` is whether control plates, which everyone sees, were seen.
-    """
-
-    observer: str
-    session: str
-    test: str
-    passed: bool
-    threshold: float | None
-    estimate: float | None
-    pass_mark: float
-    unit: str
-    controls_seen: bool = True
-
-    @property
-    def reached(self) -> str:
-        """What was reached, such as "passed 200 arcsec, pass mark 140 arcsec"."""
-        unit = {"arcsec": " arcsec", "logmar": " logMAR", "delta_uv": " in u′v′"}.get(self.unit, f" {self.unit}")
-        reached = "no level passed" if self.threshold is None else f"passed {self.threshold:g}{unit}"
-        if not self.controls_seen:
-            reached += ", missed control plates that everyone sees"
-        return f"{reached}, pass mark {self.pass_mark:g}{unit}"
-
-    @property
-    def words(self) -> str:
-        """The test and what was reached in it, such as "stereo acuity: passed 200 arcsec, pass mark 140 arcsec"."""
-        return f"{self.test.replace('_', ' ')}: {self.reached}"
-
-
-def outcomes(log: SessionLog) -> tuple[Outcome, ...]:
+def outcomes(log: SessionLog) -> tuple[OutcomeRecord, ...]:
     """Return the outcome of every test completed in the session, in order; of a test taken twice, both.
 
     Parameters
@@ -62,49 +29,25 @@ def outcomes(log: SessionLog) -> tuple[Outcome, ...]:
 
     Returns
     -------
-    tuple[Outcome, ...]
-        An outcome for each completed test; empty if there was none.
-
-    Raises
-    ------
-    ResultsError
-        If a record of an outcome is damaged.
+    tuple[OutcomeRecord, ...]
+        A record for each completed test; empty if there was none.
 
     Examples
     --------
     >>> from pathlib import Path
-    >>> from analysis.records import Header, SessionLog, Trial
+    >>> from analysis.kinds import new_trial
+    >>> from analysis.records import Header, SessionLog
     >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, (), {}, {}, {}, {}, {})
+    >>> series = {"near": {"passed": True, "threshold": 40.0, "presentations": 8, "right": 8}}
     >>> result = {"passed": True, "threshold": 40, "estimate": 35.2, "pass_mark": 60, "unit": "arcsec"}
-    >>> data = {"test": "stereo_acuity", "outcome": result}
-    >>> trial = Trial(0, 0, "screening", (), 1.2, "2026-01-31T09:31:00Z", data)
+    >>> result["controls_seen"] = True
+    >>> data = {"test": "stereo_acuity", "outcome": result, "by_series": series}
+    >>> trial = new_trial(0, 0, "screening", (), 1.2, "2026-01-31T09:31:00Z", data)
     >>> log = SessionLog(Path("session.jsonl"), header, (trial,), complete=True)
-    >>> [(outcome.test, outcome.passed, outcome.threshold) for outcome in outcomes(log)]
+    >>> [(each.test, each.passed, each.outcome.threshold) for each in outcomes(log)]
     [('stereo_acuity', True, 40.0)]
     """
-    completed = []
-    for trial in log.trials:
-        if trial.kind != KIND or "outcome" not in trial.data or trial.data.get("practice"):
-            continue
-        try:
-            outcome = trial.data["outcome"]
-            completed.append(
-                Outcome(
-                    log.header.observer,
-                    log.header.session,
-                    str(trial.data["test"]),
-                    bool(outcome["passed"]),
-                    _number(outcome["threshold"]),
-                    _number(outcome["estimate"]),
-                    float(outcome["pass_mark"]),
-                    str(outcome["unit"]),
-                    bool(outcome.get("controls_seen", True)),
-                )
-            )
-        except (KeyError, TypeError, ValueError) as error:
-            what = f"trial {trial.trial} of block {trial.block} has no valid outcome of a vision test: {error}"
-            raise ResultsError(Finding(what, str(log.file), remedy="restore the file")) from error
-    return tuple(completed)
+    return log.of(OutcomeRecord)
 
 
 def passed(log: SessionLog, tests: Sequence[str] = ()) -> bool | None:
@@ -172,11 +115,14 @@ def screened(
     Examples
     --------
     >>> from pathlib import Path
-    >>> from analysis.records import Header, SessionLog, Trial
+    >>> from analysis.kinds import new_trial
+    >>> from analysis.records import Header, SessionLog
     >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, (), {}, {}, {}, {}, {})
+    >>> series = {"near": {"passed": True, "threshold": 40.0, "presentations": 8, "right": 8}}
     >>> result = {"passed": True, "threshold": 40, "estimate": 35.2, "pass_mark": 60, "unit": "arcsec"}
-    >>> data = {"test": "stereo_acuity", "outcome": result}
-    >>> trial = Trial(0, 0, "screening", (), 1.2, "2026-01-31T09:31:00Z", data)
+    >>> result["controls_seen"] = True
+    >>> data = {"test": "stereo_acuity", "outcome": result, "by_series": series}
+    >>> trial = new_trial(0, 0, "screening", (), 1.2, "2026-01-31T09:31:00Z", data)
     >>> log = SessionLog(Path("session.jsonl"), header, (trial,), complete=True)
     >>> len(screened([log])), len(screened([log], ["near_acuity"])), len(screened([log], ["near_acuity"], "keep"))
     (1, 0, 1)
@@ -191,7 +137,7 @@ def passed_screening(sessions: Sequence[SessionLog], tests: Sequence[str] = ()) 
     return verdicts[-1] if verdicts else None
 
 
-def failed_tests(sessions: Sequence[SessionLog]) -> dict[str, tuple[Outcome, ...]]:
+def failed_tests(sessions: Sequence[SessionLog]) -> dict[str, tuple[OutcomeRecord, ...]]:
     """Return the tests that each observer failed, by observer, without those who failed none.
 
     Of each observer the last session with a test counts, and of a test taken twice in it the last outcome.
@@ -203,17 +149,20 @@ def failed_tests(sessions: Sequence[SessionLog]) -> dict[str, tuple[Outcome, ...
 
     Returns
     -------
-    dict[str, tuple[Outcome, ...]]
+    dict[str, tuple[OutcomeRecord, ...]]
         The outcomes of the failed tests.
 
     Examples
     --------
     >>> from pathlib import Path
-    >>> from analysis.records import Header, SessionLog, Trial
+    >>> from analysis.kinds import new_trial
+    >>> from analysis.records import Header, SessionLog
     >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, (), {}, {}, {}, {}, {})
+    >>> series = {"near": {"passed": False, "threshold": 200.0, "presentations": 8, "right": 4}}
     >>> result = {"passed": False, "threshold": 200, "estimate": None, "pass_mark": 140, "unit": "arcsec"}
-    >>> data = {"test": "stereo_acuity", "outcome": result}
-    >>> trial = Trial(0, 0, "screening", (), 1.2, "2026-01-31T09:31:00Z", data)
+    >>> result["controls_seen"] = True
+    >>> data = {"test": "stereo_acuity", "outcome": result, "by_series": series}
+    >>> trial = new_trial(0, 0, "screening", (), 1.2, "2026-01-31T09:31:00Z", data)
     >>> log = SessionLog(Path("session.jsonl"), header, (trial,), complete=True)
     >>> [outcome.words for outcome in failed_tests([log])["01"]]
     ['stereo acuity: passed 200 arcsec, pass mark 140 arcsec']
@@ -243,21 +192,14 @@ def screened_out(log: SessionLog) -> bool:
     Examples
     --------
     >>> from pathlib import Path
-    >>> from analysis.records import Header, SessionLog, Trial
+    >>> from analysis.kinds import new_trial
+    >>> from analysis.records import Header, SessionLog
     >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, (), {}, {}, {}, {}, {})
-    >>> ended = Trial(0, 0, "screening", (), 1.2, "2026-01-31T09:31:00Z", {"screened_out": True})
+    >>> ended = new_trial(0, 0, "screening", (), 1.2, "2026-01-31T09:31:00Z", {"test": "t", "screened_out": True})
     >>> screened_out(SessionLog(Path("session.jsonl"), header, (ended,), complete=True))
     True
     """
-    return any(trial.kind == KIND and trial.data.get("screened_out") for trial in log.trials)
-
-
-def _number(value: object) -> float | None:
-    if value is None:
-        return None
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise TypeError(f"{value!r} is not a number")
-    return float(value)
+    return bool(log.of(ScreenedOutRecord))
 
 
 SLOPE = 4.0  # log odds per factor of e in strength

@@ -9,7 +9,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from analysis.comparisons.comparisons import Comparisons, split_scales
-from analysis.comparisons.session_comparisons import from_sessions, is_comparison, is_tie
+from analysis.comparisons.session_comparisons import from_sessions, is_comparison
+from analysis.kinds.screening import OutcomeRecord
 from analysis.observers.concordance import SHUFFLES, Concordance, kendall_u
 from analysis.observers.consistency import Consistency, consistencies
 from analysis.observers.fit_to_rest import LEVEL, FitToRest, fits_to_rest
@@ -24,7 +25,7 @@ from analysis.observers.responses import (
     self_agreements,
     side_biases,
 )
-from analysis.observers.screening import Outcome, outcomes, passed_screening
+from analysis.observers.screening import outcomes, passed_screening
 from analysis.records.results import refuse_mixtures, sessions_by_observer
 from analysis.records.session_record import SessionLog
 from analysis.scaling.fitting import fit
@@ -61,7 +62,7 @@ class ObserverLine:
     repeats: SelfAgreement | None = None
     times: ResponseTimes | None = None
     catch: CatchAnswers | None = None
-    screening: tuple[Outcome, ...] = ()
+    screening: tuple[OutcomeRecord, ...] = ()
     screening_passed: bool | None = None
 
     @property
@@ -168,7 +169,7 @@ def observers_in_sessions(
     """
     refuse_mixtures(sessions)
     if comparisons is None:
-        compared = any(is_comparison(trial) and not is_tie(trial) for session in sessions for trial in session.trials)
+        compared = any(is_comparison(trial) and not trial.is_tie for session in sessions for trial in session.trials)
         comparisons = from_sessions(sessions) if compared else None
     theta: dict[str, float] = {}
     described: dict[str, ObserverLine] = {}
@@ -181,7 +182,7 @@ def observers_in_sessions(
         lines.append(
             replace(
                 described.get(name, ObserverLine(name)),
-                ties=float(sum(is_comparison(trial) and is_tie(trial) for log in own for trial in log.trials)),
+                ties=float(sum(is_comparison(trial) and trial.is_tie for log in own for trial in log.trials)),
                 sessions=len(own),
                 complete=sum(session.complete for session in own),
                 times=response_times(own, theta, too_fast_s),

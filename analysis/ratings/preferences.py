@@ -6,12 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from analysis.errors import ResultsError
+from analysis.kinds.preference import PreferenceRecord
 from analysis.records.answered_by import WhoAnswered, who_answered
 from analysis.records.session_record import SessionLog
-from documents import Finding
 
-KIND = "preference"
 VIEWS = ("stereo", "flat")
 
 
@@ -62,22 +60,10 @@ class Preferences:
 
 
 def preferences(sessions: Sequence[SessionLog]) -> Preferences:
-    """Count the preferences of ``sessions``, each trial's last attempt.
-
-    Raises
-    ------
-    ResultsError
-        If a trial does not say whether stereo or flat was chosen.
-    """
+    """Count the preferences of ``sessions``, each trial's last attempt."""
     chosen: dict[str, list[str]] = {}
     for session in sessions:
-        for trial in session.trials:
-            if trial.kind != KIND:
-                continue
-            view = trial.data.get("chosen_view")
-            if view not in VIEWS:
-                what = f"trial {trial.trial} of block {trial.block} chose the view {view!r}, not stereo or flat"
-                raise ResultsError(Finding(what, str(session.file), remedy="restore the file"))
-            chosen.setdefault(session.header.observer, []).append(str(view))
+        for trial in session.of(PreferenceRecord):
+            chosen.setdefault(session.header.observer, []).append(trial.chosen_view)
     counts = {name: (views.count("stereo"), views.count("flat")) for name, views in chosen.items()}
     return Preferences(counts, who_answered(sessions))

@@ -11,23 +11,22 @@ observers whose ratings lie far from the others' in both directions. Here the ru
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.errors import ResultsError
-from analysis.records.results import damaged, refuse_mixtures
-from analysis.records.session_record import SessionLog, Trial
+from analysis.kinds.trial import Of, Trial
+from analysis.records.results import refuse_mixtures
+from analysis.records.session_record import SessionLog
 from analysis.records.times import in_time
 from analysis.series.observer_means import bounded_means
 from documents import Finding
 from documents.text import JsonResult
 
-KIND = "rating"
-Of = Literal["alone", "chosen", "both"]
 OF: tuple[Of, ...] = ("alone", "chosen", "both")
 MOST_OUTLYING, MOST_ONE_SIDED = 0.05, 0.3
 Floats = NDArray[np.float64]
@@ -139,11 +138,12 @@ def summarise_ratings(sessions: Sequence[SessionLog]) -> RatingSummary:
     Examples
     --------
     >>> from pathlib import Path
-    >>> from analysis.records import Header, SessionLog, Trial
+    >>> from analysis.kinds import new_trial
+    >>> from analysis.records import Header, SessionLog
     >>> stimuli = ({"name": "a"},)
     >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, stimuli, {}, {}, {}, {}, {})
-    >>> data = {"stimulus": "a", "ratings": {"depth": 4}}
-    >>> trial = Trial(0, 0, "rating", (), 1.2, "2026-01-31T09:31:00Z", data)
+    >>> data = {"stimulus": "a", "ratings": {"depth": 4}, "rating_times_s": {"depth": 1.2}}
+    >>> trial = new_trial(0, 0, "rating", (), 1.2, "2026-01-31T09:31:00Z", data)
     >>> log = SessionLog(Path("session.jsonl"), header, (trial,), complete=True)
     >>> summarise_ratings([log]).scales[0].scores[0].mean
     4.0
@@ -197,9 +197,9 @@ def rating_tables(sessions: Sequence[SessionLog]) -> tuple[RatingTable, ...]:
     ends: dict[tuple[Of, str], set[tuple[int, int] | None]] = {}
     for session in in_time(sessions):
         for trial in session.trials:
-            for of, scale, stimulus, value in _rated(session, trial, frozenset(stimuli)):
+            for of, scale, stimulus, value in () if trial.is_practice else trial.rated():
                 people = by_scale.setdefault((of, scale), {}).setdefault(session.header.observer, {})
-                people.setdefault(stimulus, []).append(value)
+                people.setdefault(stimulus, []).append(float(value))
                 ends.setdefault((of, scale), set()).add(_ends(session, trial, scale))
     found = sorted(by_scale.items(), key=lambda item: OF.index(item[0][0]))
     return tuple(_table(scale, of, ends[of, scale], people, stimuli) for (of, scale), people in found)
@@ -210,27 +210,6 @@ def _ends(session: SessionLog, trial: Trial, scale: str) -> tuple[int, int] | No
     planned = session.header.planned
     ends = planned[trial.block].get("scales", {}).get(scale) if trial.block < len(planned) else None
     return None if ends is None else (int(ends[0]), int(ends[1]))
-
-
-def _rated(session: SessionLog, trial: Trial, known: frozenset[str]) -> Iterator[tuple[Of, str, str, float]]:
-    """Yield each rating in ``trial``: what was rated, the scale, the stimulus, and the value."""
-    data, ratings, alone = trial.data, trial.data.get("ratings"), trial.kind == KIND
-    if trial.is_practice or data.get("catch") is not None or "series" in data or (ratings is None and not alone):
-        return
-    if not isinstance(ratings, Mapping) or (alone and not ratings):
-        raise damaged(session, trial, "has no ratings by name")
-    for scale, given in ratings.items():
-        if given is None and not alone:  # neither of two was chosen
-            continue
-        of: Of = "alone" if alone else "both" if isinstance(given, Mapping) else "chosen"
-        values = given if isinstance(given, Mapping) and not alone else {"stimulus" if alone else "chosen": given}
-        for role, value in values.items():
-            stimulus = str(data.get(role))
-            if stimulus not in known:
-                raise damaged(session, trial, f"shows '{stimulus}', no stimulus of the session")
-            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-                raise damaged(session, trial, f"has {value!r} for '{scale}' in its ratings")
-            yield of, str(scale), stimulus, float(value)
 
 
 def _table(

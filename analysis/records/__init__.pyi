@@ -30,7 +30,6 @@ from .session_record import Note as Note
 from .session_record import Resumption as Resumption
 from .session_record import SessionLog as SessionLog
 from .session_record import StimulusCosts as StimulusCosts
-from .session_record import Trial as Trial
 from .session_record import WindowEvent as WindowEvent
 from .session_record import read_session as read_session
 from .session_record import session_files as session_files

@@ -8,7 +8,8 @@ from io import BytesIO
 from pathlib import Path
 
 from analysis.errors import ResultsError
-from analysis.records.session_record import Header, RecordReader, Trial, refusal
+from analysis.kinds.trial import Trial
+from analysis.records.session_record import Header, RecordReader, refusal
 from documents import count_work
 from documents.files import MOST_LOG_BYTES, ChainReader, DamagedLineError, open_regular, read_lines, unreadable
 

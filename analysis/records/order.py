@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from analysis.records.fields import RecordError, read_fields
+from analysis.kinds.fields import RecordError, read_fields
+from analysis.kinds.kinds import read_trial
+from analysis.kinds.trial import PRACTICE, Session, Trial
 from analysis.records.other_records import (
     Clipping,
     ClippingRecord,
@@ -17,8 +19,6 @@ from analysis.records.other_records import (
     read_header,
 )
 from analysis.records.pooled_batches import PooledBatch, PooledBatches
-from analysis.records.trial_kinds import PRACTICE, read_trial
-from analysis.records.trial_record import Session, TrialRecord
 
 Place = tuple[int, int]
 
@@ -36,19 +36,19 @@ class Order:
         self._session = Session(factors, own_keys=bool(self.header.interface.keys))
         # What the gamut clip costs each stimulus, as it was stated first; None where it was not.
         self.costs: dict[str, Any] = {stimulus["name"]: stimulus.get("clipping") for stimulus in line["stimuli"]}
-        self._first: dict[Place, TrialRecord] = {}
+        self._first: dict[Place, Trial] = {}
         self._attempts: dict[Place, int] = {}
         self._pooled = PooledBatches()
         self._last: Place = (-1, -1)
         self._resumed = self._changed = self._screened_out = False
         self.added: list[str] = []
 
-    def trial(self, line: dict[str, Any], *, as_recorded: bool = False) -> TrialRecord:
+    def trial(self, line: dict[str, Any], *, as_recorded: bool = False) -> Trial:
         """Take an answer; where the line is ``as_recorded``, by its checksum, its presses are not compared with it."""
         trial = read_trial(line)
         practised = trial.kind == PRACTICE
         self._place(trial)
-        self._stimuli(trial, line)
+        self._stimuli(trial)
         if trial.attempt == 0:
             self._pooled.check(trial)
         for what in trial.contradictions(self._session, practised=practised):
@@ -113,7 +113,7 @@ class Order:
         self.complete = True
         return end
 
-    def _place(self, trial: TrialRecord) -> None:
+    def _place(self, trial: Trial) -> None:
         """Check that the trial is the next one, or the next attempt at an earlier one."""
         place = trial.block, trial.trial
         block, number = self._last
@@ -139,14 +139,14 @@ class Order:
         if ahead or (block == last_block and trial > last_trial + 1):
             raise RecordError(f"the session had not come to trial {trial} of block {block}")
 
-    def _stimuli(self, trial: TrialRecord, line: dict[str, Any]) -> None:
+    def _stimuli(self, trial: Trial) -> None:
         """Check that the header lists what is shown, and that clipping costs what was said of it first.
 
         Costs that do are one object from then on: a trial's are most of what it says.
         """
         for name in trial.stimuli:
             self._known(name, "shows")
-        clipping = line.get("clipping") or {}
+        clipping = trial.clipping or {}
         for name, costs in clipping.items():
             if name not in trial.stimuli:
                 raise RecordError(f"its clipping is that of '{name}', which it does not show")
@@ -173,6 +173,6 @@ class Order:
         return costs
 
 
-def _asked(trial: TrialRecord) -> tuple[Any, ...]:
+def _asked(trial: Trial) -> tuple[Any, ...]:
     values = (getattr(trial, name) for name in trial.asked)
     return trial.kind, *(tuple(value) if isinstance(value, list) else value for value in values)

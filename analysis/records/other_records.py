@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field, Strict, field_validator
 
-from analysis.records.fields import (
+from analysis.kinds.fields import (
     SCHEMA_VERSION,
     XYZ,
     Count,

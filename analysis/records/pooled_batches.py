@@ -15,8 +15,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, Strict
 
-from analysis.records.fields import Count, Fields, Name, NotNegative, Number, RecordError, Utc, read_fields
-from analysis.records.trial_record import TrialRecord
+from analysis.kinds.fields import Count, Fields, Name, NotNegative, Number, RecordError, Utc, read_fields
+from analysis.kinds.trial import Trial
 
 Wins = dict[tuple[str, str], float]
 _CLOSE = 1e-6
@@ -147,7 +147,7 @@ class PooledBatches:
         self._wins[batch.block], self._last[batch.block] = wins, batch
         return batch
 
-    def check(self, trial: TrialRecord) -> None:
+    def check(self, trial: Trial) -> None:
         """Compare a first attempt at a trial with the pair that was chosen for it.
 
         Raises

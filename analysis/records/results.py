@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from analysis.errors import ResultsError
+from analysis.kinds.trial import Trial
 from analysis.records.codes import by_folder
-from analysis.records.session_record import FILE_NAME, SessionLog, Trial, read_session, session_files
+from analysis.records.session_record import FILE_NAME, SessionLog, read_session, session_files
 from documents import Finding
 from documents.files import looked_for
 
@@ -101,8 +102,7 @@ class _Shared:
     def within(self, session: SessionLog) -> SessionLog:
         """Let the trials of ``session`` share costs with those before; return it."""
         for trial in session.answers:
-            clipping = trial.data.get("clipping")
-            if isinstance(clipping, dict):
+            if clipping := trial.clipping:
                 for name, costs in clipping.items():
                     clipping[name] = self._shared(name, costs)
         return session

@@ -210,7 +210,7 @@ class Seen:
             sizes[0] if sizes else None,
             sizes[-1] if sizes else None,
             tuple(dict.fromkeys(str(one["resampled"] or "none") for one in stimuli if "resampled" in one)),
-            any(trial.data.get("wrong_screen") for session in sessions for trial in session.trials),
+            any(trial.wrong_screen for session in sessions for trial in session.trials),
             _changed(sessions),
         )
 

@@ -22,10 +22,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from analysis.errors import ResultsError
-from analysis.records.fields import SCHEMA_VERSION, HalfCharacterError, RecordError, of_whole_characters
+from analysis.kinds.fields import SCHEMA_VERSION, HalfCharacterError, RecordError, of_whole_characters
+from analysis.kinds.trial import Trial
 from documents import Finding, count_work
 from documents.files import MOST_LOG_BYTES, RESTORE, DamagedLineError, LogState, open_regular, read_lines, unreadable
 
@@ -33,12 +34,11 @@ if TYPE_CHECKING:  # the models of all records: only who reads a log needs them
     from analysis.records.order import Order
     from analysis.records.other_records import HeaderRecord
     from analysis.records.pooled_batches import PooledBatch
-    from analysis.records.trial_record import TrialRecord
 
 FILE_NAME = "session.jsonl"
-_NO_TASK = frozenset(("instructions", "break", "practice", "questionnaire", "screening"))
 
 Json = Mapping[str, Any]
+Kind = TypeVar("Kind", bound=Trial)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,59 +87,6 @@ class Header:
     def to_json(self) -> dict[str, Any]:
         """Return the header as the first line's object."""
         return {"record": "session", **asdict(self)}
-
-
-@dataclass(frozen=True, slots=True)
-class Trial:
-    """One answered trial.
-
-    ``block`` and ``trial`` count from 0; ``events`` are the presses that the block consumed since the last record,
-    as ``[key, seconds since the scene's onset]``, from which a session is replayed. ``data`` is what the block's kind
-    records; for ``all_pairs``: ``first`` and ``second`` (stimulus names), ``answer`` (``first`` or ``second``),
-    ``chosen``, ``rejected``, ``first_position``, and per role and eye what the gamut clip cost (``clipping``).
-    ``attempt`` is how often the trial had been answered before.
-    """
-
-    block: int
-    trial: int
-    kind: str
-    events: tuple[tuple[str, float], ...]
-    response_time_s: float
-    utc: str
-    data: Json = field(default_factory=dict)
-    attempt: int = 0
-
-    @property
-    def place(self) -> tuple[int, int]:
-        """Block and trial, the same for every attempt."""
-        return self.block, self.trial
-
-    @property
-    def is_practice(self) -> bool:
-        """Whether it is practice, which is not analysed."""
-        return self.kind == "practice"
-
-    @property
-    def is_task(self) -> bool:
-        """Whether it answers the task: no page, practice, question or vision test."""
-        return self.kind not in _NO_TASK
-
-    @property
-    def is_outcome(self) -> bool:
-        """Whether it states what came of a test, and is no answer."""
-        return self.kind == "screening" and ("outcome" in self.data or "screened_out" in self.data)
-
-    @property
-    def nominal(self) -> str | None:
-        """The standard that the display was taken for in this trial, such as ``srgb``; None if it was measured."""
-        kind = self.data.get("nominal")
-        return None if kind is None else str(kind)
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the trial as a line's object."""
-        line = asdict(self)
-        data = line.pop("data")
-        return {"record": "trial", **line, **data}
 
 
 @dataclass(frozen=True, slots=True)
@@ -221,17 +168,6 @@ class StimulusCosts:
         return {"record": "clipping", **asdict(self)}
 
 
-_OF_EVERY_TRIAL = frozenset(("record", "block", "trial", "kind", "events", "response_time_s", "utc", "attempt"))
-
-
-def _trial(record: TrialRecord, line: Json) -> Trial:
-    data = {key: value for key, value in line.items() if key not in _OF_EVERY_TRIAL}
-    events = tuple(record.events)
-    return Trial(
-        record.block, record.trial, record.kind, events, record.response_time_s, record.utc, data, record.attempt
-    )
-
-
 def _header(record: HeaderRecord, line: Json) -> Header:
     free = {key: line[key] for key in ("display", "analysis", "hashes", "software", "presentation")}
     return Header(
@@ -297,6 +233,10 @@ class SessionLog:
     def trials(self) -> tuple[Trial, ...]:
         """The trials that count: each trial's last attempt, in the order of the first answers."""
         return self._trials
+
+    def of(self, *kinds: type[Kind]) -> tuple[Kind, ...]:
+        """Return those that count, without practice, whose records are of these ``kinds``."""
+        return tuple(trial for trial in self._trials if isinstance(trial, kinds) and not trial.is_practice)
 
     @property
     def first_attempts(self) -> tuple[Trial, ...]:
@@ -459,7 +399,7 @@ class RecordReader:
         elif order.complete:
             raise RecordError("it follows the end of the session")
         elif kind == "trial":
-            self.records.append(_trial(order.trial(line, as_recorded=as_recorded), line))
+            self.records.append(order.trial(line, as_recorded=as_recorded))
             if order.added and self.header is not None:
                 further = ({"name": name, "factors": {}} for name in order.added)
                 self.header = replace(self.header, stimuli=(*self.header.stimuli, *further))
@@ -486,7 +426,7 @@ class RecordReader:
         elif kind == "end":
             order.end(line)
         else:
-            from analysis.records.trial_kinds import NEWER
+            from analysis.kinds.kinds import NEWER
 
             known = "session, trial, note, mark, resume, window, clipping, pool, end"
             raise RecordError(f"there is no record '{kind}' in this version, which has {known}", NEWER)

@@ -12,7 +12,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 
-from analysis.records.session_record import Mark, Note, Resumption, SessionLog, Trial
+from analysis.kinds.trial import Trial
+from analysis.records.session_record import Mark, Note, Resumption, SessionLog
 
 Record = Trial | Note | Mark | Resumption
 # Notes come from elsewhere in the program, and may be written a moment after a record of a later time.
@@ -78,9 +79,10 @@ class SessionTimes:
         Examples
         --------
         >>> from pathlib import Path
-        >>> from analysis.records import Header, SessionLog, Trial
+        >>> from analysis.kinds import new_trial
+        >>> from analysis.records import Header, SessionLog
         >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, (), {}, {}, {}, {}, {})
-        >>> trial = Trial(0, 0, "instructions", (), 1.2, "2026-01-31T09:31:00Z")
+        >>> trial = new_trial(0, 0, "instructions", (), 1.2, "2026-01-31T09:31:00Z")
         >>> log = SessionLog(Path("session.jsonl"), header, (trial,), complete=True)
         >>> SessionTimes.of(log).onset_s(trial)
         60.0
@@ -136,9 +138,10 @@ def latest_utc(log: SessionLog) -> datetime | None:
     Examples
     --------
     >>> from pathlib import Path
-    >>> from analysis.records import Header, SessionLog, Trial
+    >>> from analysis.kinds import new_trial
+    >>> from analysis.records import Header, SessionLog
     >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, (), {}, {}, {}, {}, {})
-    >>> trial = Trial(0, 0, "instructions", (), 1.2, "2026-01-31T09:31:00Z")
+    >>> trial = new_trial(0, 0, "instructions", (), 1.2, "2026-01-31T09:31:00Z")
     >>> log = SessionLog(Path("session.jsonl"), header, (trial,), complete=True)
     >>> latest_utc(log).isoformat()
     '2026-01-31T09:31:00+00:00'

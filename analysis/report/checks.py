@@ -116,8 +116,8 @@ def _raters(ratings: RatingSummary) -> Iterator[FailedCheck]:
 
 
 def _timing(sessions: Sequence[SessionLog]) -> Iterator[FailedCheck]:
-    scenes = [scene for session in sessions for trial in session.trials for scene in trial.data.get("timed") or ()]
-    missed = [int(scene["missed_frames"]) for scene in scenes if scene.get("missed_frames")]
+    scenes = [scene for session in sessions for trial in session.trials for scene in trial.timed]
+    missed = [scene.missed_frames for scene in scenes if scene.missed_frames]
     if missed:
         yield FailedCheck(
             "Timed scenes",

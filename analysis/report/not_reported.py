@@ -1,6 +1,6 @@
 """What records of trials hold and the report does not show: said on the page, so that nothing is left out in silence.
 
-A field that is neither here nor in `analysis.records.trial_kinds` is one that this version does not know, and is listed
+A field that is neither here nor in `analysis.kinds.kinds` is one that this version does not know, and is listed
 as such. `tests/runner/test_every_field.py` changes each field of each kind: what is not here must change the report.
 """
 
@@ -12,10 +12,9 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-from analysis.records.session_record import SessionLog, Trial
-from analysis.records.trial_kinds import KINDS, PRACTICE
-from analysis.records.trial_record import TrialRecord
 from documents.text import JsonResult
+from analysis.kinds.trial import PRACTICE, Trial
+from analysis.records.session_record import SessionLog
 
 _TIME, _TIMES = "how long the answer took", "how long each rating took"
 _REPEATED = "follows from the other fields"
@@ -30,8 +29,6 @@ COMMON: Mapping[str, str] = MappingProxyType(
         "uncharacterised": "shown in a mode that was not measured; the header's remark says so",
     }
 )
-# Of every kind, and no field of `TrialRecord`.
-ENGINE = frozenset({"ignored_more", "window_lost"})
 # Of the trials of a kind. A name with dots is a field within a field.
 BY_KIND: Mapping[str, Mapping[str, str]] = MappingProxyType(
     {
@@ -97,23 +94,15 @@ def _what(kind: str, field: str) -> str:
 
 def _left_out(trial: Trial) -> Iterator[tuple[str, str]]:
     """Yield the kind and the name of each field of a record that is not in the report."""
-    held = {"events": trial.events, "utc": trial.utc, "response_time_s": trial.response_time_s, **trial.data}
+    held = trial.to_json()
     yield from (("", name) for name in COMMON if name in held)
     if trial.is_practice:
         yield PRACTICE, ""
         return
     yield from ((trial.kind, path) for path in BY_KIND.get(trial.kind, {}) if _has(held, path))
-    yield from ((trial.kind, name) for name in trial.data.keys() - _known(trial))
+    yield from ((trial.kind, name) for name in trial.unknown)
 
 
 def _has(held: Mapping[str, Any], path: str) -> bool:
     name, _, within = path.partition(".")
     return name in held and (not within or _has(held[name], within))
-
-
-def _known(trial: Trial) -> frozenset[str]:
-    """Return the fields that this version knows of such a record; all, of one with details of its test's own."""
-    record = KINDS.get(trial.kind, TrialRecord)
-    model: type[TrialRecord] = record if isinstance(record, type) else record(dict(trial.data))
-    known = frozenset(field.alias or name for name, field in model.model_fields.items()) | ENGINE
-    return known | trial.data.keys() if "presentation" in trial.data else known

@@ -83,7 +83,7 @@ def on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
     if incomplete:
         what = "session was" if incomplete == 1 else "sessions were"
         notes.append(f"{incomplete} {what} not completed; the answers given until then are counted.")
-    unseen = sum(bool(trial.data.get("wrong_screen")) for session in sessions for trial in session.trials)
+    unseen = sum(trial.wrong_screen for session in sessions for trial in session.trials)
     if unseen:
         notes.append(f"In {counted(unseen, 'trial')} the panel was larger than the screen: a part was not seen.")
     notes += _on_presses_and_windows(sessions)
@@ -144,14 +144,12 @@ def _on_presses_and_windows(sessions: Sequence[SessionLog]) -> Iterator[str]:
         if not session.header.simulated and (haste := Haste.of(session.trials)).striking:
             yield f"In session {session.header.session} of observer {session.header.observer} {haste.words}."
     unsent = sum(
-        any("failed" in mark for mark in trial.data.get("timing_marks", ()))
-        for session in sessions
-        for trial in session.trials
+        any(mark.failed is not None for mark in trial.timing_marks) for session in sessions for trial in session.trials
     )
     if unsent:
         yield f"Timing marks were not sent in {counted(unsent, 'trial')}: the trials' records say which, and why."
     counts = Counter(event.what for session in sessions for event in session.windows)
-    away = sum(bool(trial.data.get("window_lost")) for session in sessions for trial in session.trials)
+    away = sum(trial.window_lost for session in sessions for trial in session.trials)
     if counts:
         happened = {what: counts[name] for name, what in _WINDOWS.items() if counts[name]}
         parts = listed(f"{what} {counted(count, 'time')}" for what, count in happened.items())

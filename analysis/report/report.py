@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from analysis.choices import Adjust, CovarianceChoice
 from analysis.classes.conclusions import Conclusion
-from analysis.comparisons.session_comparisons import grouped_comparisons, is_comparison, is_tie
+from analysis.comparisons.session_comparisons import grouped_comparisons, is_comparison
 from analysis.errors import ResultsError
 from analysis.factors.result import FactorEffects
 from analysis.observers.filters import Filter, Kept, keep
@@ -211,11 +211,12 @@ def describe(
     Examples
     --------
     >>> from pathlib import Path
-    >>> from analysis.records import Header, SessionLog, Trial
+    >>> from analysis.kinds import new_trial
+    >>> from analysis.records import Header, SessionLog
     >>> pair = ({"name": "a"}, {"name": "b"})
     >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, pair, {}, {}, {}, {}, {})
     >>> answer = {"first": "a", "second": "b", "answer": "first", "chosen": "a", "rejected": "b"}
-    >>> trial = Trial(0, 0, "all_pairs", (), 1.2, "2026-01-31T09:31:00Z", answer)
+    >>> trial = new_trial(0, 0, "all_pairs", (), 1.2, "2026-01-31T09:31:00Z", answer)
     >>> log = SessionLog(Path("session.jsonl"), header, (trial,), complete=True)
     >>> describe([log]).kinds
     ('Paired comparisons',)
@@ -272,7 +273,7 @@ def _compared(
     covariance: CovarianceChoice | None,
 ) -> tuple[Summary | None, GroupedSummary | None]:
     """Return the paired comparisons on one scale, or on one for each group; None for both without any."""
-    if not any(is_comparison(trial) and not is_tie(trial) for session in sessions for trial in session.trials):
+    if not any(is_comparison(trial) and not trial.is_tie for session in sessions for trial in session.trials):
         return None, None
     comparisons, groups = grouped_comparisons(sessions)
     if groups is None:

@@ -277,7 +277,7 @@ def smallest_of(comparisons: Comparisons, options: AnalysisOptions, group: str =
 def compared_times(sessions: Sequence[SessionLog]) -> list[tuple[str, float]]:
     """Return a stimulus of each comparison and its response time in seconds."""
     return [
-        (str(trial.data.get("chosen", trial.data.get("first"))), trial.response_time_s)
+        (trial.chosen or trial.first, trial.response_time_s)
         for session in sessions
         for trial in session.trials
         if is_comparison(trial)

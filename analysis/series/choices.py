@@ -5,7 +5,7 @@ The design names the factors of the stimuli that distinguish the series, and the
 
 from __future__ import annotations
 
-import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.errors import ResultsError
+from analysis.kinds.best_of_series import BestOfSeriesRecord
 from analysis.records.results import damaged, refuse_mixtures
-from analysis.records.session_record import SessionLog, Trial
+from analysis.records.session_record import SessionLog
 from analysis.records.times import in_time
 from documents import Finding
 
@@ -237,23 +238,22 @@ def gather(
     factors: dict[str, Factors] = {
         str(stimulus["name"]): stimulus.get("factors", {}) for stimulus in sessions[0].header.stimuli
     }
-    trials = [(session, trial) for session in in_time(sessions) for trial in session.trials if trial.kind == KIND]
+    trials = [(session, trial) for session in in_time(sessions) for trial in session.of(BestOfSeriesRecord)]
     if not trials:
         files = ", ".join(str(session.file) for session in sessions[:3])
         raise ResultsError(
             Finding("the results hold no choice from a series", files, remedy="answer some trials first")
         )
-    shown = [_series(session, trial, factors) for session, trial in trials]
-    names = _names([(session, trial, *one) for (session, trial), one in zip(trials, shown, strict=True)])
-    series = {names[trial.block, *one]: one[1] for (_, trial), one in zip(trials, shown, strict=True)}
+    names = _names([(session, trial, trial.series, trial.stimuli) for session, trial in trials])
+    series = {names[trial.block, trial.series, trial.stimuli]: trial.stimuli for _, trial in trials}
     place = {name: number for number, name in enumerate(factors)}
     ordered = dict(sorted(series.items(), key=lambda item: (place[item[1][0]], item[0])))
     observers = tuple(sorted({session.header.observer for session, _ in trials}))
     numbers = {name: number for number, name in enumerate(ordered)}
     people = {name: number for number, name in enumerate(observers)}
     choices = [
-        _choice(session, trial, people[session.header.observer], numbers[names[trial.block, *one]])
-        for (session, trial), one in zip(trials, shown, strict=True)
+        _choice(trial, people[session.header.observer], numbers[names[trial.block, trial.series, trial.stimuli]])
+        for session, trial in trials
     ]
     choices.sort(key=lambda choice: (choice.observer, choice.series))
     scales = sorted({scale for choice in choices for scale in choice.ratings})
@@ -263,21 +263,8 @@ def gather(
     return Choices(whole, observers, tuple(scales), tuple(choices))
 
 
-def _series(session: SessionLog, trial: Trial, factors: Mapping[str, Factors]) -> tuple[str, tuple[str, ...]]:
-    name, stimuli = trial.data.get("series"), trial.data.get("stimuli")
-    if not isinstance(name, str) or not isinstance(stimuli, list | tuple) or len(stimuli) < 2:
-        raise damaged(session, trial, "names no series of two pictures or more")
-    names = tuple(str(name) for name in stimuli)
-    unknown = [name for name in names if name not in factors]
-    if unknown:
-        raise damaged(session, trial, f"shows '{unknown[0]}', no stimulus of the session")
-    if len(set(names)) < len(names):
-        raise damaged(session, trial, "shows a picture twice in one series")
-    return name, names
-
-
 def _names(
-    shown: Sequence[tuple[SessionLog, Trial, str, tuple[str, ...]]],
+    shown: Sequence[tuple[SessionLog, BestOfSeriesRecord, str, tuple[str, ...]]],
 ) -> dict[tuple[int, str, tuple[str, ...]], str]:
     """Return what a series is called, by block, recorded name and pictures.
 
@@ -309,7 +296,7 @@ def _names(
     return labels
 
 
-def _other_pictures(session: SessionLog, trial: Trial, name: str, other: SessionLog) -> ResultsError:
+def _other_pictures(session: SessionLog, trial: BestOfSeriesRecord, name: str, other: SessionLog) -> ResultsError:
     what = f"shows other pictures as '{name}' than {other.file}"
     if session.header.hashes.get("experiment") == other.header.hashes.get("experiment"):
         return damaged(session, trial, what)
@@ -322,34 +309,9 @@ def _in_words(blocks: Sequence[int]) -> str:
     return f"block{'s' * (len(blocks) > 1)} {', '.join(str(block + 1) for block in blocks)}"
 
 
-def _choice(session: SessionLog, trial: Trial, observer: int, series: int) -> Choice:
-    data = trial.data
-    count, chosen, index = len(data["stimuli"]), data.get("chosen"), data.get("chosen_index")
-    if isinstance(index, bool) or not isinstance(index, int) or not 0 <= index < count:
-        raise damaged(session, trial, f"chose picture {index!r} of {count}")
-    if data["stimuli"][index] != chosen:
-        raise damaged(session, trial, f"chose '{chosen}', but the picture at its place {index} is another")
-    ratings = _numbers(session, trial, "ratings", -math.inf)
-    times_s = _numbers(session, trial, "rating_times_s", 0.0)
-    visits = [0] * count
-    try:
-        for place, _ in data["path"]:
-            if place < 0:
-                raise IndexError
-            visits[place] += 1
-        dwell_s = tuple(float(seconds) for seconds in data["dwell_s"])
-    except (KeyError, TypeError, ValueError, IndexError):
-        raise damaged(session, trial, "has no valid record of the pictures shown (path, dwell_s)") from None
-    if len(dwell_s) != count or not all(0 <= seconds < math.inf for seconds in dwell_s):
-        raise damaged(session, trial, f"has no time of 0 s or more for each of its {count} pictures")
-    return Choice(observer, series, index, ratings, times_s, dwell_s, tuple(visits), trial.response_time_s)
-
-
-def _numbers(session: SessionLog, trial: Trial, key: str, lowest: float) -> dict[str, float]:
-    values = trial.data.get(key, {})
-    if not isinstance(values, Mapping):
-        raise damaged(session, trial, f"has no {key} by name")
-    for name, value in values.items():
-        if isinstance(value, bool) or not isinstance(value, int | float) or not lowest <= value < math.inf:
-            raise damaged(session, trial, f"has {value!r} for '{name}' in its {key}")
-    return {str(name): float(value) for name, value in values.items()}
+def _choice(trial: BestOfSeriesRecord, observer: int, series: int) -> Choice:
+    ratings = {name: float(value) for name, value in trial.ratings.items()}
+    visits = Counter(place for place, _ in trial.path)
+    shown = tuple(visits[place] for place in range(len(trial.members)))
+    times_s, dwell_s = trial.rating_times_s, tuple(trial.dwell_s)
+    return Choice(observer, series, trial.chosen_index, ratings, times_s, dwell_s, shown, trial.response_time_s)

@@ -165,12 +165,13 @@ def summarise_series(
     Examples
     --------
     >>> from pathlib import Path
-    >>> from analysis.records import Header, Trial
+    >>> from analysis.kinds import new_trial
+    >>> from analysis.records import Header
     >>> pair = ({"name": "a"}, {"name": "b"})
     >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, pair, {}, {}, {}, {}, {})
     >>> data = {"series": "s", "stimuli": ["a", "b"], "chosen": "b", "chosen_index": 1, "path": [[1, 0.0]]}
     >>> data |= {"dwell_s": [0.0, 2.5], "ratings": {"similarity": 4}}
-    >>> trial = Trial(0, 0, "best_of_series", (), 2.5, "2026-01-31T09:31:00Z", data)
+    >>> trial = new_trial(0, 0, "best_of_series", (), 2.5, "2026-01-31T09:31:00Z", data)
     >>> log = SessionLog(Path("session.jsonl"), header, (trial,), complete=True)
     >>> [(level.level, level.share.value) for level in summarise_series([log]).levels]
     [(1.0, 0.0), (2.0, 1.0)]

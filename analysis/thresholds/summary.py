@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from analysis.errors import ResultsError
+from analysis.kinds.threshold import ThresholdRecord
 from analysis.records.answered_by import WhoAnswered, who_answered
-from analysis.records.results import damaged, refuse_mixtures
-from analysis.records.session_record import SessionLog, Trial
+from analysis.records.results import refuse_mixtures
+from analysis.records.session_record import SessionLog
 from analysis.records.times import in_time
 from analysis.series.observer_means import Estimate
 from analysis.thresholds.fit import Easier, ThresholdFit, axis_of, axis_warning, fit_threshold, mean_parameter
-from analysis.thresholds.functions import FUNCTIONS
 from documents import Finding
 from documents.text import json_fields
 
-KIND = "threshold"
 GUESSES: Mapping[str, float | None] = {"yes_no": None, "two_intervals": 0.5, "two_places": 0.5}
 
 
@@ -138,15 +136,14 @@ def summarise_thresholds(sessions: Sequence[SessionLog]) -> ThresholdSummary:
     Raises
     ------
     ResultsError
-        If the sessions cannot be analysed together, have no such trial, or one with a damaged record.
+        If the sessions cannot be analysed together, or have no such trial.
     """
     refuse_mixtures(sessions)
     asked: dict[Question, dict[str, _Answers]] = {}
     for session in in_time(sessions):
-        for trial in session.trials:
-            if trial.kind == KIND:
-                people = asked.setdefault(_question(session, trial), {})
-                _add(people.setdefault(session.header.observer, _Answers()), session, trial)
+        for trial in session.of(ThresholdRecord):
+            people = asked.setdefault(_question(trial), {})
+            _add(people.setdefault(session.header.observer, _Answers()), trial)
     if not asked:
         files = ", ".join(str(session.file) for session in sessions[:3])
         what = "the results hold no trial of a threshold"
@@ -185,26 +182,14 @@ def _fit(question: Question, answers: _Answers, axis: str) -> ThresholdFit:
     )
 
 
-def _question(session: SessionLog, trial: Trial) -> Question:
-    data = trial.data
-    task, function, easier = (data.get(key) for key in ("task", "function", "easier"))
-    if task not in GUESSES or function not in FUNCTIONS or easier not in ("higher", "lower"):
-        raise damaged(session, trial, f"has the task {task!r}, the function {function!r} and easier {easier!r}")
-    group = data.get("group")
-    within = (str(data.get("group_factor")), str(group)) if group is not None else (None, None)
-    higher: Easier = "lower" if easier == "lower" else "higher"
-    return Question(str(data.get("factor")), str(task), str(function), higher, *within)
+def _question(trial: ThresholdRecord) -> Question:
+    return Question(trial.factor, trial.task, trial.function, trial.easier, trial.group_factor, trial.group)
 
 
-def _add(answers: _Answers, session: SessionLog, trial: Trial) -> None:
-    data = trial.data
-    level, answer = data.get("level"), data.get("answer")
-    right = answer == ("yes" if data["task"] == "yes_no" else data.get("correct_answer"))
-    if level is None:
+def _add(answers: _Answers, trial: ThresholdRecord) -> None:
+    if trial.level is None:
         answers.blanks += 1
-        answers.yes += answer == "yes"
+        answers.yes += trial.answer == "yes"
         return
-    if isinstance(level, bool) or not isinstance(level, int | float) or not math.isfinite(level):
-        raise damaged(session, trial, f"has {level!r} for its level")
-    answers.levels.append(float(level))
-    answers.right.append(right)
+    answers.levels.append(trial.level)
+    answers.right.append(trial.answer == ("yes" if trial.task == "yes_no" else trial.correct_answer))

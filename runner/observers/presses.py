@@ -13,7 +13,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from analysis.records import SessionLog, Trial, read_session, session_files
+from analysis.kinds import Trial
+from analysis.records import SessionLog, read_session, session_files
 from documents import Finding
 from runner.blocks.tasks import Choose, Rate, Task, Write
 from runner.errors import SessionError

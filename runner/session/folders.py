@@ -15,6 +15,7 @@ from types import TracebackType
 from typing import Any
 
 from analysis.errors import ResultsError
+from analysis.kinds import Trial
 from analysis.records import (
     FILE_NAME,
     Header,
@@ -24,7 +25,6 @@ from analysis.records import (
     Resumption,
     SessionLog,
     StimulusCosts,
-    Trial,
     WindowEvent,
     latest_utc,
     read_session,

@@ -11,7 +11,7 @@ from documents.options import MONITOR
 from documents.platform import command_to_type
 
 if TYPE_CHECKING:
-    from analysis.observers import Outcome
+    from analysis.kinds import OutcomeRecord
     from runner.session.picture_source import Progress
     from runner.session.session import Session
     from runner.session.status import SessionStatus
@@ -104,7 +104,7 @@ class SessionResult:
     answered: int
     trials: int
     folder: Path | None
-    failed_tests: tuple[Outcome, ...] = ()
+    failed_tests: tuple[OutcomeRecord, ...] = ()
     screened_out: bool = False
     doubt: str = ""
     work: Mapping[str, int] = field(default_factory=dict)

@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.errors import ResultsError
-from analysis.records import GrowingLog, Header, PooledBatch, SessionLog, Trial, session_files
+from analysis.kinds import PairRecord, Trial
+from analysis.records import GrowingLog, Header, PooledBatch, SessionLog, session_files
 from documents import Finding
 from runner.blocks.active_pairs import FIRST_SHARE, ActivePairs, Grouped
 from runner.errors import SessionError
@@ -39,7 +40,7 @@ class _Pooled:
     is_foreign: bool = False
     restarts: int = 0
     looked_at_s: float = -math.inf
-    answers: dict[int, dict[int, Trial]] = field(default_factory=dict)
+    answers: dict[int, dict[int, PairRecord]] = field(default_factory=dict)
     _wins: dict[int, Floats] = field(default_factory=dict)
 
     def add(self, answers: tuple[Trial, ...]) -> None:
@@ -49,6 +50,7 @@ class _Pooled:
             self.answers.clear()
             self._wins.clear()
         for answer in answers:
+            assert isinstance(answer, PairRecord)  # of another kind there is a finding
             self.answers.setdefault(answer.block, {})[answer.trial] = answer
             self._wins.pop(answer.block, None)
 
@@ -58,8 +60,8 @@ class _Pooled:
             number = {name: place for place, name in enumerate(stimuli)}
             wins: Floats = np.zeros((len(stimuli), len(stimuli)))
             for answer in self.answers[block].values():
-                first, second = number[str(answer.data["first"])], number[str(answer.data["second"])]
-                share = FIRST_SHARE.get(str(answer.data["answer"]), 0.5)
+                first, second = (number[name] for name in answer.stimuli)
+                share = FIRST_SHARE.get(answer.answer, 0.5)
                 wins[first, second] += share
                 wins[second, first] += 1.0 - share
             self._wins[block] = wins
@@ -214,7 +216,7 @@ def pooled_blocks(experiment: Experiment) -> dict[int, Grouped]:
 
 
 def _compared(answer: Trial) -> tuple[str, ...]:
-    return tuple(str(answer.data[key]) for key in ("first", "second") if key in answer.data)
+    return answer.stimuli if isinstance(answer, PairRecord) else ()
 
 
 def _finding(what: str, file: Path) -> Finding:

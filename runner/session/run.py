@@ -13,8 +13,9 @@ from pathlib import Path
 from types import FrameType
 
 from analysis.errors import ResultsError
+from analysis.kinds import Trial
 from analysis.observers import Haste, failed_tests, screened_out
-from analysis.records import FILE_NAME, SessionLog, Trial, WindowEvent, check_log, read_session
+from analysis.records import FILE_NAME, SessionLog, WindowEvent, check_log, read_session
 from documents import Finding
 from documents.files import LogDisturbedError, in_use
 from documents.text import counted

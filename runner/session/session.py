@@ -16,9 +16,11 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
-from analysis.records import Mark, Note, PooledBatch, Trial, WindowEvent
+from analysis.kinds import Trial, new_trial
+from analysis.records import Mark, Note, PooledBatch, WindowEvent
 from documents import Finding
 from runner.blocks.block import Block, Draft, Ended, Hold, Response
 from runner.blocks.message import page, pause_menu
@@ -401,11 +403,11 @@ class Session:
             data["timing_marks"] = state.timing_marks
         if state.window_lost:
             data["window_lost"] = True
-        events, utc = tuple(state.events), state.past[0].utc if state.past else ""
-        trial = Trial(block, number, draft.kind, events, draft.response_time_s, utc, data)
+        recorded = partial(new_trial, block, number, draft.kind, state.events, draft.response_time_s)
         state.events, state.timed, state.timing_marks, state.interruptions = [], [], [], 0
         state.ignored, state.ignored_more, state.window_lost = [], 0, bool(self._away)
         if state.past:
+            trial = recorded(state.past[0].utc, data)
             self._compare(state.past.popleft(), trial)
             state.load_events()
             if state.attempt:
@@ -415,7 +417,7 @@ class Session:
             for sentence in self.timing_marks.news():
                 self.note(sentence, "program")
             with self._writing:
-                trial = replace(trial, attempt=state.attempt, utc=self.utc())
+                trial = recorded(self.utc(), data, state.attempt)
                 self.sink.append(trial)
         if draft.repeatable:
             self._latest = trial.place
@@ -441,4 +443,4 @@ _CIRCUMSTANCES = frozenset(
 
 def _identity(trial: Trial) -> tuple[Any, ...]:
     """Return what a replay must reproduce."""
-    return trial.block, trial.trial, trial.kind, {k: v for k, v in trial.data.items() if k not in _CIRCUMSTANCES}
+    return trial.block, trial.trial, trial.kind, {k: v for k, v in trial.details().items() if k not in _CIRCUMSTANCES}

@@ -12,11 +12,11 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+from analysis.kinds import Trial
 from analysis.records import (
     Header,
     SessionLog,
     StimulusCosts,
-    Trial,
     WindowEvent,
     configuration_folder,
     duration,
@@ -386,7 +386,7 @@ class Station:
 
         Of stimuli that were taken out of the recipe since there are none.
         """
-        said = {name for answer in recorder.answers() for name in answer.data.get("clipping") or ()}
+        said = {name for answer in recorder.answers() for name in answer.clipping or ()}
         said |= {one["name"] for one in header.stimuli if "clipping" in one}
         lacking = [name for name in (one["name"] for one in header.stimuli) if name in self.costs and name not in said]
         if lacking:

@@ -8,8 +8,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from analysis.kinds import Trial
 from analysis.observers import Haste
-from analysis.records import Trial, WindowEvent
+from analysis.records import WindowEvent
 from documents.text import visible
 
 _PACE_OF = 20  # trials
@@ -89,9 +90,9 @@ class SessionStatus:
             self._answered.setdefault(trial.block, set()).add(trial.trial)
             self._block = max(self._block, trial.block)
         self._haste.add(trial)
-        unsent = [mark["port"] for mark in trial.data.get("timing_marks", ()) if "failed" in mark]
+        unsent = [mark.port for mark in trial.timing_marks if mark.failed is not None]
         self._unmarked = f"timing marks are not sent on {visible(unsent[-1])}" if unsent else ""
-        self._missed += sum(scene.get("missed_frames", 0) for scene in trial.data.get("timed", ()))
+        self._missed += sum(scene.missed_frames for scene in trial.timed)
         block = self.blocks[trial.block]
         if not block.trials or trial.is_outcome or took_s < trial.response_time_s:
             return  # a page of words, or what came of a test; or read from the log, which takes no time
@@ -136,13 +137,7 @@ class SessionStatus:
 
 def _answer(trial: Trial) -> str:
     """Return what was answered in a word or two."""
-    for key in ("answer", "chosen"):
-        if key in trial.data:
-            return _short(str(trial.data[key]))
-    ratings = trial.data.get("ratings")
-    if isinstance(ratings, dict) and ratings:
-        return _short(", ".join(f"{name} {value}" for name, value in ratings.items()))
-    return _short(trial.events[-1][0]) if trial.events else trial.kind
+    return _short(trial.said or (trial.events[-1][0] if trial.events else trial.kind))
 
 
 def _short(text: str) -> str:

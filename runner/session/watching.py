@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from analysis.errors import ResultsError
-from analysis.records import SessionLog, Trial, read_session, read_utc, session_files
+from analysis.kinds import Trial
+from analysis.records import SessionLog, read_session, read_utc, session_files
 from documents import Finding, InputError
 from documents.files import MOST_LOG_BYTES, looked_for, open_regular
 from documents.text import JsonResult, visible

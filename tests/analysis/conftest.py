@@ -13,7 +13,8 @@ from typing import Any
 import pytest
 
 from analysis.comparisons import Answer, Comparisons
-from analysis.records import Header, SessionLog, Trial
+from analysis.records import Header, SessionLog
+from tests.answers import new_answer
 
 NAMES = ("1.1 mono", "1.1 stereo", "2.1 mono", "2.1 stereo", "3.1 mono", "3.1 stereo")
 SCORES = (0.06, 0.2, 0.08, 0.3, 0.06, 0.3)
@@ -107,7 +108,7 @@ def make_session() -> Maker:
             }
             utc = f"2026-01-02T{3 + number // 1800:02d}:{number // 30 % 60:02d}:{number % 30 * 2:02d}Z"
             key = "up" if first == chosen else "down"
-            trials.append(Trial(1, number, "all_pairs", ((key, 1.25),), 1.25, utc, data))
+            trials.append(new_answer(1, number, "all_pairs", ((key, 1.25),), 1.25, utc, data))
         values: dict[str, Any] = {
             "experiment": "dynamic_range",
             "observer": observer,
@@ -212,7 +213,9 @@ def make_choices(make_session: Maker) -> Maker:
                 else {"similarity": rng.randint(4, 8) + (kind == "base"), "difficulty": rng.randint(3, 7)}
             )
             data = record(f"{paint}-{kind}", names, index, ratings)
-            trials.append(Trial(1, number, "best_of_series", (), sum(data["dwell_s"]), "2026-01-02T03:04:05Z", data))
+            trials.append(
+                new_answer(1, number, "best_of_series", (), sum(data["dwell_s"]), "2026-01-02T03:04:05Z", data)
+            )
         wishes = {"experiment": "exposure_series", "display": {}, "analysis": {}, **change}
         made = make_session(observer, names=[], answers=[], stimuli=tuple(stimuli), complete=complete, **wishes)
         return replace(made, answers=tuple(trials))

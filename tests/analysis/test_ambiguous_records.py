@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 
 from analysis.errors import ResultsError
-from analysis.records import Header, SessionLog, Trial, read_session
+from analysis.kinds import Trial
+from analysis.records import Header, SessionLog, read_session
+from tests.answers import new_answer
 
 NAMES = ("a", "b", "c")
 HEADER = Header(
@@ -40,12 +42,12 @@ def best(number: int, keys: tuple[str, ...], chosen: int) -> Trial:
     }
     events = tuple((key, 0.5) for key in keys)
     utc = f"2026-01-31T09:3{number + 1}:00.000+00:00"
-    return Trial(0, number, "best_of_series", events, 0.5 * (chosen + 1), utc, data)
+    return new_answer(0, number, "best_of_series", events, 0.5 * (chosen + 1), utc, data)
 
 
 def test_presses_of_a_page_before_may_have_the_times_of_the_path(tmp_path: Path) -> None:
     log = read(tmp_path, best(0, ("space", "right", "space"), 1), best(1, ("right", "right", "enter", "7"), 2))
-    assert [trial.data["chosen"] for trial in log.trials] == ["b", "c"]
+    assert [trial.details()["chosen"] for trial in log.trials] == ["b", "c"]
 
 
 def test_presses_that_do_not_lead_along_the_path_are_refused(tmp_path: Path) -> None:
@@ -58,10 +60,10 @@ def test_either_of_two_pictures_may_be_the_stereo_one(tmp_path: Path) -> None:
         data = {"first": first, "second": second, "answer": "first", "chosen": first, "rejected": second}
         data |= {"chosen_view": "stereo", "first_view": "stereo"}
         utc = f"2026-01-31T09:3{number + 1}:00.000+00:00"
-        return Trial(0, number, "preference", (("1", 0.8),), 0.8, utc, data)
+        return new_answer(0, number, "preference", (("1", 0.8),), 0.8, utc, data)
 
     log = read(tmp_path, preferred(0, "a", "b"), preferred(1, "b", "a"))
-    assert [trial.data["chosen"] for trial in log.trials] == ["a", "b"]
+    assert [trial.details()["chosen"] for trial in log.trials] == ["a", "b"]
 
 
 @pytest.mark.parametrize("digits", [100, 4000, 5000])

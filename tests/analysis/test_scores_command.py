@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import subprocess
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from typing import Any
 import pytest
 
 from analysis.records import FILE_NAME, SessionLog
+from tests.answers import changed
 
 Maker = Callable[..., SessionLog]
 Call = Callable[..., subprocess.CompletedProcess[str]]
@@ -29,7 +29,7 @@ def call(cyclopean: Call) -> Call:
 
 def write_log(session: SessionLog, folder: Path) -> None:
     folder.mkdir(parents=True)
-    lines = [session.header.to_json(), *(replace(trial, block=0).to_json() for trial in session.trials)]
+    lines = [session.header.to_json(), *(changed(trial, block=0).to_json() for trial in session.trials)]
     lines += [{"record": "end"}] if session.complete else []
     (folder / FILE_NAME).write_text("".join(json.dumps(line) + "\n" for line in lines), encoding="utf-8")
 

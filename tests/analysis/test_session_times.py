@@ -10,19 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.records import (
-    Header,
-    Mark,
-    Note,
-    Resumption,
-    SessionLog,
-    SessionTimes,
-    Trial,
-    duration,
-    in_time,
-    latest_utc,
-)
+from analysis.kinds import Trial
+from analysis.records import Header, Mark, Note, Resumption, SessionLog, SessionTimes, duration, in_time, latest_utc
 from analysis.report.notes import on_sessions
+from tests.answers import new_answer
 
 START = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
 Record = Trial | Note | Mark | Resumption
@@ -33,7 +24,7 @@ def utc(seconds: float) -> str:
 
 
 def trial(number: int, seconds: float) -> Trial:
-    return Trial(0, number, "all_pairs", (), 1.0, utc(seconds))
+    return new_answer(0, number, "all_pairs", (), 1.0, utc(seconds))
 
 
 def log(*records: Record, session: str = "s", started_utc: str = START.isoformat()) -> SessionLog:

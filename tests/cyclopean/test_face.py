@@ -17,10 +17,11 @@ import pytest
 import cyclopean
 from analysis.comparisons import from_sessions
 from analysis.observers import observers_in_sessions
-from analysis.records import Header, Trial, read_results
+from analysis.records import Header, read_results
 from analysis.report import describe
 from analysis.scaling import GroupedScores, Scores
 from documents import InputError, counted_work
+from tests.answers import new_answer
 from tests.choice import nightly
 from tests.conftest import write_study
 from tests.kept import known
@@ -76,8 +77,8 @@ def test_results_are_a_row_for_each_trial(results: Path) -> None:
     assert pairs["response_time_s"].dtype == np.float64
     first = next(trial for trial in logs[0].trials if trial.kind == "all_pairs")
     row = pairs.iloc[0]
-    assert (row["chosen"], row["block"], row["trial"]) == (first.data["chosen"], first.block, first.trial)
-    clipped = first.data["clipping"][first.data["second"]]["right"]["percent_any"]
+    assert (row["chosen"], row["block"], row["trial"]) == (first.details()["chosen"], first.block, first.trial)
+    clipped = first.details()["clipping"][first.details()["second"]]["right"]["percent_any"]
     assert row["clipping.second.right.percent_any"] == clipped
     assert not [name for name in trials if "clipping.one" in str(name)]
 
@@ -343,7 +344,7 @@ def test_results_of_pairs_within_scenes_have_a_pooled_scale_of_what_the_scenes_s
             pair |= {"rejected": f"{scene}-{'xy'[better == 'x']}", "group": scene, "group_factor": "scene"}
             pair |= {"answer": "first" if better == "x" else "second"}
             utc = f"2026-01-31T09:31:{place:02d}Z"
-            lines.append(Trial(0, place, "all_pairs", ((better, 1.0),), 1.0, utc, pair).to_json())
+            lines.append(new_answer(0, place, "all_pairs", ((better, 1.0),), 1.0, utc, pair).to_json())
         (tmp_path / number).mkdir()
         (tmp_path / number / "session.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
     table = cyclopean.scores(tmp_path).to_frame()

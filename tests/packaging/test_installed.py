@@ -137,7 +137,7 @@ def test_every_observer_answers_every_pair_before_the_report(demo: tuple[dict[st
     for log in logs:
         assert log.complete
         pairs = [trial for trial in log.trials if trial.kind == "all_pairs"]
-        assert len({frozenset((t.data["first"], t.data["second"])) for t in pairs}) == 45
+        assert len({frozenset((t.details()["first"], t.details()["second"])) for t in pairs}) == 45
     page = (folder / said["report"]).read_text(encoding="utf-8")
     assert "<svg" in page
     assert "2.1-stereo" in page

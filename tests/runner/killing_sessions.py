@@ -18,7 +18,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from analysis.records import FILE_NAME, Trial, check_log, read_session
+from analysis.kinds import Trial
+from analysis.records import FILE_NAME, check_log, read_session
 from documents.files import Mirror, compare_copy
 from runner.blocks import Block
 from runner.ports import Ask, KeyPress

@@ -91,4 +91,4 @@ def sit(
 def asked(log: SessionLog) -> list[tuple[str, str]]:
     """Return the pairs that were asked about, in their order."""
     pairs = [answer for answer in log.first_attempts if answer.kind == "active_pairs"]
-    return [(str(answer.data["first"]), str(answer.data["second"])) for answer in pairs]
+    return [(str(answer.details()["first"]), str(answer.details()["second"])) for answer in pairs]

@@ -26,15 +26,8 @@ import pytest
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
-from analysis.records import (
-    FILE_NAME,
-    Header,
-    Resumption,
-    SessionLog,
-    SessionTimes,
-    Trial,
-    read_session,
-)
+from analysis.kinds import Trial
+from analysis.records import FILE_NAME, Header, Resumption, SessionLog, SessionTimes, read_session
 from documents.files import durable_log
 from runner.blocks import Block
 from runner.errors import SessionError

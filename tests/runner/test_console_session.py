@@ -82,7 +82,7 @@ def test_notes_and_marks_are_typed_while_the_observer_answers(person: Person) ->
     assert (note.text, note.by, note.block, note.trial) == ("leans back — too far", "experimenter", 1, 2)
     assert [(mark.block, mark.trial, mark.by) for mark in log.marks] == [(1, 1, "experimenter")]
     again = [answer for answer in log.answers if answer.attempt]
-    assert [(answer.place, answer.data["answer"]) for answer in again] == [((1, 1), "first")]
+    assert [(answer.place, answer.details()["answer"]) for answer in again] == [((1, 1), "first")]
     assert log.complete
     assert log.pending == ()
     os.close(keyboard)

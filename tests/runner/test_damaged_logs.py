@@ -46,7 +46,7 @@ def what_counts(log: SessionLog) -> list[Any]:
     """Return what scores and response times are made from, in any order."""
     return sorted(
         (answer.place, answer.attempt, answer.kind, round(answer.response_time_s, 4))
-        + tuple(json.dumps(answer.data.get(key)) for key in SCORED)
+        + tuple(json.dumps(answer.details().get(key)) for key in SCORED)
         for answer in log.answers
         if answer.kind != "questionnaire"
     )

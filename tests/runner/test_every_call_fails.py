@@ -20,7 +20,8 @@ from typing import Any
 
 import pytest
 
-from analysis.records import FILE_NAME, Trial, check_log, read_session, session_files
+from analysis.kinds import Trial
+from analysis.records import FILE_NAME, check_log, read_session, session_files
 from documents import InputError
 from runner.session import Session
 from runner.session.folders import Recorder

@@ -14,12 +14,12 @@ from typing import Any
 import pytest
 
 from analysis.errors import ResultsError
-from analysis.records import SessionLog, Trial, WindowEvent
-from analysis.records.trial_kinds import KINDS, PRACTICE
-from analysis.records.trial_record import TrialRecord
+from analysis.kinds import KINDS, PRACTICE, Trial
+from analysis.records import SessionLog, WindowEvent
 from analysis.report import describe
-from analysis.report.not_reported import BY_KIND, COMMON, ENGINE, unreported
+from analysis.report.not_reported import BY_KIND, COMMON, unreported
 from analysis.report.page import render
+from tests.answers import changed
 from tests.runner import every_kind as EVERY
 from tests.runner.test_report_every_kind import log_of
 
@@ -65,7 +65,7 @@ def other(value: Any, all_values: Sequence[Any]) -> Any:
 
 def held(trial: Trial) -> dict[str, Any]:
     return {
-        **trial.data,
+        **trial.details(),
         **{name: getattr(trial, name) for name in ("events", "response_time_s", "utc", "attempt")},
     }
 
@@ -92,21 +92,29 @@ def _changed(trial: Trial, path: str, values: Sequence[Any]) -> Trial:
     name, _, within = path.partition(".")
     if name not in held(trial):
         return trial
-    if name == "events":
-        return replace(trial, events=tuple(("f12", seconds + 1) for _, seconds in trial.events))
-    if name == "utc":
-        return replace(trial, utc="2027-01-01T00:00:00.000+00:00")
-    if name not in trial.data:
-        return replace(trial, **{name: other(getattr(trial, name), ())})
-    value = trial.data[name]
-    new = {**value, within: other(value[within], values)} if within else other(value, values)
-    return replace(trial, data={**trial.data, name: new})
+    given: dict[str, Any] = {
+        "events": [("f12", seconds + 1) for _, seconds in trial.events],
+        "utc": "2027-01-01T00:00:00.000+00:00",
+    }
+    field = "members" if name == "stimuli" else name
+    if name in given:
+        new = given[name]
+    elif name in ("timed", "timing_marks"):
+        new = [part.model_copy(update=other(part.model_dump(), ())) for part in getattr(trial, name)]
+    elif within:
+        part = getattr(trial, field)
+        new = part.model_copy(update={within: other(getattr(part, within), values)})
+    else:
+        new = other(held(trial)[name], values)
+    return trial.model_copy(update={field: new})
 
 
 def fields_of(sessions: Sequence[SessionLog], kind: str) -> set[str]:
     """Return the fields that records of a kind have; of an outcome, those within it."""
     paths = {name for log in sessions for trial in log.trials if trial.kind == kind for name in held(trial)}
-    within = {f"outcome.{name}" for log in sessions for one in log.trials for name in one.data.get("outcome") or ()}
+    within = {
+        f"outcome.{name}" for log in sessions for one in log.trials for name in one.details().get("outcome") or ()
+    }
     return (paths - {"outcome"}) | within
 
 
@@ -121,8 +129,8 @@ def listed(sessions: Sequence[SessionLog], kind: str) -> set[str]:
             name
             for log in sessions
             for one in log.trials
-            if "presentation" in one.data
-            for name in one.data
+            if "presentation" in one.details()
+            for name in one.details()
             if name not in shown
         }
         said |= {"response_time_s"}
@@ -171,12 +179,12 @@ def test_every_field_of_its_record_is_written_by_some_block(kind: str) -> None:
     """So that no field escapes the tests above."""
     logs = [log for variant in variants(kind) for log in recorded(kind, variant)]
     model = KINDS[kind]
-    models: set[type[TrialRecord]] = (
+    models: set[type[Trial]] = (
         {model} if isinstance(model, type) else {model({}), model({"outcome": 1}), model({"screened_out": 1})}
     )
     declared = {field.alias or name for one in models for name, field in one.model_fields.items()}
-    declared -= set(TrialRecord.model_fields)
-    written = {name for log in logs for trial in log.trials if trial.kind == kind for name in trial.data}
+    declared -= set(Trial.model_fields)
+    written = {name for log in logs for trial in log.trials if trial.kind == kind for name in trial.details()}
     assert declared - written == NEVER.get(kind, set()) & declared
 
 
@@ -212,13 +220,13 @@ def test_what_the_engine_adds_is_in_the_report_or_listed(field: str, value: Any)
 
 def _with(trial: Trial, field: str, value: Any) -> Trial:
     if field == "attempt":
-        return replace(trial, attempt=value)
-    return replace(trial, data={**trial.data, field: value})
+        return changed(trial, attempt=value)
+    return changed(trial, data={**trial.details(), field: value})
 
 
 def test_the_engine_adds_no_other_field() -> None:
-    added = set(TrialRecord.model_fields) | ENGINE
-    assert added == {*SHOWN, *LEFT_OUT, *PLACE, "events", "response_time_s", "utc"}
+    added = set(Trial.model_fields)
+    assert added == {*SHOWN, *LEFT_OUT, *PLACE, "practice_of", "events", "response_time_s", "utc"}
     assert set(COMMON) == {*LEFT_OUT, "events", "utc"}
     assert set(BY_KIND) == {*KINDS, PRACTICE}
 

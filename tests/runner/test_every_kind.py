@@ -10,8 +10,8 @@ from typing import Any, get_args
 
 import pytest
 
-from analysis.records import PooledBatch, Trial, read_session
-from analysis.records.trial_kinds import KINDS, PRACTICE
+from analysis.kinds import KINDS, PRACTICE, Trial
+from analysis.records import PooledBatch, read_session
 from documents import InputError
 from runner.blocks import AnyBlock, Block
 from runner.observers.simulated import plain_key
@@ -53,7 +53,7 @@ def _play(
 
 def _told(trial: Trial) -> Any:
     """Return what a record says, but for how long scenes stood."""
-    data = {key: value for key, value in trial.data.items() if key != "timed"}
+    data = {key: value for key, value in trial.details().items() if key != "timed"}
     return trial.place, trial.kind, trial.events, trial.response_time_s, data
 
 
@@ -93,7 +93,7 @@ def test_records_are_of_its_kind_plain_and_timed(kind: str, variant: int) -> Non
     assert play.shown_at_record[-1] == len(play.shown)  # no scene comes after the last record
     assert sorted(play.shown_at_record) == play.shown_at_record
     for trial in play.trials:
-        assert json.loads(json.dumps(trial.data, allow_nan=False)) == trial.data
+        json.dumps(trial.to_json(), allow_nan=False)
         assert 0 <= trial.response_time_s <= sum(seconds for _, seconds in trial.events) + 1e-9
     names = {name for ask in play.asks for name in ask.scene.stimuli} | {n for s in play.shown for n in s.stimuli}
     assert names <= {*"abcdef", *block.pictures}
@@ -102,7 +102,7 @@ def test_records_are_of_its_kind_plain_and_timed(kind: str, variant: int) -> Non
 @pytest.mark.parametrize(("kind", "variant"), VARIANTS)
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.stress) for seed in (1, 2))])
 def test_what_it_records_is_read_as_it_was(kind: str, variant: int, seed: int, tmp_path: Path) -> None:
-    """The reader defines the format: each kind's records have the fields of `analysis.records.trial_kinds`."""
+    """The reader defines the format: each kind's records have the fields of `analysis.kinds.kinds`."""
     play = _play(EVERY.blocks_of(kind, variant), EVERY.Fickle(seed))
     file = tmp_path / "session.jsonl"
     lines = [HEADER.to_json(), *(record.to_json() for record in _in_order(play.trials, play.pooled))]
@@ -121,7 +121,7 @@ def _in_order(trials: Sequence[Trial], pooled: Sequence[PooledBatch]) -> list[Tr
 
 
 def test_every_kind_has_a_record() -> None:
-    assert set(EVERY.BLOCKS) == {*KINDS, PRACTICE}, "give each kind a line in analysis/records/trial_kinds.py"
+    assert set(EVERY.BLOCKS) == {*KINDS, PRACTICE}, "give each kind a line in analysis/kinds/kinds.py"
 
 
 @pytest.mark.promise("no-answer-lost")

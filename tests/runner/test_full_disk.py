@@ -11,14 +11,15 @@ from pathlib import Path
 
 import pytest
 
-from analysis.records import FILE_NAME, Header, Trial
+from analysis.records import FILE_NAME, Header
 from runner.errors import SessionError
 from runner.session.folders import Recorder
+from tests.answers import new_answer
 
 UTC = "2026-01-01T00:00:01.000+00:00"
 HEADER = Header("e", "01", "s", UTC, 0, "Which?", True, ({"name": "a"}, {"name": "b"}), {}, {}, {}, {}, {})
 CHOICE = {"first": "a", "second": "b", "answer": "first", "chosen": "a", "rejected": "b"}
-ANSWER = Trial(0, 0, "all_pairs", (("up", 1.25),), 1.25, UTC, CHOICE)
+ANSWER = new_answer(0, 0, "all_pairs", (("up", 1.25),), 1.25, UTC, CHOICE)
 
 
 def test_a_disk_that_is_full_from_the_start_begins_no_session(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

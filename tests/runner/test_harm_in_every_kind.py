@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from analysis.records import FILE_NAME, Trial, check_log, copy_in_mirror, read_session, session_files
+from analysis.kinds import Trial
+from analysis.records import FILE_NAME, check_log, copy_in_mirror, read_session, session_files
 from documents.files import LogDisturbedError, Mirror
 from documents.files import mirror as mirror_module
 from runner.session import Session

@@ -10,7 +10,8 @@ from typing import Any
 
 import pytest
 
-from analysis.records import Trial, read_session
+from analysis.kinds import Trial
+from analysis.records import read_session
 from runner.session.folders import Recorder
 from tests.runner.harms import TO_FILE, Harm
 

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from analysis.records import FILE_NAME, Trial, read_session
+from analysis.kinds import Trial
+from analysis.records import FILE_NAME, read_session
 from runner.session import Session
 from tests.runner import every_kind as EVERY
 from tests.runner.every_kind import VARIANTS

@@ -65,7 +65,7 @@ def test_all_pairs_by_click(person: Person, mode: str) -> None:
     person.press("Up")
     assert "6 answers are in" in person.leave()
     pairs = _recorded(person, "all_pairs")
-    assert [trial.data["answer"] for trial in pairs] == ["first", "second", "second", "first", "second", "first"]
+    assert [trial.details()["answer"] for trial in pairs] == ["first", "second", "second", "first", "second", "first"]
     assert all(0.0 < trial.response_time_s < 30.0 for trial in pairs)
 
 
@@ -123,7 +123,7 @@ def test_a_questionnaire_by_mouse_wheel_and_typing(person: Person, mode: str) ->
     person.type("Fine.")
     person.press("Return")
     assert "4 answers are in" in person.leave()
-    hand, glasses, age, remarks = (trial.data["answer"] for trial in _recorded(person, "questionnaire"))
+    hand, glasses, age, remarks = (trial.details()["answer"] for trial in _recorded(person, "questionnaire"))
     assert (hand, glasses, age) == ("Right", "No", 72)
     assert remarks.endswith("Fine.")
     assert len(remarks) < len("Very good oops") - 1 + len("Fine.")

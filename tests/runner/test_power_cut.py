@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from analysis.errors import ResultsError
-from analysis.records import FILE_NAME, Header, Mark, Note, Resumption, SessionLog, Trial, read_session
+from analysis.records import FILE_NAME, Header, Mark, Note, Resumption, SessionLog, read_session
 from runner.session.folders import Recorder
+from tests.answers import changed, new_answer
 
 UTC = "2026-01-01T00:00:01.000+00:00"
 HEADER = Header("e", "01", "s", UTC, 0, "Which — µ?", True, ({"name": "a"}, {"name": "b"}), {}, {}, {}, {}, {})
@@ -19,8 +19,8 @@ PAIR = {"first": "a", "second": "b"}
 CHOSEN, OTHER = {"chosen": "a", "rejected": "b"}, {"chosen": "b", "rejected": "a"}
 FIRST, SECOND = PAIR | {"answer": "first"} | CHOSEN, PAIR | {"answer": "second"} | OTHER
 PRESSES = (("text é", 0.25), ("up", 1.25))
-ANSWER = Trial(0, 0, "all_pairs", PRESSES, 1.25, UTC, {**FIRST, "stamps": {"µ": 1}})
-AGAIN = Trial(0, 0, "all_pairs", (("down", 1.0),), 1.0, UTC, SECOND, attempt=1)
+ANSWER = new_answer(0, 0, "all_pairs", PRESSES, 1.25, UTC, {**FIRST, "stamps": {"µ": 1}})
+AGAIN = new_answer(0, 0, "all_pairs", (("down", 1.0),), 1.0, UTC, SECOND, attempt=1)
 MARK = Mark(0, 0, "observer", UTC)
 RESUMPTION = Resumption(UTC, {"display": {"before": "0", "now": "1"}})
 
@@ -34,11 +34,11 @@ def _attempts(recorder: Recorder, least: int) -> int:
 Write = Callable[[Recorder], None]
 KINDS: dict[str, tuple[Write, Callable[[SessionLog], int]]] = {
     "trial": (
-        lambda recorder: recorder.append(replace(ANSWER, trial=_attempts(recorder, 0))),
+        lambda recorder: recorder.append(changed(ANSWER, trial=_attempts(recorder, 0))),
         lambda log: len(log.first_attempts),
     ),
     "attempt": (
-        lambda recorder: recorder.append(replace(AGAIN, attempt=1 + _attempts(recorder, 1))),
+        lambda recorder: recorder.append(changed(AGAIN, attempt=1 + _attempts(recorder, 1))),
         lambda log: len(log.answers) - len(log.first_attempts),
     ),
     "note": (lambda recorder: recorder.note(NOTE), lambda log: len(log.notes)),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -10,8 +11,8 @@ from typing import Any
 import pytest
 
 from analysis.bids import About, export_dataset
+from analysis.kinds import KINDS, PRACTICE
 from analysis.records import SessionLog, read_results, read_session, session_files
-from analysis.records.trial_kinds import KINDS, PRACTICE
 from analysis.report import write_report
 from runner.session import SessionOptions, run_session
 
@@ -42,6 +43,14 @@ def test_they_have_every_kind_and_every_other_record() -> None:
     assert sum(bool(log.resumptions) for log in logs) == 2
     assert sum(answer.attempt > 0 for log in logs for answer in log.answers) > 2
     assert [log.complete for log in logs].count(False) == 2
+
+
+def test_what_is_read_is_written_again_as_it_was() -> None:
+    """Byte by byte: the record that is read is the one that is written."""
+    for file in session_files(RECORDED / "results"):
+        lines = [line for line in file.read_text(encoding="utf-8").splitlines() if '"record":"trial"' in line]
+        again = [trial.to_json() for trial in read_session(file).answers]
+        assert [json.dumps(line, ensure_ascii=False, separators=(",", ":")) for line in again] == lines
 
 
 @pytest.mark.usefixtures("undrawn")  # figures of every kind: test_report_every_kind.py
@@ -88,7 +97,7 @@ def test_they_are_replayed(recorded: Path, experiment: str) -> None:
 
 
 def _lasting(answer: Any) -> tuple[Any, ...]:
-    data = {key: value for key, value in answer.data.items() if key not in ("timed", "clipping")}
+    data = {key: value for key, value in answer.details().items() if key not in ("timed", "clipping")}
     return answer.place, answer.attempt, answer.kind, answer.events, answer.response_time_s, data
 
 

@@ -16,6 +16,7 @@ from analysis.report import describe, write_report
 from analysis.report.report import KIND_WORDS
 from runner.protocol import Experiment
 from runner.session import Session
+from tests.answers import changed
 from tests.runner import every_kind as EVERY
 from tests.runner.every_kind import VARIANTS
 
@@ -35,7 +36,7 @@ class Words(HTMLParser):
 def log_of(experiment: Experiment, observer: str) -> SessionLog:
     stage = EVERY.Stage()
     Session(experiment.blocks(observer), stage, EVERY.Fickle(int(observer)), stage).run()
-    kept = tuple(replace(trial, data=json.loads(json.dumps(trial.data))) for trial in stage.trials)
+    kept = tuple(changed(trial, data=json.loads(json.dumps(trial.details()))) for trial in stage.trials)
     stimuli = tuple({"name": name, "factors": {}, "flat": True} for name in "abcdef")
     header = Header("every_kind", observer, "s", "t", 0, "Which?", True, stimuli, {}, {}, {}, {}, {})
     return SessionLog(Path(f"{observer}.jsonl"), header, kept, complete=True)

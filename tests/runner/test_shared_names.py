@@ -18,6 +18,7 @@ from analysis.series import gather
 from documents import InputError
 from runner.check import CheckOptions, check_file
 from runner.session import SessionOptions, run_session, simulate
+from tests.answers import changed
 
 Study = Any  # tests/conftest.py
 BLOCKS = "  - {kind: instructions, text: Look at the two pictures.}\n  - {kind: all_pairs, break_every: 4}\n"
@@ -159,6 +160,6 @@ def test_a_series_of_other_pictures_in_another_session_is_refused(
 ) -> None:
     log, other = recorded(ONE)
     (trial,) = other.trials
-    bent = replace(trial, data={**trial.data, "stimuli": ["one", "two", "four"]})
+    bent = changed(trial, data={**trial.details(), "stimuli": ["one", "two", "four"]})
     with pytest.raises(ResultsError, match="shows other pictures as 'one' than"):
         gather([log, replace(other, answers=(bent,))])

@@ -64,7 +64,7 @@ def check_series(log: SessionLog) -> list[dict[str, Any]]:
     """Check one session of the first experiment and return what its choices recorded."""
     assert len(log.header.stimuli) == 90
     assert Counter(trial.kind for trial in log.trials) == {"instructions": 1, "best_of_series": 15}
-    choices = [dict(trial.data) for trial in log.trials if trial.kind == "best_of_series"]
+    choices = [dict(trial.details()) for trial in log.trials if trial.kind == "best_of_series"]
     paints = [choice["series"].split("-")[0] for choice in choices]
     assert len({choice["series"] for choice in choices}) == 15
     assert Counter(paints) == dict.fromkeys(("GM1", "GM2", "HI", "BC", "BR"), 3)

@@ -16,6 +16,7 @@ from analysis.report import write_report
 from runner.observers import BradleyTerryObserver
 from runner.observers.behaviour import BehaviourSpec, PsychometricSpec
 from runner.session import Session
+from tests.answers import changed
 from tests.runner.changed_logs import recorded
 from tests.runner.every_kind import HEADER, Stage, blocks_of
 
@@ -95,7 +96,7 @@ def _log(observer: str, threshold: float, variant: int = PLACES) -> SessionLog:
     stage = Stage()
     for times in range(6):  # six sessions' worth of trials: the block is short
         Session(blocks_of("threshold", variant, f"{observer}-{times}")[1:2], stage, simulated, stage).run()
-    trials = tuple(replace(trial, block=number) for number, trial in enumerate(stage.trials))
+    trials = tuple(changed(trial, block=number) for number, trial in enumerate(stage.trials))
     stimuli = tuple({"name": name, "factors": {}, "flat": True} for name in "abcdef")
     return SessionLog(Path(f"{observer}.jsonl"), replace(HEADER, observer=observer, stimuli=stimuli), trials, True)
 
@@ -131,8 +132,8 @@ def test_a_report_has_each_observer_and_the_mean(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("undrawn")
 def test_a_report_says_what_a_level_of_zero_does_to_the_axis(tmp_path: Path) -> None:
     log = _log("01", 1.9)
-    lowest = min(trial.data["level"] for trial in log.trials)
-    trials = [replace(t, data={**t.data, "level": 0}) if t.data["level"] == lowest else t for t in log.trials]
+    lowest = min(trial.details()["level"] for trial in log.trials)
+    trials = [changed(t, data={**t.details(), "level": 0}) if t.details()["level"] == lowest else t for t in log.trials]
     for session, said in ((log, 0), (SessionLog(log.file, log.header, tuple(trials), True), 1)):
         told = write_report([session], tmp_path / f"{said}.html").to_json()
         (question,) = told["thresholds"]

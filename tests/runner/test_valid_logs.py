@@ -12,12 +12,14 @@ import pytest
 
 from analysis.comparisons import grouped_comparisons
 from analysis.errors import ResultsError
-from analysis.records import FILE_NAME, Resumption, SessionLog, SessionTimes, Trial, check_log, read_session
+from analysis.kinds import Trial
+from analysis.records import FILE_NAME, Resumption, SessionLog, SessionTimes, check_log, read_session
 from runner.blocks import Browse, Rate
 from runner.observers.simulated import plain_key
 from runner.ports import Ask, KeyPress
 from runner.session import Session
 from runner.session.folders import Recorder
+from tests.answers import changed, new_answer
 from tests.runner.every_kind import HEADER, Stage, experiment, written
 
 Read = Callable[[Path], Iterator[SessionLog]]
@@ -82,7 +84,7 @@ def test_whatever_was_typed(kind: str, typed: Iterable[str], answer: Any, tmp_pa
     """Telephone numbers, more digits than a float keeps, and what keyboards send in parts."""
     block = f"kind: questionnaire, questions: [{{name: n, question: N, kind: {kind}}}]"
     for log in read(record(tmp_path, block, typing(typed))):
-        assert [trial.data["answer"] for trial in log.trials] == [answer]
+        assert [trial.details()["answer"] for trial in log.trials] == [answer]
 
 
 def test_a_digit_may_accept_a_rating(tmp_path: Path, read: Read) -> None:
@@ -96,7 +98,7 @@ def test_a_digit_may_accept_a_rating(tmp_path: Path, read: Read) -> None:
     scale = "{name: quality, question: How good, lowest: 1, highest: 5}"
     file = record(tmp_path, f"kind: rating, ratings: [{scale}]", Scripted(press), "keys: {enter: ['0']}\n")
     for log in read(file):
-        assert [trial.data["ratings"]["quality"] for trial in log.trials] == [1, 2, 3, 4, 5, 1]
+        assert [trial.details()["ratings"]["quality"] for trial in log.trials] == [1, 2, 3, 4, 5, 1]
 
 
 def test_digits_may_move_the_marker(tmp_path: Path, read: Read) -> None:
@@ -109,14 +111,14 @@ def test_digits_may_move_the_marker(tmp_path: Path, read: Read) -> None:
         "keys: {left: ['1'], right: ['2']}\n",
     )
     for log in read(file):
-        assert [trial.data["ratings"]["quality"] for trial in log.trials] == [-2, -1, -3] * 2
+        assert [trial.details()["ratings"]["quality"] for trial in log.trials] == [-2, -1, -3] * 2
 
 
 def test_one_button_may_go_on_and_choose(tmp_path: Path, read: Read) -> None:
     block = "kind: best_of_series, series: {one: [a, b, c], two: [d, e, f]}, start: first, ratings: []"
     button = Scripted(lambda ask: "x" if isinstance(ask.task, Browse) else None)
     for log in read(record(tmp_path, block, button, "keys: {right: [x], enter: [x]}\n")):
-        assert [trial.data["chosen_index"] for trial in log.trials] == [2, 2]
+        assert [trial.details()["chosen_index"] for trial in log.trials] == [2, 2]
 
 
 @pytest.mark.parametrize(
@@ -134,7 +136,7 @@ def pair(number: int, first: str, second: str, **more: Any) -> Trial:
     data |= {"first_position": "top"}
     key, time_s, utc = (more.pop(name, usual) for name, usual in (("key", "up"), ("time_s", 1.0), ("utc", "")))
     utc = utc or f"2026-01-01T00:0{number + 1}:00.000+00:00"
-    return Trial(0, number, "all_pairs", ((key, time_s),), time_s, utc, data | more)
+    return new_answer(0, number, "all_pairs", ((key, time_s),), time_s, utc, data | more)
 
 
 def write(folder: Path, *records: Any, header: Any = HEADER) -> Path:
@@ -166,7 +168,7 @@ def test_another_machine_may_state_other_costs_of_clipping(tmp_path: Path, read:
     header = replace(HEADER, stimuli=stimuli)
     other = pair(1, "b", "c", clipping={"b": costs(0.10000000000000002)})
     for log in read(write(tmp_path / "one", pair(0, "a", "b"), PLAIN, other, header=header)):
-        assert log.trials[1].data["clipping"]["b"]["left"]["delta_e_00_mean"] != 0.1
+        assert log.trials[1].details()["clipping"]["b"]["left"]["delta_e_00_mean"] != 0.1
     with pytest.raises(ResultsError, match="clipping of 'b' is another"):
         read_session(write(tmp_path / "two", pair(0, "a", "b"), other, header=header))
 
@@ -181,7 +183,7 @@ def test_what_was_changed_and_accepted(tmp_path: Path, read: Read) -> None:
         assert [stimulus["name"] for stimulus in log.header.stimuli] == [*"abcdef", "g"]
         assert "g" in grouped_comparisons([log])[0].items
     for number, trial in enumerate(after):
-        file = write(tmp_path / f"refused-{number}", pair(0, "a", "b"), PLAIN, replace(trial, trial=1))
+        file = write(tmp_path / f"refused-{number}", pair(0, "a", "b"), PLAIN, changed(trial, trial=1))
         with pytest.raises(ResultsError, match=r"no stimulus of the|group is 'strand'"):
             read_session(file)
 

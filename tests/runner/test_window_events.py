@@ -60,7 +60,7 @@ def test_focus_and_minimising_are_recorded_and_marked_in_their_trials(person: Pe
     person.window("windowsize", "500", "400")
     person.until(lambda: events(person)[2:] == ["resized"], "the new size in the record")
     log = person.log()
-    lost = [bool(trial.data.get("window_lost")) for trial in log.trials if trial.kind == "all_pairs"]
+    lost = [bool(trial.details().get("window_lost")) for trial in log.trials if trial.kind == "all_pairs"]
     assert lost == [False, True, False]
     assert [(event.block, event.trial) for event in log.windows] == [(1, 1), (1, 1), (1, 3)]
     assert log.windows[2].size_px == (500, 400)

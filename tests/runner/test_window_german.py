@@ -43,7 +43,7 @@ def test_a_session_in_german_with_other_keys(person: Person) -> None:
     assert "6 answers are in" in person.leave(press="b")
     log = person.log()
     pairs = [trial for trial in log.trials if trial.kind == "all_pairs"]
-    assert [trial.data["answer"] for trial in pairs] == [
+    assert [trial.details()["answer"] for trial in pairs] == [
         "first",
         "second",
         "no_difference",

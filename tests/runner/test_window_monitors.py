@@ -39,7 +39,7 @@ def test_a_panel_larger_than_the_screen_is_refused_and_goes_on_if_asked_with_eve
     log = person.log()
     assert log.header.presentation["larger_than_screen"] is True
     assert log.header.presentation["monitors"][0].startswith("1 'screen': 1920 x 1080 px")
-    assert all(trial.data["wrong_screen"] is True for trial in log.trials)
+    assert all(trial.details()["wrong_screen"] is True for trial in log.trials)
     beyond = "beyond the screen's edges"
     assert any(beyond in remark for remark in log.header.remarks)
     report = study.cyclopean("report", study.results, "--no-thumbnails")
@@ -61,4 +61,4 @@ def test_a_session_opens_on_the_rigs_monitor_and_names_those_there_are_if_it_is_
     log = person.log()
     assert log.header.presentation["monitors"][0].startswith("2 'screen': 1920 x 1080 px")
     assert not any("full-screen" in remark for remark in log.header.remarks)
-    assert "wrong_screen" not in log.trials[-1].data
+    assert "wrong_screen" not in log.trials[-1].details()

@@ -68,17 +68,17 @@ def test_pairs_and_preferences_with_real_keys(person: Person) -> None:
     log = person.log()
     assert log.complete
     pairs, preferences = recorded(person, "all_pairs"), recorded(person, "preference")
-    assert [trial.data["answer"] for trial in pairs] == ["second", "not_sure", "first"]
+    assert [trial.details()["answer"] for trial in pairs] == ["second", "not_sure", "first"]
     for trial in pairs:
-        held = [scene["what"] for scene in trial.data["timed"]]
+        held = [scene["what"] for scene in trial.details()["timed"]]
         assert held == ["interval_1", "between", "interval_2"]
-    assert [trial.data["answer"] for trial in preferences] == ["second", "second"]
-    assert [trial.data["first_position"] for trial in preferences] == ["top", "interval_1"]
+    assert [trial.details()["answer"] for trial in preferences] == ["second", "second"]
+    assert [trial.details()["first_position"] for trial in preferences] == ["top", "interval_1"]
     views = {"one": "stereo", "two": "stereo", "three": "flat", "four": "flat"}
-    assert [trial.data["chosen_view"] for trial in preferences] == [
-        views[trial.data["chosen"]] for trial in preferences
+    assert [trial.details()["chosen_view"] for trial in preferences] == [
+        views[trial.details()["chosen"]] for trial in preferences
     ]
-    at_once, own_pace = (trial.data.get("interval_s") for trial in preferences)
+    at_once, own_pace = (trial.details().get("interval_s") for trial in preferences)
     assert at_once is None
     assert len(own_pace) == 2
     assert all(seconds >= STILL_S / 2 for seconds in own_pace)

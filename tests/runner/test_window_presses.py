@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from analysis.records import Trial
+from analysis.kinds import Trial
 
 Person = Any  # tests/conftest.py
 pytestmark = pytest.mark.window
@@ -54,9 +54,9 @@ def test_the_second_press_of_a_double_press_answers_nothing(person: Person) -> N
     person.press("Up")
     assert "6 answers are in" in person.leave()
     trials = pairs(person)
-    assert [trial.data["answer"] for trial in trials] == ["first"] * 6
+    assert [trial.details()["answer"] for trial in trials] == ["first"] * 6
     assert all(trial.response_time_s >= 0.1 for trial in trials)
-    ignored = [press for trial in person.log().trials for press in trial.data.get("ignored", [])]
+    ignored = [press for trial in person.log().trials for press in trial.details().get("ignored", [])]
     meant = [why for _, _, why in ignored if why != "no_meaning"]
     assert len(meant) >= 3  # the fourth pair is followed by a page that no arrow answers
     assert set(meant) <= {"before", "early", "double"}
@@ -73,7 +73,7 @@ def test_a_key_that_is_held_answers_one_trial_and_must_be_pressed_again(person: 
     person.press("Up")
     person.until(lambda: person.answers() == 2, "the second answer")
     second = pairs(person)[1]
-    assert ["Up".lower(), "held"] in [[key, why] for key, _, why in second.data["ignored"]]
+    assert ["Up".lower(), "held"] in [[key, why] for key, _, why in second.details()["ignored"]]
     person.press("alt+F4")
     person.close_the_window()
     person.leave()
@@ -92,8 +92,8 @@ def test_a_storm_of_presses_answers_nothing_as_long_as_it_lasts(person: Person) 
     assert person.answers() <= 2  # its first press; on a busy machine there may be a gap
     time.sleep(READY_S)
     person.answer("Up")
-    stormy = max(pairs(person), key=lambda trial: len(trial.data.get("ignored", [])))
-    assert len(stormy.data["ignored"]) == 20
-    assert stormy.data["ignored_more"] >= 20
+    stormy = max(pairs(person), key=lambda trial: len(trial.details().get("ignored", [])))
+    assert len(stormy.details()["ignored"]) == 20
+    assert stormy.details()["ignored_more"] >= 20
     person.close_the_window()
     person.leave()

@@ -69,10 +69,10 @@ def test_a_rating_by_mouse_and_a_series_by_wheel_and_keys(person: Person) -> Non
     person.until(partial(ended, person), "the session to end")
     assert "2 answers are in" in person.leave()
     rating, series = (trial for trial in person.log().trials if trial.kind in ("best_of_series", "rating"))
-    assert [index for index, _ in series.data["path"]] == [0, 1, 2, 3, 2]
-    assert series.data["chosen"] == "three"
-    assert series.data["ratings"] == {"similarity": 8}
-    assert rating.data["ratings"] == {"quality": 37}
+    assert [index for index, _ in series.details()["path"]] == [0, 1, 2, 3, 2]
+    assert series.details()["chosen"] == "three"
+    assert series.details()["ratings"] == {"similarity": 8}
+    assert rating.details()["ratings"] == {"quality": 37}
     assert [pressed for pressed, _ in rating.events] == ["click 37", "click accept"]
 
 

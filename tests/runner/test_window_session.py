@@ -42,7 +42,7 @@ def test_a_session_with_real_keys(person: Person) -> None:
     swaps = log.header.presentation["timing"]["swap_intervals"]
     assert swaps["frames"] * swaps["longest_ms"] >= 900.0  # timed for a second
     pairs = [trial for trial in log.trials if trial.kind == "all_pairs"]
-    assert [trial.data["answer"] for trial in pairs] == ["first", "second", "second", "first", "second", "first"]
+    assert [trial.details()["answer"] for trial in pairs] == ["first", "second", "second", "first", "second", "first"]
     assert all(0.0 < trial.response_time_s < 30.0 for trial in pairs)
 
 
@@ -53,7 +53,7 @@ def test_what_the_window_shows_is_the_float64_reference(person: Person) -> None:
     screen = person.look()
     person.press("Up")
     person.until(lambda: person.answers() == 1, "the answer")
-    first = person.log().trials[1].data["first"]
+    first = person.log().trials[1].details()["first"]
     model = read_display(person.study.folder / "display.yaml").models("side-by-side").left
     image = read_exr(person.study.folder / f"{first}.exr")
     # 20 × 10 mm at 0.25 mm: 80 × 40 px; the upper picture's middle is 30 px above the middle of each half.
@@ -79,7 +79,7 @@ def test_escape_twice_leaves_and_resume_continues(person: Person) -> None:
     person.answer("Down")
     person.press("Down")
     assert "6 answers are in" in person.leave()
-    answers = [trial.data["answer"] for trial in person.log().trials if trial.kind == "all_pairs"]
+    answers = [trial.details()["answer"] for trial in person.log().trials if trial.kind == "all_pairs"]
     assert answers == ["first"] * 2 + ["second"] * 4
 
 
@@ -117,8 +117,8 @@ def test_timed_scenes_in_a_real_window(person: Person) -> None:
     person.press("Down")
     assert "1 answer is in" in person.leave()
     (trial,) = (trial for trial in person.log().trials if trial.kind == "all_pairs")
-    assert trial.data["answer"] == "second"
-    cross, pair = trial.data["timed"]
+    assert trial.details()["answer"] == "second"
+    cross, pair = trial.details()["timed"]
     assert (cross["what"], cross["frames"]) == ("fixation", 18)
     assert (pair["what"], pair["frames"]) == ("pair", 12)
     for held in (cross, pair):

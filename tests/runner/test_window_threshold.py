@@ -37,7 +37,7 @@ def test_levels_follow_real_keys_and_clicks(person: Person) -> None:
     person.until(partial(more_than, person, "threshold", 6), "the click to be on disk")
     assert "7 answers are in" in person.leave()
     assert person.log().complete
-    trials = [trial.data for trial in recorded(person, "threshold")]
+    trials = [trial.details() for trial in recorded(person, "threshold")]
     forced, yes_no = trials[:4], trials[4:]
     assert [data["answer"] for data in forced] == ["first", "first", "second", "second"]
     assert [data["answer"] for data in yes_no] == ["yes", "no", "yes"]

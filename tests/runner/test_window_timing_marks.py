@@ -51,10 +51,10 @@ def test_what_is_seen_and_pressed_is_marked_and_the_menu_is_not(person: Person, 
     person.leave()
     assert read(0.2) == b""
     log = person.log()
-    marks = [[mark["mark"] for mark in trial.data["timing_marks"]] for trial in log.trials]
+    marks = [[mark["mark"] for mark in trial.details()["timing_marks"]] for trial in log.trials]
     assert marks == [["onset", "answer"], ["onset", "answer"], ["onset", "onset", "answer"]]
     for trial in log.trials:
-        onset, answer = trial.data["timing_marks"][-2:]
+        onset, answer = trial.details()["timing_marks"][-2:]
         assert onset["port"] == f"serial {name}"
         # The press came after the onset by the response time; marks were sent after both.
         between_s = (answer["sent_s"] - answer["after_ms"] / 1000.0) - (onset["sent_s"] - onset["after_ms"] / 1000.0)

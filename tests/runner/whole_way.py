@@ -58,7 +58,7 @@ def _said(log: SessionLog) -> list[Any]:
             answer.attempt,
             answer.kind,
             answer.events,
-            {k: v for k, v in answer.data.items() if k != "timed"},
+            {k: v for k, v in answer.details().items() if k != "timed"},
         )
         for answer in log.answers
     ]

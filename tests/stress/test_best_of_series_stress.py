@@ -9,10 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.records import Header, SessionLog, Trial
+from analysis.records import Header, SessionLog
 from analysis.series import summarise_series
 from analysis.series.just_noticeable import Matches, fit, interval
 from analysis.series.observer_means import bounded_means, means
+from tests.answers import new_answer
 from tests.stress.how_many import how_many
 
 pytestmark = pytest.mark.stress
@@ -84,7 +85,7 @@ def _session(observer: int, series: int, pictures: int) -> SessionLog:
             "ratings": {"similarity": int(random.integers(1, 11)), "difficulty": int(random.integers(1, 11))},
             "rating_times_s": {"similarity": 1.0, "difficulty": 1.0},
         }
-        trials.append(Trial(1, one, "best_of_series", (), float(pictures), "2026", data))
+        trials.append(new_answer(1, one, "best_of_series", (), float(pictures), "2026-01-02T03:04:05Z", data))
     header = Header("e", f"{observer:04d}", "s", "2026", 0, "Which?", True, stimuli, {}, {}, {}, {}, {})
     return SessionLog(Path(f"{observer}.jsonl"), header, tuple(trials), True)
 

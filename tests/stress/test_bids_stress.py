@@ -14,7 +14,9 @@ from typing import Any
 import pytest
 
 from analysis.bids import export_dataset
-from analysis.records import FILE_NAME, Header, Trial
+from analysis.kinds import Trial
+from analysis.records import FILE_NAME, Header
+from tests.answers import new_answer
 
 pytestmark = pytest.mark.stress
 STIMULI = tuple(f"s{index}" for index in range(10))
@@ -26,7 +28,7 @@ def _pair(number: int, more: dict[str, Any]) -> Trial:
     clipping = {name: {"left": COST, "right": COST} for name in (first, second)}
     data = {"first": first, "second": second, "answer": "first", "chosen": first, "rejected": second}
     utc = (datetime(2026, 1, 2, 3, tzinfo=UTC) + timedelta(seconds=number)).isoformat(timespec="milliseconds")
-    return Trial(0, number, "all_pairs", (("up", 1.0),), 1.0, utc, {**data, "clipping": clipping, **more})
+    return new_answer(0, number, "all_pairs", (("up", 1.0),), 1.0, utc, {**data, "clipping": clipping, **more})
 
 
 def _leave(folder: Path, number: int, trials: int, **more: Any) -> None:

@@ -9,10 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from analysis.records import Header, Trial
+from analysis.records import Header
 from runner.errors import SessionError
 from runner.presenter import IntervalSummary
 from runner.session.folders import Recorder, observer_folder, to_resume
+from tests.answers import new_answer
 
 pytestmark = pytest.mark.stress
 STIMULI = ({"name": "a"}, {"name": "b"})
@@ -25,7 +26,7 @@ def test_resuming_nothing_beside_four_hundred_unfinished_sessions_names_some_of_
         name = f"{number:03d}"
         folder = observer_folder(tmp_path, "e", name) / "ses-20260101T000000abcd"
         with Recorder.create(folder, replace(HEADER, observer=name)) as recorder:
-            recorder.append(Trial(0, 0, "all_pairs", (("up", 1.0),), 1.0, "2026-01-01T00:00:01.000+00:00", CHOICE))
+            recorder.append(new_answer(0, 0, "all_pairs", (("up", 1.0),), 1.0, "2026-01-01T00:00:01.000+00:00", CHOICE))
     began_s = time.process_time()
     with pytest.raises(SessionError) as told:
         to_resume(tmp_path, "e", "nobody")

@@ -52,7 +52,7 @@ def test_of_thirty_double_presses_none_answers_twice(person: Person, delay_s: fl
         time.sleep(READY_S)
         assert person.answers() == number
     trials = [trial for trial in person.log().trials if trial.kind == "all_pairs"]
-    assert {trial.data["answer"] for trial in trials} == {"first"}
+    assert {trial.details()["answer"] for trial in trials} == {"first"}
 
 
 @pytest.mark.parametrize(("delay_ms", "pairs"), [(5, 700), (20, 700), (45, 350), (150, 150)])

@@ -12,9 +12,10 @@ from typing import Any
 
 import pytest
 
-from analysis.records import Header, SessionLog, Trial
+from analysis.records import Header, SessionLog
 from analysis.report import Report, write_report
 from runner.reports.results import print_pdf
+from tests.answers import new_answer
 
 pytestmark = pytest.mark.stress
 
@@ -55,7 +56,7 @@ def session(observer: str, names: Sequence[str], kind: str, answers: Sequence[di
     header = Header(
         HOSTILE[0], observer, f"s{observer}", UTC, 1, HOSTILE[1], False, stimuli, {"mode": "flat"}, {}, {}, {}, {}
     )
-    trials = tuple(Trial(0, number, kind, (), 1.0, UTC, answer) for number, answer in enumerate(answers))
+    trials = tuple(new_answer(0, number, kind, (), 1.0, UTC, answer) for number, answer in enumerate(answers))
     return SessionLog(Path(f"{observer}.jsonl"), header, trials, complete=True)
 
 

@@ -39,5 +39,5 @@ def test_a_window_shoved_in_mid_trial(person: Person, shoves: list[tuple[str, ..
     person.answer("Up")
     person.press("Down")
     assert "6 answers are in" in person.leave()
-    answers = [trial.data["answer"] for trial in person.log().trials if trial.kind == "all_pairs"]
+    answers = [trial.details()["answer"] for trial in person.log().trials if trial.kind == "all_pairs"]
     assert answers == ["first", "second", "first", "second", "first", "second"]

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from statistics import median
 from typing import TYPE_CHECKING, Any
 
-from analysis.comparisons.session_comparisons import is_comparison, is_tie
+from analysis.comparisons.session_comparisons import is_comparison
 from analysis.errors import ResultsError
+from analysis.kinds.questionnaire import QuestionRecord
 from analysis.observers.responses import catch_results
 from analysis.ratings.ratings import RatingSummary
 from analysis.records.answered_by import who_answered
@@ -23,7 +24,7 @@ from analysis.report.blocks import Block, Column, Facts, Numbered, Paragraph, Se
 from analysis.report.checklist import METHODS_ITEMS, Answer, answer
 from analysis.report.notes import nominal_words, recorded
 from analysis.report.references import Citations
-from analysis.report.sections.observers import QUESTIONNAIRE, left_out_words, screening_words
+from analysis.report.sections.observers import left_out_words, screening_words
 from analysis.report.sections.seen import NO_EYE, methods_words, white_place
 from analysis.report.sections.shown import timing_facts
 from analysis.report.sections.statistics import analysis_words, correction_words, draws_words, effect_words, p_words
@@ -179,7 +180,7 @@ def _exclusions(report: Report, cited: Citations) -> str:
             f"{counted(caught.obvious, 'catch trial')} with an obvious answer and {caught.identical} of a stimulus "
             "with itself were included; they are not part of the scores."
         )
-    if ties := sum(is_comparison(trial) and is_tie(trial) for trial in trials):
+    if ties := sum(is_comparison(trial) and trial.is_tie for trial in trials):
         parts.append(f"{counted(ties, 'tie')} {_were(ties)} left out of the scores.")
     if again := sum(len(session.answers) - len(session.trials) for session in sessions):
         parts.append(f"{counted(again, 'answer')} {_were(again)} replaced by a later one to the same trial.")
@@ -198,19 +199,19 @@ def _asked(sessions: Sequence[SessionLog], name: str) -> str:
     """Say what people answered to the question of a questionnaire that has an item's name; empty if none was asked."""
     answers, questions = [], []
     for own in sessions_by_observer([session for session in sessions if not session.header.simulated]).values():
-        asked = [t.data for s in own for t in s.trials if t.kind == QUESTIONNAIRE and t.data.get("name") == name]
-        questions += [data.get("question") or name for data in asked]
-        said = [data for data in asked if data.get("answer") not in (None, "")]
+        asked = [asked for session in own for asked in session.of(QuestionRecord) if asked.name == name]
+        questions += [each.question or name for each in asked]
+        said = [each for each in asked if each.answer not in (None, "")]
         answers += said[-1:]
     if not answers:
         return ""
     said_by = f"Asked “{questions[0]}”, {counted(len(answers), 'observer')} answered"
-    values = [data["answer"] for data in answers]
-    numbers = [value for value in values if isinstance(value, int | float) and not isinstance(value, bool)]
+    values = [each.answer for each in answers]
+    numbers = [value for value in values if isinstance(value, int | float)]
     if len(numbers) == len(values):
-        unit = f" {answers[0]['unit']}" if answers[0].get("unit") else ""
+        unit = f" {answers[0].unit}" if answers[0].unit else ""
         return f"{said_by}: {min(numbers):g} to {max(numbers):g}{unit}, median {median(numbers):g}."
-    if all(data.get("answered_by") == "choice" for data in answers):
+    if all(each.answered_by == "choice" for each in answers):
         return f"{said_by}: {', '.join(f'{value} ({count})' for value, count in Counter(map(str, values)).items())}."
     return f"{said_by} in their own words (see their answers to questions)."
 
@@ -423,7 +424,7 @@ def _pair_design(sessions: Sequence[SessionLog]) -> list[str]:
         return []
     times: Counter[int] = Counter()
     for trials in compared:
-        counts = Counter(frozenset((str(t.data.get("first")), str(t.data.get("second")))) for t in trials)
+        counts = Counter(frozenset((t.first, t.second)) for t in trials)
         times.update(counts.values())
     parts = [f"A session has {counted(median(len(trials) for trials in compared), 'comparison')} (median)"]
     parts[0] += (
@@ -431,9 +432,7 @@ def _pair_design(sessions: Sequence[SessionLog]) -> list[str]:
         if len(times) == 1
         else "."
     )
-    places = list(
-        dict.fromkeys(str(t.data["first_position"]) for ts in compared for t in ts if "first_position" in t.data)
-    )
+    places = list(dict.fromkeys(t.first_position for ts in compared for t in ts if t.first_position))
     if any(place.startswith("interval") for place in places):
         parts.append("The two stimuli of a pair were shown one after the other.")
     elif places:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from analysis.kinds.questionnaire import QuestionRecord
 from analysis.observers.filters import Kept
 from analysis.observers.screening import failed_tests, outcomes
 from analysis.observers.table import ObserverLine, ObserverTable
-from analysis.records.session_record import SessionLog, Trial
+from analysis.records.session_record import SessionLog
 from analysis.report.blocks import Block, Cell, Column, Paragraph, Section, Table
 from analysis.report.words import counted, listed
 
@@ -83,7 +84,7 @@ def _row(line: ObserverLine) -> tuple[Cell, ...]:
 
 def vision_section(sessions: Sequence[SessionLog]) -> Section | None:
     """Return the outcome of every vision test; None if there is none."""
-    taken = [outcome for session in sessions for outcome in outcomes(session)]
+    taken = [(session.header.observer, each) for session in sessions for each in outcomes(session)]
     if not taken:
         return None
     columns = (
@@ -97,15 +98,15 @@ def vision_section(sessions: Sequence[SessionLog]) -> Section | None:
     )
     rows = tuple(
         (
-            outcome.observer,
-            outcome.test.replace("_", " "),
-            "passed" if outcome.passed else "failed",
-            outcome.threshold,
-            outcome.estimate,
-            outcome.pass_mark,
-            outcome.unit,
+            observer,
+            tested.test.replace("_", " "),
+            "passed" if tested.passed else "failed",
+            tested.outcome.threshold,
+            tested.outcome.estimate,
+            tested.outcome.pass_mark,
+            tested.outcome.unit,
         )
-        for outcome in taken
+        for observer, tested in taken
     )
     words = screening_words(sessions)
     table = Table("vision", counted(len(taken), "vision test"), columns, rows, folded=len(rows) > 20)
@@ -114,11 +115,11 @@ def vision_section(sessions: Sequence[SessionLog]) -> Section | None:
 
 def screening_words(sessions: Sequence[SessionLog]) -> str:
     """Say whose vision was tested and who failed, of those whose answers are included; empty without a test."""
-    taken = [outcome for session in sessions for outcome in outcomes(session)]
+    taken = [(session.header.observer, each.test) for session in sessions for each in outcomes(session)]
     if not taken:
         return ""
-    tested = len({outcome.observer for outcome in taken})
-    tests = listed(dict.fromkeys(outcome.test.replace("_", " ") for outcome in taken))
+    tested = len({observer for observer, _ in taken})
+    tests = listed(dict.fromkeys(test.replace("_", " ") for _, test in taken))
     words = f"The vision of {counted(tested, 'observer')} was tested before the trials ({tests})"
     failed = failed_tests(sessions)
     if not failed:
@@ -127,9 +128,6 @@ def screening_words(sessions: Sequence[SessionLog]) -> str:
         f"{name} ({', '.join(outcome.test.replace('_', ' ') for outcome in wrong)})" for name, wrong in failed.items()
     )
     return f"{words}; {len(failed)} failed, and their answers are included: {names}."
-
-
-QUESTIONNAIRE = "questionnaire"
 
 
 def people_section(sessions: Sequence[SessionLog]) -> Section | None:
@@ -163,15 +161,11 @@ def _answers(sessions: Sequence[SessionLog]) -> Table:
         Column("Unit", "unit"),
     )
     rows = tuple(
-        (session.header.observer, _words(data.get("question", data.get("name"))), _words(data.get("answer")), unit)
+        (session.header.observer, _words(asked.question), _words(asked.answer), _words(asked.unit))
         for session in sessions
-        for data, unit in ((trial.data, _words(trial.data.get("unit"))) for trial in _questions(session))
+        for asked in session.of(QuestionRecord)
     )
     return Table("questionnaire", "Answers to questions", columns, rows, folded=len(rows) > 12)
-
-
-def _questions(session: SessionLog) -> list[Trial]:
-    return [trial for trial in session.trials if trial.kind == QUESTIONNAIRE]
 
 
 def _words(value: object) -> Cell:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.ratings.preferences import KIND, Preferences
+from analysis.kinds.preference import PreferenceRecord
+from analysis.ratings.preferences import Preferences
 from analysis.ratings.ratings import RatingSummary, ScaleSummary
 from analysis.records.session_record import SessionLog
 from analysis.report.blocks import Column, Figure, Paragraph, Section, Table
@@ -120,12 +120,11 @@ def preferences_section(sessions: Sequence[SessionLog], chosen: Preferences) -> 
     pictures = _pictures(sessions)
     total, count = np.zeros((len(people), len(pictures) + 1)), np.zeros((len(people), len(pictures) + 1))
     for session in sessions:
-        for trial in session.trials:
-            if trial.kind == KIND:
-                row = people.index(session.header.observer)
-                for column in (pictures.index(_picture(trial.data)), len(pictures)):
-                    total[row, column] += trial.data["chosen_view"] == "stereo"
-                    count[row, column] += 1
+        for trial in session.of(PreferenceRecord):
+            row = people.index(session.header.observer)
+            for column in (pictures.index(_picture(trial)), len(pictures)):
+                total[row, column] += trial.chosen_view == "stereo"
+                count[row, column] += 1
     names = [*pictures, "all pictures"]
     estimates = [
         _unanimous(estimate, by_picture) if estimate.value in (0.0, 1.0) else estimate
@@ -207,18 +206,17 @@ def _pictures(sessions: Sequence[SessionLog]) -> list[str]:
     """Return the names of the pictures, in the header's order."""
     place = {str(stimulus["name"]): number for number, stimulus in enumerate(sessions[0].header.stimuli)}
     named = {
-        _picture(trial.data): place.get(str(trial.data["first"]), len(place))
+        _picture(trial): place.get(trial.first, len(place))
         for session in sessions
-        for trial in session.trials
-        if trial.kind == KIND
+        for trial in session.of(PreferenceRecord)
     }
     return sorted(named, key=lambda name: (named[name], name))
 
 
-def _picture(data: Mapping[str, Any]) -> str:
+def _picture(trial: PreferenceRecord) -> str:
     """Return the common beginning of the names of both versions, or both names, stereo first."""
-    both = [str(data["first"]), str(data["second"])]
-    if data.get("first_view") == "flat":
+    both = [trial.first, trial.second]
+    if trial.first_view == "flat":
         both.reverse()
     shared = both[0].removesuffix("stereo")
     if shared != both[0] and shared == both[1].removesuffix("flat"):

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import astuple
 from typing import Any
 
+from analysis.kinds.trial import TimedScene
 from analysis.records.seen import eye_costs, ghosts_recorded
 from analysis.records.session_record import Header, SessionLog
 from analysis.records.times import SessionTimes, duration
@@ -187,10 +188,11 @@ def timing_facts(sessions: Sequence[SessionLog]) -> list[tuple[str, str]]:
         facts.append(("Swap intervals", "Not measured: no screen with vertical synchronisation."))
     scenes = [scene for session in sessions for scene in _timed(session)]
     if scenes:
-        missed = [scene for scene in scenes if scene.get("missed_frames")]
-        frames = sum(int(scene["missed_frames"]) for scene in missed)
+        missed = [scene.missed_frames for scene in scenes if scene.missed_frames]
         words = (
-            f"{len(missed)} of them missed {counted(frames, 'frame', 'frames')}" if missed else "none missed a frame"
+            f"{len(missed)} of them missed {counted(sum(missed), 'frame', 'frames')}"
+            if missed
+            else "none missed a frame"
         )
         facts.append(("Timed scenes", f"{len(scenes):,}; {words}."))
     onsets = dict.fromkeys(str(record.get("verification", "not recorded")) for record in timing)
@@ -236,13 +238,13 @@ def _session_row(session: SessionLog) -> tuple[Cell, ...]:
     timed = _timed(session)
     state = ("completed" if session.complete else "not completed") + (", simulated" if header.simulated else "")
     numbers = [*(swaps.get(key) for key in ("median_ms", "p99_ms", "longest_ms")), _missed(swaps)]
-    missed = sum(int(scene.get("missed_frames", 0)) for scene in timed) if timed else None
+    missed = sum(scene.missed_frames for scene in timed) if timed else None
     answers = len(session.trials)
     return header.observer, header.session, header.started_utc, answers, state, *numbers, len(timed) or None, missed
 
 
-def _timed(session: SessionLog) -> list[Mapping[str, float]]:
-    return [scene for trial in session.trials for scene in trial.data.get("timed") or ()]
+def _timed(session: SessionLog) -> list[TimedScene]:
+    return [scene for trial in session.trials for scene in trial.timed]
 
 
 def _span(values: Sequence[float], digits: int) -> str:

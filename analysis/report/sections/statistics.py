@@ -15,6 +15,7 @@ from analysis.inference.folds import ModelComparison
 from analysis.inference.tost import Equivalence
 from analysis.inference.triples import SEED as TRIPLES_SEED
 from analysis.inference.triples import Transitivity
+from analysis.kinds.threshold import ThresholdRecord
 from analysis.observers.concordance import SEED as SHUFFLES_SEED
 from analysis.ratings.ratings import RatingSummary
 from analysis.records.session_record import SessionLog
@@ -395,14 +396,14 @@ _FUNCTIONS = {"weibull": "Weibull", "logistic": "logistic", "normal": "cumulativ
 
 def _thresholds(sessions: Sequence[SessionLog], cited: Citations) -> str:
     """Say how levels were chosen, and how thresholds were estimated."""
-    trials = [trial.data for session in sessions for trial in session.trials if trial.kind == "threshold"]
-    methods = dict.fromkeys(data.get("method") for data in trials)
+    trials = [trial for session in sessions for trial in session.of(ThresholdRecord)]
+    methods = dict.fromkeys(trial.method for trial in trials)
     words = {
         "quest_plus": f"QUEST+ {cited.cite('Watson2017')}",
         "staircase": f"weighted up-down staircases {cited.cite('Kaernbach1991')}",
     }
     by = listed(words[method] for method in words if method in methods)
-    functions = listed(name for key, name in _FUNCTIONS.items() if key in {data.get("function") for data in trials})
+    functions = listed(name for key, name in _FUNCTIONS.items() if key in {trial.function for trial in trials})
     return (
         f"Levels were chosen by {by}. Thresholds, slopes and rates are those of the {functions} function, of each "
         f"observer from the posterior over a grid of parameters {cited.cite('Schutt2016')}; means over observers have "

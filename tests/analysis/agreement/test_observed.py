@@ -13,8 +13,10 @@ from analysis.agreement.observed_means import differing_means
 from analysis.bootstrap import resample
 from analysis.comparisons import from_sessions
 from analysis.errors import ResultsError
-from analysis.records import Header, SessionLog, Trial
+from analysis.kinds import Trial
+from analysis.records import Header, SessionLog
 from analysis.report.summary import summarise
+from tests.answers import new_answer
 from tests.kept import known
 
 NAMES = ("a", "b", "c", "d")
@@ -39,7 +41,7 @@ def compared(observer: int, repeats: int = 3) -> SessionLog:
         wins = random.random() < 1 / (1 + np.exp(STRENGTH[second] - STRENGTH[first]))
         chosen, rejected = (first, second) if wins else (second, first)
         data = {"first": first, "second": second, "chosen": chosen, "rejected": rejected}
-        trials.append(Trial(0, number, "all_pairs", (), 1.0, "", data))
+        trials.append(new_answer(0, number, "all_pairs", (), 1.0, data=data))
     return session(observer, *trials)
 
 
@@ -66,14 +68,13 @@ def rating(observer: int, scale: str = "depth") -> SessionLog:
     return session(
         observer,
         *(
-            Trial(
+            new_answer(
                 0,
                 number,
                 "rating",
                 (),
                 1.0,
-                "",
-                {"stimulus": name, "ratings": {scale: STRENGTH[name] + random.normal()}},
+                data={"stimulus": name, "ratings": {scale: round(10 * (STRENGTH[name] + random.normal()))}},
             )
             for number, name in enumerate(NAMES * 2)
         ),
@@ -85,7 +86,10 @@ def test_ratings_are_means_tested_by_student() -> None:
     (group,), _ = observed_groups(logs)
     each = np.array(
         [
-            [np.mean([t.data["ratings"]["depth"] for t in log.trials if t.data["stimulus"] == name]) for name in NAMES]
+            [
+                np.mean([t.details()["ratings"]["depth"] for t in log.trials if t.details()["stimulus"] == name])
+                for name in NAMES
+            ]
             for log in logs
         ]
     )
@@ -121,6 +125,7 @@ def test_choices_from_series_are_shares() -> None:
         data = {
             "series": "blur",
             "stimuli": list(NAMES),
+            "start": 0,
             "chosen": chosen,
             "chosen_index": index,
             "path": [[place, 0.0] for place in range(4)],
@@ -128,7 +133,7 @@ def test_choices_from_series_are_shares() -> None:
             "ratings": {},
             "rating_times_s": {},
         }
-        logs.append(session(observer, Trial(0, 0, "best_of_series", (), 1.0, "", data)))
+        logs.append(session(observer, new_answer(0, 0, "best_of_series", (), 1.0, data=data)))
     (group,), _ = observed_groups(logs)
     assert (group.name, group.stimuli) == ("blur", NAMES)
     assert group.scores == pytest.approx([0.6, 0.2, 0.2, 0.0])
@@ -138,7 +143,10 @@ def test_a_task_is_chosen_and_others_are_named() -> None:
     logs = []
     for observer in range(5):
         both = compared(observer)
-        rated = [Trial(1, t.trial, t.kind, (), 1.0, "", t.data) for t in rating(observer).trials]
+        rated = [
+            new_answer(1, t.trial, t.kind, (), 1.0, "2026-01-02T03:04:05Z", t.details())
+            for t in rating(observer).trials
+        ]
         logs.append(session(observer, *both.trials, *rated))
     groups, notes = observed_groups(logs)
     assert groups[0].task == "paired comparisons"

@@ -13,7 +13,9 @@ from typing import Any
 
 import pytest
 
-from analysis.records import FILE_NAME, Header, Mark, Note, Resumption, Trial
+from analysis.kinds import Trial
+from analysis.records import FILE_NAME, Header, Mark, Note, Resumption
+from tests.answers import new_answer
 
 STIMULI = ("one", "two", "three")
 COST = {"percent_red": 0.5, "percent_any": 0.75, "delta_e_00_mean": 0.01, "delta_e_00_max": 3}
@@ -48,11 +50,11 @@ class Lab:
         utc = f"2026-01-02T03:{4 + number // 60:02d}:{number % 60:02d}.250+00:00"
         attempt = more.pop("attempt", 0)
         place = block, number if trial is None else trial
-        return Trial(*place, "all_pairs", (("up", 1.25),), 1.25, utc, {**data, **more}, attempt)
+        return new_answer(*place, "all_pairs", (("up", 1.25),), 1.25, utc, {**data, **more}, attempt)
 
     def trial(self, kind: str, data: Mapping[str, Any], *, block: int = 0, trial: int = 0) -> Trial:
         """A trial of any kind."""
-        return Trial(block, trial, kind, (("space", 0.5),), 0.5, "2026-01-02T03:04:06.000+00:00", data)
+        return new_answer(block, trial, kind, (("space", 0.5),), 0.5, "2026-01-02T03:04:06.000+00:00", data)
 
     def session(
         self,

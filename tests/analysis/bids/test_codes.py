@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ from analysis.errors import ResultsError
 from analysis.records import Resumption, read_results
 from analysis.records.results import refuse_mixtures
 from analysis.report.notes import on_sessions
+from tests.answers import changed
 
 Lab = Any  # conftest.py
 MONDAY, TUESDAY = "20260102T030400", "20260103T030400"
@@ -29,7 +29,7 @@ def notes(*places: Path) -> list[str]:
 def leave(lab: Lab, station: str = "results", session: str = f"{MONDAY}abcd", **more: Any) -> Path:
     """Leave a session of a person, begun when its label says."""
     day = session[6:8]
-    made = [replace(lab.pair(number), utc=f"2026-01-{day}T03:0{number + 4}:30.000+00:00") for number in range(3)]
+    made = [changed(lab.pair(number), utc=f"2026-01-{day}T03:0{number + 4}:30.000+00:00") for number in range(3)]
     begun = f"2026-01-{day}T03:04:00+00:00"
     values = {"records": made, "simulated": False, "started_utc": begun, **more}
     file: Path = lab.session(station=station, session=session, **values)
@@ -69,8 +69,8 @@ def test_sessions_at_the_same_time_are_noted(lab: Lab, tmp_path: Path) -> None:
 
 
 def test_a_session_between_stop_and_resumption_does_not_overlap(lab: Lab, tmp_path: Path) -> None:
-    stopped = [replace(lab.pair(0), utc="2026-01-02T03:10:00+00:00")]
-    later = [replace(lab.pair(1), utc="2026-01-04T03:10:00+00:00")]
+    stopped = [changed(lab.pair(0), utc="2026-01-02T03:10:00+00:00")]
+    later = [changed(lab.pair(1), utc="2026-01-04T03:10:00+00:00")]
     leave(lab, records=[*stopped, Resumption("2026-01-04T03:00:00+00:00"), *later])
     leave(lab, session=f"{TUESDAY}efgh")
     assert notes(tmp_path / "results") == []

@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 
 from analysis.bids.columns import FIXED, Column, ColumnCollector, flatten
 from analysis.bids.sidecars import describe, trial_type
-from analysis.records import Trial
+from tests.answers import new_answer
 
 
 def gathered(*data: dict[str, Any], kind: str = "odd") -> dict[str, Column]:
     collector = ColumnCollector()
     for number, recorded in enumerate(data):
-        collector.add(Trial(0, number, kind, (), 1.0, "", recorded), ())
+        collector.add(new_answer(0, number, kind, (), 1.0, "2026-01-02T03:04:05Z", recorded), ())
     columns = collector.columns()
     named = {column.name: column for column in columns}
     assert len(named) == len(columns)
@@ -67,7 +67,10 @@ def test_a_mapping_by_name_is_one_column() -> None:
 def test_the_collector_keeps_nothing_of_the_trials() -> None:
     collector = ColumnCollector()
     for number in range(5000):
-        collector.add(Trial(0, number, "rating", (), 1.0, "", {"comment": f"words {number}", "rating": number}), ())
+        collector.add(
+            new_answer(0, number, "odd", (), 1.0, data={"comment": f"words {number}", "rating": number}),
+            (),
+        )
     (comment, rating) = collector.columns()
     assert comment.values is None
     assert rating.format == "integer"

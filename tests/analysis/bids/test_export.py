@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import tempfile
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ from hypothesis import strategies as st
 from analysis.bids import About, export_dataset, unescape
 from analysis.errors import ResultsError
 from analysis.records import Mark, Note, Resumption, read_session
+from tests.answers import changed
 
 Lab = Any  # conftest.py
 NAME = "sub-01_ses-20260102T030405abcd_task-dynamicrange"
@@ -63,7 +63,7 @@ def test_every_column_is_described_and_stands_in_every_table_of_the_task(lab: La
 
 
 def test_only_last_attempts_count_and_the_rest_is_told_as_events(lab: Lab) -> None:
-    again = replace(
+    again = changed(
         lab.pair(0, attempt=1, chosen="two", rejected="one", answer="second"),
         events=(("down", 1.25),),
         utc="2026-01-02T03:05:01.250+00:00",
@@ -200,7 +200,7 @@ def test_whatever_was_recorded_stands_in_the_table(lab: Lab, trials: list[dict[s
             assert list(row) == list(described)
             assert unescape(row["trial_type"]) == trial.kind
             cells = list(row.values())[8:]
-            for leaf in _leaves(dict(trial.data)) if trial.data else []:
+            for leaf in _leaves(dict(trial.details())) if trial.details() else []:
                 assert any(_reads_as(cell, leaf) for cell in cells)
         (event,) = table(folder / f"{PLACE}_events.tsv")
         assert unescape(event["value"]) == note

@@ -9,7 +9,9 @@ from typing import Any
 import pytest
 
 from analysis.comparisons import SessionGroups, from_sessions, grouped_comparisons
-from analysis.records import SessionLog, Trial
+from analysis.kinds import Trial
+from analysis.records import SessionLog
+from tests.answers import changed
 
 Maker = Callable[..., SessionLog]
 FACTORS: Mapping[str, Mapping[str, Any]] = {
@@ -35,7 +37,7 @@ def study(
     for number, trial in enumerate(session.trials):
         label = labels[number] if labels else None
         group = {} if label is None else {"group": label, "group_factor": "scene"}
-        trials.append(replace(trial, block=block(number), data={**trial.data, **group}))
+        trials.append(changed(trial, block=block(number), data={**trial.details(), **group}))
     return replace(session, header=replace(session.header, stimuli=stimuli), answers=tuple(trials))
 
 
@@ -120,8 +122,8 @@ def test_levels_that_are_numbers_are_named_as_words(make_session: Maker) -> None
 def test_ties_link_the_stimuli_of_a_scene(make_session: Maker) -> None:
     session = study(make_session, WITHIN, labels=["beach", "church", "dune"])
     tie = session.trials[0]
-    tied: Trial = replace(tie, data={k: v for k, v in tie.data.items() if k not in ("chosen", "rejected")})
-    tied = replace(tied, data={**tied.data, "answer": "no_difference"})
+    tied: Trial = changed(tie, data={k: v for k, v in tie.details().items() if k not in ("chosen", "rejected")})
+    tied = changed(tied, data={**tied.details(), "answer": "no_difference"})
     comparisons = from_sessions([replace(session, answers=(tied, *session.trials[1:]))])
     assert set(comparisons.groups) == {"beach", "church", "dune"}
     assert comparisons.ties == 1

@@ -6,8 +6,9 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from analysis.observers.responses import catch_results
-from analysis.records import SessionLog, Trial
+from analysis.records import SessionLog
 from analysis.report.summary import summarise
+from tests.answers import changed, new_answer
 
 Maker = Callable[..., SessionLog]
 ANSWERS = [("a", "b"), ("b", "a"), ("a", "b")]
@@ -15,7 +16,7 @@ ANSWERS = [("a", "b"), ("b", "a"), ("a", "b")]
 
 def _with(session: SessionLog, *data: dict[str, object]) -> SessionLog:
     pair = {"first": "a", "second": "b"}
-    trials = [Trial(2, n, "all_pairs", (), 1.0, "2026", {**pair, **one}) for n, one in enumerate(data)]
+    trials = [new_answer(2, n, "all_pairs", (), 1.0, data={**pair, **one}) for n, one in enumerate(data)]
     return replace(session, answers=(*session.answers, *trials))
 
 
@@ -42,8 +43,8 @@ def test_they_are_counted_by_observer(make_session: Maker) -> None:
 
 def test_the_last_attempt_counts(make_session: Maker) -> None:
     session = _sessions(make_session)[1]
-    wrong = next(trial for trial in session.answers if trial.data.get("correct") is False)
-    again = replace(wrong, attempt=1, data={**wrong.data, "correct": True})
+    wrong = next(trial for trial in session.answers if trial.details().get("correct") is False)
+    again = changed(wrong, attempt=1, data={**wrong.details(), "correct": True})
     assert catch_results([replace(session, answers=(*session.answers, again))]).missed == {}
 
 
@@ -66,6 +67,6 @@ def test_without_them_nothing_is_said(make_session: Maker) -> None:
 
 def test_practice_does_not_count(make_session: Maker) -> None:
     session = _sessions(make_session)[1]
-    practised = replace(session, answers=tuple(replace(trial, kind="practice") for trial in session.answers))
+    practised = replace(session, answers=tuple(changed(trial, kind="practice") for trial in session.answers))
     results = catch_results([practised])
     assert (results.obvious, results.missed, results.identical) == (0, {}, 0)

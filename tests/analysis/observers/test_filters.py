@@ -13,7 +13,8 @@ from analysis.errors import ResultsError
 from analysis.observers import Filter, keep
 from analysis.observers.responses import CatchAnswers, catch_answers
 from analysis.observers.screening import passed_screening
-from analysis.records import SessionLog, Trial
+from analysis.records import SessionLog
+from tests.answers import changed, new_answer
 
 Maker = Callable[..., SessionLog]
 ANSWERS = [("a", "b"), ("b", "a"), ("a", "b")]
@@ -22,7 +23,7 @@ ANSWERS = [("a", "b"), ("b", "a"), ("a", "b")]
 def adding(session: SessionLog, kind: str, *data: dict[str, Any]) -> SessionLog:
     first = len(session.answers)
     trials = [
-        Trial(2, first + n, kind, (), 1.0, "2026", {"first": "a", "second": "b", **one}) for n, one in enumerate(data)
+        new_answer(2, first + n, kind, (), 1.0, data={"first": "a", "second": "b", **one}) for n, one in enumerate(data)
     ]
     return replace(session, answers=(*session.answers, *trials))
 
@@ -143,9 +144,9 @@ def test_catch_trials_of_all_sessions_are_counted_once_each(four: list[SessionLo
         four[1], "all_pairs", *({"catch": "identical", "answer": to} for to in ("first", "second", "not_sure"))
     )
     practised = caught(four[0], False)
-    practised = replace(practised, answers=tuple(replace(one, kind="practice") for one in practised.answers))
+    practised = replace(practised, answers=tuple(changed(one, kind="practice") for one in practised.answers))
     assert catch_answers([same, practised]) == CatchAnswers(3, 1, 3, 1, 1)
-    wrong = next(trial for trial in same.answers if trial.data.get("correct") is False)
-    again = replace(wrong, attempt=1, data={**wrong.data, "correct": True})
+    wrong = next(trial for trial in same.answers if trial.details().get("correct") is False)
+    again = changed(wrong, attempt=1, data={**wrong.details(), "correct": True})
     assert catch_answers([replace(same, answers=(*same.answers, again))]).missed == 1
     assert catch_answers([]).to_json()["obvious"] == 0

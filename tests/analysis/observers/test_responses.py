@@ -14,9 +14,11 @@ from hypothesis import strategies as st
 from scipy.stats import binomtest, linregress, spearmanr
 
 from analysis.comparisons import Answer, from_answers
+from analysis.kinds import Trial
 from analysis.observers import Haste
 from analysis.observers.responses import response_times, self_agreements, side_biases
-from analysis.records import SessionLog, Trial
+from analysis.records import SessionLog
+from tests.answers import changed, new_answer
 from tests.kept import known
 
 
@@ -71,7 +73,7 @@ PAIRS = [(a, b) for a in THETA for b in THETA if a != b]
 
 def timed(session: SessionLog, seconds: list[float]) -> SessionLog:
     pairs = zip(session.answers, seconds, strict=True)
-    return replace(session, answers=tuple(replace(trial, response_time_s=time) for trial, time in pairs))
+    return replace(session, answers=tuple(changed(trial, response_time_s=time) for trial, time in pairs))
 
 
 def test_times_that_follow_the_difference_give_its_slope(make_session: Maker) -> None:
@@ -133,7 +135,15 @@ def test_few_answers_equal_times_and_none(make_session: Maker) -> None:
 def _trials(count: int, seconds: float, ignored: int) -> list[Trial]:
     presses = [["up", 0.05, "early"]]
     return [
-        Trial(1, number, "all_pairs", (("up", seconds),), seconds, "", {"ignored": presses} if number < ignored else {})
+        new_answer(
+            1,
+            number,
+            "all_pairs",
+            (("up", seconds),),
+            seconds,
+            "2026-01-02T03:04:05Z",
+            {"ignored": presses} if number < ignored else {},
+        )
         for number in range(count)
     ]
 

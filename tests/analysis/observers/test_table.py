@@ -14,7 +14,8 @@ from analysis.comparisons import Comparisons
 from analysis.errors import ResultsError
 from analysis.observers import ObserverTable, observers_in_comparisons, observers_in_sessions
 from analysis.observers.table import ObserverLine
-from analysis.records import SessionLog, Trial
+from analysis.records import SessionLog
+from tests.answers import changed, new_answer
 
 Maker = Callable[..., SessionLog]
 Study = Callable[..., Comparisons]
@@ -74,7 +75,7 @@ def test_several_sessions_of_one_observer_are_one_line(make_session: Maker) -> N
 def test_who_answered_nothing_or_only_ties_or_little_keeps_a_line(make_session: Maker) -> None:
     ties = replace(
         make_session("03", names=NAMES, answers=[]),
-        answers=(Trial(1, 0, "all_pairs", (), 1.0, "", {"first": "a", "second": "b", "answer": "not_sure"}),),
+        answers=(new_answer(1, 0, "all_pairs", (), 1.0, data={"first": "a", "second": "b", "answer": "not_sure"}),),
     )
     table = observers_in_sessions(
         [
@@ -96,11 +97,12 @@ def test_who_answered_nothing_or_only_ties_or_little_keeps_a_line(make_session: 
 
 def test_sessions_without_comparisons_leave_the_rest(make_session: Maker) -> None:
     outcome = {"passed": False, "threshold": None, "estimate": None, "pass_mark": 140.0, "unit": "arcsec"}
-    screening = Trial(0, 0, "screening", (), 1.0, "", {"test": "stereo_acuity", "outcome": outcome})
+    screening = new_answer(0, 0, "screening", (), 1.0, data={"test": "stereo_acuity", "outcome": outcome})
     empty = make_session("01", names=NAMES, answers=[])
     tie = {"first": "a", "second": "b", "answer": "not_sure"}
     undecided = replace(
-        make_session("02", names=NAMES, answers=[]), answers=(Trial(1, 0, "all_pairs", (), 2.0, "", tie),)
+        make_session("02", names=NAMES, answers=[]),
+        answers=(new_answer(1, 0, "all_pairs", (), 2.0, "2026-01-02T03:04:05Z", tie),),
     )
     table = observers_in_sessions([replace(empty, answers=(screening,)), undecided])
     assert table.concordance is None
@@ -131,8 +133,16 @@ def test_flags_say_what_to_look_at_and_drop_nobody(make_session: Maker) -> None:
     ]
     many = [make_session(f"{number:02d}", names=NAMES, answers=firm) for number in range(10)]
     odd = make_session("odd", names=NAMES, answers=circle)
-    miss = Trial(9, 99, "all_pairs", (), 0.1, "", {"first": "a", "second": "b", "catch": "obvious", "correct": False})
-    hasty = tuple(replace(trial, response_time_s=0.1) for trial in odd.answers)
+    miss = new_answer(
+        9,
+        99,
+        "all_pairs",
+        (),
+        0.1,
+        "2026-01-02T03:04:05Z",
+        {"first": "a", "second": "b", "catch": "obvious", "correct": False},
+    )
+    hasty = tuple(changed(trial, response_time_s=0.1) for trial in odd.answers)
     table = observers_in_sessions([*many, replace(odd, answers=(*hasty, miss))], shuffles=0)
     assert len(table.lines) == 11
     line = by_name(table)["odd"]

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
-import pytest
-
-from analysis.errors import ResultsError
 from analysis.ratings.preferences import preferences
-from analysis.records import SessionLog, Trial
+from analysis.records import SessionLog
 from analysis.report.summary import summarise
+from tests.answers import changed, new_answer, refusal
 
 Maker = Callable[..., SessionLog]
 ANSWERS = [("a", "b"), ("b", "a"), ("a", "b")]
@@ -18,7 +17,7 @@ ANSWERS = [("a", "b"), ("b", "a"), ("a", "b")]
 
 def _session(make_session: Maker, observer: str, *views: str) -> SessionLog:
     session = make_session(observer, names="ab", answers=ANSWERS)
-    trials = [Trial(3, n, "preference", (), 1.0, "2026", {"chosen_view": view}) for n, view in enumerate(views)]
+    trials = [new_answer(3, n, "preference", (), 1.0, data={"chosen_view": view}) for n, view in enumerate(views)]
     return replace(session, answers=(*session.answers, *trials))
 
 
@@ -42,10 +41,10 @@ def test_they_are_counted_by_observer(make_session: Maker) -> None:
 
 def test_the_last_attempt_counts(make_session: Maker) -> None:
     session = _session(make_session, "01", "flat")
-    again = replace(session.answers[-1], attempt=1, data={"chosen_view": "stereo"})
+    again = changed(session.answers[-1], attempt=1, data={**session.answers[-1].details(), "chosen_view": "stereo"})
     assert preferences([replace(session, answers=(*session.answers, again))]).by_observer == {"01": (1, 0)}
 
 
-def test_a_damaged_answer_is_refused(make_session: Maker) -> None:
-    with pytest.raises(ResultsError, match="chose the view 'both'"):
-        preferences([_session(make_session, "01", "both")])
+def test_a_damaged_answer_is_refused(make_session: Maker, tmp_path: Path) -> None:
+    session = _session(make_session, "01", "flat")
+    assert "'chosen_view'" in str(refusal(replace(session, answers=session.answers[-1:]), tmp_path, chosen_view="both"))

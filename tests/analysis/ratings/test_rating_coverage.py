@@ -15,8 +15,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from analysis.ratings import summarise_ratings
-from analysis.records import Header, SessionLog, Trial
+from analysis.records import Header, SessionLog
 from analysis.series.observer_means import bounded_means
+from tests.answers import new_answer
 from tests.stress.how_many import how_many
 
 Floats = NDArray[np.float64]
@@ -90,7 +91,7 @@ def log(observer: int, values: tuple[int, ...], ends: tuple[int, int] | None) ->
     planned = () if ends is None else ({"kind": "rating", "trials": 1, "expected_s": 1.0, "scales": {"q": list(ends)}},)
     header = Header("e", f"{observer}", "s", "t", 0, "?", False, ({"name": "a"},), {}, {}, {}, {}, {}, planned=planned)
     trials = (
-        Trial(0, number, "rating", (), 1.0, "2026", {"stimulus": "a", "ratings": {"q": value}})
+        new_answer(0, number, "rating", (), 1.0, data={"stimulus": "a", "ratings": {"q": value}})
         for number, value in enumerate(values)
     )
     return SessionLog(Path(f"{observer}.jsonl"), header, tuple(trials), complete=True)
@@ -125,7 +126,7 @@ def test_equal_z_have_no_interval() -> None:
     base = log(1, (1,), (1, 5))
     stimuli = ({"name": "a"}, {"name": "b"})
     trials = tuple(
-        Trial(0, n, "rating", (), 1.0, "2026", {"stimulus": name, "ratings": {"q": value}})
+        new_answer(0, n, "rating", (), 1.0, data={"stimulus": name, "ratings": {"q": value}})
         for n, (name, value) in enumerate((("a", 2), ("b", 4)))
     )
     sessions = [

@@ -12,9 +12,11 @@ from xml.etree import ElementTree
 import pytest
 
 from analysis.bootstrap import resample
-from analysis.records import SessionLog, Trial
+from analysis.kinds import Trial
+from analysis.records import SessionLog
 from analysis.report import Report, describe
 from analysis.scaling import Scores
+from tests.answers import new_answer
 
 Maker = Callable[..., SessionLog]
 UTC = "2026-01-02T03:04:05Z"
@@ -22,7 +24,7 @@ UTC = "2026-01-02T03:04:05Z"
 
 def trial(number: int, kind: str, data: dict[str, Any]) -> Trial:
     """Return one answered trial of a kind."""
-    return Trial(1, number, kind, (("1", 1.0),), 1.0, UTC, data)
+    return new_answer(1, number, kind, (("1", 1.0),), 1.0, UTC, data)
 
 
 @pytest.fixture(scope="session")

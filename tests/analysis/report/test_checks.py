@@ -11,9 +11,10 @@ from itertools import combinations
 import pytest
 from rich.console import Console
 
-from analysis.records import SessionLog, Trial
+from analysis.records import SessionLog
 from analysis.report import Report, describe, print_report
 from analysis.report.page import render
+from tests.answers import changed, new_answer
 
 Maker = Callable[..., SessionLog]
 pytestmark = pytest.mark.usefixtures("undrawn", "unreviewed")
@@ -33,6 +34,9 @@ def test_a_sound_study_fails_nothing(make_session: Maker) -> None:
     assert 'class="failed"' not in render(report)
 
 
+SCENE = {"what": "pair", "frames": 3, "asked_ms": 50.0, "shown_ms": 50.0}
+
+
 def test_each_failure_has_a_reason_and_a_remedy_everywhere(make_session: Maker) -> None:
     """Circular preferences, always the first position, a vision test that was not passed, frames that were missed."""
     circle = [("a", "b"), ("b", "c"), ("c", "d"), ("d", "a"), ("a", "c"), ("b", "d")] * 4
@@ -40,16 +44,23 @@ def test_each_failure_has_a_reason_and_a_remedy_everywhere(make_session: Maker) 
     for number in range(1, 9):
         session = make_session(f"{number:02d}", names="abcd", answers=circle)
         trials = [
-            replace(
+            changed(
                 trial,
-                data={**trial.data, "first": trial.data["chosen"], "second": trial.data["rejected"], "answer": "first"},
+                data={
+                    **trial.details(),
+                    "first": trial.details()["chosen"],
+                    "second": trial.details()["rejected"],
+                    "answer": "first",
+                },
             )
             for trial in session.trials
         ]
-        trials[0] = replace(trials[0], data={**trials[0].data, "timed": [{"missed_frames": 2}, {"missed_frames": 0}]})
+        trials[0] = changed(
+            trials[0], data={**trials[0].details(), "timed": [{**SCENE, "missed_frames": missed} for missed in (2, 0)]}
+        )
         sessions.append(replace(session, answers=tuple(trials)))
     outcome = {"passed": False, "threshold": 400.0, "estimate": 380.0, "pass_mark": 60.0, "unit": "arcsec"}
-    test = Trial(0, 0, "screening", (), 1.0, "2026-01-01T00:00:00Z", {"test": "stereo_acuity", "outcome": outcome})
+    test = new_answer(0, 0, "screening", (), 1.0, "2026-01-01T00:00:00Z", {"test": "stereo_acuity", "outcome": outcome})
     sessions[2] = replace(sessions[2], answers=(test, *sessions[2].answers))
     report = describe(sessions)
     failed = {check.check: check for check in report.failed}

@@ -16,6 +16,7 @@ from analysis.errors import ResultsError
 from analysis.records import SessionLog
 from analysis.report.summary import summarise
 from analysis.scaling import CovarianceKind, fit_model, learnt_posterior
+from tests.answers import changed
 from tests.choice import nightly
 
 Maker = Callable[..., SessionLog]
@@ -103,7 +104,7 @@ def test_one_observer_has_the_models_intervals_and_no_stability(make_session: Ma
 
 def test_pairs_chosen_by_the_answers_are_scored_under_the_learnt_prior(make_session: Maker) -> None:
     plain = make_session()
-    chosen = replace(plain, answers=tuple(replace(trial, kind="active_pairs") for trial in plain.answers))
+    chosen = replace(plain, answers=tuple(changed(trial, kind="active_pairs") for trial in plain.answers))
     summary = summarise([chosen])
     expected = learnt_posterior(from_sessions([chosen]).wins)
     order = list(summary.scores.order)
@@ -126,7 +127,7 @@ def test_intervals_under_the_learnt_prior_are_as_wide_as_observers_differ(make_s
         for number in range(6)
     ]
     chosen = [
-        replace(each, answers=tuple(replace(trial, kind="active_pairs") for trial in each.answers)) for each in sessions
+        replace(each, answers=tuple(changed(trial, kind="active_pairs") for trial in each.answers)) for each in sessions
     ]
     scaled, model = (summarise(chosen, covariance=kind).estimate for kind in ("auto", "model"))
     assert (scaled.covariance, model.covariance) == ("scaled", "model")

@@ -15,6 +15,7 @@ from analysis.records import SessionLog
 from analysis.report import Report, describe, write_report
 from analysis.report.blocks import write_figure_files
 from analysis.report.page import render, sections_of
+from tests.answers import changed
 from tests.choice import nightly
 
 Maker = Callable[..., SessionLog]
@@ -105,7 +106,7 @@ def test_figures_are_the_same_every_time(described: Report, written: Path, tmp_p
 def test_scales_whose_names_are_one_file_name_have_two(rating: Sessions, tmp_path: Path) -> None:
     one, other = rating(scale="how bright?"), rating(scale="how bright!")
     both = [
-        replace(first, answers=(*first.answers, *(replace(trial, block=2) for trial in second.answers)))
+        replace(first, answers=(*first.answers, *(changed(trial, block=2) for trial in second.answers)))
         for first, second in zip(one, other, strict=True)
     ]
     write_report(both, tmp_path / "report.html", csv_folder=tmp_path / "csv", figure_folder=tmp_path / "figures")

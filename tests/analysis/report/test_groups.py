@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from analysis.comparisons import SessionGroups
-from analysis.records import Header, SessionLog, Trial
+from analysis.records import Header, SessionLog
 from analysis.report import Report, common_names, describe
 from analysis.report.blocks import file_names, write_csv_files
 from analysis.report.figures import draw_group_scores
@@ -24,6 +24,7 @@ from analysis.report.grouped import GroupedSummary
 from analysis.report.page import render, sections_of, tables_of
 from analysis.report.sections.groups import _named
 from analysis.scaling import fit
+from tests.answers import new_answer
 
 CODECS = ("jpeg", "avif", "jxl")
 SCENES = ("beach", "church", "dune")
@@ -50,7 +51,7 @@ def scenes(
             data = {"first": first, "second": second, "chosen": chosen, "rejected": rejected, "first_position": "top"}
             data |= {"answer": "first" if first == chosen else "second"}
             data |= {"group": factors[first]["scene"], "group_factor": "scene"}
-            trials.append(Trial(1, place, "all_pairs", (("up", 1.0),), 1.0, "2026-01-02T03:04:05Z", data))
+            trials.append(new_answer(1, place, "all_pairs", (("up", 1.0),), 1.0, data=data))
         code, began = f"{number:02d}", "2026-01-02T03:04:05Z"
         header = Header("scenes", code, "s1", began, 1, "Which?", False, stimuli, {"mode": "flat"}, {}, {}, {}, {})
         sessions.append(SessionLog(Path(f"sub-{code}/session.jsonl"), header, tuple(trials), complete=True))
@@ -88,8 +89,8 @@ def test_each_scene_has_the_scores_of_its_own_answers() -> None:
         wins = np.zeros((3, 3))
         for session in sessions:
             for trial in session.trials:
-                if trial.data["chosen"] in names:
-                    wins[names.index(trial.data["chosen"]), names.index(trial.data["rejected"])] += 1
+                if trial.details()["chosen"] in names:
+                    wins[names.index(trial.details()["chosen"]), names.index(trial.details()["rejected"])] += 1
         expected = dict(zip(names, fit(wins).score.tolist(), strict=True))
         assert {item.name: item.score for item in part.scores.items} == pytest.approx(expected, abs=1e-12)
         assert part.trials == wins.sum() == 36
@@ -100,7 +101,7 @@ def test_the_pooled_scale_takes_the_codecs_of_all_scenes_as_one() -> None:
     wins = np.zeros((3, 3))
     for session in sessions:
         for trial in session.trials:
-            chosen, rejected = (CODECS.index(trial.data[key].split()[1]) for key in ("chosen", "rejected"))
+            chosen, rejected = (CODECS.index(trial.details()[key].split()[1]) for key in ("chosen", "rejected"))
             wins[chosen, rejected] += 1
     assert groups.pooled is not None
     expected = dict(zip(CODECS, fit(wins).score.tolist(), strict=True))
@@ -188,7 +189,7 @@ def test_stimuli_with_nothing_in_common_have_no_pooled_scale() -> None:
 
 def test_observers_of_some_groups_only_are_pointed_out() -> None:
     sessions = scenes(names=SCENES[1:], codecs=("x", "y"))
-    only = tuple(trial for trial in sessions[0].answers if trial.data["group"] == "dune")
+    only = tuple(trial for trial in sessions[0].answers if trial.details()["group"] == "dune")
     report = describe([replace(sessions[0], answers=only), *sessions[1:]])
     assert any("one group only (01)" in note for note in report.notes)
 

@@ -16,6 +16,7 @@ from analysis.report.blocks import Facts, Numbered, Paragraph
 from analysis.report.page import sections_of
 from analysis.report.references import REFERENCES
 from analysis.report.words import chance, counted, fixed, listed
+from tests.answers import changed
 
 Maker = Callable[..., SessionLog]
 Sessions = Callable[..., list[SessionLog]]
@@ -119,7 +120,7 @@ def test_a_penalised_fit_and_a_learnt_prior_are_told(make_session: Maker) -> Non
     assert "Firth's penalised likelihood" in text
     assert any("D. Firth" in work for work in works)
     plain = make_session()
-    chosen = replace(plain, answers=tuple(replace(trial, kind="active_pairs") for trial in plain.answers))
+    chosen = replace(plain, answers=tuple(changed(trial, kind="active_pairs") for trial in plain.answers))
     text, _ = methods([chosen])
     assert "estimated from the answers" in text
     assert "quantiles of that posterior" in text

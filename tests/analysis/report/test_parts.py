@@ -15,11 +15,12 @@ from PIL import Image
 
 from analysis.errors import ResultsError
 from analysis.observers import Filter
-from analysis.records import Note, SessionLog, Trial
+from analysis.records import Note, SessionLog
 from analysis.report import Report, describe, write_report
 from analysis.report.page import render, sections_of
 from analysis.report.sections.ratings import sign_test
 from analysis.report.words import listed
+from tests.answers import changed, new_answer
 from tests.pages import Page
 
 Maker = Callable[..., SessionLog]
@@ -72,7 +73,7 @@ def test_one_observer_of_each_kind_makes_a_page(preferring: Sessions, choosing: 
 def test_all_kinds_in_one_session_stand_on_one_page(make_session: Maker, rating: Sessions) -> None:
     answers = [("a", "b"), ("b", "c"), ("c", "a"), ("b", "a")]
     sessions = [
-        replace(pairs, answers=(*pairs.answers, *(replace(one, block=2) for one in rated.answers)))
+        replace(pairs, answers=(*pairs.answers, *(changed(one, block=2) for one in rated.answers)))
         for pairs, rated in zip(
             (make_session(f"{number:02d}", names="abc", answers=answers) for number in range(1, 7)),
             rating(),
@@ -118,7 +119,7 @@ def test_whoever_is_left_out_is_named_with_the_rule(
 
 @pytest.mark.nightly
 def test_what_people_wrote_stays_text(make_session: Maker, preferring: Sessions, rating: Sessions) -> None:
-    question = Trial(9, 0, "questionnaire", (), 1.0, UTC, {"name": "n", "question": HOSTILE, "answer": HOSTILE})
+    question = new_answer(9, 0, "questionnaire", (), 1.0, UTC, {"name": "n", "question": HOSTILE, "answer": HOSTILE})
     notes = (Note(HOSTILE, HOSTILE, 0, 0, UTC),)
     spoiled = [
         [
@@ -195,7 +196,7 @@ def test_the_sign_test_is_the_exact_binomial_one(count: int, of: int) -> None:
 def test_vision_tests_stand_on_every_report(preferring: Sessions) -> None:
     sessions = preferring(2)
     outcome = {"passed": False, "threshold": None, "estimate": 310.0, "pass_mark": 200.0, "unit": "arcsec"}
-    taken = Trial(0, 9, "screening", (), 1.0, UTC, {"test": "stereo_acuity", "outcome": outcome})
+    taken = new_answer(0, 9, "screening", (), 1.0, UTC, {"test": "stereo_acuity", "outcome": outcome})
     sessions[1] = replace(sessions[1], answers=(taken, *sessions[1].answers))
     report = describe(sessions)
     (section,) = (one for one in sections_of(report, {}, {}) if one.key == "vision")

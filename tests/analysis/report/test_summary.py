@@ -18,6 +18,7 @@ from analysis.report import describe, print_report
 from analysis.report.page import render
 from analysis.report.sections.scores import fit_words
 from analysis.report.summary import summarise, wilson_interval
+from tests.answers import changed
 from tests.choice import nightly
 from tests.kept import known
 
@@ -135,7 +136,7 @@ def test_a_design_that_finds_differences_says_which_and_has_no_note(make_session
 
 def test_pairs_chosen_by_the_answers_have_no_smallest_difference(make_session: Maker) -> None:
     sessions = [make_session(f"{number:02d}", analysis={}) for number in range(5)]
-    chosen = [replace(s, answers=tuple(replace(t, kind="active_pairs") for t in s.answers)) for s in sessions]
+    chosen = [replace(s, answers=tuple(changed(t, kind="active_pairs") for t in s.answers)) for s in sessions]
     assert summarise(chosen).smallest is None
 
 
@@ -183,10 +184,10 @@ def test_the_interval_of_the_first_position_is_wide_where_observers_differ(make_
     for number in range(10):
         session, trials = make_session(f"{number:02d}", names="abc", answers=circle), []
         for trial in session.answers:
-            chosen, rejected = trial.data["chosen"], trial.data["rejected"]
+            chosen, rejected = trial.details()["chosen"], trial.details()["rejected"]
             first, second = (chosen, rejected) if number % 2 else (rejected, chosen)
             answer = "first" if number % 2 else "second"
-            trials.append(replace(trial, data={**trial.data, "first": first, "second": second, "answer": answer}))
+            trials.append(changed(trial, data={**trial.details(), "first": first, "second": second, "answer": answer}))
         always.append(replace(session, answers=tuple(trials)))
     summary = summarise(always)
     assert summary.first_share == pytest.approx(0.5)

@@ -130,7 +130,7 @@ def test_observers_with_missing_series_are_compared_on_what_they_have(make_choic
     from dataclasses import replace
 
     sessions = [make_choices(f"{n:02d}") for n in range(4)]
-    trials = [trial for trial in sessions[0].answers if trial.data["series"] != "GM1-base"]
+    trials = [trial for trial in sessions[0].answers if trial.details()["series"] != "GM1-base"]
     counts = choice_counts(gather([replace(sessions[0], answers=tuple(trials)), *sessions[1:]]))
     assert counts.sum(axis=2).tolist() == [[4.0] * 3] + [[5.0] * 3] * 3
 

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from analysis.errors import ResultsError
-from analysis.records import SessionLog, Trial
+from analysis.records import SessionLog
 from analysis.series import gather
 from analysis.series.choices import Factors, design
+from tests.answers import changed, new_answer, refusal
 
 Maker = Callable[..., SessionLog]
 
@@ -31,22 +33,22 @@ def test_every_choice_is_found_with_its_ratings_and_its_way(make_choices: Maker)
     (one,) = [
         one
         for one in choices.choices
-        if one.observer == 0 and choices.design.series[one.series].name == trial.data["series"]
+        if one.observer == 0 and choices.design.series[one.series].name == trial.details()["series"]
     ]
-    assert one.index == trial.data["chosen_index"]
-    assert one.ratings == trial.data["ratings"]
-    assert one.rating_times_s == trial.data["rating_times_s"]
-    assert one.dwell_s == tuple(trial.data["dwell_s"])
-    assert one.path_length == len(trial.data["path"])
-    assert sum(one.visits) == len(trial.data["path"])
+    assert one.index == trial.details()["chosen_index"]
+    assert one.ratings == trial.details()["ratings"]
+    assert one.rating_times_s == trial.details()["rating_times_s"]
+    assert one.dwell_s == tuple(trial.details()["dwell_s"])
+    assert one.path_length == len(trial.details()["path"])
+    assert sum(one.visits) == len(trial.details()["path"])
     assert one.response_time_s == trial.response_time_s
 
 
 def test_the_last_attempt_counts_and_practice_does_not(make_choices: Maker) -> None:
     session = make_choices("01", paints=("GM1",), kinds=("base",), law=lambda *_: 2)
     other = make_choices("01", paints=("GM1",), kinds=("base",), law=lambda *_: 4)
-    again = replace(other.answers[0], attempt=1)
-    practice = replace(other.answers[0], kind="practice", trial=1)
+    again = changed(other.answers[0], attempt=1)
+    practice = changed(other.answers[0], kind="practice", trial=1)
     choices = gather([replace(session, answers=(*session.answers, again, practice))])
     assert [one.index for one in choices.choices] == [4]
 
@@ -79,39 +81,36 @@ def test_no_session_and_no_choice_are_refused(make_choices: Maker) -> None:
 @pytest.mark.parametrize(
     ("damage", "what"),
     [
-        ({"stimuli": ["GM1-base-2"]}, "no series of two pictures"),
-        ({"series": 3}, "names no series"),
-        ({"stimuli": ["GM1-base-2", "x"]}, "'x', no stimulus"),
-        ({"stimuli": ["GM1-base-2", "GM1-base-2"]}, "picture twice"),
-        ({"chosen": "GM1-base-2", "chosen_index": 0}, "another"),
-        ({"chosen_index": 6}, "picture 6 of 6"),
-        ({"chosen_index": True}, "picture True"),
-        ({"ratings": {"similarity": float("nan")}}, "nan for 'similarity'"),
-        ({"ratings": {"similarity": "8"}}, "'8' for 'similarity'"),
-        ({"ratings": [8]}, "no ratings by name"),
-        ({"rating_times_s": {"similarity": -1.0}}, "-1.0 for 'similarity'"),
-        ({"path": [[7, 1.0]]}, "path, dwell_s"),
-        ({"path": [[-1, 1.0]]}, "path, dwell_s"),
-        ({"dwell_s": [1.0, 2.0]}, "each of its 6 pictures"),
-        ({"dwell_s": [1.0, 2.0, 1.0, float("nan"), 1.0, 1.0]}, "each of its 6 pictures"),
+        ({"stimuli": ["GM1-base-2"]}, "'stimuli'"),
+        ({"series": 3}, "'series'"),
+        ({"stimuli": ["GM1-base-2", "x"]}, "'x', which is no stimulus"),
+        ({"stimuli": ["GM1-base-2"] * 6}, "a picture twice"),
+        ({"chosen": "GM1-base-2", "chosen_index": 0}, "picture 0"),
+        ({"chosen_index": 6}, "picture 6"),
+        ({"chosen_index": True}, "'chosen_index'"),
+        ({"ratings": {"similarity": float("nan")}}, "'ratings.similarity'"),
+        ({"ratings": {"similarity": "8"}}, "'ratings.similarity'"),
+        ({"ratings": [8]}, "'ratings'"),
+        ({"rating_times_s": {"similarity": -1.0}}, "'rating_times_s.similarity'"),
+        ({"path": [[7, 1.0]]}, "path"),
+        ({"path": [[-1, 1.0]]}, "'path.0"),
+        ({"dwell_s": [1.0, 2.0]}, "dwell_s"),
+        ({"dwell_s": [1.0, 2.0, 1.0, float("nan"), 1.0, 1.0]}, "'dwell_s.3'"),
     ],
 )
-def test_a_damaged_record_is_refused(make_choices: Maker, damage: dict[str, Any], what: str) -> None:
+def test_a_damaged_record_is_refused(make_choices: Maker, tmp_path: Path, damage: dict[str, Any], what: str) -> None:
     session = make_choices("01", paints=("GM1",), kinds=("base",), law=lambda *_: 5)
-    trial = replace(session.answers[0], data={**session.answers[0].data, **damage})
-    with pytest.raises(ResultsError, match=what) as caught:
-        gather([replace(session, answers=(trial,))])
-    assert "trial 0 of block 1" in str(caught.value)
+    assert what in str(refusal(session, tmp_path, **damage))
 
 
 def test_a_series_that_is_another_elsewhere_is_refused(make_choices: Maker) -> None:
     one = make_choices("01", paints=("GM1",), kinds=("base",), law=lambda *_: 0)
     trial = one.answers[0]
-    turned: list[str] = trial.data["stimuli"][::-1]
-    data = {**trial.data, "stimuli": turned, "chosen": turned[0], "chosen_index": 0}
+    turned: list[str] = trial.details()["stimuli"][::-1]
+    data = {**trial.details(), "stimuli": turned, "chosen": turned[0], "chosen_index": 0}
     other = make_choices("02", paints=("GM1",), kinds=("base",))
     with pytest.raises(ResultsError, match="other pictures as 'GM1-base' than"):
-        gather([one, replace(other, answers=(replace(trial, data=data),))])
+        gather([one, replace(other, answers=(changed(trial, data=data),))])
 
 
 FACTORS: dict[str, Factors] = {
@@ -147,5 +146,5 @@ def test_a_factor_that_does_not_do_is_refused(wish: dict[str, str], what: str) -
 
 def test_other_kinds_of_trials_are_passed_over(make_choices: Maker) -> None:
     session = make_choices("01")
-    question = Trial(2, 0, "questionnaire", (), 1.0, "2026", {"text": "fine"})
+    question = new_answer(2, 0, "questionnaire", (), 1.0, data={"text": "fine"})
     assert len(gather([replace(session, answers=(*session.answers, question))]).choices) == 15

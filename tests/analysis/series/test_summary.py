@@ -17,6 +17,7 @@ from analysis.report import Figure, rating_figure, score_figure
 from analysis.report.sections.series import series_sections
 from analysis.series import SeriesSummary, gather, summarise_series
 from analysis.series.picture_scores import picture_scores, weight_of
+from tests.answers import changed
 from tests.kept import known
 
 Maker = Callable[..., SessionLog]
@@ -24,7 +25,7 @@ Maker = Callable[..., SessionLog]
 
 def test_scores_are_choices_weighted_by_similarity(fifteen: list[SessionLog]) -> None:
     choices = gather(fifteen)
-    records = [trial.data for session in fifteen for trial in session.trials]
+    records = [trial.details() for session in fifteen for trial in session.trials]
     for one in picture_scores(choices, pooled=False, weight=weight_of(choices)):
         mine = [record for record in records if record["series"] == one.series]
         won = [record["ratings"]["similarity"] for record in mine if record["chosen"] == one.stimulus]
@@ -50,7 +51,7 @@ def test_shares_sum_to_one(summary: SeriesSummary) -> None:
 
 
 def test_mean_ratings_are_those_of_the_records(fifteen: list[SessionLog], summary: SeriesSummary) -> None:
-    records = [trial.data for session in fifteen for trial in session.trials]
+    records = [trial.details() for session in fifteen for trial in session.trials]
     for cell in summary.ratings["difficulty"]:
         mine = [
             record["ratings"]["difficulty"]
@@ -116,9 +117,9 @@ def test_two_series_of_two_pictures_by_two_observers(make_choices: Maker) -> Non
     for session in (make_choices("01", paints=("GM1",)), make_choices("02", paints=("GM1",))):
         trials = []
         for trial in session.answers:
-            names = trial.data["stimuli"][:2]
-            data = {**trial.data, "stimuli": names, "chosen": names[1], "chosen_index": 1}
-            trials.append(replace(trial, data={**data, "path": [[0, 1.0], [1, 1.0]], "dwell_s": [1.0, 1.0]}))
+            names = trial.details()["stimuli"][:2]
+            data = {**trial.details(), "stimuli": names, "chosen": names[1], "chosen_index": 1}
+            trials.append(changed(trial, data={**data, "path": [[0, 1.0], [1, 1.0]], "dwell_s": [1.0, 1.0]}))
         sessions.append(replace(session, answers=tuple(trials)))
     summary = summarise_series(sessions)
     assert all("fewer than three" in step.reason for step in summary.steps)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from analysis.records import Trial
+from analysis.kinds import Trial
 from runner.blocks import Block, Compare
 from runner.observers.simulated import plain_key
 from runner.ports import Ask, KeyPress
@@ -38,7 +38,9 @@ def play() -> Play:
 
     def played(block: Block, press: Press = plain_key, logged: Sequence[Trial] = ()) -> Stage:
         result = Stage()
-        Session((block,), result, Presser(press, result), result, logged=logged, utc=lambda: "2026").run()
+        Session(
+            (block,), result, Presser(press, result), result, logged=logged, utc=lambda: "2026-01-01T00:00:00Z"
+        ).run()
         return result
 
     return played
@@ -58,7 +60,7 @@ def at_random(seed: int) -> Press:
 
 def _said(trial: Trial) -> object:
     """Return what a record says, but for how long scenes stood."""
-    return trial.place, trial.kind, trial.events, trial.response_time_s, {**trial.data, "timed": None}
+    return trial.place, trial.kind, trial.events, trial.response_time_s, {**trial.details(), "timed": None}
 
 
 @pytest.fixture
@@ -76,7 +78,7 @@ def promised(play: Play) -> Callable[..., Stage]:
         assert {trial.kind for trial in whole.trials} == {kind}
         assert whole.shown_at_record[-1] == len(whole.shown), "a scene was shown after the last record"
         for trial in whole.trials:
-            assert json.loads(json.dumps(trial.data, allow_nan=False)) == trial.data
+            assert json.loads(json.dumps(trial.details(), allow_nan=False)) == trial.details()
             assert 0 < trial.response_time_s <= sum(seconds for _, seconds in trial.events)
         for answered in range(0, len(whole.trials) + 1, 1 + len(whole.trials) // 12):
             pressed = iter([key for trial in whole.trials[answered:] for key, _ in trial.events])

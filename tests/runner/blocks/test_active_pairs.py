@@ -44,7 +44,7 @@ def test_it_keeps_what_every_block_promises(play: Play, promised: Play, name: st
     crosses = sum(isinstance(item, Text) and item.words == "+" for scene in whole.shown for item in scene.items)
     assert crosses == (block.trials if name == "timed" else 0)
     for trial in whole.trials:
-        data = trial.data
+        data = trial.details()
         assert data["first_position"] == "top"
         if data["answer"] in ("first", "second"):
             other = "second" if data["answer"] == "first" else "first"
@@ -57,7 +57,7 @@ def test_it_keeps_what_every_block_promises(play: Play, promised: Play, name: st
 def test_the_next_pair_of_a_batch_is_made_ready(play: Play) -> None:
     whole = play(BLOCK)
     shown = [ask.scene for ask in whole.asks]
-    batches = [trial.data["batch"] for trial in whole.trials]
+    batches = [trial.details()["batch"] for trial in whole.trials]
     wanted = [shown[n + 1] for n in range(39) if batches[n] == batches[n + 1]]
     assert whole.prefetched == wanted
     assert sorted(batches) == batches

@@ -56,21 +56,21 @@ def test_a_block_keeps_what_every_block_promises(play: Play, promised: Play, nam
         assert ask.keys == made.keys
         assert set(ask.targets) == set(ask.keys.values())
         assert ask.task.reference is None
-    assert {trial.data["answer"] for trial in play(made).trials} == {"first"}
+    assert {trial.details()["answer"] for trial in play(made).trials} == {"first"}
 
 
 def test_in_sequence_two_numbered_intervals_come_before_the_question(play: Play) -> None:
     played = play(block(SEQUENCE))
     _, one, between, two, question, *_ = played.shown
-    first, second = played.trials[0].data["first"], played.trials[0].data["second"]
+    first, second = played.trials[0].details()["first"], played.trials[0].details()["second"]
     assert one.items == (Picture(first, ONE.picture_px, ONE.aperture_px), _number(1))
     assert not between.items
     assert two.items == (Picture(second, ONE.picture_px, ONE.aperture_px), _number(2))
     assert not question.stimuli
     assert [item.words for item in question.items] == ["Which?", "1", "2"]
-    held = [(scene["what"], scene["asked_ms"]) for scene in played.trials[0].data["timed"]]
+    held = [(scene["what"], scene["asked_ms"]) for scene in played.trials[0].details()["timed"]]
     assert held == [("interval_1", 1000.0), ("between", 500.0), ("interval_2", 1000.0)]
-    assert played.trials[0].data["first_position"] == "interval_1"
+    assert played.trials[0].details()["first_position"] == "interval_1"
     assert played.trials[0].response_time_s == 0.5
 
 
@@ -80,7 +80,7 @@ def _number(number: int) -> Text:
 
 def test_both_intervals_are_made_ready_before_the_first(play: Play) -> None:
     played = play(block(SEQUENCE))
-    pairs = [{trial.data["first"], trial.data["second"]} for trial in played.trials]
+    pairs = [{trial.details()["first"], trial.details()["second"]} for trial in played.trials]
     ready = [set(scene.stimuli) for scene in played.prefetched]
     assert ready[0] == pairs[0]
     assert [pair for pair in ready if pair] == [pairs[0], *_with_breaks(pairs, 4)]
@@ -122,7 +122,7 @@ def test_a_reference_picture_stays_beside_a_sequence(play: Play) -> None:
 )
 def test_each_answer_has_keys_and_a_place_to_click(play: Play, key: str, answer: str) -> None:
     played = play(block(SEQUENCE, ties="both"), lambda ask: key if isinstance(ask.task, Compare) else plain_key(ask))
-    assert {trial.data["answer"] for trial in played.trials} == {answer}
+    assert {trial.details()["answer"] for trial in played.trials} == {answer}
 
 
 @pytest.mark.parametrize(("place", "keys"), [(ROW, ("left", "pad_right")), (COLUMN, ("up", "pad_down"))])
@@ -155,9 +155,9 @@ def test_ties_can_be_answered_only_where_they_are_allowed(
 def test_a_tie_has_no_winner(play: Play) -> None:
     played = play(block(AT_ONCE, ties="both"), lambda ask: "n" if isinstance(ask.task, Compare) else plain_key(ask))
     for trial in played.trials:
-        assert trial.data["answer"] == "no_difference"
-        assert not {"chosen", "rejected"} & set(trial.data)
-        assert {"first", "second"} < set(trial.data)
+        assert trial.details()["answer"] == "no_difference"
+        assert not {"chosen", "rejected"} & set(trial.details())
+        assert {"first", "second"} < set(trial.details())
 
 
 def test_words_of_other_answers_do_not_lie_on_the_pictures(play: Play) -> None:
@@ -175,17 +175,17 @@ def test_catch_trials_say_what_they_are_and_whether_the_answer_is_right(play: Pl
     for seed in range(3):
         played = play(made, at_random(seed))
         assert len(played.trials) == 10 + 4
-        catch = [trial for trial in played.trials if "catch" in trial.data]
-        assert sorted(trial.data["catch"] for trial in catch) == ["identical"] * 2 + ["obvious"] * 2
+        catch = [trial for trial in played.trials if "catch" in trial.details()]
+        assert sorted(trial.details()["catch"] for trial in catch) == ["identical"] * 2 + ["obvious"] * 2
         for trial in catch:
-            data = trial.data
+            data = trial.details()
             if data["catch"] == "identical":
                 assert data["first"] == data["second"]
                 assert not {"chosen", "rejected", "correct"} & set(data)
             else:
                 assert {data["first"], data["second"]} == {"a", "x"}
                 assert data["correct"] is (data.get("chosen") == "a")
-        plain = [trial.data for trial in played.trials if "catch" not in trial.data]
+        plain = [trial.details() for trial in played.trials if "catch" not in trial.details()]
         assert len({frozenset((data["first"], data["second"])) for data in plain}) == 10
 
 
@@ -203,11 +203,11 @@ def test_ratings_follow_the_choice_under_the_picture_they_are_about(play: Play) 
         return key_for(ask, str(marks[ask.task.stimulus]))
 
     for trial in play(made, press).trials:
-        chosen, rejected = marks[trial.data["chosen"]], marks[trial.data["rejected"]]
-        assert trial.data["ratings"] == {"similarity": chosen, "gloss": {"first": chosen, "second": rejected}}
-        assert trial.data["rating_times_s"] == {"similarity": 1.0, "gloss": {"first": 1.0, "second": 1.0}}
+        chosen, rejected = marks[trial.details()["chosen"]], marks[trial.details()["rejected"]]
+        assert trial.details()["ratings"] == {"similarity": chosen, "gloss": {"first": chosen, "second": rejected}}
+        assert trial.details()["rating_times_s"] == {"similarity": 1.0, "gloss": {"first": 1.0, "second": 1.0}}
         assert trial.response_time_s == 0.5
-    tied = play(made, lambda ask: "n" if isinstance(ask.task, Compare) else plain_key(ask)).trials[0].data
+    tied = play(made, lambda ask: "n" if isinstance(ask.task, Compare) else plain_key(ask)).trials[0].details()
     assert tied["ratings"] == {"similarity": None, "gloss": {"first": 50, "second": 50}}
 
 

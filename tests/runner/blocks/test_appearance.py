@@ -166,11 +166,11 @@ def test_other_keys_are_pressed_recorded_and_replayed(tmp_path: Path) -> None:
     pressing = Pressing()
     play = run(design, pressing)
     assert [trial.events[-1][0] for trial in play.trials] == ["b", "w", "w", "w"]
-    assert all(trial.data["answer"] == "first" for trial in play.trials[1:])
+    assert all(trial.details()["answer"] == "first" for trial in play.trials[1:])
     again = run(design, _Script([event for trial in play.trials for event in trial.events]))
-    assert [(t.data, t.events) for t in again.trials] == [(t.data, t.events) for t in play.trials]
+    assert [(t.details(), t.events) for t in again.trials] == [(t.details(), t.events) for t in play.trials]
     resumed = run(design, Pressing(), logged=play.trials[:2])
-    assert [t.data for t in resumed.trials] == [t.data for t in play.trials[2:]]
+    assert [t.details() for t in resumed.trials] == [t.details() for t in play.trials[2:]]
 
 
 def _asks(design: Experiment) -> list[Ask]:

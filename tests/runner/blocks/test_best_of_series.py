@@ -67,7 +67,7 @@ def pressing(*keys: str) -> Callable[[Ask], str]:
 def test_the_way_through_a_series_is_kept(play: Play) -> None:
     played = play(ONE, pressing("right", "wheel_down", "pad_right", "left", "wheel_up", "space"))
     (trial,) = played.trials
-    assert trial.data == {
+    assert trial.details() == {
         "series": "one",
         "stimuli": list(PICTURES),
         "start": 0,
@@ -95,8 +95,8 @@ def test_nothing_can_be_chosen_before_everything_was_seen(play: Play) -> None:
     ]
     assert ["all" in words for words in hints] == [True, True, True, False]
     hasty = play(one(see_all=False), pressing("pad_a"))
-    assert hasty.trials[0].data["chosen"] == "p0"
-    assert hasty.trials[0].data["dwell_s"] == [0.5, 0, 0, 0]
+    assert hasty.trials[0].details()["chosen"] == "p0"
+    assert hasty.trials[0].details()["dwell_s"] == [0.5, 0, 0, 0]
 
 
 def test_the_ends_are_ends_unless_the_series_wraps(play: Play) -> None:
@@ -108,7 +108,7 @@ def test_the_ends_are_ends_unless_the_series_wraps(play: Play) -> None:
     heads = [{item.words for item in ask.scene.items if isinstance(item, Text)} & {"◀", "▶"} for ask in (first, last)]
     assert heads == [{"▶"}, {"◀"}]
     round_ = play(one(wrap=True), pressing("left", "left", "right", "right", "left", "left", "left", "enter"))
-    assert [index for index, _ in round_.trials[0].data["path"]] == [0, 3, 2, 3, 0, 3, 2, 1]
+    assert [index for index, _ in round_.trials[0].details()["path"]] == [0, 3, 2, 3, 0, 3, 2, 1]
 
 
 def test_the_next_picture_in_the_direction_of_travel_is_made_ready(play: Play) -> None:
@@ -130,11 +130,11 @@ def test_one_paint_never_comes_twice_running_and_everyone_has_an_order_of_their_
     orders, starts = set(), set()
     for number in range(8):
         played = play(fifteen(f"{number:02d}", ratings=[]))
-        order = [trial.data["series"] for trial in played.trials]
+        order = [trial.details()["series"] for trial in played.trials]
         assert len({*order}) == len(order) == 15
         assert all(one.split("-")[0] != other.split("-")[0] for one, other in pairwise(order))
         orders.add(tuple(order))
-        starts |= {trial.data["start"] for trial in played.trials}
+        starts |= {trial.details()["start"] for trial in played.trials}
     assert len(orders) == 8
     assert starts == set(range(6))
 
@@ -261,5 +261,5 @@ def test_a_file_makes_it(study: Study) -> None:
 def test_someone_without_eyes_sees_all_of_a_series_and_takes_the_last(play: Play) -> None:
     played = play(fifteen(), plain_key)
     for trial in played.trials:
-        assert {index for index, _ in trial.data["path"]} == set(range(6))
-        assert trial.data["ratings"] == {"similarity": 5, "difficulty": 5}
+        assert {index for index, _ in trial.details()["path"]} == set(range(6))
+        assert trial.details()["ratings"] == {"similarity": 5, "difficulty": 5}

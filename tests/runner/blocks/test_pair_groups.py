@@ -124,7 +124,7 @@ def test_records_name_the_scene(play: Play, across: str | None) -> None:
     played = play(made, at_random(1))
     assert len(played.trials) == made.trials
     for trial in played.trials:
-        data = trial.data
+        data = trial.details()
         scenes = {data["first"][:2], data["second"][:2]}
         if len(scenes) == 1:
             assert (data["group"], data["group_factor"]) == (*scenes, "scene")
@@ -132,12 +132,12 @@ def test_records_name_the_scene(play: Play, across: str | None) -> None:
             assert "group" not in data
             assert "group_factor" not in data
     again = play(made, at_random(1))
-    assert [(t.data, t.events) for t in again.trials] == [(t.data, t.events) for t in played.trials]
+    assert [(t.details(), t.events) for t in again.trials] == [(t.details(), t.events) for t in played.trials]
 
 
 def test_without_groups_a_record_is_what_it_was(play: Play) -> None:
     played = play(met("all_pairs", setting("abc")), at_random(1))
-    assert not any("group" in trial.data for trial in played.trials)
+    assert not any("group" in trial.details() for trial in played.trials)
     assert "within" not in entry("all_pairs").model_dump()
 
 
@@ -184,13 +184,13 @@ def test_active_pairs_stay_within_scenes_and_share_the_trials_out(play: Play) ->
     made = active(stimuli, 40)
     played = play(made, at_random(2))
     assert len(played.trials) == 40
-    asked = Counter(trial.data["group"] for trial in played.trials)
+    asked = Counter(trial.details()["group"] for trial in played.trials)
     assert asked == made.facts["pairs_within_scene"] == {"s0": 17, "s1": 17, "z": 6}
     for trial in played.trials:
-        first, second = (stimuli.factors[trial.data[key]]["scene"] for key in ("first", "second"))
-        assert first == second == trial.data["group"]
+        first, second = (stimuli.factors[trial.details()[key]]["scene"] for key in ("first", "second"))
+        assert first == second == trial.details()["group"]
     again = play(made, at_random(2))
-    assert [(t.data, t.events) for t in again.trials] == [(t.data, t.events) for t in played.trials]
+    assert [(t.details(), t.events) for t in again.trials] == [(t.details(), t.events) for t in played.trials]
 
 
 def test_each_scene_is_chosen_by_its_own_answers() -> None:

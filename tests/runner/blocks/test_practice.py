@@ -67,7 +67,7 @@ def test_it_is_the_first_trials_of_the_block_under_another_kind(play: Play, prom
     promised(practice(5, Sides(), until={"correct": 1.0, "of": 6}), "practice")
     played, whole = play(four), play(PAIRS)
     for trial, scored in zip(played.trials, whole.trials, strict=False):
-        assert dict(trial.data) == {**scored.data, "practice_of": "all_pairs"}
+        assert dict(trial.details()) == {**scored.details(), "practice_of": "all_pairs"}
         assert trial.response_time_s == scored.response_time_s
     assert played.shown == whole.shown[: len(played.shown)]
 

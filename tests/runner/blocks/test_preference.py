@@ -44,20 +44,20 @@ def test_a_block_keeps_what_every_block_promises(play: Play, promised: Play, nam
     comparing = [ask for ask in played.asks if isinstance(ask.task, Compare)]
     assert all(ask.keys == block.keys and set(ask.targets) == {"first", "second"} for ask in comparing)
     for trial in played.trials:
-        data = trial.data
+        data = trial.details()
         assert data["chosen"] == data[data["answer"]]
         assert data["chosen"].endswith(data["chosen_view"])
         assert data["first"].endswith(data["first_view"])
         assert {data["chosen"], data["rejected"]} == {data["first"], data["second"]}
         assert data["first"].split("-")[0] == data["second"].split("-")[0]
         assert trial.response_time_s == 0.5
-    assert {trial.data["answer"] for trial in play(block).trials} == {"first"}
+    assert {trial.details()["answer"] for trial in play(block).trials} == {"first"}
 
 
 def test_at_ones_own_pace_each_interval_stays_until_the_space_bar(play: Play) -> None:
     played = play(BLOCKS["own pace"])
     _, one, between, two, question, *_ = played.shown
-    first = played.trials[0].data
+    first = played.trials[0].details()
     assert one.stimuli == (first["first"],)
     assert two.stimuli == (first["second"],)
     assert not between.items
@@ -69,7 +69,7 @@ def test_at_ones_own_pace_each_interval_stays_until_the_space_bar(play: Play) ->
 
 
 def test_timed_intervals_are_recorded_as_timed_scenes(play: Play) -> None:
-    data = play(BLOCKS["timed"]).trials[1].data
+    data = play(BLOCKS["timed"]).trials[1].details()
     assert [held["what"] for held in data["timed"]] == ["blank", "interval_1", "between", "interval_2"]
     assert "interval_s" not in data
 

@@ -148,7 +148,7 @@ def test_a_question_of_any_length_stands_above_its_field() -> None:
 
 def test_records_say_what_was_asked_and_how_long_it_took(promised: Play) -> None:
     played = promised(BLOCK, "questionnaire")
-    hand, _, age, _ = (trial.data for trial in played.trials)
+    hand, _, age, _ = (trial.details() for trial in played.trials)
     assert hand == {
         "name": "hand",
         "question": HAND["question"],

@@ -34,15 +34,15 @@ def test_what_is_recorded_is_what_was_shown_and_pressed(play: Play) -> None:
         return str("abc".index(str(ask.task.stimulus)) + 2) if ask.task.name == "quality" else "7"
 
     played = play(block(), press)
-    assert [trial.data["ratings"] for trial in played.trials] == [
-        {"quality": "abc".index(trial.data["stimulus"]) + 2, "depth": 70} for trial in played.trials
+    assert [trial.details()["ratings"] for trial in played.trials] == [
+        {"quality": "abc".index(trial.details()["stimulus"]) + 2, "depth": 70} for trial in played.trials
     ]
     for number, trial in enumerate(played.trials):
-        assert trial.data["rating_times_s"] == {"quality": 1.0, "depth": 1.0}
+        assert trial.details()["rating_times_s"] == {"quality": 1.0, "depth": 1.0}
         assert trial.response_time_s == 2.0
         for ask in played.asks[4 * number : 4 * number + 4]:
-            assert ask.scene.stimuli == (trial.data["stimulus"],)
-    order = [trial.data["stimulus"] for trial in played.trials]
+            assert ask.scene.stimuli == (trial.details()["stimulus"],)
+    order = [trial.details()["stimulus"] for trial in played.trials]
     assert sorted(order[:3]) == sorted(order[3:]) == ["a", "b", "c"]
     assert all(one != other for one, other in pairwise(order))
 
@@ -58,7 +58,7 @@ def test_the_next_picture_is_made_ready_while_this_one_is_rated(play: Play) -> N
 def test_a_limited_exposure_leaves_the_scale_without_the_picture(play: Play) -> None:
     played = play(block(fixation_s=1.0, exposure_s=0.5, blank_s=1.0))
     assert not any(ask.scene.stimuli for ask in played.asks)
-    held = [[one["what"] for one in trial.data["timed"]] for trial in played.trials]
+    held = [[one["what"] for one in trial.details()["timed"]] for trial in played.trials]
     assert held == [["fixation", "picture"], *[["blank", "fixation", "picture"]] * 5]
     cross, picture = played.shown[:2]
     assert isinstance(cross.items[0], Text)

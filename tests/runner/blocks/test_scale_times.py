@@ -38,6 +38,6 @@ def test_a_rating_takes_from_the_first_screen_to_the_press_that_accepts_it() -> 
     block = met("rating", setting("a"), ratings=[{"name": "quality", "question": "How good?"}])
     Session([block], sitting, Person(sitting.press, clock=lambda: sitting.now_s), sitting).run()
     (trial,) = sitting.trials
-    assert trial.data["ratings"] == {"quality": 10}
-    assert trial.data["rating_times_s"] == {"quality": sum(wait_s for _, wait_s in presses)}
+    assert trial.details()["ratings"] == {"quality": 10}
+    assert trial.details()["rating_times_s"] == {"quality": sum(wait_s for _, wait_s in presses)}
     assert trial.response_time_s == 5.25

@@ -24,6 +24,7 @@ from runner.observers.behaviour import BehaviourSpec, PsychometricSpec
 from runner.observers.simulated import key_for, plain_key
 from runner.ports import Ask
 from tests.runner.every_kind import entry, met, setting
+from tests.answers import changed
 
 Play = Callable[..., Any]
 LEVELS = tuple(round(float(level), 4) for level in np.geomspace(0.01, 1, 15))
@@ -64,13 +65,13 @@ def test_it_keeps_what_every_block_promises(promised: Play, name: str) -> None:
     asked = [ask for ask in whole.asks if isinstance(ask.task, Choose)]
     for ask, trial in zip(asked, whole.trials, strict=True):
         assert set(ask.targets) == set(ask.keys.values()) == set(ask.task.options)
-        assert ask.task.strength == trial.data["level"]
+        assert ask.task.strength == trial.details()["level"]
         if name != "intervals":
-            assert trial.data["stimulus"] in ask.scene.stimuli
+            assert trial.details()["stimulus"] in ask.scene.stimuli
         if name == "yes or no":
-            assert "correct" not in trial.data
+            assert "correct" not in trial.details()
         else:
-            assert trial.data["correct"] == (trial.data["answer"] == trial.data["correct_answer"])
+            assert trial.details()["correct"] == (trial.details()["answer"] == trial.details()["correct_answer"])
 
 
 @pytest.mark.parametrize("name", BLOCKS)
@@ -78,7 +79,7 @@ def test_what_may_come_next_is_made_ready(play: Play, name: str) -> None:
     """Whatever is answered, the pictures of the next trial were among those made ready before the answer."""
     whole = play(BLOCKS[name], detects(0.1))
     ready = [set(scene.stimuli) for scene in whole.prefetched]
-    after = [trial.data["stimulus"] for trial in whole.trials[1:]]
+    after = [trial.details()["stimulus"] for trial in whole.trials[1:]]
     asks = [ask for ask in whole.asks if isinstance(ask.task, Choose)]
     assert all(name in set(ask.upcoming.stimuli) for ask, name in zip(asks[:-1], after, strict=True) if ask.upcoming)
     assert sum(ask.upcoming is not None for ask in asks) == BLOCKS[name].trials - 1 <= len(ready)
@@ -86,7 +87,7 @@ def test_what_may_come_next_is_made_ready(play: Play, name: str) -> None:
 
 
 def _levels(trials: Any, track: int) -> list[int]:
-    return [LEVELS.index(trial.data["level"]) for trial in trials if trial.data.get("track") == track]
+    return [LEVELS.index(trial.details()["level"]) for trial in trials if trial.details().get("track") == track]
 
 
 def test_staircases_move_by_their_rule(play: Play) -> None:
@@ -95,7 +96,7 @@ def test_staircases_move_by_their_rule(play: Play) -> None:
     assert _levels(trials, 0)[0] == 11  # a quarter from the easiest
     assert _levels(trials, 1)[0] == 3
     for track in (0, 1):
-        own = [trial.data for trial in trials if trial.data["track"] == track]
+        own = [trial.details() for trial in trials if trial.details()["track"] == track]
         stairs = Staircase(len(LEVELS), LEVELS.index(own[0]["level"]), 3, 1)
         for number, data in enumerate(own):
             assert data["track_trial"] == number
@@ -110,27 +111,27 @@ def test_quest_plus_asks_at_the_levels_of_its_twin(play: Play, easier: Easier) -
     axis = np.log10(levels) * (1 if easier == "higher" else -1)
     quest = QuestPlus.standard(axis)
     for trial in trials:
-        assert trial.data["level"] == levels[quest.next_level()]
-        quest.learn(quest.next_level(), right=trial.data["correct"])
+        assert trial.details()["level"] == levels[quest.next_level()]
+        quest.learn(quest.next_level(), right=trial.details()["correct"])
     at = float(10 ** (quest.median[0] * (1 if easier == "higher" else -1)))
     assert 0.04 < at < 0.25
 
 
 def test_tracks_take_turns_and_sides_are_balanced(play: Play) -> None:
     trials = play(block(trials=20, method={"kind": "quest_plus", "tracks": 3}), detects(0.1)).trials
-    turns = [trial.data["track"] for trial in trials]
+    turns = [trial.details()["track"] for trial in trials]
     assert all(sorted(turns[start : start + 3]) == [0, 1, 2] for start in range(0, 60, 3))
     assert len({tuple(turns[start : start + 3]) for start in range(0, 60, 3)}) > 3
     for track in range(3):
-        sides = [t.data["correct_answer"] for t in trials if t.data["track"] == track]
+        sides = [t.details()["correct_answer"] for t in trials if t.details()["track"] == track]
         assert Counter(sides) == {"first": 10, "second": 10}
         assert sum(one != other for one, other in pairwise(sides)) > 4  # not all of one side first
-    assert max(Counter(trial.data["correct_answer"] for trial in trials).values()) == 30
+    assert max(Counter(trial.details()["correct_answer"] for trial in trials).values()) == 30
 
 
 def test_of_an_odd_number_the_stimulus_stands_first_once_more(play: Play) -> None:
     trials = play(block(trials=5), plain_key).trials
-    assert Counter(trial.data["correct_answer"] for trial in trials) == {"first": 3, "second": 2}
+    assert Counter(trial.details()["correct_answer"] for trial in trials) == {"first": 3, "second": 2}
 
 
 def test_two_intervals_take_twice_the_exposure_and_the_blank_between() -> None:
@@ -150,17 +151,17 @@ def test_trials_without_a_signal_take_turns_among_the_ladders(play: Play) -> Non
 
 def test_catch_trials_are_spread_and_move_no_track(play: Play) -> None:
     trials = play(block(trials=40, catch_share=10 / 90, **YES_NO, **STAIRS), lambda ask: key_for(ask, "yes")).trials
-    blanks = [number for number, trial in enumerate(trials) if trial.data["level"] is None]
+    blanks = [number for number, trial in enumerate(trials) if trial.details()["level"] is None]
     assert len(trials) == 90
     assert [number * 10 // 90 for number in blanks] == list(range(10))
     assert blanks[0] > 0
-    assert {trials[number].data["stimulus"] for number in blanks} == {"blank"}
+    assert {trials[number].details()["stimulus"] for number in blanks} == {"blank"}
     assert _levels(trials, 0)[-1] == 0  # always yes: the weakest, whatever the blanks
 
 
 def test_several_stimuli_of_one_level_are_drawn_by_chance(play: Play) -> None:
     twice = Stimuli(FACTORS | {f"{name}b": factors for name, factors in FACTORS.items() if name != "blank"})
-    names = [trial.data["stimulus"] for trial in play(block(twice), plain_key).trials]
+    names = [trial.details()["stimulus"] for trial in play(block(twice), plain_key).trials]
     assert 0 < sum(name.endswith("b") for name in names) < len(names)
 
 
@@ -178,7 +179,7 @@ def _summary(block: Block, press: Callable[[Ask], str], play: Play, folder: Path
     stimuli = tuple({"name": name, "factors": factors} for name, factors in FACTORS.items())
     header = Header("e", "01", "s", "2026-01-01T00:00:00Z", 0, "?", True, stimuli, {}, {}, {}, {}, {})
     utc = "2026-01-01T00:00:01.000+00:00"
-    trials = [replace(trial, utc=utc) for trial in play(block, press).trials]
+    trials = [changed(trial, utc=utc) for trial in play(block, press).trials]
     file = folder / "session.jsonl"
     file.write_text("".join(json.dumps(line.to_json()) + "\n" for line in (header, *trials)))
     (question,) = summarise_thresholds([read_session(file)]).questions

@@ -47,11 +47,11 @@ def test_a_simulated_session_records_every_pair_with_its_facts(study: Study) -> 
     assert set(log.header.hashes) == {"experiment", "stimuli", "display", "rig", "configuration"}
     assert log.header.presentation["backend"] == "egl"
     pairs = [trial for trial in log.trials if trial.kind == "all_pairs"]
-    assert len({frozenset((t.data["first"], t.data["second"])) for t in pairs}) == 6
+    assert len({frozenset((t.details()["first"], t.details()["second"])) for t in pairs}) == 6
     for trial in pairs:
-        for name in (trial.data["first"], trial.data["second"]):
-            assert {"left", "right"} == set(trial.data["clipping"][name])
-            assert 0 <= trial.data["clipping"][name]["left"]["percent_any"] <= 100
+        for name in (trial.details()["first"], trial.details()["second"]):
+            assert {"left", "right"} == set(trial.details()["clipping"][name])
+            assert 0 <= trial.details()["clipping"][name]["left"]["percent_any"] <= 100
 
 
 def test_two_observers_meet_the_same_pairs_in_other_orders(study: Study) -> None:
@@ -60,7 +60,7 @@ def test_two_observers_meet_the_same_pairs_in_other_orders(study: Study) -> None
     orders = []
     for file in session_files(study.results):
         trials = [trial for trial in read_session(file).trials if trial.kind == "all_pairs"]
-        orders.append([(trial.data["first"], trial.data["second"]) for trial in trials])
+        orders.append([(trial.details()["first"], trial.details()["second"]) for trial in trials])
     assert orders[0] != orders[1]
     # Observers 1 and 2 share an orientation and take opposite sides of it.
     assert {(second, first) for first, second in orders[0]} == set(orders[1])
@@ -69,7 +69,7 @@ def test_two_observers_meet_the_same_pairs_in_other_orders(study: Study) -> None
 def _answered(results: Path) -> list[tuple[str, str]]:
     (file,) = session_files(results)
     trials = [trial for trial in read_session(file).trials if trial.kind == "all_pairs"]
-    return [(trial.data["first"], trial.data["second"]) for trial in trials]
+    return [(trial.details()["first"], trial.details()["second"]) for trial in trials]
 
 
 def _cut(results: Path, lines: int) -> Path:
@@ -227,7 +227,7 @@ def test_an_uncharacterised_mode_is_refused_unless_allowed_and_then_marks_every_
     log = read_session(file)
     assert log.header.display["characterised_as"] == "quad-buffered"
     assert any("not to be trusted" in remark for remark in log.header.remarks)
-    assert all(trial.data["uncharacterised"] is True for trial in log.trials)
+    assert all(trial.details()["uncharacterised"] is True for trial in log.trials)
 
 
 def test_a_graphics_error_ends_the_session_with_everything_recorded(
@@ -402,7 +402,7 @@ def test_a_further_sitting_has_an_order_of_its_own_the_other_sides_and_a_note_in
     first, second = (read_session(file) for file in session_files(study.results))
     assert (first.header.sitting, second.header.sitting) == (1, 2)
     orders = [
-        [(trial.data["first"], trial.data["second"]) for trial in log.trials if trial.kind == "all_pairs"]
+        [(trial.details()["first"], trial.details()["second"]) for trial in log.trials if trial.kind == "all_pairs"]
         for log in (first, second)
     ]
     assert {(right, left) for left, right in orders[0]} == set(orders[1])
@@ -410,7 +410,9 @@ def test_a_further_sitting_has_an_order_of_its_own_the_other_sides_and_a_note_in
     second.file.write_bytes(b"".join(second.file.read_bytes().splitlines(keepends=True)[:5]))
     _sat(study, "88", resume=True)  # in the order of its sitting
     resumed = read_session(second.file)
-    pairs = [(trial.data["first"], trial.data["second"]) for trial in resumed.trials if trial.kind == "all_pairs"]
+    pairs = [
+        (trial.details()["first"], trial.details()["second"]) for trial in resumed.trials if trial.kind == "all_pairs"
+    ]
     assert (pairs, resumed.header.sitting) == (orders[1], 2)
     run_session(study.experiment, "88", SessionOptions(study.folder / "replayed", replay=second.file))
     assert _answered(study.folder / "replayed") == orders[1]

@@ -83,8 +83,8 @@ def test_the_nearer_picture_wins_as_often_as_stated(study: Study) -> None:
     lab = {name: _lab(np.float32(light[name]) * GREY, white) for name in light}
     far = {name: float(np.mean(colour.delta_E(lab[name], lab["one"], method="CIE 2000"))) for name in light}
     for nearer, further in (("one", "two"), ("two", "three"), ("one", "three"), ("three", "four")):
-        met = [t for t in trials if {t.data["first"], t.data["second"]} == {nearer, further}]
-        wins = sum(t.data["chosen"] == nearer for t in met)
+        met = [t for t in trials if {t.details()["first"], t.details()["second"]} == {nearer, further}]
+        wins = sum(t.details()["chosen"] == nearer for t in met)
         p = 1 / (1 + math.exp(far[nearer] - far[further]))
         assert p > 0.55
         assert abs(wins - 60 * p) <= 4 * math.sqrt(60 * p * (1 - p))

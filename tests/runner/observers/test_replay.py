@@ -13,7 +13,8 @@ from typing import Any
 
 import pytest
 
-from analysis.records import Header, SessionLog, Trial, read_session
+from analysis.kinds import Trial
+from analysis.records import Header, SessionLog, read_session
 from runner.blocks import Compare
 from runner.errors import SessionError
 from runner.observers import BradleyTerryObserver
@@ -26,6 +27,8 @@ from runner.session.folders import Recorder
 from runner.session.station import Station
 from stimuli.build import build_set
 from tests.runner.every_kind import Stage, met, setting
+from tests.answers import changed
+from tests.runner.every_kind import Stage
 
 Study = Any  # tests/conftest.py
 SCORES = {"one": 1.0, "two": 2.0, "three": 3.0, "four": 4.0}
@@ -80,7 +83,7 @@ def _answers(log: SessionLog) -> list[tuple[Any, ...]]:
 
 
 def _lasting(trial: Trial) -> dict[str, Any]:
-    return {key: value for key, value in trial.data.items() if key != "timed"}
+    return {key: value for key, value in trial.details().items() if key != "timed"}
 
 
 @pytest.mark.promise("one-engine")
@@ -163,7 +166,7 @@ def test_a_session_that_stopped_is_replayed_as_far_as_it_went(tmp_path: Path) ->
 
 def test_a_log_of_other_keys_is_refused(tmp_path: Path) -> None:
     log, _ = _recorded(tmp_path / "one", Fidgety({}))
-    bent = replace(log.answers[1], events=(("q", 0.5),))
+    bent = changed(log.answers[1], events=(("q", 0.5),))
     with pytest.raises(SessionError, match="the key 'q' where only"):
         _recorded(tmp_path / "two", Replay.of(replace(log, answers=(log.answers[0], bent))))
 

@@ -106,7 +106,7 @@ def _report(study: Study) -> dict[str, Any]:
     log = _run(study)
     assert log.header.display["crosstalk_cancelled"] is True
     trial = next(trial for trial in log.trials if trial.kind == "all_pairs")
-    assert set(trial.data["clipping"][trial.data["first"]]) == {"left", "right", "crosstalk"}
+    assert set(trial.details()["clipping"][trial.details()["first"]]) == {"left", "right", "crosstalk"}
     json.dumps(log.header.to_json())
     return {stimulus["name"]: stimulus["clipping"]["crosstalk"] for stimulus in log.header.stimuli}
 

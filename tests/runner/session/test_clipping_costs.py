@@ -210,7 +210,7 @@ def _session(study: Study, results: Path) -> tuple[Any, dict[str, int]]:
     study.run(results=results)
     (file,) = session_files(results)
     end = json.loads(file.read_text().splitlines()[-1])
-    costs = [trial.data.get("clipping") for trial in read_session(file).trials]
+    costs = [trial.details().get("clipping") for trial in read_session(file).trials]
     return (read_session(file).header.stimuli, costs), end["work"]
 
 

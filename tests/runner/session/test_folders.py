@@ -10,9 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.records import Header, Trial, session_files
+from analysis.records import Header, session_files
 from runner.errors import SessionError
 from runner.session.folders import Recorder, new_label, observer_folder, to_resume, unfinished
+from tests.answers import new_answer
 
 NOON = datetime(2026, 3, 1, 12, tzinfo=UTC)
 STIMULI = ({"name": "a"}, {"name": "b"})
@@ -63,7 +64,7 @@ def _answer(results: Path, label: str, *kinds: str) -> None:
     with recorder:
         for block, kind in enumerate(kinds):
             data = {} if kind == "instructions" else {"first": "a", "second": "b", "answer": "not_sure"}
-            recorder.append(Trial(block, 0, kind, (("space", 1.0),), 1.0, "2026-01-01T00:00:00.000+00:00", data))
+            recorder.append(new_answer(block, 0, kind, (("space", 1.0),), 1.0, "2026-01-01T00:00:00.000+00:00", data))
 
 
 def _resumed(results: Path) -> str:

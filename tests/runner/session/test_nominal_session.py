@@ -14,6 +14,7 @@ from analysis.report import describe
 from analysis.report.notes import on_sessions
 from runner.presenter import MODES
 from runner.protocol import read_experiment
+from tests.answers import changed
 
 Study = Any  # tests/conftest.py
 SAID = "nominal, not measured"
@@ -39,7 +40,7 @@ def test_every_record_says_that_the_display_was_not_measured(nominal: Study, tmp
     assert SAID in ran.stderr
     log = read_session(nominal.log_file())
     assert log.trials
-    assert all(trial.nominal == "srgb" and "uncharacterised" not in trial.data for trial in log.trials)
+    assert all(trial.nominal == "srgb" and "uncharacterised" not in trial.details() for trial in log.trials)
     assert log.header.nominal["kind"] == "srgb"
     assert log.header.nominal["words"] == WORDS
     assert log.header.display["black_XYZ_cd_m2"]["left"][1] == pytest.approx(0.1)
@@ -136,7 +137,7 @@ def test_sessions_before_and_after_a_measurement_are_told_apart(nominal: Study) 
         log,
         header=replace(log.header, display={k: v for k, v in log.header.display.items() if k != "nominal"}, remarks=()),
         answers=tuple(
-            replace(trial, data={k: v for k, v in trial.data.items() if k != "nominal"}) for trial in log.answers
+            changed(trial, data={k: v for k, v in trial.details().items() if k != "nominal"}) for trial in log.answers
         ),
     )
     assert not any(SAID in note for note in on_sessions([measured]))

@@ -84,7 +84,7 @@ def test_nothing_is_read_to_open_and_the_second_time_nothing_for_costs(study: St
     assert _costs(logs[0]) == _costs(logs[1]) == _plain(study)
     assert [dict(one) for one in logs[0].header.stimuli] == [dict(one) for one in logs[1].header.stimuli]
     for one, other in zip(logs[0].trials, logs[1].trials, strict=True):
-        assert one.data.get("clipping") == other.data.get("clipping")
+        assert one.details().get("clipping") == other.details().get("clipping")
 
 
 def test_costs_of_what_is_not_shown_follow_before_the_end(study: Study) -> None:
@@ -127,7 +127,7 @@ def _resume(study: Study, *, accept_changes: bool = False) -> tuple[Path, Statio
 def test_a_session_that_stopped_after_a_trial_is_resumed_to_the_same_costs(study: Study) -> None:
     file = _leave(study, 3)
     assert {name for name, costs in _costs(read_session(file)).items() if costs} == set(
-        name for answer in read_session(file).answers for name in answer.data.get("clipping") or ()
+        name for answer in read_session(file).answers for name in answer.details().get("clipping") or ()
     )
     _resume(study)
     assert _costs(read_session(file)) == _plain(study)

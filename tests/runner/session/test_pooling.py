@@ -19,6 +19,7 @@ from runner.ports import ChooseBatch, WindowClosed
 from runner.protocol import Experiment, read_experiment
 from runner.session.folders import Recorder
 from runner.session.pooling import MOST_S, RecordedPool, ResultsPool
+from tests.answers import changed
 from tests.runner import every_kind as EVERY
 from tests.runner.pooled_sessions import asked, leave_after, sit
 
@@ -59,8 +60,8 @@ def wins_of(logs: list[SessionLog], names: tuple[str, ...]) -> np.ndarray:
     for log in logs:
         for trial in log.trials:
             if trial.kind == "active_pairs":
-                i, j = names.index(trial.data["first"]), names.index(trial.data["second"])
-                won = {"first": 1.0, "second": 0.0}.get(trial.data["answer"], 0.5)
+                i, j = names.index(trial.details()["first"]), names.index(trial.details()["second"])
+                won = {"first": 1.0, "second": 0.0}.get(trial.details()["answer"], 0.5)
                 wins[i, j] += won
                 wins[j, i] += 1 - won
     return wins
@@ -322,8 +323,8 @@ def test_an_answer_that_was_given_once_more_counts_once_and_a_copy_not_at_all(
     design: Experiment, results: Path
 ) -> None:
     other = sit(design, results, "01", leave_after(6), seed=1)
-    data = {key: value for key, value in other.answers[-1].data.items() if key not in ("chosen", "rejected")}
-    again = replace(other.answers[-1], attempt=1, data={**data, "answer": "no_difference"})
+    data = {key: value for key, value in other.answers[-1].details().items() if key not in ("chosen", "rejected")}
+    again = changed(other.answers[-1], attempt=1, data={**data, "answer": "no_difference"})
     recorder, _ = Recorder.reopen(other.file.parent)
     with recorder:
         recorder.append(again)

@@ -7,9 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from analysis.records import FILE_NAME, Header, Trial, read_session
+from analysis.kinds import Trial
+from analysis.records import FILE_NAME, Header, read_session
 from runner.errors import SessionError
 from runner.session.folders import Recorder
+from tests.answers import new_answer
 
 STIMULI = ({"name": "a"}, {"name": "b é"})
 HEADER = Header("e", "01", "s", "2026-01-01T00:00:00+00:00", 0, "Which — µ?", True, STIMULI, {}, {}, {}, {}, {})
@@ -17,7 +19,7 @@ HEADER = Header("e", "01", "s", "2026-01-01T00:00:00+00:00", 0, "Which — µ?",
 
 def _trial(number: int) -> Trial:
     data = {"first": "a", "second": "b é", "answer": "first", "chosen": "a", "rejected": "b é"}
-    return Trial(0, number, "all_pairs", (("up", 1.25),), 1.25, "2026-01-01T00:00:01+00:00", data)
+    return new_answer(0, number, "all_pairs", (("up", 1.25),), 1.25, "2026-01-01T00:00:01+00:00", data)
 
 
 def _session(folder: Path, trials: int) -> Path:

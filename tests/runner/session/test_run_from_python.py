@@ -10,7 +10,8 @@ from typing import Any
 
 import pytest
 
-from analysis.records import FILE_NAME, Trial, read_session
+from analysis.kinds import Trial
+from analysis.records import FILE_NAME, read_session
 from analysis.report import write_report
 from documents import InputError
 from runner.blocks import Block, Draw
@@ -24,7 +25,7 @@ Study = Any  # tests/conftest.py
 
 
 def _trials(folder: Path) -> list[tuple[Any, ...]]:
-    return [(t.block, t.trial, t.kind, t.events, t.data) for t in read_session(folder / FILE_NAME).trials]
+    return [(t.block, t.trial, t.kind, t.events, t.details()) for t in read_session(folder / FILE_NAME).trials]
 
 
 def test_a_session_is_run_and_its_end_reported(study: Study) -> None:

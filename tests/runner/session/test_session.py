@@ -10,7 +10,8 @@ from typing import Any
 
 import pytest
 
-from analysis.records import SessionLog, Trial
+from analysis.kinds import Trial
+from analysis.records import SessionLog
 from runner.blocks import FULL_HD_HALF, Block
 from runner.blocks.message import pause_menu
 from runner.errors import SessionError
@@ -72,13 +73,13 @@ def test_records_say_what_was_shown_and_chosen() -> None:
     Session(_blocks(), screen, _simulated(), paper, clip_costs={name: {"of": name} for name in NAMES}).run()
     pairs = [trial for trial in paper.trials if trial.kind == "all_pairs"]
     for trial, scene in zip(pairs, screen.shown[1:], strict=False):
-        assert (trial.data["first"], trial.data["second"]) == scene.stimuli
+        assert (trial.details()["first"], trial.details()["second"]) == scene.stimuli
         up = trial.events[-1][0] == "up"
-        assert trial.data["answer"] == ("first" if up else "second")
-        assert trial.data["chosen"] == trial.data["first" if up else "second"]
-        assert trial.data["rejected"] == trial.data["second" if up else "first"]
-        assert trial.data["first_position"] == "top"
-        assert set(trial.data["clipping"]) == set(scene.stimuli)
+        assert trial.details()["answer"] == ("first" if up else "second")
+        assert trial.details()["chosen"] == trial.details()["first" if up else "second"]
+        assert trial.details()["rejected"] == trial.details()["second" if up else "first"]
+        assert trial.details()["first_position"] == "top"
+        assert set(trial.details()["clipping"]) == set(scene.stimuli)
         assert trial.response_time_s == pytest.approx(trial.events[-1][1])
     assert [trial.trial for trial in pairs] == list(range(10))
 
@@ -126,7 +127,7 @@ def test_escape_pauses_and_shows_the_pair_again() -> None:
     paper = Paper()
     with pytest.raises(Left):
         Session(_blocks(), screen, observer, paper).run()
-    assert [trial.data.get("answer") for trial in paper.trials] == [None, "first", "second"]
+    assert [trial.details().get("answer") for trial in paper.trials] == [None, "first", "second"]
     assert not paper.ends
     menu = pause_menu(FULL_HD_HALF, can_repeat=True).scene
     assert screen.shown.count(menu) == 2
@@ -149,7 +150,7 @@ def test_timed_scenes_are_recorded_with_the_frames_that_were_missed(pace_s: floa
     screen.pace_s = pace_s
     block = met("all_pairs", setting("abc"), fixation_s=1.0, exposure_s=0.5, blank_s=2.0)
     Session((block,), screen, _simulated(), paper).run()
-    first, second, _third = (trial.data["timed"] for trial in paper.trials)
+    first, second, _third = (trial.details()["timed"] for trial in paper.trials)
     assert [(held["what"], held["frames"], held["missed_frames"]) for held in first] == [
         ("fixation", 2, 0),
         ("pair", 1, 1),
@@ -193,11 +194,14 @@ def test_the_last_trial_can_be_repeated_and_the_last_attempt_counts() -> None:
         *((n, 0) for n in range(2, 10)),
     ]
     again = pairs[2]
-    assert (again.data["first"], again.data["second"]) == (pairs[1].data["first"], pairs[1].data["second"])
-    assert [pairs[1].data["answer"], again.data["answer"]] == ["first", "second"]
+    assert (again.details()["first"], again.details()["second"]) == (
+        pairs[1].details()["first"],
+        pairs[1].details()["second"],
+    )
+    assert [pairs[1].details()["answer"], again.details()["answer"]] == ["first", "second"]
     assert [(mark.block, mark.trial, mark.by) for mark in paper.marks] == [(1, 1, "observer")]
     # The pair that was interrupted says so.
-    assert [trial.data.get("interruptions") for trial in pairs[1:4]] == [None, None, 1]
+    assert [trial.details().get("interruptions") for trial in pairs[1:4]] == [None, None, 1]
 
 
 def test_a_trial_marked_by_the_experimenter_comes_again_after_its_block() -> None:
@@ -282,7 +286,7 @@ def test_a_trial_marked_after_its_block_is_asked_again_at_the_end() -> None:
     session.on_trial = lambda trial: None if trial.kind != "break" else _mark(session)
     session.run()
     assert [(trial.place, trial.attempt) for trial in paper.trials[-2:]] == [((2, 0), 0), ((1, 9), 1)]
-    assert paper.trials[-1].data["answer"] == "second"
+    assert paper.trials[-1].details()["answer"] == "second"
     assert paper.ends
 
 
@@ -316,4 +320,4 @@ def test_a_question_that_looks_like_the_last_one_is_timed_from_the_last_answer()
     Session([LOOK] * 3, screen, person, paper).run()
     assert all(scene == screen.shown[0] for scene in screen.shown)
     assert [trial.response_time_s for trial in paper.trials] == [1.5, 0.75, 2.0]
-    assert [trial.events for trial in paper.trials] == [(("space", time_s),) for time_s in (1.5, 0.75, 2.0)]
+    assert [trial.events for trial in paper.trials] == [[("space", time_s)] for time_s in (1.5, 0.75, 2.0)]

@@ -53,7 +53,7 @@ def run(study: Study, **more: Any) -> tuple[SessionLog, list[str]]:
 
 
 def marks_of(log: SessionLog) -> list[dict[str, Any]]:
-    return [mark for trial in log.trials for mark in trial.data.get("timing_marks", [])]
+    return [mark for trial in log.trials for mark in trial.details().get("timing_marks", [])]
 
 
 def test_each_onset_and_answer_is_a_byte_and_stands_in_its_trial(study: Study) -> None:
@@ -63,7 +63,7 @@ def test_each_onset_and_answer_is_a_byte_and_stands_in_its_trial(study: Study) -
     assert said == []
     assert len(log.trials) == RECORDS
     for trial in log.trials:
-        *page, onset, answer = trial.data["timing_marks"]
+        *page, onset, answer = trial.details()["timing_marks"]
         assert [mark["mark"] for mark in page] == (["onset", "answer"] if trial.place == (1, 4) else [])
         assert onset == onset | {"port": f"serial {port}", "mark": "onset", "code": 17}
         assert answer == answer | {"port": f"serial {port}", "mark": "answer", "code": 34}
@@ -144,7 +144,7 @@ def test_a_port_in_use_is_refused_and_the_others_are_closed_again(study: Study) 
         other.close()
         log, _ = run(study)
         assert first[1](5.0) == second[1](5.0) == bytes([1, 2]) * SCREENS
-    assert [mark["port"] for mark in log.trials[0].data["timing_marks"]] == [
+    assert [mark["port"] for mark in log.trials[0].details()["timing_marks"]] == [
         f"serial {name}" for name in (first[0], second[0])
     ] * 2
 
@@ -346,9 +346,9 @@ def test_timed_scenes_are_marked_by_name(study: Study) -> None:
         log, _ = run(study)
         assert read(5.0) == b"\x01\x02" + 6 * b"\x01\x01\x01\x02"
     for trial in log.trials[1:]:
-        scenes = [(mark["mark"], mark.get("scene")) for mark in trial.data["timing_marks"]]
+        scenes = [(mark["mark"], mark.get("scene")) for mark in trial.details()["timing_marks"]]
         assert scenes == [("onset", "fixation"), ("onset", "pair"), ("onset", None), ("answer", None)]
-        assert [timed["what"] for timed in trial.data["timed"]] == ["fixation", "pair"]
+        assert [timed["what"] for timed in trial.details()["timed"]] == ["fixation", "pair"]
 
 
 @pytest.fixture
@@ -370,7 +370,7 @@ def test_codes_by_condition_and_a_byte_of_the_trial(sunny: Study) -> None:
         assert list(read(5.0)) == sent[-len(sent) + 2 * len([m for trial in log.trials[:4] for m in marks_in(trial)]) :]
     assert marks_of(resumed)[-1]["trial_byte"] == RECORDS - 1
     for done, trial in enumerate(log.trials[1:], start=1):
-        shown = {trial.data["first"], trial.data["second"]}
+        shown = {trial.details()["first"], trial.details()["second"]}
         onset = 11 if shown == {"one", "two"} else 13 if "four" in shown else 1
         assert [(mark["code"], mark["trial_byte"]) for mark in marks_in(trial)[-2:]] == [(onset, done), (12, done)]
     assert marks_of(log)[0]["code"] == 1  # the instructions
@@ -378,7 +378,7 @@ def test_codes_by_condition_and_a_byte_of_the_trial(sunny: Study) -> None:
 
 
 def marks_in(trial: Any) -> list[dict[str, Any]]:
-    return list(trial.data["timing_marks"])
+    return list(trial.details()["timing_marks"])
 
 
 @dataclass(slots=True)
@@ -449,7 +449,7 @@ def test_a_recording_that_began_late_is_joined_by_trial(sunny: Study, monkeypatc
         trial = trials[int(mark["block"]), int(mark["trial"])]
         assert mark["event"] in ("my%20onset", "answer")
         if "stimuli" in mark:
-            first, second = trial.data["first"], trial.data["second"]
+            first, second = trial.details()["first"], trial.details()["second"]
             assert set(mark["stimuli"].split(",")) == {first, second}
             assert (mark.get("condition.light") == "sun") == ({first, second} == {"one", "two"})
     onsets = [mark for mark in received if mark["event"] != "answer" and "stimuli" in mark]

@@ -11,9 +11,11 @@ from typing import Any
 import pytest
 
 from analysis.errors import ResultsError
-from analysis.records import FILE_NAME, Header, Trial, read_session
+from analysis.kinds import Trial
+from analysis.records import FILE_NAME, Header, read_session
 from runner.protocol import read_experiment
 from runner.session import Watch, simulate
+from tests.answers import new_answer
 
 Study = Any  # tests/conftest.py
 
@@ -33,7 +35,7 @@ def trial(number: int, at_s: int) -> Trial:
     data = {"first": "a", "second": "b", "answer": "first", "chosen": "a", "rejected": "b", "first_position": "top"}
     timed = [{"what": "fixation", "frames": 12, "asked_ms": 100.0, "shown_ms": 100.0, "missed_frames": 2}]
     utc = f"2026-01-31T09:{30 + at_s // 60:02}:{at_s % 60:02}Z"
-    return Trial(0, number, "all_pairs", (("up", 1.5),), 1.5, utc, {**data, "timed": timed})
+    return new_answer(0, number, "all_pairs", (("up", 1.5),), 1.5, utc, {**data, "timed": timed})
 
 
 def write(folder: Path, header: Header, answers: int, *, idle_s: float = 5.0, every_s: int = 5, end: str = "") -> Path:

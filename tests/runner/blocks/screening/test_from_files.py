@@ -58,7 +58,7 @@ def test_who_sees_well_continues_and_who_does_not_is_screened_out(study: Study) 
     good = log_of(study, "01")
     assert [one.passed for one in outcomes(good)] == [True, True, True]
     assert sum(trial.kind == "all_pairs" for trial in good.trials) == 6
-    facts = next(trial.data["screen"] for trial in good.trials if "outcome" in trial.data)
+    facts = next(trial.details()["screen"] for trial in good.trials if "outcome" in trial.details())
     assert facts["one_pixel_arcsec"] == pytest.approx(73.5, abs=0.5)
     assert facts["finest_arcsec"] == pytest.approx(0.2 * facts["one_pixel_arcsec"], rel=0.01)
 
@@ -69,7 +69,7 @@ def test_who_sees_well_continues_and_who_does_not_is_screened_out(study: Study) 
     bad = log_of(study, "02")
     assert bad.complete
     assert json.loads(bad.file.read_text().splitlines()[-1])["screened_out"] is True
-    assert bad.trials[-1].data["screened_out"] is True
+    assert bad.trials[-1].details()["screened_out"] is True
     assert not any(trial.kind == "all_pairs" for trial in bad.trials)
     assert screened([good, bad]) == (good,)
 
@@ -96,7 +96,9 @@ def test_a_simulated_protan_fails_that_axis_alone(study: Study) -> None:
     simulate(study, "03", "{colour_vision_protan: {threshold: 10}}")
     log = log_of(study, "03")
     (told,) = (
-        trial.data for trial in log.trials if trial.data.get("test") == "colour_vision" and "outcome" in trial.data
+        trial.details()
+        for trial in log.trials
+        if trial.details().get("test") == "colour_vision" and "outcome" in trial.details()
     )
     assert [told["by_series"][axis]["passed"] for axis in ("protan", "deutan", "tritan")] == [False, True, True]
     assert [one.passed for one in outcomes(log)] == [True, False, True]

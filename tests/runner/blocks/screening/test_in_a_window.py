@@ -58,5 +58,5 @@ def test_a_person_who_sees_passes(person: Person, screening: Block) -> None:
     assert log.complete
     assert passed(log) is True
     assert sum(not trial.is_outcome for trial in log.trials) == screening.trials
-    shown = [trial for trial in log.trials if "correct" in trial.data]
-    assert all(trial.data["correct"] and 0.0 < trial.response_time_s < 60.0 for trial in shown)
+    shown = [trial for trial in log.trials if "correct" in trial.details()]
+    assert all(trial.details()["correct"] and 0.0 < trial.response_time_s < 60.0 for trial in shown)

@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from analysis.observers import Outcome, outcomes, screened, threshold_estimate
+from analysis.kinds import Trial
+from analysis.observers import outcomes, screened, threshold_estimate
 from analysis.observers.screening import passed
-from analysis.records import Header, SessionLog, Trial
+from analysis.records import Header, SessionLog
 from devices.display import DisplayModel, EyeModels, ToneCurve
 from runner.blocks import Block, Choose, Style
 from runner.blocks.screening.acuity import NearAcuitySpec, StereoAcuitySpec, finest_arcsec, finest_logmar, gap_px
@@ -89,7 +90,9 @@ def unable(task: str, below: float) -> Callable[[Ask], str]:
 
 
 def outcome(played: Any, test: str) -> dict[str, Any]:
-    (found,) = (trial.data for trial in played.trials if trial.data["test"] == test and "outcome" in trial.data)
+    (found,) = (
+        trial.details() for trial in played.trials if trial.details()["test"] == test and "outcome" in trial.details()
+    )
     return dict(found)
 
 
@@ -99,7 +102,7 @@ def test_someone_who_sees_everything_meets_everything(play: Play) -> None:
     assert whole.shown_at_record[-1] == len(whole.shown)
     assert {trial.kind for trial in whole.trials} == {"screening"}
     for trial in whole.trials:
-        assert json.loads(json.dumps(trial.data)) == trial.data
+        assert json.loads(json.dumps(trial.details())) == trial.details()
     told = {test: outcome(whole, test)["outcome"] for test in ("stereo_acuity", "colour_vision", "near_acuity")}
     assert all(one["passed"] and one["controls_seen"] for one in told.values())
     assert [one["threshold"] for one in told.values()] == [60.0, 0.02, 0.2]
@@ -119,9 +122,9 @@ def uv(xyz: list[float]) -> NDArray[np.float64]:
 def test_records_say_what_was_shown_and_answered(play: Play) -> None:
     whole = play(block())
     asked = [ask for ask in whole.asks if isinstance(ask.task, Choose)]
-    answers = [trial for trial in whole.trials if "correct" in trial.data]
+    answers = [trial for trial in whole.trials if "correct" in trial.details()]
     for ask, trial in zip(asked, answers, strict=True):
-        data = trial.data
+        data = trial.details()
         assert data["correct"] is True
         assert data["answer"] == data["correct_answer"] == ask.task.correct
         assert trial.response_time_s == pytest.approx(0.5)
@@ -135,7 +138,7 @@ def test_records_say_what_was_shown_and_answered(play: Play) -> None:
         if data["series"] in ("protan", "tritan"):
             apart = uv(data["ring_XYZ_cd_m2"]) - uv(block().facts["colour_vision"]["ground_XYZ_cd_m2"])
             assert np.hypot(*apart) == pytest.approx(data["level"], abs=1e-4)
-    depths = [trial.data["depth"] for trial in answers if trial.data["test"] == "stereo_acuity"]
+    depths = [trial.details()["depth"] for trial in answers if trial.details()["test"] == "stereo_acuity"]
     assert depths == ["crossed", "uncrossed"] * 3
 
 
@@ -151,7 +154,9 @@ def test_it_is_the_same_again_and_resumes_from_anywhere(press: Callable[[Ask], s
 
 def test_a_series_ends_with_the_level_that_is_not_passed(play: Play) -> None:
     played = play(block(), unable("stereo_acuity", 140.0))
-    levels = [t.data["level"] for t in played.trials if t.data["test"] == "stereo_acuity" and "level" in t.data]
+    levels = [
+        t.details()["level"] for t in played.trials if t.details()["test"] == "stereo_acuity" and "level" in t.details()
+    ]
     assert levels == [400.0, 400.0, 140.0, 140.0, 60.0]
     told = outcome(played, "stereo_acuity")["outcome"]
     assert (told["passed"], told["threshold"]) == (True, 140.0)
@@ -183,14 +188,14 @@ def test_who_does_not_see_the_controls_did_not_take_the_test(play: Play) -> None
 
 
 def test_failing_continues_or_stops_the_session(play: Play) -> None:
-    assert [t.data["test"] for t in play(block(), wrong).trials if "outcome" in t.data] == [
+    assert [t.details()["test"] for t in play(block(), wrong).trials if "outcome" in t.details()] == [
         "stereo_acuity",
         "colour_vision",
         "near_acuity",
     ]
     played = play(block(on_fail="stop"), wrong)
-    assert [t.data["test"] for t in played.trials if "outcome" in t.data] == ["stereo_acuity"]
-    assert played.trials[-1].data == {"test": "stereo_acuity", "screened_out": True}
+    assert [t.details()["test"] for t in played.trials if "outcome" in t.details()] == ["stereo_acuity"]
+    assert played.trials[-1].details() == {"test": "stereo_acuity", "screened_out": True}
     assert played.shown_at_record[-1] == len(played.shown)
     assert any(isinstance(item, Text) and "all for today" in item.words for item in played.shown[-1].items)
     own = play(block(on_fail="stop", stop_words="Halt."), wrong).shown[-1].items
@@ -324,7 +329,12 @@ def test_outcomes_are_read_back_and_choose_sessions(play: Play) -> None:
         ("colour_vision", True),
         ("near_acuity", True),
     ]
-    assert outcomes(bad) == (Outcome("02", "s", "stereo_acuity", False, None, None, 140.0, "arcsec"),)
+    (failed,) = outcomes(bad)
+    assert (failed.test, failed.passed, failed.words) == (
+        "stereo_acuity",
+        False,
+        "stereo acuity: no level passed, pass mark 140 arcsec",
+    )
     assert (passed(good), passed(bad), passed(untested)) == (True, False, None)
     assert passed(bad, ["near_acuity"]) is None
     assert passed(bad, ["near_acuity", "stereo_acuity"]) is False

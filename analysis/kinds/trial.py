@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Annotated, Any, ClassVar, Literal
+from functools import cache
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 from pydantic import Field, Strict, model_validator
 
-from analysis.records.fields import Count, Event, Fields, Name, Number, Seconds, Utc
+from analysis.kinds.fields import Count, Event, Fields, Name, Number, Seconds, Utc
 
+PRACTICE = "practice"
+# Where, when and in which attempt: what begins the line of a trial of any kind.
+PLACED = ("record", "block", "trial", "kind", "events", "response_time_s", "utc", "attempt")
 # Times are rounded to 1e-6 s, and sums of them once more.
 ROUNDING_S = 2e-6
 
@@ -50,6 +54,18 @@ class TimingMark(Fields):
 Ignored = Annotated[tuple[Name, Number, Name], Strict(False)]
 
 
+Of = Literal["alone", "chosen", "both"]
+
+
+class Rated(NamedTuple):
+    """A rating on a ``scale``: ``of`` a stimulus that stood alone, that was chosen of two, or of both of these."""
+
+    of: Of
+    scale: str
+    stimulus: str
+    value: int
+
+
 @dataclass(slots=True)
 class Session:
     """What the records of a session so far say: what the next one must agree with.
@@ -80,7 +96,7 @@ class Session:
             yield f"the answer is '{answer}', but the key '{key}' means '{known}'"
 
 
-class TrialRecord(Fields):
+class Trial(Fields):
     """The fields of every trial. A kind adds its own, and says what must agree in them.
 
     What the program writes twice must agree in every log: `contradictions`. What can only be concluded from presses and
@@ -89,6 +105,11 @@ class TrialRecord(Fields):
 
     asked: ClassVar[tuple[str, ...]] = ()
     """The fields that say what was asked: the same in every attempt at a trial."""
+    written: ClassVar[tuple[str, ...]] = ()
+    """The kind's own fields that come first in a line, ``...`` for further ones; the others follow as declared."""
+    answers_task: ClassVar[bool] = True
+    is_outcome: ClassVar[bool] = False
+    """Whether it states what came of a test, and is no answer."""
 
     record: Literal["trial"]
     block: Count
@@ -98,19 +119,62 @@ class TrialRecord(Fields):
     response_time_s: Seconds
     utc: Utc
     attempt: Count = 0
-    clipping: dict[str, Any] | None = None
-    timed: list[TimedScene] = Field(default_factory=list)
-    ignored: list[Ignored] = Field(default_factory=list)
-    interruptions: Count = 0
-    timing_marks: list[TimingMark] = Field(default_factory=list)
+    practice_of: Name | None = None
     nominal: Name | None = None
     uncharacterised: bool = False
     wrong_screen: bool = False
+    clipping: dict[str, Any] | None = None
+    timed: list[TimedScene] = Field(default_factory=list)
+    interruptions: Count = 0
+    ignored: list[Ignored] = Field(default_factory=list)
+    ignored_more: Count = 0
+    timing_marks: list[TimingMark] = Field(default_factory=list)
+    window_lost: bool = False
+
+    @property
+    def place(self) -> tuple[int, int]:
+        """Block and trial, the same for every attempt."""
+        return self.block, self.trial
+
+    @property
+    def is_practice(self) -> bool:
+        """Whether it is practice, which is not analysed."""
+        return self.kind == PRACTICE
+
+    @property
+    def is_task(self) -> bool:
+        """Whether it answers the task: no page, practice, question or vision test."""
+        return self.answers_task and not self.is_practice
 
     @property
     def stimuli(self) -> tuple[str, ...]:
         """The stimuli that it names."""
         return ()
+
+    @property
+    def said(self) -> str:
+        """What was answered, in words; empty where there is only a press."""
+        return ""
+
+    @property
+    def unknown(self) -> tuple[str, ...]:
+        """The names of fields that this version does not know: what a newer one adds."""
+        return () if "..." in self.written else tuple(self.model_extra or ())
+
+    def rated(self) -> Iterator[Rated]:
+        """Yield what it gives to the ratings of stimuli."""
+        yield from ()
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the trial as a line's object, with its keys in the order in which they are written."""
+        held = self.model_dump(by_alias=True, exclude_unset=True, warnings=False)
+        further = [key for key in held if key in (self.__pydantic_extra__ or ())]
+        before, after = _order(type(self))
+        return {key: held[key] for key in (*before, *further, *after) if key in held}
+
+    def details(self) -> dict[str, Any]:
+        """Return what the line says beside where and when: what the kind records, and how it was shown."""
+        return {key: value for key, value in self.to_json().items() if key not in PLACED}
 
     def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
         """Yield what in this record contradicts itself or the records before it.
@@ -137,6 +201,17 @@ class TrialRecord(Fields):
             return self.events[-1][0] if self.events else None
         keys = {key for key, seconds in self.events if is_near(self.response_time_s, (seconds,))}
         return keys.pop() if len(keys) == 1 else None
+
+
+@cache
+def _order(kind: type[Trial]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the keys of a line of a kind, in order: those before and those after what this version does not know."""
+    names = [field.alias or name for name, field in kind.model_fields.items()]
+    common = [name for name in Trial.model_fields if name not in PLACED]
+    own = [name for name in names if name not in Trial.model_fields]
+    order = [*kind.written, *(name for name in own if name not in kind.written)]
+    cut = order.index("...") if "..." in order else len(order)
+    return (*PLACED, *order[:cut]), (*order[cut + 1 :], *common)
 
 
 def is_near(value: float, others: Iterable[float]) -> bool:

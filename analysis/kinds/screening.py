@@ -1,77 +1,27 @@
-"""Records of pages of words, questions and tests of vision: `instructions`, `break`, `questionnaire`, `screening`."""
+"""Records of `screening`: presentations of tests of vision, what came of each test, and the end after a failed one."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from decimal import Decimal
 from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
-from analysis.records.fields import Count, Fields, Json, Name, Number, Text, Typed
-from analysis.records.trial_record import ROUNDING_S, Session, TrialRecord
+from analysis.kinds.fields import Count, Fields, Json, Name, Number, Text
+from analysis.kinds.trial import Session, Trial
 
 Side = Literal["up", "down", "left", "right"]
 _SIDES = {f"{where}{side}": side for where in ("", "pad_") for side in ("up", "down", "left", "right")}
 
 
-class PageRecord(TrialRecord):
-    """A page of words was read."""
-
-    def pressed_otherwise(self, session: Session, *, practised: bool) -> Iterator[str]:
-        """Compare the time with the press that ended it."""
-        yield from super().pressed_otherwise(session, practised=practised)
-        yield from self.timed_by_press(last=True)
-
-
-class QuestionRecord(TrialRecord):
-    """A question and its answer; None if it was left out."""
-
-    asked: ClassVar[tuple[str, ...]] = ("name", "question", "answered_by")
-
-    name: Name
-    question: Text
-    answer: Text | Typed | None
-    answered_by: Literal["choice", "number", "text"]
-    unit: Text | None = None
-
-    def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
-        """Compare the answer with how it was given."""
-        if self.answer is not None and isinstance(self.answer, str) == (self.answered_by == "number"):
-            yield f"the answer {self.answer!r} is no {self.answered_by}"
-
-    def pressed_otherwise(self, session: Session, *, practised: bool) -> Iterator[str]:
-        """Compare the time with the presses, among which is what was typed."""
-        total = sum([seconds for _, seconds in self.events])
-        if abs(self.response_time_s - total) > ROUNDING_S * (1 + len(self.events)):
-            yield f"the response time is {self.response_time_s:g} s, and its presses took {total:g} s"
-        if self.answer is None or self.answered_by == "choice":
-            return
-        typed = "".join([key.removeprefix("text ") for key, _ in self.events if key.startswith("text ")])
-        if isinstance(self.answer, str):
-            wanted, known = self.answer.strip(), _HALF not in typed
-        else:
-            wanted, known = _digits(self.answer), sum(map(str.isdigit, typed)) <= _EXACT
-        characters = iter(typed)
-        if known and not all(character in characters for character in wanted):
-            yield f"the answer {self.answer!r} was not typed"
-
-
-# What is read in place of half a character: two halves in a row are one character of the answer.
-_HALF = "\N{REPLACEMENT CHARACTER}"
-_EXACT = 15  # digits of a number that a float keeps all of
-
-
-def _digits(number: float) -> str:
-    text = format(Decimal(repr(float(number))), "f")
-    text = text.rstrip("0").rstrip(".") if "." in text else text
-    return "".join(character for character in text if character.isdigit()).lstrip("0")
-
-
-class PresentationRecord(TrialRecord):
+class PresentationRecord(Trial):
     """One presentation of a test of vision."""
 
+    answers_task = False
+
     asked: ClassVar[tuple[str, ...]] = ("test", "series", "level", "unit", "presentation", "correct_answer")
+
+    written = ("test", "series", "level", "unit", "presentation", "...")
 
     test: Name
     series: Name
@@ -81,6 +31,11 @@ class PresentationRecord(TrialRecord):
     correct_answer: Side
     answer: Side
     correct: bool
+
+    @property
+    def said(self) -> str:
+        """What was answered."""
+        return self.answer
 
     def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
         """Compare the answer with what is right."""
@@ -116,7 +71,10 @@ class SeriesOutcome(Fields):
 
 
 class Outcome(Fields):
-    """What came of a test."""
+    """What came of a test; ``threshold`` is the finest level passed, in ``unit``; None if no level was passed.
+
+    ``controls_seen`` is whether control plates, which everyone sees, were seen.
+    """
 
     passed: bool
     threshold: Number | None = None
@@ -126,8 +84,11 @@ class Outcome(Fields):
     controls_seen: bool
 
 
-class OutcomeRecord(TrialRecord):
+class OutcomeRecord(Trial):
     """The record that states what came of a test."""
+
+    answers_task = False
+    is_outcome = True
 
     asked: ClassVar[tuple[str, ...]] = ("test",)
 
@@ -135,6 +96,26 @@ class OutcomeRecord(TrialRecord):
     outcome: Outcome
     by_series: dict[Name, SeriesOutcome] = Field(min_length=1)
     screen: Json = Field(default_factory=dict)
+
+    @property
+    def passed(self) -> bool:
+        """Whether the test was passed."""
+        return self.outcome.passed
+
+    @property
+    def reached(self) -> str:
+        """What was reached, such as "passed 200 arcsec, pass mark 140 arcsec"."""
+        result = self.outcome
+        unit = {"arcsec": " arcsec", "logmar": " logMAR", "delta_uv": " in u′v′"}.get(result.unit, f" {result.unit}")
+        reached = "no level passed" if result.threshold is None else f"passed {result.threshold:g}{unit}"
+        if not result.controls_seen:
+            reached += ", missed control plates that everyone sees"
+        return f"{reached}, pass mark {result.pass_mark:g}{unit}"
+
+    @property
+    def words(self) -> str:
+        """The test and what was reached in it, such as "stereo acuity: passed 200 arcsec, pass mark 140 arcsec"."""
+        return f"{self.test.replace('_', ' ')}: {self.reached}"
 
     def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
         """Compare the outcome with that of each series, and these with the presentations."""
@@ -160,8 +141,11 @@ class OutcomeRecord(TrialRecord):
             session.seen["failed", self.test] = True
 
 
-class ScreenedOutRecord(TrialRecord):
+class ScreenedOutRecord(Trial):
     """The session ended after a failed test."""
+
+    answers_task = False
+    is_outcome = True
 
     test: Name
     screened_out: Literal[True]
@@ -177,7 +161,7 @@ class ScreenedOutRecord(TrialRecord):
         yield from self.timed_by_press(last=True)
 
 
-def screening_record(line: dict[str, Any]) -> type[TrialRecord]:
+def screening_record(line: dict[str, Any]) -> type[Trial]:
     """Return which of the three records a line of kind `screening` is."""
     if "outcome" in line or "by_series" in line:
         return OutcomeRecord

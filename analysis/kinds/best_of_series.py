@@ -1,4 +1,4 @@
-"""Records of pictures chosen from a series or rated alone: `best_of_series`, `rating`."""
+"""Records of `best_of_series`: a picture chosen from a series, and how the series was gone through."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field, Strict
 
-from analysis.records.fields import Count, Name, Seconds, Whole
-from analysis.records.trial_record import ROUNDING_S, Session, TrialRecord, is_near
+from analysis.kinds.fields import Count, Name, Seconds
+from analysis.kinds.rating import RatedRecord
+from analysis.kinds.trial import ROUNDING_S, Session, is_near
 
 Visit = Annotated[tuple[Count, Seconds], Strict(False)]
-_ACCEPT = ("enter", "space", "pad_a", "click accept")
 _LEAF = {
     **dict.fromkeys(("left", "wheel_up", "pad_left"), "previous"),
     **dict.fromkeys(("right", "wheel_down", "pad_right"), "next"),
@@ -19,56 +19,12 @@ _LEAF = {
 }
 
 
-class RatedRecord(TrialRecord):
-    """A record with ratings by the scale's name, and the time that each took in s."""
-
-    ratings: dict[Name, Whole]
-    rating_times_s: dict[Name, Seconds]
-
-    def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
-        """Compare the ratings with their times."""
-        if self.ratings.keys() != self.rating_times_s.keys():
-            yield "'ratings' and 'rating_times_s' are not of the same scales"
-
-    def pressed_otherwise(self, session: Session, *, practised: bool) -> Iterator[str]:
-        """Compare the times with the presses, and a rating with the digit that gave it."""
-        yield from super().pressed_otherwise(session, practised=practised)
-        total = sum([seconds for _, seconds in self.events])
-        if sum(self.rating_times_s.values()) > total + ROUNDING_S * (1 + len(self.events) + len(self.ratings)):
-            yield f"the ratings took longer than all events ({total:g} s)"
-        # Where keys have other meanings, a digit may move the marker or accept where it stands.
-        if len(self.ratings) == 1 and not practised and not session.own_keys:
-            ((name, value),) = self.ratings.items()
-            keys = [key for key, _ in self.events[-2:]]
-            if keys and keys[-1] in _ACCEPT:
-                keys.pop()
-            if keys and keys[-1].isdecimal():
-                yield from session.key_means(f"scale {name} of block {self.block}", keys[-1], str(value), {})
-
-
-class RatingRecord(RatedRecord):
-    """A picture rated alone."""
-
-    asked: ClassVar[tuple[str, ...]] = ("stimulus",)
-
-    stimulus: Name
-
-    @property
-    def stimuli(self) -> tuple[str, ...]:
-        """The one."""
-        return (self.stimulus,)
-
-    def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
-        """Compare the response time with those of the ratings."""
-        yield from super().contradictions(session, practised=practised)
-        if abs(self.response_time_s - sum(self.rating_times_s.values())) > ROUNDING_S * (1 + len(self.ratings)):
-            yield f"the response time is {self.response_time_s:g} s, which is not that of its ratings together"
-
-
 class BestOfSeriesRecord(RatedRecord):
     """A picture chosen from a series, and how the series was gone through."""
 
     asked: ClassVar[tuple[str, ...]] = ("series", "members", "start")
+
+    written = ("series", "stimuli", "start", "chosen", "chosen_index", "path", "dwell_s")
 
     series: Name
     members: list[Name] = Field(alias="stimuli", min_length=2)
@@ -77,6 +33,11 @@ class BestOfSeriesRecord(RatedRecord):
     chosen_index: Count
     path: list[Visit] = Field(min_length=1)
     dwell_s: list[Seconds]
+
+    @property
+    def said(self) -> str:
+        """What was answered."""
+        return self.chosen
 
     @property
     def stimuli(self) -> tuple[str, ...]:

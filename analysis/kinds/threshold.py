@@ -6,15 +6,15 @@ from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import ClassVar, Literal
 
-from analysis.records.fields import Count, Level, Name
-from analysis.records.pair_trials import KEYS
-from analysis.records.trial_record import Session, TrialRecord
+from analysis.kinds.fields import Count, Level, Name
+from analysis.kinds.pair import KEYS
+from analysis.kinds.trial import Session, Trial
 
 YES_NO: Mapping[str, str] = MappingProxyType({"left": "yes", "pad_left": "yes", "right": "no", "pad_right": "no"})
 _PLACES = {"two_places": ("top", "left"), "two_intervals": ("interval_1",)}
 
 
-class ThresholdRecord(TrialRecord):
+class ThresholdRecord(Trial):
     """A stimulus at a level of the factor, or none (``level`` is None), and the answer."""
 
     asked: ClassVar[tuple[str, ...]] = (
@@ -34,10 +34,15 @@ class ThresholdRecord(TrialRecord):
     first_position: Literal["top", "left", "interval_1"] | None = None
     correct_answer: Literal["first", "second"] | None = None
     correct: bool | None = None
-    track: Count | None = None
-    track_trial: Count | None = None
     group: str | None = None
     group_factor: str | None = None
+    track: Count | None = None
+    track_trial: Count | None = None
+
+    @property
+    def said(self) -> str:
+        """What was answered."""
+        return self.answer
 
     @property
     def stimuli(self) -> tuple[str, ...]:

@@ -75,6 +75,7 @@ Number = Annotated[float, Field(ge=-1e12, le=1e12)]
 # Levels of factors, such as a date and time in digits; what has room for 24 typed digits; what a session counted.
 Level = Annotated[float, Field(ge=-1e18, le=1e18)]
 Typed = Annotated[float, Field(ge=-1e24, le=1e24)]
+TypedWhole = Annotated[int, Field(ge=-(10**24), le=10**24)]
 Work = Annotated[float, Field(ge=0, le=1e18)]
 Percent = Annotated[float, Field(ge=0, le=100)]
 Utc = Annotated[str, AfterValidator(_utc)]

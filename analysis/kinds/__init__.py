@@ -1,0 +1,5 @@
+"""The kinds of trial: a file for each, with its record, its cross-checks, and what it gives to analyses and tables."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

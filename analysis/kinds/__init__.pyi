@@ -1,0 +1,14 @@
+from .active_pairs import ActivePairsRecord as ActivePairsRecord
+from .all_pairs import AllPairsRecord as AllPairsRecord
+from .best_of_series import BestOfSeriesRecord as BestOfSeriesRecord
+from .kinds import KINDS as KINDS
+from .kinds import new_trial as new_trial
+from .page import PageRecord as PageRecord
+from .pair import PairRecord as PairRecord
+from .preference import PreferenceRecord as PreferenceRecord
+from .questionnaire import QuestionRecord as QuestionRecord
+from .rating import RatingRecord as RatingRecord
+from .screening import OutcomeRecord as OutcomeRecord
+from .threshold import ThresholdRecord as ThresholdRecord
+from .trial import PRACTICE as PRACTICE
+from .trial import Trial as Trial

@@ -1,0 +1,26 @@
+"""Records of `active_pairs`: two stimuli compared, which the answers so far chose."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from analysis.kinds.fields import Count
+from analysis.kinds.pair import PairRecord
+from analysis.kinds.trial import Session
+
+
+class ActivePairsRecord(PairRecord):
+    """A pair of `active_pairs`, in its batch."""
+
+    written = ("first", "second", "answer", "chosen", "rejected", "batch")
+
+    batch: Count
+
+    def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
+        """Compare the batch with the one before."""
+        yield from super().contradictions(session, practised=practised)
+        if self.attempt == 0:
+            before = session.seen.get(("batch", self.block), 0)
+            if self.batch not in (before, before + 1):
+                yield f"batch {self.batch} follows batch {before}"
+            session.seen["batch", self.block] = self.batch

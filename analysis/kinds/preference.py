@@ -1,0 +1,41 @@
+"""Records of `preference`: the stereo and the flat version of a picture, and which was preferred."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, Literal
+
+from pydantic import Field, Strict
+
+from analysis.kinds.fields import Seconds
+from analysis.kinds.pair import Answer, PairRecord
+from analysis.kinds.trial import Session, is_near
+
+
+class PreferenceRecord(PairRecord):
+    """Both versions of a picture, and which was preferred."""
+
+    written = ("first", "second", "answer", "chosen", "rejected", "chosen_view", "first_view")
+
+    answer: Answer
+    chosen_view: Literal["stereo", "flat"]
+    first_view: Literal["stereo", "flat"]
+    interval_s: Annotated[tuple[Seconds, Seconds], Strict(False)] | None = Field(default=None)
+
+    @property
+    def is_scored(self) -> bool:
+        """Never: it compares versions of a picture."""
+        return False
+
+    def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
+        """Compare the versions with the choice."""
+        yield from super().contradictions(session, practised=practised)
+        if (self.chosen_view == self.first_view) != (self.answer == "first"):
+            yield f"the first is {self.first_view}, the answer {self.answer} and the chosen one {self.chosen_view}"
+
+    def pressed_otherwise(self, session: Session, *, practised: bool) -> Iterator[str]:
+        """Compare the times on the intervals with the presses."""
+        yield from super().pressed_otherwise(session, practised=practised)
+        times = [seconds for _, seconds in self.events]
+        if any(not is_near(seconds, times) for seconds in self.interval_s or ()):
+            yield "the observer stayed on an interval for a time that no press ended"
