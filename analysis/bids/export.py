@@ -298,7 +298,7 @@ def event_rows(log: SessionLog) -> list[tuple[str, ...]]:
         by, text = cell(note.by), cell(note.text)
         add(note, "note", _whole(note.block), _whole(note.trial), MISSING, by, MISSING, text)
     for resumption in log.resumptions:
-        facts = dict(resumption.accepted_changes)
+        facts = resumption.to_json()["accepted_changes"]
         if stop := times.stop(resumption):
             facts |= {"gap_s": stop.gap_s, "clock_behind_s": stop.clock_behind_s}
         changes = cell(facts) if facts else MISSING

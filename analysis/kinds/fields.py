@@ -93,6 +93,11 @@ class Fields(BaseModel):
     nested: ClassVar[tuple[str, ...]] = ()
     """The names of those that are, or have in them, fields of their own."""
 
+    def to_json(self) -> dict[str, Any]:
+        """Return what a line has, every field of it, in the order of the fields; of what is within, what was given."""
+        held = self.model_dump(by_alias=True, exclude_unset=True, warnings=False)
+        return {name: held.pop(name, getattr(self, name)) for name in type(self).model_fields} | held
+
     @classmethod
     def __pydantic_init_subclass__(cls, **more: Any) -> None:
         super().__pydantic_init_subclass__(**more)

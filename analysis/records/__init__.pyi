@@ -13,6 +13,13 @@ from .configuration import configuration_folder as configuration_folder
 from .configuration import kept_experiments as kept_experiments
 from .configuration import kept_files as kept_files
 from .growing_log import GrowingLog as GrowingLog
+from .lines import Change as Change
+from .lines import Clipping as Clipping
+from .lines import Mark as Mark
+from .lines import Note as Note
+from .lines import Resumption as Resumption
+from .lines import StimulusCosts as StimulusCosts
+from .lines import WindowEvent as WindowEvent
 from .pooled_batches import PooledBatch as PooledBatch
 from .pooled_batches import wins_digest as wins_digest
 from .results import read_results as read_results
@@ -25,12 +32,7 @@ from .seen import Seen as Seen
 from .seen import what_eyes_saw as what_eyes_saw
 from .session_record import FILE_NAME as FILE_NAME
 from .session_record import Header as Header
-from .session_record import Mark as Mark
-from .session_record import Note as Note
-from .session_record import Resumption as Resumption
 from .session_record import SessionLog as SessionLog
-from .session_record import StimulusCosts as StimulusCosts
-from .session_record import WindowEvent as WindowEvent
 from .session_record import read_session as read_session
 from .session_record import session_files as session_files
 from .signing import SIGNATURE as SIGNATURE

@@ -7,15 +7,15 @@ from typing import Any
 from analysis.kinds.fields import RecordError, read_fields
 from analysis.kinds.kinds import read_trial
 from analysis.kinds.trial import PRACTICE, Session, Trial
-from analysis.records.other_records import (
+from analysis.records.lines import (
     Clipping,
-    ClippingRecord,
     EndRecord,
     HeaderRecord,
-    MarkRecord,
-    NoteRecord,
-    ResumptionRecord,
-    WindowRecord,
+    Mark,
+    Note,
+    Resumption,
+    StimulusCosts,
+    WindowEvent,
     read_header,
 )
 from analysis.records.pooled_batches import PooledBatch, PooledBatches
@@ -59,37 +59,41 @@ class Order:
         self._screened_out = "screened_out" in line
         return trial
 
-    def note(self, line: dict[str, Any]) -> NoteRecord:
+    def between(self, kind: str, line: dict[str, Any]) -> Note | Mark | Resumption:
+        """Take a note, a mark or a resumption."""
+        return self.note(line) if kind == "note" else self.mark(line) if kind == "mark" else self.resumption(line)
+
+    def note(self, line: dict[str, Any]) -> Note:
         """Take a note."""
-        note = read_fields(NoteRecord, line)
+        note = read_fields(Note, line)
         self._reached(note.block, note.trial)
         return note
 
-    def mark(self, line: dict[str, Any]) -> MarkRecord:
+    def mark(self, line: dict[str, Any]) -> Mark:
         """Take a mark."""
-        mark = read_fields(MarkRecord, line)
+        mark = read_fields(Mark, line)
         if (mark.block, mark.trial) not in self._first:
             raise RecordError(f"it marks trial {mark.trial} of block {mark.block}, which was not answered before")
         return mark
 
-    def window(self, line: dict[str, Any]) -> WindowRecord:
+    def window(self, line: dict[str, Any]) -> WindowEvent:
         """Take an event of the window."""
-        event = read_fields(WindowRecord, line)
+        event = read_fields(WindowEvent, line)
         self._reached(event.block, event.trial)
         return event
 
-    def resumption(self, line: dict[str, Any]) -> ResumptionRecord:
+    def resumption(self, line: dict[str, Any]) -> Resumption:
         """Take a resumption: on another machine, clipping may cost other last digits; what was changed may be all."""
-        resumption = read_fields(ResumptionRecord, line)
+        resumption = read_fields(Resumption, line)
         self._resumed = True
         if resumption.accepted_changes:
             self._changed = True
             self._session.forget()
         return resumption
 
-    def clipping(self, line: dict[str, Any]) -> ClippingRecord:
+    def clipping(self, line: dict[str, Any]) -> StimulusCosts:
         """Take what the gamut clip costs stimuli of which it was not said before."""
-        record = read_fields(ClippingRecord, line)
+        record = read_fields(StimulusCosts, line)
         for name, costs in line["stimuli"].items():
             self._known(name, "states the clipping of")
             self._cost(name, costs)

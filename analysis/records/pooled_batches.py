@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, Strict
@@ -22,8 +22,11 @@ Wins = dict[tuple[str, str], float]
 _CLOSE = 1e-6
 
 
-@dataclass(frozen=True, slots=True)
-class PooledBatch:
+_Change = Annotated[tuple[Count, Count, Number], Strict(False)]
+_Pair = Annotated[tuple[Count, Count], Strict(False)]
+
+
+class PooledBatch(Fields):
     """What was known of the other sessions when a batch of pairs was chosen, and the pairs.
 
     Attributes
@@ -48,67 +51,28 @@ class PooledBatch:
         When it was chosen.
     """
 
-    block: int
-    trial: int
-    stimuli: tuple[str, ...]
-    sessions: Mapping[str, int]
-    changes: tuple[tuple[int, int, float], ...]
-    wins_sha256: str
-    mean_nats: tuple[float, ...]
-    sd_nats: tuple[float, ...]
-    pairs: tuple[tuple[int, int], ...]
-    utc: str = ""
+    record: Literal["pool"] = "pool"
+    block: Count
+    trial: Count
+    stimuli: Annotated[tuple[Name, ...], Strict(False), Field(min_length=2)]
+    sessions: dict[Name, Count]
+    changes: Annotated[tuple[_Change, ...], Strict(False)]
+    wins_sha256: Name
+    mean_nats: Annotated[tuple[Number, ...], Strict(False)]
+    sd_nats: Annotated[tuple[NotNegative, ...], Strict(False)]
+    pairs: Annotated[tuple[_Pair, ...], Strict(False), Field(min_length=1)]
+    utc: Utc = ""
 
     @property
     def place(self) -> tuple[int, int]:
         """Block and trial."""
         return self.block, self.trial
 
-    def to_json(self) -> dict[str, Any]:
-        """Return the batch as a line's object."""
-        return {"record": "pool", **asdict(self)}
-
 
 def wins_digest(wins: Mapping[tuple[str, str], float]) -> str:
     """Return the SHA-256 of numbers of wins by (winner, loser): of the JSON list of [winner, loser, wins], sorted."""
     listed = sorted([winner, loser, float(won)] for (winner, loser), won in wins.items() if won)
     return hashlib.sha256(json.dumps(listed, ensure_ascii=True, separators=(",", ":")).encode()).hexdigest()
-
-
-_Change = Annotated[tuple[Count, Count, Number], Strict(False)]
-_Pair = Annotated[tuple[Count, Count], Strict(False)]
-
-
-class PoolRecord(Fields):
-    """What was known of the other sessions, and the pairs that were chosen."""
-
-    record: Literal["pool"]
-    block: Count
-    trial: Count
-    stimuli: Annotated[list[Name], Field(min_length=2)]
-    sessions: dict[Name, Count]
-    changes: list[_Change]
-    wins_sha256: Name
-    mean_nats: list[Number]
-    sd_nats: list[NotNegative]
-    pairs: Annotated[list[_Pair], Field(min_length=1)]
-    utc: Utc
-
-    @property
-    def batch(self) -> PooledBatch:
-        """The record as a value."""
-        return PooledBatch(
-            self.block,
-            self.trial,
-            tuple(self.stimuli),
-            self.sessions,
-            tuple(self.changes),
-            self.wins_sha256,
-            tuple(self.mean_nats),
-            tuple(self.sd_nats),
-            tuple(self.pairs),
-            self.utc,
-        )
 
 
 @dataclass(slots=True)
@@ -126,7 +90,9 @@ class PooledBatches:
         RecordError
             If it does not say what it can say.
         """
-        batch = read_fields(PoolRecord, line).batch
+        batch = read_fields(PooledBatch, line)
+        if not batch.utc:
+            raise RecordError("'utc' is missing")
         before = self._last.get(batch.block)
         due = before.trial + len(before.pairs) if before else 0
         if batch.trial != due and not changed:

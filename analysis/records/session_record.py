@@ -27,12 +27,13 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from analysis.errors import ResultsError
 from analysis.kinds.fields import SCHEMA_VERSION, HalfCharacterError, RecordError, of_whole_characters
 from analysis.kinds.trial import Trial
+from analysis.records.lines import Mark, Note, Resumption, WindowEvent
 from documents import Finding, count_work
 from documents.files import MOST_LOG_BYTES, RESTORE, DamagedLineError, LogState, open_regular, read_lines, unreadable
 
 if TYPE_CHECKING:  # the models of all records: only who reads a log needs them
+    from analysis.records.lines import HeaderRecord
     from analysis.records.order import Order
-    from analysis.records.other_records import HeaderRecord
     from analysis.records.pooled_batches import PooledBatch
 
 FILE_NAME = "session.jsonl"
@@ -87,85 +88,6 @@ class Header:
     def to_json(self) -> dict[str, Any]:
         """Return the header as the first line's object."""
         return {"record": "session", **asdict(self)}
-
-
-@dataclass(frozen=True, slots=True)
-class Note:
-    """A note ``by`` the observer, the experimenter or the program, made after ``trial`` of ``block``."""
-
-    text: str
-    by: str
-    block: int
-    trial: int
-    utc: str
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the note as a line's object."""
-        return {"record": "note", **asdict(self)}
-
-
-@dataclass(frozen=True, slots=True)
-class Mark:
-    """A request to repeat a trial, and ``by`` whom."""
-
-    block: int
-    trial: int
-    by: str
-    utc: str
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the mark as a line's object."""
-        return {"record": "mark", **asdict(self)}
-
-
-@dataclass(frozen=True, slots=True)
-class Resumption:
-    """A session was resumed; ``accepted_changes`` maps what had changed to its SHA-256 before and after.
-
-    ``clock_behind_s`` is how far the machine's clock stood before the last record; the session's times count on from
-    that record all the same.
-    """
-
-    utc: str
-    accepted_changes: Json = field(default_factory=dict)
-    clock_behind_s: float = 0.0
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the resumption as a line's object."""
-        return {"record": "resume", **asdict(self)}
-
-
-@dataclass(frozen=True, slots=True)
-class WindowEvent:
-    """What became of the window after ``trial`` trials of ``block``.
-
-    ``what`` is ``lost_focus``, ``got_focus``, ``minimised``, ``restored``, ``resized`` (to ``size_px``) or ``moved``
-    (to the ``monitor``).
-    """
-
-    what: str
-    block: int
-    trial: int
-    utc: str
-    size_px: tuple[int, ...] = ()
-    monitor: str = ""
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the event as a line's object."""
-        facts = {key: value for key, value in asdict(self).items() if value or key in ("what", "block", "trial", "utc")}
-        return {"record": "window", **facts}
-
-
-@dataclass(frozen=True, slots=True)
-class StimulusCosts:
-    """What the gamut clip costs stimuli, by name, of which neither the header nor a trial before says it."""
-
-    stimuli: Json
-    utc: str
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the costs as a line's object."""
-        return {"record": "clipping", **asdict(self)}
 
 
 def _header(record: HeaderRecord, line: Json) -> Header:
@@ -404,21 +326,10 @@ class RecordReader:
                 further = ({"name": name, "factors": {}} for name in order.added)
                 self.header = replace(self.header, stimuli=(*self.header.stimuli, *further))
                 order.added.clear()
-        elif kind == "note":
-            note = order.note(line)
-            self.records.append(Note(note.text, note.by, note.block, note.trial, note.utc))
-        elif kind == "mark":
-            mark = order.mark(line)
-            self.records.append(Mark(mark.block, mark.trial, mark.by, mark.utc))
-        elif kind == "resume":
-            resumption = order.resumption(line)
-            changes = line.get("accepted_changes", {})
-            self.records.append(Resumption(resumption.utc, changes, resumption.clock_behind_s))
+        elif kind in ("note", "mark", "resume"):
+            self.records.append(order.between(kind, line))
         elif kind == "window":
-            event = order.window(line)
-            self.windows.append(
-                WindowEvent(event.what, event.block, event.trial, event.utc, tuple(event.size_px), event.monitor)
-            )
+            self.windows.append(order.window(line))
         elif kind == "clipping":
             order.clipping(line)
         elif kind == "pool":

@@ -13,7 +13,8 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 
 from analysis.kinds.trial import Trial
-from analysis.records.session_record import Mark, Note, Resumption, SessionLog
+from analysis.records.lines import Mark, Note, Resumption
+from analysis.records.session_record import SessionLog
 
 Record = Trial | Note | Mark | Resumption
 # Notes come from elsewhere in the program, and may be written a moment after a record of a later time.

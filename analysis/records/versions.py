@@ -58,7 +58,7 @@ class Version:
         hashes = {name: str(digest) for name, digest in log.header.hashes.items()}
         for resumption in log.resumptions:
             changed = resumption.accepted_changes.items()
-            hashes |= {name: str(change.get("now")) for name, change in changed if name in hashes}
+            hashes |= {name: str(change.now) for name, change in changed if name in hashes}
         digest = hashes.pop("configuration", "")
         lies_in = log.file.absolute().parents
         kept = len(lies_in) > 2 and re.fullmatch("[0-9a-f]{64}", digest)

@@ -18,6 +18,7 @@ from analysis.errors import ResultsError
 from analysis.kinds import Trial
 from analysis.records import (
     FILE_NAME,
+    Change,
     Header,
     Mark,
     Note,
@@ -261,7 +262,8 @@ class Recorder:
 
         def resumption(log: SessionLog) -> Resumption:
             clocks.append(clock(latest_utc(log)))
-            return Resumption(clocks[0](), accepted_changes, clocks[0].behind_s)
+            changes = {name: Change.model_validate(change) for name, change in accepted_changes.items()}
+            return Resumption(utc=clocks[0](), accepted_changes=changes, clock_behind_s=clocks[0].behind_s)
 
         recorder, log = cls.reopen(folder, resumption, stopped)
         return recorder, log, clocks[0]

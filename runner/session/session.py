@@ -178,7 +178,8 @@ class Session:
     def note(self, words: str, by: str) -> None:
         """Record a note, with its place in the session; from any thread."""
         with self._writing:
-            self.sink.note(Note(words, by, *self._place, self.utc()))
+            block, trial = self._place
+            self.sink.note(Note(text=words, by=by, block=block, trial=trial, utc=self.utc()))
 
     def window(self, what: str, facts: Mapping[str, Any]) -> None:
         """Record what became of the window, and with the trial that it was away."""
@@ -187,7 +188,8 @@ class Session:
             self._away.add(what)
             self._state.window_lost = True
         with self._writing:
-            self.on_window(WindowEvent(what, *self._place, self.utc(), **facts))
+            block, trial = self._place
+            self.on_window(WindowEvent(what=what, block=block, trial=trial, utc=self.utc(), **facts))
 
     def onset(self, onset_s: float) -> None:
         """Send the timing marks of an onset; of a menu or the page at the end there are none."""
@@ -207,7 +209,7 @@ class Session:
         if place is None or place in self._marked:
             return None
         with self._writing:
-            self.sink.mark(Mark(*place, by, self.utc()))
+            self.sink.mark(Mark(block=place[0], trial=place[1], by=by, utc=self.utc()))
         self._marked.append(place)
         return place
 
@@ -249,7 +251,7 @@ class Session:
                 raise SessionError(Finding(what, remedy=self.remedy))
             chosen = self.pool.batch(block, trial, step)
             with self._writing:
-                batch = replace(chosen, block=block, trial=trial, utc=self.utc())
+                batch = chosen.model_copy(update={"block": block, "trial": trial, "utc": self.utc()})
                 self.sink.pool(batch)
             self._batches[self._place] = batch
         elif not set(batch.stimuli) <= set(step.stimuli):

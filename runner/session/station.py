@@ -14,6 +14,7 @@ from typing import Any
 
 from analysis.kinds import Trial
 from analysis.records import (
+    Clipping,
     Header,
     SessionLog,
     StimulusCosts,
@@ -390,7 +391,8 @@ class Station:
         said |= {one["name"] for one in header.stimuli if "clipping" in one}
         lacking = [name for name in (one["name"] for one in header.stimuli) if name in self.costs and name not in said]
         if lacking:
-            recorder.costs(StimulusCosts(self.costs.of(lacking), clock()))
+            costs = {name: Clipping.model_validate(cost) for name, cost in self.costs.of(lacking).items()}
+            recorder.costs(StimulusCosts(stimuli=costs, utc=clock()))
 
     def _begin_mirror(self, recorder: Recorder, session: Session) -> None:
         self.end_mirror()

@@ -40,7 +40,7 @@ def onsets(session: SessionLog) -> list[Any]:
 
 
 def test_times_are_those_of_the_log_where_they_rise() -> None:
-    session = log(trial(0, 1.25), Resumption(utc(100)), trial(1, 101))
+    session = log(trial(0, 1.25), Resumption(utc=utc(100)), trial(1, 101))
     assert onsets(session) == [1.25, 100, 101]
     (stop,) = SessionTimes.of(session).stops
     assert (stop.gap_s, stop.clock_behind_s) == (98.75, 0)
@@ -49,7 +49,7 @@ def test_times_are_those_of_the_log_where_they_rise() -> None:
 
 
 def test_a_clock_set_back_before_an_old_log_was_resumed_leaves_times_rising() -> None:
-    session = log(trial(0, 10), trial(1, 20), Resumption(utc(-86400)), trial(2, -86396), trial(3, -86390.5))
+    session = log(trial(0, 10), trial(1, 20), Resumption(utc=utc(-86400)), trial(2, -86396), trial(3, -86390.5))
     assert onsets(session) == [10, 20, 20, 24, 29.5]
     times = SessionTimes.of(session)
     assert times.moved_s == 86420
@@ -58,7 +58,7 @@ def test_a_clock_set_back_before_an_old_log_was_resumed_leaves_times_rising() ->
 
 
 def test_a_clock_set_back_is_stated_where_times_count_on() -> None:
-    session = log(trial(0, 10), Resumption(utc(10), {}, 3600.0), trial(1, 14))
+    session = log(trial(0, 10), Resumption(utc=utc(10), accepted_changes={}, clock_behind_s=3600.0), trial(1, 14))
     assert onsets(session) == [10, 10, 14]
     assert SessionTimes.of(session).moved_s == 0
     assert "set back by 1 hour when it was resumed" in on_sessions([session])[-1]
@@ -66,22 +66,22 @@ def test_a_clock_set_back_is_stated_where_times_count_on() -> None:
 
 def test_a_session_resumed_on_another_day_is_noted() -> None:
     year_s = 365 * 86400
-    session = log(trial(0, 10), Resumption(utc(year_s + 10)), trial(1, year_s + 14))
+    session = log(trial(0, 10), Resumption(utc=utc(year_s + 10)), trial(1, year_s + 14))
     assert "01's session s: it was resumed after 365 days" in "\n".join(on_sessions([session]))
     assert onsets(session)[-1] == year_s + 14
-    assert not any("resumed" in note for note in on_sessions([log(trial(0, 10), Resumption(utc(600)))]))
+    assert not any("resumed" in note for note in on_sessions([log(trial(0, 10), Resumption(utc=utc(600)))]))
 
 
 def test_a_note_that_was_written_a_moment_late_moves_nothing() -> None:
-    session = log(trial(0, 10), Note("dim", "experimenter", 0, 1, utc(9.5)), trial(1, 11))
+    session = log(trial(0, 10), Note(text="dim", by="experimenter", block=0, trial=1, utc=utc(9.5)), trial(1, 11))
     assert onsets(session) == [10, 10, 11]
 
 
 @pytest.mark.parametrize("wrong", ["yesterday", "", "2026-13-01"])
 def test_a_time_that_is_not_valid_has_no_onset(wrong: str) -> None:
-    odd = Note("dim", "experimenter", 0, 0, wrong)
+    odd = Note(text="dim", by="experimenter", block=0, trial=0, utc=wrong)
     assert onsets(log(trial(0, 1), odd, trial(1, 2))) == [1, None, 2]
-    assert onsets(log(trial(0, 1), Resumption(wrong), started_utc=wrong)) == [None, None]
+    assert onsets(log(trial(0, 1), Resumption(utc=wrong), started_utc=wrong)) == [None, None]
     assert latest_utc(log(odd, trial(1, 2))) == START + timedelta(seconds=2)
 
 
@@ -91,7 +91,7 @@ steps = st.lists(st.tuples(st.floats(-1e8, 1e8), st.booleans()), max_size=20)
 @given(steps)
 def test_times_always_rise(drawn: list[tuple[float, bool]]) -> None:
     records: list[Record] = [
-        Resumption(utc(seconds)) if resumed else trial(number, seconds)
+        Resumption(utc=utc(seconds)) if resumed else trial(number, seconds)
         for number, (seconds, resumed) in enumerate(drawn)
     ]
     rising = onsets(log(*records))

@@ -204,7 +204,7 @@ LEFT_OUT: Mapping[str, Any] = {"clipping": {"a": {}}, "ignored_more": 5, "interr
 
 @pytest.mark.parametrize(("field", "value"), [*SHOWN.items(), *LEFT_OUT.items()])
 def test_what_the_engine_adds_is_in_the_report_or_listed(field: str, value: Any) -> None:
-    away = (WindowEvent("lost_focus", 1, 0, "2026-01-01T00:00:00Z"),)
+    away = (WindowEvent(what="lost_focus", block=1, trial=0, utc="2026-01-01T00:00:00Z"),)
     sessions = [replace(log, windows=away) for log in recorded("rating", 0)]
     more = [replace(log, answers=tuple(_with(one, field, value) for one in log.answers)) for log in sessions]
     is_listed = field in {one.field for one in unreported(more)}

@@ -8,21 +8,21 @@ from pathlib import Path
 import pytest
 
 from analysis.errors import ResultsError
-from analysis.records import FILE_NAME, Header, Mark, Note, Resumption, SessionLog, read_session
+from analysis.records import FILE_NAME, Change, Header, Mark, Note, Resumption, SessionLog, read_session
 from runner.session.folders import Recorder
 from tests.answers import changed, new_answer
 
 UTC = "2026-01-01T00:00:01.000+00:00"
 HEADER = Header("e", "01", "s", UTC, 0, "Which — µ?", True, ({"name": "a"}, {"name": "b"}), {}, {}, {}, {}, {})
-NOTE = Note("dim lamp — ä \u2028 'quoted' \\ 日本", "experimenter", 0, 0, UTC)
+NOTE = Note(text="dim lamp — ä \u2028 'quoted' \\ 日本", by="experimenter", block=0, trial=0, utc=UTC)
 PAIR = {"first": "a", "second": "b"}
 CHOSEN, OTHER = {"chosen": "a", "rejected": "b"}, {"chosen": "b", "rejected": "a"}
 FIRST, SECOND = PAIR | {"answer": "first"} | CHOSEN, PAIR | {"answer": "second"} | OTHER
 PRESSES = (("text é", 0.25), ("up", 1.25))
 ANSWER = new_answer(0, 0, "all_pairs", PRESSES, 1.25, UTC, {**FIRST, "stamps": {"µ": 1}})
 AGAIN = new_answer(0, 0, "all_pairs", (("down", 1.0),), 1.0, UTC, SECOND, attempt=1)
-MARK = Mark(0, 0, "observer", UTC)
-RESUMPTION = Resumption(UTC, {"display": {"before": "0", "now": "1"}})
+MARK = Mark(block=0, trial=0, by="observer", utc=UTC)
+RESUMPTION = Resumption(utc=UTC, accepted_changes={"display": Change(before="0", now="1")})
 
 
 def _attempts(recorder: Recorder, least: int) -> int:

@@ -15,7 +15,7 @@ from click.testing import CliRunner
 from analysis.kinds.fields import RecordError
 from analysis.ratings import summarise_ratings
 from analysis.records import read_results
-from analysis.records.other_records import read_header
+from analysis.records.lines import read_header
 from runner.cli.main import group
 from runner.session import simulate
 

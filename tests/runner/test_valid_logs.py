@@ -13,7 +13,7 @@ import pytest
 from analysis.comparisons import grouped_comparisons
 from analysis.errors import ResultsError
 from analysis.kinds import Trial
-from analysis.records import FILE_NAME, Resumption, SessionLog, SessionTimes, check_log, read_session
+from analysis.records import FILE_NAME, Change, Resumption, SessionLog, SessionTimes, check_log, read_session
 from runner.blocks import Browse, Rate
 from runner.observers.simulated import plain_key
 from runner.ports import Ask, KeyPress
@@ -147,8 +147,8 @@ def write(folder: Path, *records: Any, header: Any = HEADER) -> Path:
     return folder / "s" / FILE_NAME
 
 
-ACCEPTED = Resumption("2026-01-01T00:05:00.000+00:00", {"stimuli": {"before": "x", "now": "y"}})
-PLAIN = Resumption("2026-01-01T00:05:00.000+00:00", {})
+ACCEPTED = Resumption(utc="2026-01-01T00:05:00.000+00:00", accepted_changes={"stimuli": Change(before="x", now="y")})
+PLAIN = Resumption(utc="2026-01-01T00:05:00.000+00:00", accepted_changes={})
 
 
 def test_the_clock_of_an_older_version_may_be_set(tmp_path: Path, read: Read) -> None:

@@ -71,7 +71,7 @@ def test_sessions_at_the_same_time_are_noted(lab: Lab, tmp_path: Path) -> None:
 def test_a_session_between_stop_and_resumption_does_not_overlap(lab: Lab, tmp_path: Path) -> None:
     stopped = [changed(lab.pair(0), utc="2026-01-02T03:10:00+00:00")]
     later = [changed(lab.pair(1), utc="2026-01-04T03:10:00+00:00")]
-    leave(lab, records=[*stopped, Resumption("2026-01-04T03:00:00+00:00"), *later])
+    leave(lab, records=[*stopped, Resumption(utc="2026-01-04T03:00:00+00:00"), *later])
     leave(lab, session=f"{TUESDAY}efgh")
     assert notes(tmp_path / "results") == []
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from analysis.bids import About, export_dataset, unescape
 from analysis.errors import ResultsError
-from analysis.records import Mark, Note, Resumption, read_session
+from analysis.records import Change, Mark, Note, Resumption, read_session
 from tests.answers import changed
 
 Lab = Any  # conftest.py
@@ -72,9 +72,9 @@ def test_only_last_attempts_count_and_the_rest_is_told_as_events(lab: Lab) -> No
         [
             lab.pair(0),
             lab.pair(1),
-            Note("dim\tlight\u202e", "experimenter", 0, 2, "2026-01-02T03:04:20.000+00:00"),
-            Mark(0, 0, "observer", "2026-01-02T03:04:30.000+00:00"),
-            Resumption("2026-01-02T03:05:00.000+00:00", {"rig": {"before": "a", "now": "b"}}),
+            Note(text="dim\tlight\u202e", by="experimenter", block=0, trial=2, utc="2026-01-02T03:04:20.000+00:00"),
+            Mark(block=0, trial=0, by="observer", utc="2026-01-02T03:04:30.000+00:00"),
+            Resumption(utc="2026-01-02T03:05:00.000+00:00", accepted_changes={"rig": Change(before="a", now="b")}),
             again,
         ]
     )
@@ -190,7 +190,9 @@ def test_whatever_was_recorded_stands_in_the_table(lab: Lab, trials: list[dict[s
         here = type(lab)(Path(place))
         records = [here.trial("instructions", data, trial=number) for number, data in enumerate(trials)]
         log = read_session(
-            here.session([*records, Note(note, "observer", 0, 1, "2026-01-02T03:04:06Z")], question=note)
+            here.session(
+                [*records, Note(text=note, by="observer", block=0, trial=1, utc="2026-01-02T03:04:06Z")], question=note
+            )
         )
         folder = exported(here)
         rows = table(folder / f"{PLACE}_beh.tsv")

@@ -14,8 +14,9 @@ Cyclopean = Callable[..., subprocess.CompletedProcess[str]]  # tests/conftest.py
 
 
 def test_it_says_what_it_wrote(lab: Lab, cyclopean: Cyclopean) -> None:
-    lab.session([lab.pair(0), Note("tired", "observer", 0, 1, "2026-01-02T03:04:05Z")])
-    copy = lab.session([lab.pair(0), Note("tired", "observer", 0, 1, "2026-01-02T03:04:05Z")], station="other")
+    note = Note(text="tired", by="observer", block=0, trial=1, utc="2026-01-02T03:04:05Z")
+    lab.session([lab.pair(0), note])
+    copy = lab.session([lab.pair(0), note], station="other")
     told = cyclopean("export", lab.folder / "results", lab.folder / "other", "-o", lab.folder / "bids").stdout
     assert "1 session of 1 participant, 1 trial" in told
     assert f"note: {copy} is a copy of" in told

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from analysis.bids import About, export_dataset
-from analysis.records import Mark, Note, Resumption
+from analysis.records import Change, Mark, Note, Resumption
 
 Lab = Any  # conftest.py
 Issues = Callable[[Path], list[dict[str, Any]]]
@@ -139,10 +139,10 @@ def test_every_kind_of_trial_with_hostile_words_passes(lab: Lab, bids_issues: Is
             *_kinds(lab, text),
             lab.pair(20, block=10, trial=0),
             lab.pair(21, block=10, trial=1),
-            Note(text, "observer", 10, 1, "2026-01-02T03:04:22Z"),
-            Note(text, "experimenter", 10, 2, "2026-01-02T03:04:22.500+00:00"),
-            Mark(10, 0, "observer", "2026-01-02T03:04:23Z"),
-            Resumption("2026-01-02T03:08:00Z", {"rig": {"before": text, "now": None}}),
+            Note(text=text, by="observer", block=10, trial=1, utc="2026-01-02T03:04:22Z"),
+            Note(text=text, by="experimenter", block=10, trial=2, utc="2026-01-02T03:04:22.500+00:00"),
+            Mark(block=10, trial=0, by="observer", utc="2026-01-02T03:04:23Z"),
+            Resumption(utc="2026-01-02T03:08:00Z", accepted_changes={"rig": Change(before=text, now=None)}),
         ]
         words = {"question": text, "remarks": (text,), "analysis": {text: text}}
         lab.session(records, observer=f"{number:02d}", session=f"s{number}", complete=number % 2 == 0, **words)

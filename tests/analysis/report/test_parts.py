@@ -120,7 +120,7 @@ def test_whoever_is_left_out_is_named_with_the_rule(
 @pytest.mark.nightly
 def test_what_people_wrote_stays_text(make_session: Maker, preferring: Sessions, rating: Sessions) -> None:
     question = new_answer(9, 0, "questionnaire", (), 1.0, UTC, {"name": "n", "question": HOSTILE, "answer": HOSTILE})
-    notes = (Note(HOSTILE, HOSTILE, 0, 0, UTC),)
+    notes = (Note(text=HOSTILE, by=HOSTILE, block=0, trial=0, utc=UTC),)
     spoiled = [
         [
             replace(one, answers=(*one.answers, question), notes=notes, header=replace(one.header, observer=HOSTILE))

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from analysis.records import Resumption, Seen, SessionLog, what_eyes_saw
+from analysis.records import Change, Resumption, Seen, SessionLog, what_eyes_saw
 from analysis.report import Report, describe
 from analysis.report.blocks import Facts, Paragraph, Section
 from analysis.report.page import sections_of
@@ -127,7 +127,7 @@ def test_methods_say_where_a_display_was_measured_in_another_mode(make_session: 
 
 
 def test_what_changed_when_a_session_was_resumed_is_said(make_session: Maker) -> None:
-    stop = Resumption("2026-01-02T05:00:00Z", {"rig": {"before": "a", "now": "b"}})
+    stop = Resumption(utc="2026-01-02T05:00:00Z", accepted_changes={"rig": Change(before="a", now="b")})
     resumed = replace(make_session("01"), resumptions=(stop,))
     report = describe([resumed, make_session("02")])
     assert [(seen.changed, count) for seen, count in what_eyes_saw(report.sessions).items()] == [(("rig",), 1), ((), 1)]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import random
 from collections import Counter
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -120,11 +119,12 @@ def test_choosing_changes_nothing_and_what_is_taken_decides_what_follows() -> No
 def test_a_batch_is_taken_by_its_names() -> None:
     """After a change of the recipe's order that was accepted, the log's numbers are those of the old order."""
     batch = chooser().choose(others())
-    back = replace(
-        batch,
-        stimuli=batch.stimuli[::-1],
-        pairs=tuple((19 - i, 19 - j) for i, j in batch.pairs),
-        changes=tuple((19 - i, 19 - j, wins) for i, j, wins in batch.changes),
+    back = batch.model_copy(
+        update={
+            "stimuli": batch.stimuli[::-1],
+            "pairs": tuple((19 - i, 19 - j) for i, j in batch.pairs),
+            "changes": tuple((19 - i, 19 - j, wins) for i, j, wins in batch.changes),
+        }
     )
     one, other = chooser(), chooser()
     assert one.take(batch) == other.take(back)

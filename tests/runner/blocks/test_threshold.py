@@ -181,7 +181,9 @@ def _summary(block: Block, press: Callable[[Ask], str], play: Play, folder: Path
     utc = "2026-01-01T00:00:01.000+00:00"
     trials = [changed(trial, utc=utc) for trial in play(block, press).trials]
     file = folder / "session.jsonl"
-    file.write_text("".join(json.dumps(line.to_json()) + "\n" for line in (header, *trials)))
+    file.write_text(
+        "".join(json.dumps(line) + "\n" for line in [header.to_json(), *(trial.to_json() for trial in trials)])
+    )
     (question,) = summarise_thresholds([read_session(file)]).questions
     return question
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import ConfigDict, Field, Strict, field_validator
+from pydantic import BeforeValidator, ConfigDict, Field, Strict, field_validator
 
 from analysis.kinds.fields import (
     SCHEMA_VERSION,
@@ -26,6 +26,7 @@ from analysis.kinds.fields import (
     Utc,
     Whole,
     Work,
+    of_whole_characters,
     read_fields,
 )
 from documents.yaml import Seed
@@ -308,21 +309,21 @@ def read_header(line: dict[str, Any]) -> HeaderRecord:
     return header
 
 
-class NoteRecord(Fields):
-    """A note."""
+class Note(Fields):
+    """A note ``by`` the observer, the experimenter or the program, made after ``trial`` of ``block``."""
 
-    record: Literal["note"]
-    text: Text
+    record: Literal["note"] = "note"
+    text: Annotated[Text, BeforeValidator(of_whole_characters)]
     by: Name
     block: Count
     trial: Count
     utc: Utc
 
 
-class MarkRecord(Fields):
-    """A request to ask a trial once more."""
+class Mark(Fields):
+    """A request to repeat a trial, and ``by`` whom."""
 
-    record: Literal["mark"]
+    record: Literal["mark"] = "mark"
     block: Count
     trial: Count
     by: Name
@@ -336,31 +337,43 @@ class Change(Fields):
     now: Text | None
 
 
-class ResumptionRecord(Fields):
-    """The session was resumed."""
+class Resumption(Fields):
+    """A session was resumed; ``accepted_changes`` maps what had changed to its SHA-256 before and after.
 
-    record: Literal["resume"]
+    ``clock_behind_s`` is how far the machine's clock stood before the last record; the session's times count on from
+    that record all the same.
+    """
+
+    record: Literal["resume"] = "resume"
     utc: Utc
     accepted_changes: dict[Name, Change] = Field(default_factory=dict)
     clock_behind_s: NotNegative = 0.0
 
 
-class WindowRecord(Fields):
-    """Something happened to the window."""
+class WindowEvent(Fields):
+    """What became of the window after ``trial`` trials of ``block``.
 
-    record: Literal["window"]
+    ``what`` is ``lost_focus``, ``got_focus``, ``minimised``, ``restored``, ``resized`` (to ``size_px``) or ``moved``
+    (to the ``monitor``).
+    """
+
+    record: Literal["window"] = "window"
     what: Name
     block: Count
     trial: Count
     utc: Utc
-    size_px: Annotated[list[Count], Field(max_length=2)] = Field(default_factory=list)
-    monitor: str = ""
+    size_px: Annotated[tuple[Count, ...], Strict(False), Field(max_length=2)] = ()
+    monitor: Annotated[str, BeforeValidator(of_whole_characters)] = ""
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the event as a line's object, without what belongs to other events."""
+        return {key: value for key, value in super().to_json().items() if value or key not in ("size_px", "monitor")}
 
 
-class ClippingRecord(Fields):
-    """What the gamut clip costs stimuli that no trial showed, where the header does not say it."""
+class StimulusCosts(Fields):
+    """What the gamut clip costs stimuli, by name, of which neither the header nor a trial before says it."""
 
-    record: Literal["clipping"]
+    record: Literal["clipping"] = "clipping"
     stimuli: dict[Name, Clipping]
     utc: Utc
 
