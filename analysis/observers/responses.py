@@ -19,8 +19,8 @@ from analysis.kinds.all_pairs import AllPairsRecord
 from analysis.kinds.pair import PairRecord
 from analysis.observers.haste import TOO_FAST_S
 from analysis.records.results import sessions_by_observer
-from documents.text import JsonResult
 from analysis.records.session_record import SessionLog
+from documents.text import JsonResult
 
 Floats = NDArray[np.float64]
 FEWEST_ANSWERS = 8  # of a trend

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-from documents.text import JsonResult
 from analysis.kinds.trial import PRACTICE, Trial
 from analysis.records.session_record import SessionLog
+from documents.text import JsonResult
 
 _TIME, _TIMES = "how long the answer took", "how long each rating took"
 _REPEATED = "follows from the other fields"

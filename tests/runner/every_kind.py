@@ -16,13 +16,11 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
-from analysis.records import Header, Mark, Note, PooledBatch, Trial
+from analysis.kinds import Trial
+from analysis.records import Header, Mark, Note, PooledBatch
 from devices.display import Rig, read_rig
 from runner.blocks import FULL_HD_HALF, AnyBlock, Block, Choose, Compare, Draft, Setting, Stimuli, Style
 from runner.blocks.layout import LayoutSpec
-from analysis.kinds import Trial
-from analysis.records import Header, Mark, Note, PooledBatch
-from runner.blocks import Block, Choose, Compare
 from runner.observers.simulated import key_for, plain_key
 from runner.observers.walk import walk
 from runner.ports import Ask, Holding, KeyPress

@@ -11,11 +11,9 @@ from typing import Any, get_args
 
 import pytest
 
-from analysis.records import Mark, Note, PooledBatch, Trial
-from runner.blocks import AnyBlock
 from analysis.kinds import Trial
 from analysis.records import Mark, Note, PooledBatch
-from runner.blocks import AnyBlockSpec
+from runner.blocks import AnyBlock
 from runner.observers.simulated import plain_key
 from runner.ports import Ask, Holding, KeyPress
 from runner.presenter import Scene

@@ -6,7 +6,6 @@ import json
 import random
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -23,8 +22,8 @@ from runner.observers import BradleyTerryObserver
 from runner.observers.behaviour import BehaviourSpec, PsychometricSpec
 from runner.observers.simulated import key_for, plain_key
 from runner.ports import Ask
-from tests.runner.every_kind import entry, met, setting
 from tests.answers import changed
+from tests.runner.every_kind import entry, met, setting
 
 Play = Callable[..., Any]
 LEVELS = tuple(round(float(level), 4) for level in np.geomspace(0.01, 1, 15))

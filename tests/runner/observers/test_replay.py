@@ -26,9 +26,8 @@ from runner.session import Session
 from runner.session.folders import Recorder
 from runner.session.station import Station
 from stimuli.build import build_set
-from tests.runner.every_kind import Stage, met, setting
 from tests.answers import changed
-from tests.runner.every_kind import Stage
+from tests.runner.every_kind import Stage, met, setting
 
 Study = Any  # tests/conftest.py
 SCORES = {"one": 1.0, "two": 2.0, "three": 3.0, "four": 4.0}

@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from analysis.records import Trial
-from runner.session import SessionStatus
-from tests.runner.every_kind import met, setting
-from runner.blocks.all_pairs import AllPairs
-from runner.blocks.layout import PairLayout
-from runner.blocks.message import Message
 from runner.session import SessionStatus
 from tests.answers import new_answer
+from tests.runner.every_kind import met, setting
 
 PLACE = setting("abcde")
 PAIRS = met("all_pairs", PLACE)  # 10 trials of 5 s
