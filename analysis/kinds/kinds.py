@@ -107,4 +107,4 @@ def new_trial(
         return read_trial(read)
     with suppress(RecordError):
         return read_fields(Trial, read)
-    return Trial.model_construct(**line)
+    return Trial.model_construct(**read)

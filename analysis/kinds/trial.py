@@ -167,7 +167,7 @@ class Trial(Fields):
 
     def to_json(self) -> dict[str, Any]:
         """Return the trial as a line's object, with its keys in the order in which they are written."""
-        held = self.model_dump(by_alias=True, exclude_unset=True, warnings=False)
+        held = self.model_dump(mode="json", by_alias=True, exclude_unset=True, warnings=False)
         further = [key for key in held if key in (self.__pydantic_extra__ or ())]
         before, after = _order(type(self))
         return {key: held[key] for key in (*before, *further, *after) if key in held}

@@ -79,9 +79,10 @@ def test_a_note_that_was_written_a_moment_late_moves_nothing() -> None:
 
 @pytest.mark.parametrize("wrong", ["yesterday", "", "2026-13-01"])
 def test_a_time_that_is_not_valid_has_no_onset(wrong: str) -> None:
-    odd = Note(text="dim", by="experimenter", block=0, trial=0, utc=wrong)
+    odd = Note(text="dim", by="experimenter", block=0, trial=0, utc=utc(0)).model_copy(update={"utc": wrong})
+    stop = Resumption(utc=utc(0)).model_copy(update={"utc": wrong})
     assert onsets(log(trial(0, 1), odd, trial(1, 2))) == [1, None, 2]
-    assert onsets(log(trial(0, 1), Resumption(utc=wrong), started_utc=wrong)) == [None, None]
+    assert onsets(log(trial(0, 1), stop, started_utc=wrong)) == [None, None]
     assert latest_utc(log(odd, trial(1, 2))) == START + timedelta(seconds=2)
 
 

@@ -216,7 +216,7 @@ def test_a_stopped_session_is_complete_and_says_so(play: Play, answered: int) ->
     log = whole.trials[:answered]
     result = Stage()
     blocks = block(on_fail="stop"), block(seed="t")
-    Session(blocks, result, Presser(wrong, result), result, logged=log, utc=lambda: "2026").run()
+    Session(blocks, result, Presser(wrong, result), result, logged=log, utc=lambda: "2026-01-01T00:00:00Z").run()
     assert result.ends == [{"screened_out": True}]
     assert [*log, *result.trials] == whole.trials
 
