@@ -143,7 +143,7 @@ def test_trials_without_a_signal_take_turns_among_the_ladders(play: Play) -> Non
     both = block(
         SCENES, reference={"x": "blank-x", "y": "blank-y"}, within="scene", catch_share=0.2, trials=8, **YES_NO
     )
-    shown = [trial.data["stimulus"] for trial in play(both, plain_key).trials if trial.data["level"] is None]
+    shown = [trial.details()["stimulus"] for trial in play(both, plain_key).trials if trial.details()["level"] is None]
     assert shown == ["blank-x", "blank-y"] * (len(shown) // 2)
     assert shown
 

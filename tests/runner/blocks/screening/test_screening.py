@@ -206,7 +206,9 @@ def test_an_estimate_is_in_the_unit_of_its_test(play: Play) -> None:
     """Between the level that was passed and the one that was not."""
     for name, below, low, high in (("near_acuity", 10**0.3, 0.2, 0.5), ("stereo_acuity", 100.0, 60.0, 140.0)):
         done = play(block(), unable(name, below)).trials
-        (told,) = (one.details()["outcome"] for one in done if one.data["test"] == name and "outcome" in one.data)
+        (told,) = (
+            one.details()["outcome"] for one in done if one.details()["test"] == name and "outcome" in one.details()
+        )
         assert low < told["estimate"] < high
 
 
