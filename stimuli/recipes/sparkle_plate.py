@@ -33,11 +33,9 @@ class ExposureSpec(Strict):
     """A factor for all XYZ."""
 
 
-class SparklePlateRecipe(RecipeKind):
-    """Photographs of one synthetic plate at several exposures; equal seeds make equal plates."""
+class SparkleRecipe(RecipeKind):
+    """Photographs of synthetic plates."""
 
-    kind: Literal["sparkle_plate"]
-    """Which kind of entry this is; it decides which other keys there are."""
     seed: Annotated[int, Field(ge=0, lt=2**63)]
     """The seed of all random orders."""
     plate: PlateSpec
@@ -48,6 +46,12 @@ class SparklePlateRecipe(RecipeKind):
     """More lamps."""
     camera: Camera
     """The camera that photographs the plate."""
+
+
+class SparklePlateRecipe(SparkleRecipe):
+    """Photographs of one synthetic plate at several exposures; equal seeds make equal plates."""
+
+    kind: Literal["sparkle_plate"]
     views: Views = ("stereo", "flat")
     """The views that every stimulus is made in: stereo, flat or both."""
     stimuli: Annotated[tuple[ExposureSpec, ...], Field(min_length=1, max_length=MAX_STIMULI)]

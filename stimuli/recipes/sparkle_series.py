@@ -21,11 +21,10 @@ from stimuli.errors import StimulusError
 from stimuli.luminance.scale import factor_to, mean_luminance_cd_m2
 from stimuli.pictures.stereo_image import StereoImage, View
 from stimuli.recipes.build_context import BuildContext, Factors, MadePicture, Progress
-from stimuli.recipes.recipe_kind import Fault, RecipeKind, stimulus_name, twin_names, twin_views
-from stimuli.recipes.sparkle_plate import too_large, without_spectra
+from stimuli.recipes.recipe_kind import Fault, stimulus_name, twin_names, twin_views
+from stimuli.recipes.sparkle_plate import SparkleRecipe, too_large, without_spectra
 from stimuli.recipes.values import MAX_STIMULI, Name, Seconds, SeriesSpec, SeriesSpecs
-from stimuli.sparkle.recipe import BaseSpec, FlakesSpec, FurtherLamps, PlateSpec
-from stimuli.sparkle.scene import Camera, Lamp
+from stimuli.sparkle.recipe import BaseSpec, FlakesSpec, PlateSpec
 
 if TYPE_CHECKING:
     from stimuli.sparkle.studio import Studio
@@ -103,24 +102,13 @@ class SeriesPicture:
         }
 
 
-class SparkleSeriesRecipe(RecipeKind):
+class SparkleSeriesRecipe(SparkleRecipe):
     """Series of exposures of several synthetic plates.
 
     ``plate`` is what the ``plates`` share. Without ``views`` all pictures are stereo, and no name ends in the view.
     """
 
     kind: Literal["sparkle_series"]
-    """Which kind of entry this is; it decides which other keys there are."""
-    seed: Annotated[int, Field(ge=0, lt=2**63)]
-    """The seed of all random orders."""
-    plate: PlateSpec
-    """The plate; in a series, what all plates share."""
-    lamp: Lamp
-    """The lamp."""
-    further_lamps: FurtherLamps = ()
-    """More lamps."""
-    camera: Camera
-    """The camera that photographs the plates."""
     target_mean_luminance_cd_m2: Positive
     """What the mean luminance of the pictures is brought to, in cd/m²."""
     plates: Annotated[tuple[NamedPlateSpec, ...], Field(min_length=1, max_length=MAX_STIMULI)]
