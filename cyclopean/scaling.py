@@ -200,8 +200,8 @@ def effects(
     result = factor_effects(table, factors, use=use, method=method, prior_sd=prior_sd)
     rows = [effect.to_json() for effect in result.effects]
     names = ", ".join(factor.name for factor in result.factors)
-    title = f"Effects of {names} on the scores of {len(result.items)} items, in nats"
-    return Result(result, rows, " ".join(result.problem_lines) or title)
+    title = " ".join(result.problem_lines) or f"Effects of {names} on the scores of {len(result.items)} items, in nats"
+    return Result(result, rows, title)
 
 
 def observers(answers: Answers, *, with_simulated: bool = False, keep_na: bool = False) -> Result[ObserverTable]:

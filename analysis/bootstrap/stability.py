@@ -20,7 +20,7 @@ from analysis.errors import ResultsError
 from analysis.scaling.counts import Counts
 from analysis.scaling.deciding import Verdicts, verdicts
 from analysis.scaling.laplacian import contrast_variances, pseudo_inverse
-from analysis.scaling.profile import profiled
+from analysis.scaling.profile import why_not_profiled
 from analysis.scaling.result import CovarianceKind
 from analysis.scaling.shrinkage import Clustered, Spread, shrink
 from documents import Finding, one_blas_thread
@@ -225,7 +225,7 @@ def _tested(by_observer: Floats, weights: Floats, theta: Floats, covariance: Flo
     people, n, _ = by_observer.shape
     first, second = np.triu_indices(n, 1)
     own = contrast_variances(covariance)[:, first, second]
-    if not profiled(Counts.from_wins(by_observer.sum(axis=0)[None])):
+    if why_not_profiled(Counts.from_wins(by_observer.sum(axis=0)[None])):
         apart, error = np.abs(theta[:, first] - theta[:, second]), np.sqrt(own)
         t = np.divide(apart, error, out=np.zeros_like(own), where=error > 0)  # no spread is no evidence
         return differ(t, np.arange(len(t)))

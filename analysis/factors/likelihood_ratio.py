@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,7 +40,7 @@ WORST_CONDITION = 1e12
 
 
 @dataclass(frozen=True, slots=True)
-class FactorTest:
+class FactorTest(JsonResult):
     """Test of one factor.
 
     Attributes
@@ -65,6 +65,9 @@ class FactorTest:
     robust_p: float | None
     by_observers: ObserverTest | None = None
     compared: str = ""
+    type: ClassVar = "II"
+    json_keys: ClassVar = {"conclusion.verdict": "verdict", "compared": None}
+    json_also: ClassVar = ("type", "conclusion.verdict")
 
     @property
     def observer_p(self) -> float | None:
@@ -76,20 +79,6 @@ class FactorTest:
         """What is concluded at the level 0.05: by observers with five of them or more, else by the likelihood ratio."""
         question = f"effect of '{self.name}'{self.compared}"
         return concluded(question, self.by_observers.p if self.by_observers else None, self.p)
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {
-            "name": self.name,
-            "type": "II",
-            "verdict": self.conclusion.verdict,
-            "statistic": self.statistic,
-            "df": self.df,
-            "p": self.p,
-            "robust_statistic": self.robust_statistic,
-            "robust_p": self.robust_p,
-            "by_observers": self.by_observers.to_json() if self.by_observers else None,
-        }
 
 
 @dataclass(frozen=True, slots=True)

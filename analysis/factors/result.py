@@ -21,10 +21,7 @@ from documents.text import JsonResult, finite
 
 Floats = NDArray[np.float64]
 FactorMethod = Literal["ml", "map"]
-UNDER_A_PRIOR = (
-    "Under a prior all effects are finite, but untested: cyclopean.effects(FOLDER, method='map') in Python, or with a "
-    "table of answers cyclopean.effects(ANSWERS, FACTORS, method='map')."
-)
+UNDER_A_PRIOR = "Under a prior all effects are finite, but untested: type cyclopean.effects(FOLDER, method='map')."
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,7 +37,7 @@ from analysis.scaling.jeffreys import Jeffreys
 from analysis.scaling.laplacian import pair_variances
 from analysis.scaling.laws import LAWS, MODELS, Model
 from analysis.scaling.newton import Point, joint_covariance
-from analysis.scaling.profile import exchange_p, penalised_top, profiled, scaled, signed_roots, wins_by_observer
+from analysis.scaling.profile import exchange_p, penalised_top, scaled, signed_roots, why_not_profiled, wins_by_observer
 from analysis.scaling.result import CovarianceKind
 from analysis.scaling.sandwich import Contributions, contributions
 from analysis.scaling.scores import Scores
@@ -337,7 +337,7 @@ def _inverses(case: LeftOut, point: Point, done: NDArray[np.bool_]) -> dict[int,
 def _roots(case: LeftOut, point: Point, done: NDArray[np.bool_]) -> dict[int, Floats]:
     """Return the signed roots of all pairs in each row that was fitted; none where tests are by standard errors."""
     counts = case.counts.select(done)
-    if not done.any() or not profiled(counts):
+    if not done.any() or why_not_profiled(counts):
         return {}
     likelihood = Jeffreys(counts, LAWS[case.model])
     parts = [point.theta, point.k, point.order]

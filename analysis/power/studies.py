@@ -15,7 +15,7 @@ from analysis.power.plan import Plan
 from analysis.scaling.counts import Counts
 from analysis.scaling.deciding import verdicts
 from analysis.scaling.jeffreys import Jeffreys
-from analysis.scaling.laplacian import contrast_variances, pseudo_inverse, without_rounding
+from analysis.scaling.laplacian import contrast_variances, differences_of, pseudo_inverse, without_rounding
 from analysis.scaling.laws import probabilities
 from analysis.scaling.newton import maximise
 from analysis.scaling.penalty import FIRTH
@@ -184,9 +184,7 @@ def _clustered(plan: Plan, won: Floats, p: Floats, inverse: Floats, kind: Cluste
     people, n = won.shape[1], p.shape[1]
     times = plan.design(people)
     pull = won - times * p[:, first, second][:, None, :]
-    incidence = np.zeros((len(first), n))
-    incidence[np.arange(len(first)), first] = 1
-    incidence[np.arange(len(first)), second] = -1
+    incidence = differences_of(n, first, second)
     slope = pull @ incidence
     slope = without_rounding(slope - slope.mean(axis=1, keepdims=True), times.astype(np.float64) @ np.abs(incidence))
     pulled = slope @ inverse * np.sqrt(people / (people - 1))

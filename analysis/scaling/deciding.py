@@ -26,9 +26,9 @@ from numpy.typing import NDArray
 
 from analysis.scaling.counts import Counts
 from analysis.scaling.jeffreys import Jeffreys
-from analysis.scaling.laplacian import contrast_variances
+from analysis.scaling.laplacian import contrast_variances, differences_of
 from analysis.scaling.laws import probabilities
-from analysis.scaling.profile import COARSE_STEP, climbed, differences_of, parts, scaled, signed_roots
+from analysis.scaling.profile import COARSE_STEP, climbed, parts, scaled, signed_roots
 from analysis.scaling.shrinkage import pseudo_inverses
 from documents import count_work
 

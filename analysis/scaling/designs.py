@@ -19,7 +19,6 @@ Floats = NDArray[np.float64]
 # Below so many items, or above this share of all pairs, dense equations are solved faster.
 FEWEST_SPARSE_ITEMS = 256
 LARGEST_SPARSE_SHARE = 0.1
-LINK_ROUNDING = 1e-9
 
 
 class Design(Protocol):
@@ -86,15 +85,12 @@ ITEMS: Design = Items()
 
 
 def outweighed(counts: Counts, design: Design = ITEMS) -> bool:
-    """Return whether what links some compared pair, directly and through others, amounts to less than one answer.
-
-    Firth's term is worth one answer, and would say more than theirs. Only answers of weights below 1 can be so few.
-    """
+    """Return whether what links some compared pair, directly or not, is worth less than an answer, as Firth's term."""
     total = counts.total
     if not ((total > 0) & (total < 1)).any():
         return False
     apart = laplacian.contrast_variances(design.covariance(counts, total, 0.0))[:, counts.first, counts.second]
-    return bool((apart[total > 0] > 1 + LINK_ROUNDING).any())
+    return bool((apart[total > 0] > 1 + 1e-9).any())
 
 
 def items_design(counts: Counts) -> Design:

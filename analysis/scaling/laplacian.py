@@ -120,6 +120,13 @@ def pair_variances(covariance: Floats) -> Floats:
     return apart
 
 
+def differences_of(n: int, first: NDArray[np.intp], second: NDArray[np.intp]) -> Floats:
+    """Return the contrasts (K, n) of ``n`` parameters that are the differences of two items each."""
+    contrasts, each = np.zeros((len(first), n)), np.arange(len(first))
+    contrasts[each, first], contrasts[each, second] = 1, -1
+    return contrasts
+
+
 def without_rounding(slopes: Floats, answers: Floats) -> Floats:
     """Return ``slopes`` of likelihoods, those that are only rounding of as many ``answers`` set to 0; same shapes."""
     return np.where(np.abs(slopes) > SLOPE_ROUNDING * answers, slopes, 0.0)

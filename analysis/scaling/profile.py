@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from analysis.scaling.counts import Answers, Counts
 from analysis.scaling.designs import outweighed
 from analysis.scaling.jeffreys import Jeffreys
-from analysis.scaling.laplacian import contrast_variances
+from analysis.scaling.laplacian import contrast_variances, differences_of
 from analysis.scaling.laws import LAWS, LOGISTIC
 from analysis.scaling.newton import maximise
 from analysis.scaling.penalty import FIRTH
@@ -102,14 +102,8 @@ class Profiles:
         """Return the profiles of some of the contrasts."""
         freedom = None if self.freedom is None else self.freedom[places]
         unbounded = np.broadcast_to(self.unbounded, self.spread.shape)[places]
-        some = replace(
-            self,
-            contrasts=self.contrasts[places],
-            spread=self.spread[places],
-            freedom=freedom,
-            unbounded=unbounded,
-            wins=None,
-        )
+        contrasts, spread = self.contrasts[places], self.spread[places]
+        some = replace(self, contrasts=contrasts, spread=spread, freedom=freedom, unbounded=unbounded, wins=None)
         some.__dict__.update(_restricted=self._restricted, exchanged=self.exchanged[places])
         return some
 
@@ -222,18 +216,7 @@ def _profiles_of(fit: Fit) -> Profiles:
 
 def why_by_standard_errors(fit: Fit) -> str:
     """Return why the items of a fit are tested by standard errors, in words; empty where they are not."""
-    if fit.method == "map":
-        return "under a prior"
-    if fit.counts.n > MOST_ITEMS_PROFILED:
-        return f"more than {MOST_ITEMS_PROFILED} items"
-    return "" if profiled(fit.counts) else "weights of all answers that link two items amount to less than one answer"
-
-
-def differences_of(n: int, first: Indices, second: Indices) -> Floats:
-    """Return the contrasts (K, n) of ``n`` parameters that are the differences of two items each."""
-    contrasts, each = np.zeros((len(first), n)), np.arange(len(first))
-    contrasts[each, first], contrasts[each, second] = 1, -1
-    return contrasts
+    return "under a prior" if fit.method == "map" else why_not_profiled(fit.counts)
 
 
 def _unbounded(fit: Fit, first: Indices, second: Indices) -> Floats:
@@ -242,9 +225,11 @@ def _unbounded(fit: Fit, first: Indices, second: Indices) -> Floats:
     return np.where(np.abs(apart) > LEVEL, np.sign(apart), 0.0)
 
 
-def profiled(counts: Counts) -> bool:
-    """Return whether the pairs of ``counts`` are tested by profiles: few items, not outweighed by Firth's term."""
-    return counts.n <= MOST_ITEMS_PROFILED and not outweighed(counts)
+def why_not_profiled(counts: Counts) -> str:
+    """Return why the pairs of ``counts`` are not tested by profiles, in words; empty where they are."""
+    if counts.n > MOST_ITEMS_PROFILED:
+        return f"more than {MOST_ITEMS_PROFILED} items"
+    return "weights of all answers that link two items amount to less than one answer" if outweighed(counts) else ""
 
 
 def penalised_top(likelihood: Jeffreys, start: Floats) -> Floats:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from analysis.errors import ResultsError
 from analysis.scaling.counts import Answers, Counts
-from analysis.scaling.laplacian import without_rounding
+from analysis.scaling.laplacian import differences_of, without_rounding
 from analysis.scaling.laws import Law, Slopes
 from analysis.scaling.newton import Point
 from documents import Finding
@@ -67,14 +67,8 @@ class Contributions:
         """Return `degrees_of_freedom` of θ_i − θ_j, for i < j of the ``n`` strengths, computed once."""
         if not self._of_pairs:
             first, second = np.triu_indices(n, 1)
-
-            def pairs() -> Floats:
-                rows = np.zeros((len(first), self.pulled.shape[1]))
-                rows[np.arange(len(first)), first] = 1
-                rows[np.arange(len(first)), second] = -1
-                return rows
-
-            self._of_pairs.append(self.degrees_of_freedom(pairs, len(first)))
+            width = self.pulled.shape[1]
+            self._of_pairs.append(self.degrees_of_freedom(lambda: differences_of(width, first, second), len(first)))
         return self._of_pairs[0]
 
     def degrees_of_freedom(self, contrasts: Callable[[], Floats], number: int) -> Floats:
@@ -127,8 +121,7 @@ def contributions(counts: Counts, answers: Answers, law: Law, point: Point, join
     gradients, given = _gradients(counts, answers, law, slopes, observer, people)
     same = _same_design(counts, answers, slopes, observer, people)
     shares = np.full(people, 1 / people) if same else _shares(counts, answers, slopes, joint, observer, people)
-    # After a penalised fit the gradients do not sum to zero: each has its share of what the penalty takes. Of observers
-    # who answered alike only rounding is then left.
+    # After a penalised fit gradients do not sum to zero: each has its share of the penalty's. Alike ones then round.
     gradients = without_rounding(gradients - shares[:, None] * gradients.sum(axis=0), given)
     root = leverages = None
     if len(joint) <= MOST_EXACT:

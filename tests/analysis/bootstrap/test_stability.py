@@ -17,8 +17,8 @@ from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
 from analysis.scaling import Counts, CovarianceKind, fit
 from analysis.scaling.jeffreys import Jeffreys
-from analysis.scaling.laplacian import contrast_variances
-from analysis.scaling.profile import Profiles, differences_of
+from analysis.scaling.laplacian import contrast_variances, differences_of
+from analysis.scaling.profile import Profiles
 from analysis.scaling.shrinkage import shrink
 from tests.choice import nightly
 
