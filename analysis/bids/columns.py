@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -171,7 +170,7 @@ def _format(value: Any) -> str:
     if isinstance(value, int):
         return "integer"
     if isinstance(value, float):
-        return "number" if math.isfinite(value) else "string"
+        return "number"
     return "string" if isinstance(value, str) else "json"
 
 

@@ -10,22 +10,12 @@ from typing import Any
 from analysis.bids.columns import Column
 from analysis.bids.sources import Source
 from analysis.bids.text import escape
+from analysis.kinds.kinds import KINDS
+from analysis.kinds.trial import Trial
 from analysis.records.seen import Seen
 from analysis.records.session_record import SessionLog
 from analysis.records.times import SessionTimes
 
-KINDS: Mapping[str, str] = {
-    "all_pairs": "two stimuli, one chosen; all pairs are compared",
-    "active_pairs": "two stimuli, one chosen; the next pair is the most informative",
-    "best_of_series": "a series to browse, one stimulus chosen",
-    "rating": "one stimulus, rated on a scale",
-    "preference": "two intervals, one chosen",
-    "threshold": "a stimulus at a level of a factor that follows the answers, detected or not",
-    "screening": "a test of the observer's vision",
-    "questionnaire": "a question to the observer",
-    "instructions": "a page of instructions",
-    "break": "a break, ended by the observer",
-}
 _SIDES = {"first": "the picture at the first position", "second": "the picture at the second position"}
 
 
@@ -184,7 +174,8 @@ def fixed(name: str) -> dict[str, Any]:
 
 def trial_type(kinds: Sequence[str]) -> dict[str, Any]:
     """Return the definition of ``trial_type`` for trials of ``kinds``."""
-    levels = {escape(kind): KINDS.get(kind, f"a trial of the kind {escape(kind)}") for kind in kinds}
+    known = {kind: KINDS.get(kind, Trial).description for kind in kinds}
+    levels = {escape(kind): words or f"a trial of the kind {escape(kind)}" for kind, words in known.items()}
     return {"Description": "The kind of trial.", "Levels": levels, "Format": "string"}
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import ClassVar
 
 from analysis.kinds.fields import Count
 from analysis.kinds.pair import PairRecord
@@ -11,6 +12,13 @@ from analysis.kinds.trial import Session
 
 class ActivePairsRecord(PairRecord):
     """A pair of `active_pairs`, in its batch."""
+
+    heading = "Paired comparisons"
+    description = "two stimuli, one chosen; the next pair is the most informative"
+    not_reported: ClassVar[Mapping[str, str]] = {
+        "batch": "which pairs were chosen together",
+        "group_factor": "as of all_pairs",
+    }
 
     written = ("first", "second", "answer", "chosen", "rejected", "batch")
 

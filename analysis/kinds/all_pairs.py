@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import ClassVar, Literal
 
 from analysis.kinds.fields import Fields, Name, Seconds
 from analysis.kinds.pair import EachRating, PairRecord
-from analysis.kinds.trial import Rated, Session
+from analysis.kinds.trial import TIMES, Rated, Session
 
 
 class EachTime(Fields):
@@ -19,6 +19,13 @@ class EachTime(Fields):
 
 class AllPairsRecord(PairRecord):
     """A pair of `all_pairs`; catch trials and ratings may be among them."""
+
+    heading = "Paired comparisons"
+    description = "two stimuli, one chosen; all pairs are compared"
+    not_reported: ClassVar[Mapping[str, str]] = {
+        "rating_times_s": TIMES,
+        "group_factor": "the factor that has the groups' names",
+    }
 
     asked: ClassVar[tuple[str, ...]] = (*PairRecord.asked, "catch")
 

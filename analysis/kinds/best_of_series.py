@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, ClassVar
 
 from pydantic import Field, Strict
 
 from analysis.kinds.fields import Count, Name, Seconds
 from analysis.kinds.rating import RatedRecord
-from analysis.kinds.trial import ROUNDING_S, Session, is_near
+from analysis.kinds.trial import ROUNDING_S, TIMES, Session, is_near
 
 Visit = Annotated[tuple[Count, Seconds], Strict(False)]
 _LEAF = {
@@ -21,6 +21,13 @@ _LEAF = {
 
 class BestOfSeriesRecord(RatedRecord):
     """A picture chosen from a series, and how the series was gone through."""
+
+    heading = "Best of series"
+    description = "a series to browse, one stimulus chosen"
+    not_reported: ClassVar[Mapping[str, str]] = {
+        "rating_times_s": TIMES,
+        "start": "the picture that was shown first",
+    }
 
     asked: ClassVar[tuple[str, ...]] = ("series", "members", "start")
 

@@ -6,7 +6,7 @@ A new kind of block adds its record, a `Trial` in a module of this room, and a l
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from types import MappingProxyType
 from typing import Any
@@ -15,20 +15,19 @@ from analysis.kinds.active_pairs import ActivePairsRecord
 from analysis.kinds.all_pairs import AllPairsRecord
 from analysis.kinds.best_of_series import BestOfSeriesRecord
 from analysis.kinds.fields import RecordError, of_whole_characters, read_fields
-from analysis.kinds.page import PageRecord
+from analysis.kinds.page import BreakRecord, PageRecord
 from analysis.kinds.preference import PreferenceRecord
 from analysis.kinds.questionnaire import QuestionRecord
 from analysis.kinds.rating import RatingRecord
-from analysis.kinds.screening import screening_record
+from analysis.kinds.screening import ScreeningRecord
 from analysis.kinds.threshold import ThresholdRecord
 from analysis.kinds.trial import PRACTICE, Trial
 
 NEWER = "if a newer version of cyclopean recorded it, read it with that; otherwise restore the file from a copy"
-# Each kind's record, or what finds it by the line where a kind has several.
-KINDS: Mapping[str, type[Trial] | Callable[[dict[str, Any]], type[Trial]]] = MappingProxyType(
+KINDS: Mapping[str, type[Trial]] = MappingProxyType(
     {
         "instructions": PageRecord,
-        "break": PageRecord,
+        "break": BreakRecord,
         "all_pairs": AllPairsRecord,
         "active_pairs": ActivePairsRecord,
         "best_of_series": BestOfSeriesRecord,
@@ -36,7 +35,7 @@ KINDS: Mapping[str, type[Trial] | Callable[[dict[str, Any]], type[Trial]]] = Map
         "preference": PreferenceRecord,
         "threshold": ThresholdRecord,
         "questionnaire": QuestionRecord,
-        "screening": screening_record,
+        "screening": ScreeningRecord,
     }
 )
 
@@ -58,8 +57,7 @@ def read_trial(line: dict[str, Any]) -> Trial:
             raise RecordError(f"it has no '{'practice_of' if line.get('kind') == PRACTICE else 'kind'}'")
         known = ", ".join([*KINDS, PRACTICE])
         raise RecordError(f"there is no kind of trial '{kind}' in this version, which has {known}", NEWER)
-    model = record if isinstance(record, type) else record(line)
-    return read_fields(model, line)
+    return read_fields(record.of_line(line), line)
 
 
 def new_trial(

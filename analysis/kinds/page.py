@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import ClassVar
 
 from analysis.kinds.trial import Session, Trial
 
@@ -10,9 +11,18 @@ from analysis.kinds.trial import Session, Trial
 class PageRecord(Trial):
     """A page of words was read."""
 
+    description = "a page of instructions"
+    not_reported: ClassVar[Mapping[str, str]] = {"response_time_s": "how long the page stood"}
+
     answers_task = False
 
     def pressed_otherwise(self, session: Session, *, practised: bool) -> Iterator[str]:
         """Compare the time with the press that ended it."""
         yield from super().pressed_otherwise(session, practised=practised)
         yield from self.timed_by_press(last=True)
+
+
+class BreakRecord(PageRecord):
+    """A break was ended."""
+
+    description = "a break, ended by the observer"

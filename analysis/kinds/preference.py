@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Annotated, Literal
+from collections.abc import Iterator, Mapping
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, Strict
 
 from analysis.kinds.fields import Seconds
 from analysis.kinds.pair import Answer, PairRecord
-from analysis.kinds.trial import Session, is_near
+from analysis.kinds.trial import TIME, Session, is_near
 
 
 class PreferenceRecord(PairRecord):
     """Both versions of a picture, and which was preferred."""
+
+    heading = "Stereo or flat"
+    description = "two intervals, one chosen"
+    not_reported: ClassVar[Mapping[str, str]] = {
+        **dict.fromkeys(("answer", "chosen", "rejected"), "as chosen_view says"),
+        "first_position": "where the first picture stood",
+        "response_time_s": TIME,
+        "interval_s": "how long each interval was looked at",
+    }
 
     written = ("first", "second", "answer", "chosen", "rejected", "chosen_view", "first_view")
 

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from decimal import Decimal
 from typing import ClassVar, Literal
 
 from analysis.kinds.fields import Name, Text, Typed, TypedWhole
-from analysis.kinds.trial import ROUNDING_S, Session, Trial
+from analysis.kinds.trial import ROUNDING_S, TIME, Session, Trial
 
 
 class QuestionRecord(Trial):
     """A question and its answer; None if it was left out."""
+
+    description = "a question to the observer"
+    not_reported: ClassVar[Mapping[str, str]] = {"response_time_s": TIME}
 
     answers_task = False
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import ClassVar
 
 from analysis.kinds.fields import Name, Seconds, Whole
-from analysis.kinds.trial import ROUNDING_S, Rated, Session, Trial
+from analysis.kinds.trial import ROUNDING_S, TIME, TIMES, Rated, Session, Trial
 
 _ACCEPT = ("enter", "space", "pad_a", "click accept")
 
@@ -45,6 +45,10 @@ class RatedRecord(Trial):
 
 class RatingRecord(RatedRecord):
     """A picture rated alone."""
+
+    heading = "Ratings"
+    description = "one stimulus, rated on a scale"
+    not_reported: ClassVar[Mapping[str, str]] = {"rating_times_s": TIMES, "response_time_s": TIME}
 
     asked: ClassVar[tuple[str, ...]] = ("stimulus",)
 

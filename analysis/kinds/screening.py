@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar, Literal
 
 from pydantic import Field
@@ -14,10 +14,26 @@ Side = Literal["up", "down", "left", "right"]
 _SIDES = {f"{where}{side}": side for where in ("", "pad_") for side in ("up", "down", "left", "right")}
 
 
-class PresentationRecord(Trial):
-    """One presentation of a test of vision."""
+class ScreeningRecord(Trial):
+    """A record of a test of vision: a presentation, an outcome, or that the session ended."""
 
     answers_task = False
+    description = "a test of the observer's vision"
+
+    @classmethod
+    def of_line(cls, line: Mapping[str, Any]) -> type[Trial]:
+        """Return which of the three a line is."""
+        if "outcome" in line or "by_series" in line:
+            return OutcomeRecord
+        return ScreenedOutRecord if "screened_out" in line else PresentationRecord
+
+
+class PresentationRecord(ScreeningRecord):
+    """One presentation of a test of vision."""
+
+    not_reported: ClassVar[Mapping[str, str]] = {
+        "presentation": "each single presentation and its answer; the test's outcome is reported",
+    }
 
     asked: ClassVar[tuple[str, ...]] = ("test", "series", "level", "unit", "presentation", "correct_answer")
 
@@ -84,10 +100,15 @@ class Outcome(Fields):
     controls_seen: bool
 
 
-class OutcomeRecord(Trial):
+class OutcomeRecord(ScreeningRecord):
     """The record that states what came of a test."""
 
-    answers_task = False
+    not_reported: ClassVar[Mapping[str, str]] = {
+        "by_series": "what came of each series of a test",
+        "outcome.controls_seen": "whether what everyone sees was seen",
+        "screen": "what the screen can show of the test",
+    }
+
     is_outcome = True
 
     asked: ClassVar[tuple[str, ...]] = ("test",)
@@ -141,10 +162,9 @@ class OutcomeRecord(Trial):
             session.seen["failed", self.test] = True
 
 
-class ScreenedOutRecord(Trial):
+class ScreenedOutRecord(ScreeningRecord):
     """The session ended after a failed test."""
 
-    answers_task = False
     is_outcome = True
 
     test: Name
@@ -159,10 +179,3 @@ class ScreenedOutRecord(Trial):
         """Compare the time with the press that ended it."""
         yield from super().pressed_otherwise(session, practised=practised)
         yield from self.timed_by_press(last=True)
-
-
-def screening_record(line: dict[str, Any]) -> type[Trial]:
-    """Return which of the three records a line of kind `screening` is."""
-    if "outcome" in line or "by_series" in line:
-        return OutcomeRecord
-    return ScreenedOutRecord if "screened_out" in line else PresentationRecord

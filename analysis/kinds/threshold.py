@@ -8,7 +8,7 @@ from typing import ClassVar, Literal
 
 from analysis.kinds.fields import Count, Level, Name
 from analysis.kinds.pair import KEYS
-from analysis.kinds.trial import Session, Trial
+from analysis.kinds.trial import TIME, Session, Trial
 
 YES_NO: Mapping[str, str] = MappingProxyType({"left": "yes", "pad_left": "yes", "right": "no", "pad_right": "no"})
 _PLACES = {"two_places": ("top", "left"), "two_intervals": ("interval_1",)}
@@ -16,6 +16,17 @@ _PLACES = {"two_places": ("top", "left"), "two_intervals": ("interval_1",)}
 
 class ThresholdRecord(Trial):
     """A stimulus at a level of the factor, or none (``level`` is None), and the answer."""
+
+    heading = "Thresholds"
+    description = "a stimulus at a level of a factor that follows the answers, detected or not"
+    not_reported: ClassVar[Mapping[str, str]] = {
+        **dict.fromkeys(("correct", "stimulus"), "follows from the other fields"),
+        "first_position": "where the first picture stood",
+        "reference": "the picture that it was compared with",
+        "track": "which of the interleaved series it belongs to",
+        "track_trial": "its number in that series",
+        "response_time_s": TIME,
+    }
 
     asked: ClassVar[tuple[str, ...]] = (
         *("task", "factor", "stimulus", "level", "reference", "first_position", "correct_answer"),

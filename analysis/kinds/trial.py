@@ -12,6 +12,7 @@ from pydantic import Field, Strict, model_validator
 from analysis.kinds.fields import Count, Event, Fields, Name, Number, Seconds, Utc
 
 PRACTICE = "practice"
+TIME, TIMES = "how long the answer took", "how long each rating took"
 # Where, when and in which attempt: what begins the line of a trial of any kind.
 PLACED = ("record", "block", "trial", "kind", "events", "response_time_s", "utc", "attempt")
 # Times are rounded to 1e-6 s, and sums of them once more.
@@ -107,6 +108,12 @@ class Trial(Fields):
     """The fields that say what was asked: the same in every attempt at a trial."""
     written: ClassVar[tuple[str, ...]] = ()
     """The kind's own fields that come first in a line, ``...`` for further ones; the others follow as declared."""
+    heading: ClassVar[str] = ""
+    """What the report's part on them is called; empty where there is none."""
+    description: ClassVar[str] = ""
+    """What a trial is, for tables that are exported."""
+    not_reported: ClassVar[Mapping[str, str]] = {}
+    """What the report does not show: fields, or with a dot those within one, and what each is."""
     answers_task: ClassVar[bool] = True
     is_outcome: ClassVar[bool] = False
     """Whether it states what came of a test, and is no answer."""
@@ -130,6 +137,11 @@ class Trial(Fields):
     ignored_more: Count = 0
     timing_marks: list[TimingMark] = Field(default_factory=list)
     window_lost: bool = False
+
+    @classmethod
+    def of_line(cls, line: Mapping[str, Any]) -> type[Trial]:
+        """Return the record of a line of the kind, of which there may be several."""
+        return cls
 
     @property
     def place(self) -> tuple[int, int]:

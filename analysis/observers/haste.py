@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from analysis.kinds.page import PageRecord
 from analysis.kinds.trial import Trial
 
 TOO_FAST_S = 0.2
 FEWEST_TRIALS = 10
 STRIKING_SHARE = 0.5
-PAGES = ("instructions", "break")
 
 
 @dataclass(slots=True)
@@ -31,7 +31,7 @@ class Haste:
 
     def add(self, trial: Trial) -> None:
         """Count a trial; pages of words and outcomes of tests are none."""
-        if trial.kind in PAGES or trial.is_outcome:
+        if isinstance(trial, PageRecord) or trial.is_outcome:
             return
         self.trials += 1
         # A key that means nothing there was never meant for another scene.

@@ -12,12 +12,11 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
+from analysis.kinds.kinds import KINDS
 from analysis.kinds.trial import PRACTICE, Trial
 from analysis.records.session_record import SessionLog
 from documents.text import JsonResult
 
-_TIME, _TIMES = "how long the answer took", "how long each rating took"
-_REPEATED = "follows from the other fields"
 # Of trials of every kind.
 COMMON: Mapping[str, str] = MappingProxyType(
     {
@@ -27,41 +26,6 @@ COMMON: Mapping[str, str] = MappingProxyType(
         "ignored_more": "how many more presses than in ignored were without effect",
         "interruptions": "how often it was interrupted and shown again",
         "uncharacterised": "shown in a mode that was not measured; the header's remark says so",
-    }
-)
-# Of the trials of a kind. A name with dots is a field within a field.
-BY_KIND: Mapping[str, Mapping[str, str]] = MappingProxyType(
-    {
-        "instructions": {"response_time_s": "how long the page stood"},
-        "break": {"response_time_s": "how long the page stood"},
-        "all_pairs": {"rating_times_s": _TIMES, "group_factor": "the factor that has the groups' names"},
-        "active_pairs": {"batch": "which pairs were chosen together", "group_factor": "as of all_pairs"},
-        "best_of_series": {"rating_times_s": _TIMES, "start": "the picture that was shown first"},
-        "rating": {"rating_times_s": _TIMES, "response_time_s": _TIME},
-        "preference": {
-            **dict.fromkeys(("answer", "chosen", "rejected"), "as chosen_view says"),
-            "first_position": "where the first picture stood",
-            "response_time_s": _TIME,
-            "interval_s": "how long each interval was looked at",
-        },
-        "threshold": {
-            **dict.fromkeys(("correct", "stimulus"), _REPEATED),
-            "first_position": "where the first picture stood",
-            "reference": "the picture that it was compared with",
-            "track": "which of the interleaved series it belongs to",
-            "track_trial": "its number in that series",
-            "response_time_s": _TIME,
-        },
-        "questionnaire": {
-            "response_time_s": _TIME,
-        },
-        "screening": {
-            "presentation": "each single presentation and its answer; the test's outcome is reported",
-            "by_series": "what came of each series of a test",
-            "outcome.controls_seen": "whether what everyone sees was seen",
-            "screen": "what the screen can show of the test",
-        },
-        PRACTICE: {"": "practice is not analysed"},
     }
 )
 
@@ -78,29 +42,24 @@ class Unreported(JsonResult):
 
 def unreported(sessions: Sequence[SessionLog]) -> tuple[Unreported, ...]:
     """Return what the trials of sessions hold that the report does not show, by kind."""
-    counts: Counter[tuple[str, str]] = Counter()
+    counts: Counter[tuple[str, str, str]] = Counter()
     for session in sessions:
         for trial in session.trials:
             counts.update(_left_out(trial))
-    order = ["", *BY_KIND]
+    order = ["", *KINDS, PRACTICE]
     found = sorted(counts.items(), key=lambda item: order.index(item[0][0]) if item[0][0] in order else len(order))
-    return tuple(Unreported(kind, field, _what(kind, field), records) for (kind, field), records in found)
+    return tuple(Unreported(*left_out, records) for left_out, records in found)
 
 
-def _what(kind: str, field: str) -> str:
-    known = BY_KIND.get(kind, {}) if kind else COMMON
-    return known.get(field, "not known to this version")
-
-
-def _left_out(trial: Trial) -> Iterator[tuple[str, str]]:
-    """Yield the kind and the name of each field of a record that is not in the report."""
+def _left_out(trial: Trial) -> Iterator[tuple[str, str, str]]:
+    """Yield the kind and the name of each field of a record that is not in the report, and what it is."""
     held = trial.to_json()
-    yield from (("", name) for name in COMMON if name in held)
+    yield from (("", name, what) for name, what in COMMON.items() if name in held)
     if trial.is_practice:
-        yield PRACTICE, ""
+        yield PRACTICE, "", "practice is not analysed"
         return
-    yield from ((trial.kind, path) for path in BY_KIND.get(trial.kind, {}) if _has(held, path))
-    yield from ((trial.kind, name) for name in trial.unknown)
+    yield from ((trial.kind, path, what) for path, what in trial.not_reported.items() if _has(held, path))
+    yield from ((trial.kind, name, "not known to this version") for name in trial.unknown)
 
 
 def _has(held: Mapping[str, Any], path: str) -> bool:

@@ -11,6 +11,7 @@ from analysis.classes.conclusions import Conclusion
 from analysis.comparisons.session_comparisons import grouped_comparisons, is_comparison
 from analysis.errors import ResultsError
 from analysis.factors.result import FactorEffects
+from analysis.kinds.kinds import KINDS
 from analysis.observers.filters import Filter, Kept, keep
 from analysis.observers.table import ObserverTable, observers_in_sessions
 from analysis.power.smallest import SmallestDifference
@@ -43,14 +44,6 @@ if TYPE_CHECKING:
 
 
 SHUFFLES = 999  # permutations for the test against unrelated preferences: p to three digits
-KIND_WORDS = {
-    "all_pairs": "Paired comparisons",
-    "active_pairs": "Paired comparisons",
-    "best_of_series": "Best of series",
-    "rating": "Ratings",
-    "preference": "Stereo or flat",
-    "threshold": "Thresholds",
-}
 PAGES = ("instructions", "break")
 _RATED = {"alone": "", "chosen": " of the stimuli chosen of two", "both": " of both stimuli of a pair"}
 
@@ -112,7 +105,8 @@ class Report:
     def kinds(self) -> tuple[str, ...]:
         """The kinds of tasks, in words, such as "Paired comparisons"."""
         kinds = dict.fromkeys(trial.kind for session in self.sessions for trial in session.trials)
-        return tuple(dict.fromkeys(words for kind, words in KIND_WORDS.items() if kind in kinds))
+        headings = (record.heading for kind, record in KINDS.items() if kind in kinds)
+        return tuple(dict.fromkeys(filter(None, headings)))
 
     @property
     def smallest(self) -> SmallestDifference | None:
@@ -287,7 +281,7 @@ def _without_scores(sessions: Sequence[SessionLog]) -> Iterator[str]:
     ties = sum(is_comparison(trial) for trial in trials)
     if ties:
         yield f"There are no scores: of {counted(ties, 'comparison')} none prefers one of its stimuli."
-    if not {trial.kind for trial in trials} & set(KIND_WORDS):
+    if not any(trial.heading for trial in trials if not trial.is_practice):
         yield "There are no scores: the sessions have no comparison, choice, preference, rating or threshold."
 
 
