@@ -69,6 +69,7 @@ check: env
 	$(BIN)/mypy
 	$(BIN)/mypy --namespace-packages --explicit-package-bases tests
 	$(BIN)/lint-imports
+	EAGER_IMPORT=1 $(BIN)/cyclopean --help > /dev/null
 	$(BIN)/python tools/count_rooms.py --check
 	$(BIN)/python tools/api_page.py --check
 

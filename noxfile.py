@@ -44,6 +44,7 @@ def check(session: nox.Session) -> None:
     session.run("mypy")
     session.run("mypy", "--namespace-packages", "--explicit-package-bases", "tests")
     session.run("lint-imports")
+    session.run("cyclopean", "--help", env={"EAGER_IMPORT": "1"}, silent=True)
     session.run("python", "tools/count_rooms.py", "--check")
     session.run("python", "tools/api_page.py", "--check")
 

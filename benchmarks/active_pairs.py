@@ -28,9 +28,9 @@ from curves import is_quick, json_document, numbers, out, save, sized
 from numpy.typing import NDArray
 from promises import Promise
 
+from analysis.covariance import contrast_variances
 from analysis.scaling.counts import Counts
 from analysis.scaling.fitting import fit
-from analysis.scaling.laplacian import contrast_variances
 from analysis.scaling.laws import LOGISTIC
 from analysis.scaling.learnt_prior import learnt_posterior
 from analysis.scaling.newton import joint_covariance, maximise

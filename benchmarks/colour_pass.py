@@ -29,10 +29,10 @@ from runner.presenter.arithmetic import Arithmetic, Real3, Real3x3
 from runner.presenter.colour_pass import ColourPass, release_codes
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Picture, Scene
 from runner.presenter.shaders import Part, Uniform, compile_program, set_uniform, shader_file
 from runner.presenter.surfaces.opening import open_surface
 from runner.presenter.surfaces.surface import Buffer, Surface
+from runner.scene import Picture, Scene
 from stimuli.pictures.stereo_image import StereoImage
 
 TITLE = "Colour pass: run time against error"

@@ -24,8 +24,8 @@ from devices.display import EYES, Crosstalk, Rig, entries_for, read_rig
 from runner.check.error_budget import rig_budget
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces.opening import open_surface
+from runner.scene import Picture, Scene
 from stimuli.pictures import StereoImage
 
 RIG = Path(__file__).parents[1] / "configs/rigs/asus_vg248qe_3dvision.yaml"

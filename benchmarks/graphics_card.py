@@ -19,9 +19,9 @@ from devices.display.display_file import EyeModels
 from runner.presenter.colour_pass import ColourPass, release_codes
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces.opening import open_surface
 from runner.presenter.surfaces.surface import Buffer, Surface, SurfaceFacts
+from runner.scene import Picture, Scene
 from stimuli.pictures.stereo_image import StereoImage
 
 FRAME_120_HZ_MS = 1000.0 / 120.0

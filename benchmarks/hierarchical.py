@@ -28,12 +28,12 @@ from curves import numbers, program, seconds, sized
 from promises import Promise, worst
 
 from analysis.comparisons.comparisons import Comparisons, from_arrays
+from analysis.covariance import contrast_variances
 from analysis.errors import ResultsError
 from analysis.hierarchical import fit_observers
 from analysis.hierarchical.fitting import _answers
 from analysis.hierarchical.propagation import GroupAnswers, Sites, alike, propagate
 from analysis.scaling import fit_model
-from analysis.scaling.laplacian import contrast_variances
 from analysis.scaling.laws import LOGISTIC
 from documents.platform import cores
 

@@ -12,7 +12,7 @@ from promises import Promise
 from analysis.records import read_results
 from analysis.report import Report, describe, write_report
 from analysis.report.conclusions import conclusions_of
-from analysis.report.sections.reviewers import review_of
+from analysis.report.reviewers import review_of
 from runner.session import simulate
 
 EXPERIMENT, OBSERVERS = "experiments/dynamic_range.yaml", "configs/observers/table_4_4.yaml"

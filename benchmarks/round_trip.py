@@ -34,8 +34,8 @@ from runner.presenter.dithering import Dithering
 from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.modes.registry import MODES
 from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces.opening import open_surface
+from runner.scene import Picture, Scene
 from stimuli.pictures.stereo_image import StereoImage
 
 Floats = NDArray[np.float64]

@@ -18,8 +18,8 @@ from typing import Any
 
 import numpy as np
 
-from runner.presenter.scene import Picture, Scene
 from runner.protocol.experiment import Experiment, read_experiment
+from runner.scene import Picture, Scene
 from runner.session.clipping_costs import COSTS, ClippingCosts
 from runner.session.station import Station
 from stimuli.build import StimulusSet, build_set, cache_folder

@@ -18,13 +18,13 @@ from analysis.bootstrap.replicates import Name, Quantity, Replicates, resample_c
 from analysis.choices import Adjust, CovarianceChoice
 from analysis.classes.multiplicity import corrected, two_sided_p
 from analysis.comparisons.comparisons import Comparisons, from_arrays
+from analysis.covariance import contrast_variances
 from analysis.errors import ResultsError
 from analysis.power.plan import Plan
 from analysis.power.studies import analyse, widths
 from analysis.report.estimate import estimate_scores
 from analysis.scaling.counts import Counts
 from analysis.scaling.fitting import fit
-from analysis.scaling.laplacian import contrast_variances
 from analysis.scaling.laws import LAWS, Model
 from analysis.scaling.newton import maximise
 from analysis.scaling.profile import profiles_of

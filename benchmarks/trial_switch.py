@@ -84,8 +84,8 @@ def ours(folder: Path) -> None:
     from devices.display.display_file import read_display
     from runner.presenter.modes.registry import find_mode
     from runner.presenter.presenter import Presenter
-    from runner.presenter.scene import Picture, Scene
     from runner.presenter.surfaces.opening import open_surface
+    from runner.scene import Picture, Scene
     from stimuli.pictures.stereo_image import StereoImage
 
     models = read_display(ROOT / "configs/displays/asus_vg248qe.yaml").models("side-by-side")

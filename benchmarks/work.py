@@ -23,8 +23,8 @@ from promises import Promise
 from devices.display.display_file import read_display
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Picture, Scene, Text
 from runner.presenter.surfaces.opening import open_surface
+from runner.scene import Picture, Scene, Text
 from stimuli.pictures.stereo_image import StereoImage
 
 ROOT = Path(__file__).parents[1]

@@ -3,8 +3,6 @@ from .check.report import CheckOptions as CheckOptions
 from .check.report import CheckReport as CheckReport
 from .presenter.modes.registry import find_mode as find_mode
 from .presenter.presenter import Presenter as Presenter
-from .presenter.scene import Picture as Picture
-from .presenter.scene import Scene as Scene
 from .presenter.show import show_picture as show_picture
 from .presenter.surfaces.opening import open_surface as open_surface
 from .protocol.experiment import Experiment as Experiment
@@ -15,6 +13,8 @@ from .reports.options import ReportOptions as ReportOptions
 from .reports.power import study_power as study_power
 from .reports.results import report_results as report_results
 from .reports.screens import preview as preview
+from .scene import Picture as Picture
+from .scene import Scene as Scene
 from .session.options import SessionOptions as SessionOptions
 from .session.run import run_session as run_session
 from .session.run import simulate as simulate

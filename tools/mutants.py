@@ -93,7 +93,7 @@ ROOMS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
             "runner/presenter/dithering.py",
             "runner/presenter/lettering.py",
             "runner/presenter/pictures.py",
-            "runner/presenter/scene.py",
+            "runner/scene.py",
             "runner/presenter/view_codes.py",
         ),
         ("tests/runner/presenter",),

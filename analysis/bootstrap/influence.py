@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.scaling import laplacian
+from analysis.covariance import laplacian
 
 Floats = NDArray[np.float64]
 

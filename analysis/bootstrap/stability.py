@@ -16,13 +16,13 @@ from analysis.bootstrap.replicates import BLOCK_NUMBERS, Replicates
 from analysis.choices import Adjust
 from analysis.classes.classes import check_level, labelled, letter_display, numbered
 from analysis.classes.multiplicity import ADJUSTMENTS, MAXZ_SEED, significant_pairs, single_step_end
+from analysis.covariance.laplacian import contrast_variances, pseudo_inverse
+from analysis.covariance.shrinkage import Clustered, Spread, shrink
 from analysis.errors import ResultsError
 from analysis.scaling.counts import Counts
 from analysis.scaling.deciding import Verdicts, verdicts
-from analysis.scaling.laplacian import contrast_variances, pseudo_inverse
 from analysis.scaling.profile import why_not_profiled
 from analysis.scaling.result import CovarianceKind
-from analysis.scaling.shrinkage import Clustered, Spread, shrink
 from documents import Finding, one_blas_thread
 
 Floats = NDArray[np.float64]
@@ -93,7 +93,7 @@ def class_stability(
     Parameters
     ----------
     covariance
-        ``model`` takes a replicate's answers for independent; the others, as `analysis.scaling.shrinkage` has them,
+        ``model`` takes a replicate's answers for independent; the others, as `analysis.covariance.shrinkage` has them,
         only its observers. Separated replicates have ``scaled`` in their place.
 
     Returns

@@ -9,17 +9,16 @@ groups than in the end. A sweep takes out every class, and every membership, tha
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.choices import Adjust
 from analysis.classes.multiplicity import adjusted_p, corrected
+from analysis.covariance.laplacian import pair_variances
+from analysis.covariance.shrinkage import Spread
 from analysis.errors import ResultsError
-from analysis.scaling.laplacian import pair_variances
-from analysis.scaling.profile import Profiles
-from analysis.scaling.shrinkage import Spread
 from documents import Finding, count_work
 
 Floats = NDArray[np.float64]
@@ -34,6 +33,22 @@ TIED = 1e-10  # of the largest value
 
 class TooManyClasses(ResultsError):
     """The items overlap in more classes than can be listed."""
+
+
+class PairTests(Protocol):
+    """Tests of the pairs i < j, shape (P,) each, such as `analysis.scaling.profile.Profiles`."""
+
+    @property
+    def at_zero(self) -> Floats:
+        """The statistics t, positive where i is above j."""
+
+    @property
+    def p(self) -> Floats:
+        """Two-sided p values."""
+
+    @property
+    def spread(self) -> Floats:
+        """κ: how many times the model's variance the one by observers is."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,7 +123,7 @@ def classify(
     adjust: Adjust = "holm",
     df: Floats | float | None = None,
     spread: Spread | None = None,
-    profiles: Profiles | None = None,
+    profiles: PairTests | None = None,
 ) -> Classes:
     """Group items into perceptual classes by pairwise tests.
 
@@ -227,7 +242,7 @@ def classes_if_few(
     adjust: Adjust = "holm",
     df: Floats | float | None = None,
     spread: Spread | None = None,
-    profiles: Profiles | None = None,
+    profiles: PairTests | None = None,
 ) -> Classes | None:
     """Return what `classify` does, None where there are too many classes to list."""
     try:

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.choices import Adjust
+from analysis.covariance.laplacian import pair_variances
+from analysis.covariance.shrinkage import Spread
 from analysis.errors import ResultsError
-from analysis.scaling.laplacian import pair_variances
-from analysis.scaling.shrinkage import Spread
 from documents import Finding
 
 Floats = NDArray[np.float64]

@@ -6,10 +6,10 @@ star-mesh transform: with conductances w_k to its neighbours and c to the ground
 
     between two neighbours  + w_k w_m / D,   from a neighbour to the ground  + w_k c / D.
 
-Only sums of positive numbers appear, as in `analysis.scaling.laplacian` [Grassmann1985]. Items that are no neighbours
-are eliminated at once, for all observers, in rounds. What is left, little of a sparse design and all of a complete one,
-is a small dense matrix for each observer. Running back through the rounds gives means, and variances and covariances
-along every pair that was compared [Takahashi1973], without the inverse of a large matrix.
+Only sums of positive numbers appear, as in `analysis.covariance.laplacian` [Grassmann1985]. Items that are no
+neighbours are eliminated at once, for all observers, in rounds. What is left, little of a sparse design and all of a
+complete one, is a small dense matrix for each observer. Running back through the rounds gives means, and variances and
+covariances along every pair that was compared [Takahashi1973], without the inverse of a large matrix.
 """
 
 from __future__ import annotations

@@ -19,8 +19,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.covariance import laplacian
 from analysis.hierarchical.elimination import Blocks, Solution
-from analysis.scaling import laplacian
 from analysis.scaling.counts import Counts
 from analysis.scaling.laws import LOGISTIC, Law
 

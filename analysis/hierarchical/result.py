@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from analysis.choices import Adjust
 from analysis.classes.classes import Classes, best_first, classes_if_few
+from analysis.covariance.laplacian import contrast_variances
 from analysis.errors import ResultsError
 from analysis.hierarchical.propagation import GroupAnswers, Sites
 from analysis.hierarchical.spread import Spread, mean_over_observers
-from analysis.scaling.laplacian import contrast_variances
 from analysis.scaling.laws import LAWS, Model
 from documents import Finding
 

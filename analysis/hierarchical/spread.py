@@ -18,9 +18,9 @@ from typing import Any, ClassVar, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.covariance import laplacian
 from analysis.hierarchical.elimination import Blocks
 from analysis.hierarchical.propagation import GroupAnswers, Sites, alike, propagate
-from analysis.scaling import laplacian
 from analysis.scaling.counts import Counts
 from analysis.scaling.laws import NATS_PER_JND, Law
 from documents import in_threads

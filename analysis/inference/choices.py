@@ -28,20 +28,20 @@ from analysis.classes.classes import (
 )
 from analysis.classes.conclusions import MAJORITY, verdict_of
 from analysis.classes.multiplicity import ADJUSTMENTS, MAXZ_SEED, corrected, single_step, two_sided_p
+from analysis.covariance.laplacian import pair_variances
+from analysis.covariance.shrinkage import Spread
 from analysis.errors import ResultsError
 from analysis.inference.differences import check_fitted
 from analysis.inference.left_out import LeftOut, left_out
 from analysis.scaling.clustered import of_contributions
 from analysis.scaling.counts import Answers
 from analysis.scaling.jeffreys import Jeffreys
-from analysis.scaling.laplacian import pair_variances
 from analysis.scaling.laws import LAWS, MODELS, Model
 from analysis.scaling.newton import Point, joint_covariance
 from analysis.scaling.profile import exchange_p, penalised_top, scaled, signed_roots, why_not_profiled, wins_by_observer
 from analysis.scaling.result import CovarianceKind
 from analysis.scaling.sandwich import Contributions, contributions
 from analysis.scaling.scores import Scores
-from analysis.scaling.shrinkage import Spread
 from documents import Finding
 from documents.text import JsonResult, counted
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.covariance.laplacian import contrast_variances
 from analysis.errors import ResultsError
-from analysis.scaling.laplacian import contrast_variances
 from analysis.scaling.profile import Profiles, profiles_of
 from analysis.scaling.scores import Scores
 from analysis.scaling.terminal import problem_lines

@@ -25,8 +25,8 @@ from numpy.typing import NDArray
 from analysis.bootstrap.fits import fit_each
 from analysis.classes import multiplicity
 from analysis.comparisons.comparisons import Comparisons, split_scales
+from analysis.covariance.laplacian import contrast_variances, pseudo_inverse
 from analysis.observers.tails import lower_tail
-from analysis.scaling.laplacian import contrast_variances, pseudo_inverse
 from analysis.scaling.laws import probabilities
 from documents.text import JsonResult
 

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from analysis.choices import Adjust, CovarianceChoice, Interval
 from analysis.classes.classes import check_level
 from analysis.classes.multiplicity import MAXZ_SEED, single_step
+from analysis.covariance.laplacian import pseudo_inverse
+from analysis.covariance.shrinkage import Spread
 from analysis.errors import ResultsError
 from analysis.hierarchical.spread import flattening, mean_over_observers
 from analysis.scaling.fitting import covariance_kind, fit
-from analysis.scaling.laplacian import pseudo_inverse
 from analysis.scaling.laws import LOGISTIC, probabilities
 from analysis.scaling.result import CovarianceKind
-from analysis.scaling.shrinkage import Spread
 from documents import Finding
 
 Floats = NDArray[np.float64]

@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 from analysis.bootstrap.fits import fit_each
 from analysis.choices import Interval
 from analysis.classes.multiplicity import significant_pairs
+from analysis.covariance.laplacian import contrast_variances, differences_of, pseudo_inverse, without_rounding
+from analysis.covariance.shrinkage import Clustered, Spread, shrink
 from analysis.power.plan import Plan
 from analysis.scaling.counts import Counts
 from analysis.scaling.deciding import verdicts
 from analysis.scaling.jeffreys import Jeffreys
-from analysis.scaling.laplacian import contrast_variances, differences_of, pseudo_inverse, without_rounding
 from analysis.scaling.laws import probabilities
 from analysis.scaling.newton import maximise
 from analysis.scaling.penalty import FIRTH
@@ -27,7 +28,6 @@ from analysis.scaling.profile import (
     signed_roots,
 )
 from analysis.scaling.result import Method
-from analysis.scaling.shrinkage import Clustered, Spread, shrink
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]

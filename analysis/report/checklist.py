@@ -9,6 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from analysis.report.words import counted
+
 Status = Literal["recorded", "computed", "given", "missing", "not_applicable"]
 Source = Literal["recorded", "computed", "given"]
 Part = Literal["observers", "display", "procedure", "analysis", "data"]
@@ -171,3 +173,33 @@ def answer(item: Item, said: str, given: str, *, simulated: bool) -> Answer:
     if item.of_people and simulated:
         return Answer(item, "not_applicable", NOT_OF_PEOPLE)
     return Answer(item, "missing", item.blank)
+
+
+@dataclass(frozen=True, slots=True)
+class Methods:
+    """An answer to each item of the list, in its order, and the ``works`` that they cite."""
+
+    answers: tuple[Answer, ...] = ()
+    works: tuple[str, ...] = ()
+
+    @property
+    def missing(self) -> tuple[Answer, ...]:
+        """The blanks to fill in."""
+        return tuple(one for one in self.answers if one.status == "missing")
+
+    @property
+    def sentence(self) -> str:
+        """Which facts are missing, and where to write them; empty if none is."""
+        codes = [one.item.code for one in self.missing]
+        if not codes:
+            return ""
+        return (
+            f"{counted(len(codes), 'fact')} that journals ask for {'is' if len(codes) == 1 else 'are'} missing, and "
+            f"blank in Methods: {', '.join(codes)}. Write {'it' if len(codes) == 1 else 'them'} under methods: in the "
+            "experiment file."
+        )
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON: all items, and those that are missing by code and question."""
+        missing = [{"code": one.item.code, "question": one.item.question} for one in self.missing]
+        return {"items": [one.to_json() for one in self.answers], "missing": missing, "references": list(self.works)}

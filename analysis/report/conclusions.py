@@ -22,9 +22,9 @@ from analysis.inference.choices import observer_parts
 from analysis.inference.conclusions import MOST_REFITS, neighbour_conclusions, without_each
 from analysis.ratings.preferences import Preferences
 from analysis.report.blocks import Column, Paragraph, Section, Table
-from analysis.report.sections.factors import effects_in
-from analysis.report.sections.ratings import share_for_stereo, sign_test
-from analysis.report.sections.reviewers import Review, stands_cell
+from analysis.report.factors import effects_in
+from analysis.report.ratings import share_for_stereo, sign_test
+from analysis.report.reviewers import Review, stands_cell
 from analysis.report.summary import Answered, Summary
 from analysis.report.words import chance, fixed
 from analysis.scaling.grouped import score_groups

@@ -19,7 +19,7 @@ from analysis.records.session_record import SessionLog
 from analysis.records.times import SessionTimes
 from analysis.records.versions import Changes, Version
 from analysis.report.estimate import Estimate
-from analysis.report.sections.seen import filters_notes
+from analysis.report.seen import filters_notes
 from analysis.report.words import counted, listed, some
 from analysis.scaling.departure import OneScale
 from documents.files import unprotected

@@ -11,18 +11,19 @@ from analysis.observers.filters import Filter
 from analysis.records.session_record import SessionLog
 from analysis.report.blocks import Section, Table, write_csv_files, write_figure_files
 from analysis.report.conclusions import conclusions_section
+from analysis.report.described import describe
+from analysis.report.factors import factors_section
 from analysis.report.figures import class_colours
-from analysis.report.report import Report, describe
-from analysis.report.sections.factors import factors_section
-from analysis.report.sections.groups import group_sections
-from analysis.report.sections.methods import methods_section
-from analysis.report.sections.observers import observers_section, people_section, vision_section
-from analysis.report.sections.ratings import preferences_section, ratings_section
-from analysis.report.sections.reviewers import reviewers_section, warning_of
-from analysis.report.sections.scores import belief_section, classes_section, counts_section, scores_section
-from analysis.report.sections.seen import caption, seen_section
-from analysis.report.sections.series import series_sections
-from analysis.report.sections.shown import (
+from analysis.report.groups import group_sections
+from analysis.report.methods import methods_section
+from analysis.report.observers import observers_section, people_section, vision_section
+from analysis.report.ratings import preferences_section, ratings_section
+from analysis.report.report import Report
+from analysis.report.reviewers import reviewers_section, warning_of
+from analysis.report.scores import belief_section, classes_section, counts_section, scores_section
+from analysis.report.seen import caption, seen_section
+from analysis.report.series import series_sections
+from analysis.report.shown import (
     Thumbnails,
     beside,
     clipping_section,
@@ -31,7 +32,7 @@ from analysis.report.sections.shown import (
     timing_section,
     unreported_section,
 )
-from analysis.report.sections.thresholds import thresholds_section
+from analysis.report.thresholds import thresholds_section
 from analysis.report.words import chance, fixed
 from analysis.scaling.terminal import Published
 from documents.files import write_whole
@@ -88,7 +89,7 @@ def write_report(
     Raises
     ------
     ResultsError
-        As `analysis.report.report.describe`, or if a figure is in the folder already.
+        As `analysis.report.describe`, or if a figure is in the folder already.
     OSError
         If the page or a table cannot be written.
 

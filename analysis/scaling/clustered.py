@@ -8,11 +8,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.covariance.shrinkage import Clustered, Spread, shrink
 from analysis.scaling.counts import Answers, Counts
 from analysis.scaling.laws import Law
 from analysis.scaling.newton import Point
 from analysis.scaling.sandwich import Contributions, contributions
-from analysis.scaling.shrinkage import Clustered, Spread, shrink
 
 Floats = NDArray[np.float64]
 

@@ -8,15 +8,17 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
 from analysis.scaling.counts import Counts
-from analysis.scaling.designs import ITEMS
+from analysis.scaling.designs import ITEMS, Design
 
 Floats = NDArray[np.float64]
 
 ROUGHEST, FINEST = 0.1, 1e-6
 WIDEST_RATIO = 1e6
+# Below so many items, or above this share of all pairs, dense equations are solved faster.
+FEWEST_SPARSE_ITEMS = 256
+LARGEST_SPARSE_SHARE = 0.1
 
 
 class SparseItems:
@@ -26,6 +28,8 @@ class SparseItems:
     """
 
     def __init__(self, counts: Counts) -> None:
+        from scipy.sparse import csr_array
+
         n, edges = counts.n, np.arange(len(counts.first))
         rows = np.concatenate([counts.first, counts.second])
         columns = np.concatenate([counts.second, counts.first])
@@ -81,3 +85,11 @@ class SparseItems:
             rho = following
         solution -= solution.mean()
         return solution
+
+
+def items_design(counts: Counts) -> Design:
+    """Return the design of free strengths: `ITEMS`, or conjugate gradients where few of many pairs were compared."""
+    n, pairs = counts.n, len(counts.first)
+    if len(counts.won) > 1 or n < FEWEST_SPARSE_ITEMS or pairs > LARGEST_SPARSE_SHARE * n * (n - 1) / 2:
+        return ITEMS
+    return SparseItems(counts)

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.comparisons.comparisons import Comparisons
+from analysis.covariance.laplacian import split
 from analysis.errors import ResultsError
-from analysis.scaling.laplacian import split
 from documents import Finding
 
 if TYPE_CHECKING:
@@ -128,7 +128,7 @@ class Counts:
         Parameters
         ----------
         exact
-            Sum as if in twice the precision, in two parts as `analysis.scaling.laplacian.split` gives them.
+            Sum as if in twice the precision, in two parts as `analysis.covariance.laplacian.split` gives them.
 
         Returns
         -------

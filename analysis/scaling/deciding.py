@@ -24,12 +24,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.covariance.laplacian import contrast_variances, differences_of
+from analysis.covariance.shrinkage import pseudo_inverses
 from analysis.scaling.counts import Counts
 from analysis.scaling.jeffreys import Jeffreys
-from analysis.scaling.laplacian import contrast_variances, differences_of
 from analysis.scaling.laws import probabilities
 from analysis.scaling.profile import COARSE_STEP, climbed, parts, scaled, signed_roots
-from analysis.scaling.shrinkage import pseudo_inverses
 from documents import count_work
 
 Floats = NDArray[np.float64]

@@ -1,8 +1,8 @@
 """What the strengths are free to do: one for each item, or combinations of the columns of a matrix.
 
 A design solves the linear equations of a Newton step, and knows in which way: `Items` solves the Laplacian of all items
-as `analysis.scaling.laplacian` does, `SparseItems` by conjugate gradients where few pairs were compared, `Columns` for
-strengths θ = Q γ in a space with the orthonormal basis Q, such as that of stimulus factors.
+as `analysis.covariance.laplacian` does, `SparseItems` by conjugate gradients where few pairs were compared, `Columns`
+for strengths θ = Q γ in a space with the orthonormal basis Q, such as that of stimulus factors.
 """
 
 from __future__ import annotations
@@ -12,13 +12,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.scaling import laplacian
+from analysis.covariance import laplacian
 from analysis.scaling.counts import Counts
 
 Floats = NDArray[np.float64]
-# Below so many items, or above this share of all pairs, dense equations are solved faster.
-FEWEST_SPARSE_ITEMS = 256
-LARGEST_SPARSE_SHARE = 0.1
 
 
 class Design(Protocol):
@@ -91,16 +88,6 @@ def outweighed(counts: Counts, design: Design = ITEMS) -> bool:
         return False
     apart = laplacian.contrast_variances(design.covariance(counts, total, 0.0))[:, counts.first, counts.second]
     return bool((apart[total > 0] > 1 + 1e-9).any())
-
-
-def items_design(counts: Counts) -> Design:
-    """Return the design of free strengths: `ITEMS`, or conjugate gradients where few of many pairs were compared."""
-    n, pairs = counts.n, len(counts.first)
-    if len(counts.won) > 1 or n < FEWEST_SPARSE_ITEMS or pairs > LARGEST_SPARSE_SHARE * n * (n - 1) / 2:
-        return ITEMS
-    from analysis.scaling.conjugate_gradients import SparseItems
-
-    return SparseItems(counts)
 
 
 def _solved(matrix: Floats, right: Floats) -> Floats:

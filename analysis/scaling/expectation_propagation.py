@@ -18,7 +18,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.scaling import laplacian
+from analysis.covariance import laplacian
 from analysis.scaling.counts import Counts
 
 Floats = NDArray[np.float64]

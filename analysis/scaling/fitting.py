@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from analysis.choices import CovarianceChoice
 from analysis.comparisons.comparisons import Comparisons
+from analysis.covariance.laplacian import for_equations
 from analysis.errors import ResultsError
 from analysis.scaling.clustered import ByObserver, by_observer
 from analysis.scaling.counts import Answers, Counts, count_pairs
 from analysis.scaling.jeffreys import Jeffreys
-from analysis.scaling.laplacian import for_equations
 from analysis.scaling.laws import LAWS, LOGISTIC, MODELS, Law, Model
 from analysis.scaling.newton import Maximum, joint_covariance, maximise
 from analysis.scaling.penalty import FIRTH, NO_PENALTY, Gaussian, Penalty
@@ -189,7 +189,7 @@ def fit_model(
         Fit what being shown first adds.
     covariance
         ``model``, the inverse of the observed information, which takes all answers for independent; or clustered by
-        observer: ``scaled``, ``sandwich`` or ``shrinkage``, as `analysis.scaling.shrinkage` has them. ``auto`` is
+        observer: ``scaled``, ``sandwich`` or ``shrinkage``, as `analysis.covariance.shrinkage` has them. ``auto`` is
         ``shrinkage`` where the table names two observers or more; ``scaled`` above 200 items, and for Firth's fits,
         in which observers who all agree say nothing of how much others would differ; ``model`` for ``map``.
 

@@ -18,9 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.covariance.laplacian import contrast_variances
 from analysis.scaling.counts import Counts
 from analysis.scaling.expectation_propagation import Approximation, Sites, approximate, joined, swept
-from analysis.scaling.laplacian import contrast_variances
 from analysis.scaling.laws import LOGISTIC
 
 Floats = NDArray[np.float64]

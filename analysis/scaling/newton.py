@@ -17,9 +17,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.covariance.laplacian import WIDEST_FOR_PLAIN_SUMS, pair_span
+from analysis.scaling.conjugate_gradients import items_design
 from analysis.scaling.counts import Counts
-from analysis.scaling.designs import ITEMS, Design, items_design
-from analysis.scaling.laplacian import WIDEST_FOR_PLAIN_SUMS, pair_span
+from analysis.scaling.designs import ITEMS, Design
 from analysis.scaling.laws import LOGISTIC, Law, Slopes
 from analysis.scaling.penalty import NO_PENALTY, Penalty
 from analysis.scaling.start import log_odds, plain_maximum

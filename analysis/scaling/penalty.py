@@ -21,7 +21,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.scaling import laplacian
+from analysis.covariance import laplacian
 from analysis.scaling.counts import Counts
 from analysis.scaling.laws import Slopes
 

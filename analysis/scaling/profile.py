@@ -25,10 +25,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.covariance.laplacian import contrast_variances, differences_of
 from analysis.scaling.counts import Answers, Counts
 from analysis.scaling.designs import outweighed
 from analysis.scaling.jeffreys import Jeffreys
-from analysis.scaling.laplacian import contrast_variances, differences_of
 from analysis.scaling.laws import LAWS, LOGISTIC
 from analysis.scaling.newton import maximise
 from analysis.scaling.penalty import FIRTH

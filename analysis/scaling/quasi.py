@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.covariance.laplacian import contrast_variances
 from analysis.errors import ResultsError
-from analysis.scaling.laplacian import contrast_variances
 from documents import Finding
 
 Floats = NDArray[np.float64]

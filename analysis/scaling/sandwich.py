@@ -18,9 +18,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.covariance.laplacian import differences_of, without_rounding
 from analysis.errors import ResultsError
 from analysis.scaling.counts import Answers, Counts
-from analysis.scaling.laplacian import differences_of, without_rounding
 from analysis.scaling.laws import Law, Slopes
 from analysis.scaling.newton import Point
 from documents import Finding

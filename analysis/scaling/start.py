@@ -11,9 +11,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.covariance.laplacian import grounded, lapack, pair_span
 from analysis.scaling.counts import Counts
 from analysis.scaling.designs import Design
-from analysis.scaling.laplacian import grounded, lapack, pair_span
 from analysis.scaling.laws import EXPONENTIAL_FAMILY_STEP, NATS_PER_JND, Law
 from analysis.scaling.penalty import Penalty
 

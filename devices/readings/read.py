@@ -78,7 +78,7 @@ def read_measurements(
 
         return measurements_of(read_session(path))
     if ending in PROFILE_ENDINGS:
-        from devices.readings import read_profile_measurements
+        from devices.readings.profile_readings import read_profile_measurements
 
         return read_profile_measurements(path, white_cd_m2)
     remedy = ".csv, .ti3, .mat, .jsonl, .icc or .icm"

@@ -9,8 +9,3 @@ from .setting import Setting as Setting
 from .setting import Stimuli as Stimuli
 from .style import FULL_HD_HALF as FULL_HD_HALF
 from .style import Style as Style
-from .tasks import Browse as Browse
-from .tasks import Choose as Choose
-from .tasks import Compare as Compare
-from .tasks import Rate as Rate
-from .tasks import Write as Write

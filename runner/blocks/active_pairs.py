@@ -30,8 +30,7 @@ from runner.blocks.pair_groups import PairGroups, group_faults, pair_groups
 from runner.blocks.pair_views import SimultaneousView, Ties
 from runner.blocks.pooled_choice import PooledChooser, pooled_batch
 from runner.blocks.setting import Setting, Stimuli
-from runner.blocks.tasks import Compare
-from runner.ports import Ask, ChooseBatch
+from runner.ports import Ask, ChooseBatch, Compare
 
 Chooser = PairChooser | GroupedChooser | PooledChooser
 Grouped = tuple[tuple[str, ...], PairGroups | None]

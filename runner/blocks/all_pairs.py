@@ -38,9 +38,8 @@ from runner.blocks.pair_views import SequenceView, SimultaneousView, Ties, gap_s
 from runner.blocks.scale import Rated, Scale, ends_of, rate, scale_faults, scales_named
 from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import Style
-from runner.blocks.tasks import Compare
-from runner.ports import Ask
-from runner.presenter.scene import Picture
+from runner.ports import Ask, Compare
+from runner.scene import Picture
 
 _SECONDS_PER_RATING = 4.0
 

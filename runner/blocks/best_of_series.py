@@ -29,9 +29,8 @@ from runner.blocks.series import (
 )
 from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import Style
-from runner.blocks.tasks import Browse
-from runner.ports import Ask
-from runner.presenter.scene import Scene
+from runner.ports import Ask, Browse
+from runner.scene import Scene
 
 
 def usual_scale(name: str, interface: Interface) -> Scale:

@@ -14,7 +14,7 @@ from documents.text import counted, did_you_mean
 from documents.yaml import Strict
 from runner.blocks.setting import Setting, Stimuli
 from runner.ports import Ask, ChooseBatch
-from runner.presenter.scene import Offset, Scene
+from runner.scene import Offset, Scene
 from stimuli.pictures import StereoImage
 
 SECONDS_PER_TRIAL = 5.0

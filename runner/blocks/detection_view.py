@@ -9,7 +9,7 @@ from runner.blocks.block import Hold
 from runner.blocks.layout import SingleLayout
 from runner.blocks.style import Style
 from runner.ports import Target
-from runner.presenter.scene import Item, Offset, Picture, Scene
+from runner.scene import Item, Offset, Picture, Scene
 
 YES_NO = ("yes", "no")
 _KEYS = {"left": "yes", "pad_left": "yes", "right": "no", "pad_right": "no"}

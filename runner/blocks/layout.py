@@ -16,9 +16,7 @@ from documents.yaml import NotNegative, Positive, Strict
 from runner.blocks.field_types import Line
 from runner.blocks.style import Style
 from runner.errors import SessionError
-from runner.presenter.modes.mode import EyeArea
-from runner.presenter.scene import Offset, Picture
-from stimuli.pictures import Part, Region
+from runner.scene import Offset, Picture
 
 
 class LayoutError(SessionError):
@@ -203,24 +201,3 @@ def _refuse_if_too_large(what: str, wide: int, high: int, style: Style) -> None:
                 remedy=f"make size_mm or gap_mm smaller, or change the arrangement{smaller}",
             )
         )
-
-
-def visible_part(aperture_px: tuple[int, int], area: EyeArea) -> Part | None:
-    """Return which part of a picture is seen through an aperture of ``aperture_px`` (width, height); None for all.
-
-    The part stands where it stood in the whole picture. A picture in the middle of an eye's view begins at
-    (view - size) // 2, so that the part depends on the view's size by a pixel. A squeezed view shares pixels between
-    columns or rows: there, pictures are read whole.
-    """
-    if area.squeeze != (1, 1):
-        return None
-
-    def part(size_px: tuple[int, int]) -> Region:
-        width, height = (min(most, size) for most, size in zip(aperture_px, size_px, strict=True))
-        left, top = (
-            (view - kept) // 2 - (view - size) // 2
-            for view, kept, size in zip(area.view_px, (width, height), size_px, strict=True)
-        )
-        return Region(left, top, width, height)
-
-    return part

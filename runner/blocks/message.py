@@ -14,7 +14,7 @@ from runner.blocks.style import Style
 from runner.blocks.text_entry import button
 from runner.ports import Ask, Target
 from runner.presenter.lettering import text_area
-from runner.presenter.scene import Offset, Scene
+from runner.scene import Offset, Scene
 
 PAGES = ("instructions", "break")
 CONTINUE_KEYS = {"space": "continue", "enter": "continue", "pad_a": "continue"}

@@ -14,7 +14,7 @@ from runner.blocks.layout import PairLayout, SingleLayout
 from runner.blocks.message import CONTINUE_KEYS, page
 from runner.blocks.style import Style
 from runner.ports import Ask, Target
-from runner.presenter.scene import Item, Offset, Picture, Scene, Text
+from runner.scene import Item, Offset, Picture, Scene, Text
 
 Ties = Literal["none", "no_difference", "not_sure", "both"]
 TIES = ("no_difference", "not_sure")

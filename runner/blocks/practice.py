@@ -15,8 +15,7 @@ from runner.blocks.interface import ENGLISH
 from runner.blocks.message import PAGES, page
 from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import Style
-from runner.blocks.tasks import Choose
-from runner.ports import ChooseBatch
+from runner.ports import Choose, ChooseBatch
 
 if TYPE_CHECKING:
     AnyBlock: TypeAlias = BlockKind  # any kind in `runner.blocks.registry`, which sets it

@@ -21,9 +21,8 @@ from runner.blocks.message import PausedKind
 from runner.blocks.orders import spread
 from runner.blocks.pair_views import SequenceView, SimultaneousView, gap_s, present, sequence_page
 from runner.blocks.setting import Setting, Stimuli
-from runner.blocks.tasks import Compare
-from runner.ports import Ask
-from runner.presenter.scene import Scene
+from runner.ports import Ask, Compare
+from runner.scene import Scene
 
 View = Literal["stereo", "flat"]
 _OWN_PACE_S = 3.0

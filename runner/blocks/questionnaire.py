@@ -14,10 +14,9 @@ from runner.blocks.block import Block, BlockKind, Draft, Fault, Response, Steps,
 from runner.blocks.field_types import Label, Line
 from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import Style
-from runner.blocks.tasks import Choose
 from runner.blocks.text_entry import LONGEST, LONGEST_NUMBER, Number, Words, button, lines_needed, typed, written
-from runner.ports import Ask
-from runner.presenter.scene import Item, Scene
+from runner.ports import Ask, Choose
+from runner.scene import Item, Scene
 
 SECONDS_PER_QUESTION = 8.0
 NO_ANSWER = "none"

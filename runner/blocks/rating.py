@@ -30,7 +30,7 @@ from runner.blocks.message import TimedKind
 from runner.blocks.orders import repeated
 from runner.blocks.scale import Rated, Scale, ends_of, rate_all, scale_faults, scale_items, scales_named
 from runner.blocks.setting import Setting, Stimuli
-from runner.presenter.scene import Item, Picture, Scene
+from runner.scene import Item, Picture, Scene
 
 
 class Rating(TimedKind):

@@ -13,9 +13,8 @@ from runner.blocks.block import Fault, Named, Response, answer
 from runner.blocks.field_types import Label, Line
 from runner.blocks.layout import SingleLayout
 from runner.blocks.style import Style
-from runner.blocks.tasks import Rate
-from runner.ports import Ask, Target
-from runner.presenter.scene import Item, Scene, Text
+from runner.ports import Ask, Rate, Target
+from runner.scene import Item, Scene, Text
 
 MOST_POINTS = 11
 _LINE, _END, _BESIDE = 40.0, 360.0, 118.0  # from its top to its line, its middle to either end, and for words there

@@ -16,7 +16,7 @@ from runner.blocks.layout import SingleLayout
 from runner.blocks.setting import Stimuli, level_words
 from runner.blocks.style import Style
 from runner.ports import Target
-from runner.presenter.scene import Item, Picture, Scene
+from runner.scene import Item, Picture, Scene
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from runner.blocks.interface import ENGLISH, Interface
 from runner.ports import Target
-from runner.presenter.scene import Box, Offset, Scene, Text
+from runner.scene import Box, Offset, Scene, Text
 
 Progress = Literal["none", "bar", "count"]
 TYPE = 24.0  # size of the type of a question, in units

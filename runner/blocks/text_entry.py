@@ -14,9 +14,8 @@ from documents.yaml import Strict
 from runner.blocks.block import Response, answer
 from runner.blocks.interface import ENGLISH
 from runner.blocks.style import Style
-from runner.blocks.tasks import Write
-from runner.ports import Ask
-from runner.presenter.scene import Box, Item, Scene
+from runner.ports import Ask, Write
+from runner.scene import Box, Item, Scene
 
 Say: TypeAlias = Callable[..., str]  # the interface's words by their name
 LONGEST = 500

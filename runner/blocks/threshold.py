@@ -27,11 +27,10 @@ from runner.blocks.field_types import Factor, Line, OptionalFactor, ShortSeconds
 from runner.blocks.message import TimedKind
 from runner.blocks.pair_views import SequenceView, SimultaneousView, gap_s, present, sequence_page
 from runner.blocks.setting import Setting, Stimuli
-from runner.blocks.tasks import Choose
 from runner.blocks.threshold_ladders import LEAST_LEVELS, Ladder, ladder_faults, ladders
 from runner.blocks.threshold_tracks import Asked, MethodSpec, QuestPlusSpec, Track, interleaved
-from runner.ports import Ask
-from runner.presenter.scene import Scene
+from runner.ports import Ask, Choose
+from runner.scene import Scene
 
 ThresholdTask = Literal["yes_no", "two_intervals", "two_places"]
 FunctionName = Literal["weibull", "logistic", "normal"]

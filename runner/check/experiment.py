@@ -35,9 +35,9 @@ from runner.check.screens import check_screens
 from runner.check.timing_marks import check_timing_marks
 from runner.errors import SessionError
 from runner.ports import Ask
-from runner.presenter.scene import Scene
 from runner.presenter.surfaces.screens import primary_monitor
 from runner.protocol.experiment import AnalysisSpec, Experiment, ExperimentSpec, doubts, read_experiment
+from runner.scene import Scene
 from runner.session.clipping_costs import CostCache
 from stimuli.build import cache_folder
 from stimuli.recipes import faults_of_inputs, read_recipe

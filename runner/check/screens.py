@@ -16,8 +16,8 @@ from runner.blocks.text_entry import typed
 from runner.check.report import CheckReport
 from runner.observers.walk import walk
 from runner.presenter.lettering import Area, text_area
-from runner.presenter.scene import Picture, Scene, Text
 from runner.protocol.experiment import Experiment
+from runner.scene import Picture, Scene, Text
 
 # More screens than show all there is to read: pages between trials come every some dozens of trials.
 _MOST_STEPS = 2_000

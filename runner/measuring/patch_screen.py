@@ -17,8 +17,8 @@ from devices.readings import CodeTriple, Patch, PatchEye, Shown
 from runner.presenter.depth import highest_code
 from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Item, Picture, Scene, Text
 from runner.presenter.surfaces.surface import Surface
+from runner.scene import Item, Picture, Scene, Text
 from stimuli.pictures import StereoImage
 
 Floats = NDArray[np.float64]

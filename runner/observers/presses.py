@@ -14,13 +14,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from analysis.kinds import Trial
-from analysis.records import SessionLog, read_session, session_files
+from analysis.records import Header, SessionLog, read_session, session_files
 from documents import Finding
-from runner.blocks.tasks import Choose, Rate, Task, Write
 from runner.errors import SessionError
-from runner.ports import DOUBLE_S, MOST_IGNORED, Ask, Ignored, KeyPress, Why, WindowClosed
-from runner.presenter.scene import Offset
-from runner.session.header import changes
+from runner.ports import DOUBLE_S, MOST_IGNORED, Ask, Choose, Ignored, KeyPress, Rate, Task, Why, WindowClosed, Write
+from runner.scene import Offset
 
 Press = tuple[str, float]
 Place = tuple[int, int]
@@ -262,3 +260,12 @@ def check_replayable(
         raise SessionError(Finding(what, str(log.file), 1, 1, remedy))
     remark = f"a replay of session {header.session}"
     return (remark + (f", although the {' and the '.join(changed)} changed" if changed else ""),)
+
+
+def changes(header: Header, now: Mapping[str, str]) -> dict[str, dict[str, str | None]]:
+    """Return what differs from when a session began: SHA-256 ``before`` and ``now``, by name."""
+    return {
+        name: {"before": header.hashes.get(name), "now": digest}
+        for name, digest in now.items()
+        if header.hashes.get(name) != digest
+    }

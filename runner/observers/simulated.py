@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.display import EyeModels
 from documents import Finding
-from runner.blocks.tasks import Browse, Choose, Compare, Rate, Write
 from runner.errors import SessionError
 from runner.observers.behaviour import ATTENTIVE, BehaviourSpec, choice_law, difficulty, pair_law, psychometric_law
-from runner.ports import Ask, KeyPress
+from runner.ports import Ask, Browse, Choose, Compare, KeyPress, Rate, Write
 from stimuli.pictures import StereoImage
 
 TIES = ("no_difference", "not_sure")

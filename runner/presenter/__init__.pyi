@@ -10,10 +10,6 @@ from .modes.options import ModeOptions as ModeOptions
 from .modes.registry import MODES as MODES
 from .modes.registry import find_mode as find_mode
 from .presenter import Presenter as Presenter
-from .scene import Box as Box
-from .scene import Picture as Picture
-from .scene import Scene as Scene
-from .scene import Text as Text
 from .show import show_picture as show_picture
 from .surfaces.gamma_tables import LoadedTable as LoadedTable
 from .surfaces.gl_calls import Codes as Codes

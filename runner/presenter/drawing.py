@@ -13,12 +13,12 @@ from devices.compensation import Rectangle
 from devices.display import Eye
 from runner.presenter.ground import Inks
 from runner.presenter.modes.mode import EyeArea, Weave
-from runner.presenter.scene import Box, Picture, Scene, Text
 from runner.presenter.shaders import compile_program, set_uniform, shader_file
 from runner.presenter.surfaces.gl_calls import GlCalls
 from runner.presenter.surfaces.surface import Buffer, Surface
 from runner.presenter.view_codes import PictureCodes
 from runner.presenter.words import Words
+from runner.scene import Box, Picture, Scene, Text
 
 BLACK = (0.0, 0.0, 0.0)
 WHITE = (1.0, 1.0, 1.0)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents.fonts import dejavu_sans, font_of, font_runs, type_face
-from runner.presenter.scene import Text
+from runner.scene import Text
 
 if TYPE_CHECKING:
     from PIL.ImageDraw import ImageDraw

@@ -17,9 +17,9 @@ from documents.text import counted
 from runner.presenter.bands import BAND_PX, as_uploaded, to_the_end, upload
 from runner.presenter.counters import Work
 from runner.presenter.errors import PresentationError
-from runner.presenter.scene import Offset
 from runner.presenter.texture_cache import LruCache
 from runner.presenter.view_codes import Making, PictureCodes, ViewCodes
+from runner.scene import Offset
 from stimuli.pictures import StereoImage
 
 

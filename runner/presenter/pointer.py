@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from devices.compensation import Size
-from runner.presenter.scene import Box, Offset
+from runner.scene import Box, Offset
 
 _ARM, _WIDTH, _EDGE = 23, 3, 2  # of the cross, in units of which a view of 960 × 1080 has one a pixel
 

@@ -19,11 +19,11 @@ from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.modes.registry import require
 from runner.presenter.pictures import PictureKey, Pictures
 from runner.presenter.pointer import Pointer
-from runner.presenter.scene import Box, Offset, Picture, Scene, Text
 from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.surfaces.surface import Buffer, Surface
 from runner.presenter.view_codes import PictureCodes, view_codes
 from runner.presenter.words import Words
+from runner.scene import Box, Offset, Picture, Scene, Text
 from stimuli.pictures import StereoImage
 
 PICTURE_BUDGET_BYTES = 2 << 30

@@ -9,19 +9,18 @@ from typing import Any, Literal
 
 from devices.compensation import Correction, eye_clip_costs
 from devices.display import EYES, Eye, read_display
-from runner.blocks.layout import visible_part
 from runner.ports import WindowClosed
 from runner.presenter.counters import Counters
 from runner.presenter.depth import Bits
 from runner.presenter.gamma_check import compare_tables, tables_json
-from runner.presenter.modes.mode import EyeArea
+from runner.presenter.modes.mode import EyeArea, visible_part
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Picture, Scene
 from runner.presenter.screenshot import check_screenshot_path, write_screenshot
 from runner.presenter.surfaces.opening import open_surface
 from runner.presenter.surfaces.surface import SurfaceFacts
+from runner.scene import Picture, Scene
 from stimuli.pictures import ColourSpace, Packing, Part, Region, read_picture
 
 

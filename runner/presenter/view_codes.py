@@ -18,7 +18,7 @@ from runner.presenter.counters import Work
 from runner.presenter.depth import Bits
 from runner.presenter.dithering import Dithering
 from runner.presenter.modes.mode import Mode
-from runner.presenter.scene import Offset
+from runner.scene import Offset
 from stimuli.pictures import StereoImage, XYZImage
 
 BYTES_PER_PIXEL = 4  # RGBA8 or RGB10_A2

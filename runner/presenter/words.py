@@ -17,9 +17,9 @@ from runner.presenter.depth import Bits, highest_code
 from runner.presenter.ground import Inks
 from runner.presenter.lettering import coverage
 from runner.presenter.modes.mode import Weave
-from runner.presenter.scene import Box, Text
 from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.texture_cache import LruCache
+from runner.scene import Box, Text
 
 
 @dataclass(frozen=True, slots=True)

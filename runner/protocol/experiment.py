@@ -21,17 +21,16 @@ from documents.text import did_you_mean
 from documents.yaml import Path_, Seed, Strict, YamlSource
 from runner.blocks.block import Block, BlockKind, Fault
 from runner.blocks.field_types import Line
-from runner.blocks.layout import NO_REFERENCE, PHYSICAL, LayoutError, LayoutSpec, aperture_px, visible_part
+from runner.blocks.layout import NO_REFERENCE, PHYSICAL, LayoutError, LayoutSpec, aperture_px
 from runner.blocks.registry import AnyBlock
 from runner.blocks.setting import Draw, Factors, Setting, Stimuli
 from runner.blocks.style import Style
 from runner.errors import SessionError
 from runner.presenter.dithering import Dithering
 from runner.presenter.ground import Ground
-from runner.presenter.modes.mode import Mode
+from runner.presenter.modes.mode import Mode, visible_part
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
-from runner.presenter.scene import Offset
 from runner.presenter.surfaces.screens import primary_monitor
 from runner.protocol.appearance import (
     OwnKeys,
@@ -45,6 +44,7 @@ from runner.protocol.appearance import (
     light_faults,
 )
 from runner.protocol.shared_names import name_clashes
+from runner.scene import Offset
 from stimuli.build import other_observer
 from stimuli.pictures import Part
 from stimuli.recipes import read_recipe

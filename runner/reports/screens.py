@@ -22,12 +22,12 @@ from runner.presenter.modes.mode import Mode
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Offset, Scene
 from runner.presenter.screenshot import write_screenshot
 from runner.presenter.surfaces.opening import open_surface
 from runner.presenter.surfaces.surface import Surface
 from runner.protocol.experiment import Experiment, check_observer, read_experiment
 from runner.reports.contact_sheet import Tile, write_sheets
+from runner.scene import Offset, Scene
 from runner.session.picture_source import PictureSource, Progress, build_stimuli, no_progress
 from stimuli.build import StimulusSet
 from stimuli.pictures import StereoImage

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from documents.platform import elapsed_s
 from runner.ports import Holding
-from runner.presenter.scene import Scene
+from runner.scene import Scene
 
 if TYPE_CHECKING:
     from runner.presenter.presenter import Presenter

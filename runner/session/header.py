@@ -20,6 +20,7 @@ from documents.files import read_regular, sha256_of_file, write_whole
 from documents.fonts import font_name, other_fonts
 from documents.platform import state_folder
 from runner.errors import SessionError
+from runner.observers.presses import changes
 from runner.session.clocks import SteadyClock
 
 if TYPE_CHECKING:  # `software` is all that many want of this module
@@ -288,15 +289,6 @@ def _at_the_eyes(experiment: Experiment, left_XYZ: Floats, right_XYZ: Floats) ->
         left, right = (each.dark_XYZ_cd_m2 + each.primaries_XYZ_cd_m2 @ light for each in (models.left, models.right))
         seen = mixture.left_through @ left, mixture.right_through @ right
     return {eye: [round(float(v), 6) for v in xyz] for eye, xyz in zip(("left", "right"), seen, strict=True)}
-
-
-def changes(header: Header, now: Mapping[str, str]) -> dict[str, dict[str, str | None]]:
-    """Return what differs from when a session began: SHA-256 ``before`` and ``now``, by name."""
-    return {
-        name: {"before": header.hashes.get(name), "now": digest}
-        for name, digest in now.items()
-        if header.hashes.get(name) != digest
-    }
 
 
 def check_unchanged(log: SessionLog, now: Version) -> None:

@@ -41,7 +41,7 @@ from runner.ports import (
     Sink,
     WindowClosed,
 )
-from runner.presenter.scene import Scene
+from runner.scene import Scene
 from runner.session.clocks import SteadyClock
 from runner.session.timing_marks import Shown, TimingMarks
 

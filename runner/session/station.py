@@ -33,7 +33,7 @@ from runner.blocks.block import Block, Draft
 from runner.blocks.setting import Draw
 from runner.errors import SessionError, SessionStoppedError
 from runner.observers.observer_file import ImageBasedObserverSpec, ObserverSpec
-from runner.observers.presses import Replay, asked_after_their_block, check_replayable
+from runner.observers.presses import Replay, asked_after_their_block, changes, check_replayable
 from runner.observers.simulated import BradleyTerryObserver, mean_delta_e_00
 from runner.observers.walk import walk
 from runner.ports import NoOthers, Observer, Pool
@@ -47,17 +47,17 @@ from runner.presenter.gamma_check import (
     tables_json,
 )
 from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces.opening import open_surface
 from runner.presenter.surfaces.surface import Surface
 from runner.protocol.experiment import Experiment, check_observer
+from runner.scene import Picture, Scene
 from runner.session.clipping_costs import ClippingCosts, CostWork
 from runner.session.clocks import Pace, PacedPresenter, SteadyClock
 from runner.session.configuration import Configuration, configuration_of
 from runner.session.costs_in_turn import CostsInTurn
 from runner.session.earlier import version_now
 from runner.session.folders import Recorder, new_label, observer_folder
-from runner.session.header import changes, check_unchanged, hashes, make_header, planned
+from runner.session.header import check_unchanged, hashes, make_header, planned
 from runner.session.mirroring import refuse_mirror_within, start_mirror
 from runner.session.picture_source import PictureSource
 from runner.session.pooling import RecordedPool, ResultsPool, pooled_blocks

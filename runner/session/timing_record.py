@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from devices.display import Verification
 from runner.presenter.counters import IntervalSummary
-from runner.presenter.scene import Scene
 from runner.presenter.surfaces.screens import compositor
 from runner.presenter.surfaces.surface import SurfaceFacts
+from runner.scene import Scene
 
 if TYPE_CHECKING:
     from runner.presenter.presenter import Presenter

@@ -9,7 +9,7 @@ whoever looks, and its XYZ are those of the photographs' observer.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -21,15 +21,12 @@ from stimuli.errors import StimulusError
 from stimuli.pictures.resampling import area_weights, resample
 from stimuli.sparkle.lamplight import illuminance_lx
 from stimuli.sparkle.optics import mirror
-from stimuli.sparkle.scene import Camera, Lamp, Plate, Row, Spectrum
+from stimuli.sparkle.scene import Camera, Lamp, Plate, Row, Spectrum, wavelengths_nm
 
 Map = NDArray[np.float32]
 
 Floats = NDArray[np.float64]
 
-FIRST_NM, LAST_NM, STEP_NM = 380, 780, 5
-# Planck's second constant, in nm · K (CODATA 2018; exact since 2019).
-_SECOND_CONSTANT_NM_K = 1.438776877e7
 
 # Places along an axis at which a field is computed at least, and how many per stretch over which it changes.
 _LEAST_NODES = 17
@@ -141,36 +138,6 @@ def _chromaticity_of(lamp: Lamp, observer: str) -> tuple[float, float]:
         return lamp.chromaticity_xy or (0.0, 0.0)
     x, y, _ = xyY_from_XYZ(XYZ_of(lamp.emitted, observer)).tolist()
     return x, y
-
-
-def wavelengths_nm() -> Floats:
-    """Return the grid, shape (81,): 380 to 780 nm.
-
-    Returns
-    -------
-    numpy.ndarray
-        Wavelengths in nm, 5 nm apart.
-
-    Examples
-    --------
-    >>> waves = wavelengths_nm()
-    >>> waves.shape, waves[:3].tolist(), float(waves[-1])
-    ((81,), [380.0, 385.0, 390.0], 780.0)
-    """
-    return np.arange(FIRST_NM, LAST_NM + 1, STEP_NM, dtype=np.float64)
-
-
-def planck(temperature_K: float) -> Spectrum:
-    """Return the spectrum of a black body, relative to its value at 560 nm; halogen lamps are close to one."""
-    waves = wavelengths_nm()
-    exponent = _SECOND_CONSTANT_NM_K / temperature_K
-    light = (560.0 / waves) ** 5 * np.expm1(exponent / 560.0) / np.expm1(exponent / waves)
-    return tuple(light.tolist())
-
-
-def on_grid(nm: Sequence[float], values: Sequence[float]) -> Spectrum:
-    """Return values at rising wavelengths on the grid: straight lines between, the first and last value beyond."""
-    return tuple(np.interp(wavelengths_nm(), nm, values).tolist())
 
 
 def XYZ_of(spectrum: Spectrum, observer: str = DEFAULT_OBSERVER) -> Floats:

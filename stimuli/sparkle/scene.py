@@ -18,6 +18,9 @@ from documents.yaml import NotNegative, Number, Positive, Strict
 Floats = NDArray[np.float64]
 Row = tuple[float, float, float]
 Spectrum = tuple[float, ...]
+FIRST_NM, LAST_NM, STEP_NM = 380, 780, 5
+# Planck's second constant, in nm · K (CODATA 2018; exact since 2019).
+_SECOND_CONSTANT_NM_K = 1.438776877e7
 
 
 def _chromaticity(value: tuple[float, float]) -> tuple[float, float]:
@@ -51,10 +54,8 @@ class SpectrumSpec(Strict):
         return self
 
     def on_grid(self) -> Spectrum:
-        """Return the values on the grid of 5 nm."""
-        from stimuli.sparkle.light import on_grid
-
-        return on_grid(self.nm, self.values)
+        """Return the values on the grid of 5 nm: straight lines between, the first and last value beyond."""
+        return tuple(np.interp(wavelengths_nm(), self.nm, self.values).tolist())
 
 
 class Clusters(Strict):
@@ -161,9 +162,7 @@ class Lamp(Strict):
 
     @property
     def emitted(self) -> Spectrum | None:
-        """Its relative spectrum on the grid of `stimuli.sparkle.light`; None where only its chromaticity is known."""
-        from stimuli.sparkle.light import planck
-
+        """Its relative spectrum on the grid of `wavelengths_nm`; None where only its chromaticity is known."""
         if self.chromaticity_xy is not None:
             return None
         return self.spectrum.on_grid() if self.spectrum else planck(self.temperature_K or 0.0)
@@ -231,3 +230,28 @@ class Camera(Strict):
             max(1, round(plate.width_mm * self.resolution_px_per_mm)),
             max(1, round(plate.height_mm * self.resolution_px_per_mm)),
         )
+
+
+def wavelengths_nm() -> Floats:
+    """Return the grid, shape (81,): 380 to 780 nm.
+
+    Returns
+    -------
+    numpy.ndarray
+        Wavelengths in nm, 5 nm apart.
+
+    Examples
+    --------
+    >>> waves = wavelengths_nm()
+    >>> waves.shape, waves[:3].tolist(), float(waves[-1])
+    ((81,), [380.0, 385.0, 390.0], 780.0)
+    """
+    return np.arange(FIRST_NM, LAST_NM + 1, STEP_NM, dtype=np.float64)
+
+
+def planck(temperature_K: float) -> Spectrum:
+    """Return the spectrum of a black body, relative to its value at 560 nm; halogen lamps are close to one."""
+    waves = wavelengths_nm()
+    exponent = _SECOND_CONSTANT_NM_K / temperature_K
+    light = (560.0 / waves) ** 5 * np.expm1(exponent / 560.0) / np.expm1(exponent / waves)
+    return tuple(light.tolist())

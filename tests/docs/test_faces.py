@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import inspect
+import os
 import subprocess
 import sys
 from importlib import import_module
@@ -61,6 +62,47 @@ def test_importing_the_packages_loads_nothing_heavy() -> None:
     code = f"import sys, {', '.join(PACKAGES)}; print([name for name in {heavy} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def own_faces(root: Path) -> list[str]:
+    """Return where a file takes a name from the face of a room that it lies in: eagerly imported, that is a circle."""
+    faces, modules = names_through_faces(root), modules_of(root)
+    return [
+        f"{name}: take {alias.name} from {faces[node.module][alias.name]}"
+        for name, file in modules.items()
+        for node in imports_within(file)
+        if isinstance(node, ast.ImportFrom) and node.module and name.startswith(f"{node.module}.")
+        for alias in node.names
+        if alias.name in faces.get(node.module, ())
+    ]
+
+
+def test_no_file_takes_from_the_face_of_its_own_room() -> None:
+    assert not own_faces(ROOT)
+
+
+def test_what_a_file_takes_from_its_own_room_s_face_is_named(tmp_path: Path) -> None:
+    room = tmp_path / "devices" / "colour"
+    room.mkdir(parents=True)
+    (room / "__init__.pyi").write_text("from .spaces import lab as lab\n")
+    (room / "__init__.py").touch()
+    (room / "spaces.py").touch()
+    (room / "plain.py").write_text("def f():\n    from devices.colour import lab, spaces\n")
+    assert own_faces(tmp_path) == ["devices.colour.plain: take lab from devices.colour.spaces"]
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("words", [["--help"], ["scores", "pairs.csv"], ["doctor"]])
+def test_a_command_runs_where_every_face_is_imported_eagerly(words: list[str], tmp_path: Path) -> None:
+    """Whichever import comes first: no face needs one that needs it."""
+    (tmp_path / "pairs.csv").write_text("winner,loser\n" + "a,b\nb,c\nc,a\na,b\n" * 3)
+    code = "import sys; from runner.cli.main import main; sys.argv[0] = 'cyclopean'; main()"
+    environment = {**os.environ, "EAGER_IMPORT": "1", "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(
+        [sys.executable, "-c", code, *words], capture_output=True, text=True, cwd=tmp_path, env=environment
+    )
+    assert "Traceback" not in done.stderr, done.stderr
+    assert done.stdout
 
 
 @pytest.mark.nightly

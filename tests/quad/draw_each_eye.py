@@ -16,7 +16,9 @@ import numpy as np
 from numpy.lib.npyio import NpzFile
 
 from devices.display import DisplayModel, EyeModels, ToneCurve
-from runner.presenter import ModeOptions, Picture, Presenter, Scene, Text, find_mode, open_surface
+from runner import Picture, Scene
+from runner.presenter import ModeOptions, Presenter, find_mode, open_surface
+from runner.scene import Text
 from stimuli.pictures import StereoImage
 
 

@@ -19,12 +19,12 @@ from pydantic import TypeAdapter
 from analysis.kinds import Trial
 from analysis.records import Header, Mark, Note, PooledBatch
 from devices.display import Rig, read_rig
-from runner.blocks import FULL_HD_HALF, AnyBlock, Block, Choose, Compare, Draft, Setting, Stimuli, Style
+from runner import Scene
+from runner.blocks import FULL_HD_HALF, AnyBlock, Block, Draft, Setting, Stimuli, Style
 from runner.blocks.layout import LayoutSpec
 from runner.observers.simulated import key_for, plain_key
 from runner.observers.walk import walk
-from runner.ports import Ask, Holding, KeyPress
-from runner.presenter import Scene
+from runner.ports import Ask, Choose, Compare, Holding, KeyPress
 from runner.protocol import Experiment, read_experiment
 
 ROOT = Path(__file__).parents[2]

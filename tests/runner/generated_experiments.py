@@ -10,12 +10,14 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
+from runner import Picture, Scene
 from runner.blocks import Draft
 from runner.check import CheckOptions, check_file
 from runner.observers.walk import walk
-from runner.presenter import Picture, Scene, Text, coverage
+from runner.presenter import coverage
 from runner.protocol import Experiment, read_experiment
 from runner.reports import preview
+from runner.scene import Text
 from stimuli.pictures import StereoImage, write_exr
 
 # Modes that one window without a right back buffer shows.

@@ -14,9 +14,8 @@ from analysis.comparisons import grouped_comparisons
 from analysis.errors import ResultsError
 from analysis.kinds import Trial
 from analysis.records import FILE_NAME, Change, Resumption, SessionLog, SessionTimes, check_log, read_session
-from runner.blocks import Browse, Rate
 from runner.observers.simulated import plain_key
-from runner.ports import Ask, KeyPress
+from runner.ports import Ask, Browse, KeyPress, Rate
 from runner.session import Session
 from runner.session.folders import Recorder
 from tests.answers import changed, new_answer

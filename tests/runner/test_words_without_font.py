@@ -16,8 +16,9 @@ from documents.files import sha256_of_file
 from documents.fonts import font_runs, undrawable
 from documents.pages import Drawing, drawing, drawn
 from runner.check import CheckOptions, CheckReport, check_file
-from runner.presenter import Text, coverage, text_area
+from runner.presenter import coverage, text_area
 from runner.protocol import read_experiment
+from runner.scene import Text
 from runner.session import simulate
 from tests.tiny_font import tiny_font
 

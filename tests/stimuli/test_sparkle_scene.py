@@ -21,9 +21,9 @@ from stimuli.sparkle import Studio, plate_light, scatter_flakes, wavelengths_nm
 from stimuli.sparkle.camera import eye_mtf, through_the_eye
 from stimuli.sparkle.flakes import Flakes
 from stimuli.sparkle.lamplight import angular_radius, illuminance_lx, lamp_directions
-from stimuli.sparkle.light import flop_luminance, gathered, matt_luminance, planck
+from stimuli.sparkle.light import flop_luminance, gathered, matt_luminance
 from stimuli.sparkle.optics import DIFFRACTION_SD, half_way, lobe_sd, mirror, refract, shade, view_directions
-from stimuli.sparkle.scene import Clusters, Lamp, Noise, Plate
+from stimuli.sparkle.scene import Clusters, Lamp, Noise, Plate, planck
 from stimuli.sparkle.studio import photograph
 
 ROOT = Path(__file__).parents[2]

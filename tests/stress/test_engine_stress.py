@@ -13,10 +13,10 @@ import pytest
 
 from analysis.kinds import Trial
 from analysis.records import Mark, Note, PooledBatch
+from runner import Scene
 from runner.blocks import AnyBlock
 from runner.observers.simulated import plain_key
 from runner.ports import Ask, Holding, KeyPress
-from runner.presenter import Scene
 from runner.protocol import read_experiment
 from runner.session import Session
 

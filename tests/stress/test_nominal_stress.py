@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from devices.display import EYES, DisplayModel, EyeModels, Nominal, NominalKind, ReportedMonitor, panel_of_monitor
 from documents import InputError
-from runner.presenter import MODES, Picture, Presenter, Scene, find_mode, open_surface
+from runner import Picture, Scene
+from runner.presenter import MODES, Presenter, find_mode, open_surface
 from runner.presenter.depth import Bits, highest_code
 from stimuli.pictures import StereoImage
 

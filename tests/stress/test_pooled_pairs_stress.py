@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from analysis.comparisons import Answer, from_answers
+from analysis.covariance import contrast_variances
 from analysis.report import estimate_scores
 from analysis.scaling import learnt_posterior
-from analysis.scaling.laplacian import contrast_variances
 from runner.blocks.incomplete_pairs import designs
 from runner.reports.pooled_studies import pooled_study
 from tests.stress.how_many import how_many

@@ -12,8 +12,10 @@ import numpy as np
 import pytest
 
 from devices.display import DisplayModel, EyeModels, ToneCurve
-from runner.presenter import Picture, PresentationError, Presenter, Scene, Text, find_mode
+from runner import Picture, Scene
+from runner.presenter import PresentationError, Presenter, find_mode
 from runner.presenter.surfaces.egl import EglSurface
+from runner.scene import Text
 from stimuli.pictures import StereoImage
 from tests.stress.memory import forget_peak, peak_kb
 

@@ -11,8 +11,8 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.thresholds import FUNCTIONS, QuestPlus, Staircase, fit_threshold, simulate
-from runner.blocks import Choose, Draft, Response, Stimuli
-from runner.ports import Ask
+from runner.blocks import Draft, Response, Stimuli
+from runner.ports import Ask, Choose
 from tests.runner.every_kind import met, setting
 from tests.stress.how_many import how_many
 

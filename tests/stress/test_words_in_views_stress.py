@@ -7,13 +7,15 @@ from pathlib import Path
 import pytest
 
 from documents.yaml import read_yaml
+from runner import Scene
 from runner.blocks.interface import LANGUAGES
 from runner.blocks.message import page, pause_menu
 from runner.blocks.text_entry import Number, typed
 from runner.check import CheckReport
 from runner.check.screens import check_screens
-from runner.presenter import MODES, Scene, Text, text_area
+from runner.presenter import MODES, text_area
 from runner.protocol import read_experiment
+from runner.scene import Text
 from tests.runner import every_kind as EVERY
 
 pytestmark = pytest.mark.stress

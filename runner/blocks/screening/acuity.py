@@ -29,7 +29,7 @@ from runner.blocks.screening.vision_test import (
     four_targets,
 )
 from runner.errors import SessionError
-from runner.presenter.scene import Box
+from runner.scene import Box
 from stimuli.vision_tests import SIDES, DotField, landolt, stereogram
 
 NEAR, STEREO = "near_acuity", "stereo_acuity"

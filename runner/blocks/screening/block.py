@@ -20,13 +20,12 @@ from runner.blocks.screening.colour_vision import ColourVisionSpec
 from runner.blocks.screening.vision_test import Answers, Presentation, Screen, Series, VisionTest
 from runner.blocks.setting import Setting
 from runner.blocks.style import Style
-from runner.blocks.tasks import Choose
 from runner.errors import SessionError
-from runner.ports import Ask
+from runner.ports import Ask, Choose
 from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
-from runner.presenter.scene import Item, Picture, Scene
+from runner.scene import Item, Picture, Scene
 from stimuli.vision_tests import SIDES
 
 KIND = "screening"

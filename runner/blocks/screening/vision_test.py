@@ -17,7 +17,7 @@ from devices.colour_matching import DEFAULT_OBSERVER
 from devices.display import EyeModels, disparity_arcmin, mm_from_px, px_from_mm, size_mm, visual_angle_deg
 from documents.yaml import Positive, Strict
 from runner.ports import Target
-from runner.presenter.scene import Item
+from runner.scene import Item
 from stimuli.pictures import StereoImage
 from stimuli.vision_tests import SIDES, ShownRange, Side
 

@@ -13,6 +13,7 @@ from devices.display import EYES, Eye, EyeModels
 from documents.text import JsonResult
 from runner.presenter.modes.options import Filters, refuse_options
 from runner.presenter.surfaces.surface import Buffer
+from stimuli.pictures import Part, Region
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,3 +135,24 @@ class Mode(Protocol):
     def with_filters(self, filters: Filters) -> Mode:
         """Return the mode with ``filters`` before the eyes; raise PresentationError if it has no use for them."""
         raise refuse_options(self.name, "has no filters", "leave the options of filters out")
+
+
+def visible_part(aperture_px: tuple[int, int], area: EyeArea) -> Part | None:
+    """Return which part of a picture is seen through an aperture of ``aperture_px`` (width, height); None for all.
+
+    The part stands where it stood in the whole picture. A picture in the middle of an eye's view begins at
+    (view - size) // 2, so that the part depends on the view's size by a pixel. A squeezed view shares pixels between
+    columns or rows: there, pictures are read whole.
+    """
+    if area.squeeze != (1, 1):
+        return None
+
+    def part(size_px: tuple[int, int]) -> Region:
+        width, height = (min(most, size) for most, size in zip(aperture_px, size_px, strict=True))
+        left, top = (
+            (view - kept) // 2 - (view - size) // 2
+            for view, kept, size in zip(area.view_px, (width, height), size_px, strict=True)
+        )
+        return Region(left, top, width, height)
+
+    return part

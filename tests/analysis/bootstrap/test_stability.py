@@ -14,12 +14,12 @@ from analysis.bootstrap.influence import influences
 from analysis.choices import Adjust
 from analysis.classes import classify
 from analysis.comparisons import Answer, Comparisons, from_answers
+from analysis.covariance import contrast_variances, shrink
+from analysis.covariance.laplacian import differences_of
 from analysis.errors import ResultsError
 from analysis.scaling import Counts, CovarianceKind, fit
 from analysis.scaling.jeffreys import Jeffreys
-from analysis.scaling.laplacian import contrast_variances, differences_of
 from analysis.scaling.profile import Profiles
-from analysis.scaling.shrinkage import shrink
 from tests.choice import nightly
 
 Study = Callable[..., Comparisons]

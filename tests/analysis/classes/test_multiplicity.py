@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from analysis.classes.multiplicity import adjusted_p, benjamini_hochberg, clustered_single_step, holm, single_step
+from analysis.covariance import Clustered, Spread, shrink
 from analysis.errors import ResultsError
-from analysis.scaling.shrinkage import Clustered, Spread, shrink
 from tests.choice import nightly
 
 Floats = NDArray[np.float64]

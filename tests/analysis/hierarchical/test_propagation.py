@@ -9,6 +9,7 @@ import pytest
 
 from analysis.comparisons import Comparisons
 from analysis.comparisons.comparisons import from_arrays
+from analysis.covariance import laplacian
 from analysis.hierarchical.fitting import _answers
 from analysis.hierarchical.propagation import (
     _logistic_moments,
@@ -18,7 +19,7 @@ from analysis.hierarchical.propagation import (
     alike,
     propagate,
 )
-from analysis.scaling import LOGISTIC, Counts, laplacian
+from analysis.scaling import LOGISTIC, Counts
 from tests.kept import known
 
 Maker = Callable[..., Comparisons]

@@ -37,13 +37,13 @@ def described(make_session: Maker) -> Report:
 def few_draws(monkeypatch: pytest.MonkeyPatch) -> None:
     """Draw a tenth of the bootstrap samples: no test of the report looks at how many agree."""
     monkeypatch.setattr("analysis.report.estimate.resample", partial(resample, replicates=100))
-    monkeypatch.setattr("analysis.report.sections.reviewers.REPLICATES", 100)
+    monkeypatch.setattr("analysis.report.reviewers.REPLICATES", 100)
 
 
 @pytest.fixture
 def unreviewed(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave out what reviewers ask, which takes half of the time: for tests of other parts."""
-    monkeypatch.setattr("analysis.report.report.review_of", lambda *_: {})
+    monkeypatch.setattr("analysis.report.described.review_of", lambda *_: {})
 
 
 @pytest.fixture

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from analysis.observers.concordance import Concordance
+from analysis.report.agreement import agreement_words, series_agreement
 from analysis.report.blocks import Paragraph, Shown, Table, csv_text
-from analysis.report.sections.agreement import agreement_words, series_agreement
 from analysis.series.agreement import Coefficient, SeriesAgreement, fleiss_kappa, intraclass, with_jackknife
 
 AGREEMENT = Concordance(0.147, -0.034, 30, 60, 40, 100, None, None, 0.001)

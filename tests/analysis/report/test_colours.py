@@ -11,7 +11,7 @@ import pytest
 
 from analysis.report.bars import BarFigure
 from analysis.report.figures import CLASS_COLOURS, FURTHER_COLOURS, class_colours
-from analysis.report.sections.scores import WHITE_FROM, tint
+from analysis.report.scores import WHITE_FROM, tint
 from analysis.series.observer_means import Estimate
 from documents.pages import HATCHES, MARKERS, SERIES_COLOURS
 

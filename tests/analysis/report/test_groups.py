@@ -21,8 +21,8 @@ from analysis.report import Report, common_names, describe
 from analysis.report.blocks import file_names, write_csv_files
 from analysis.report.figures import draw_group_scores
 from analysis.report.grouped import GroupedSummary
+from analysis.report.groups import _named
 from analysis.report.page import render, sections_of, tables_of
-from analysis.report.sections.groups import _named
 from analysis.scaling import fit
 from tests.answers import new_answer
 
@@ -63,7 +63,7 @@ def report_of(*, reviewed: bool = False, **options: Any) -> Report:
     """Return the report of `scenes`, made once; what reviewers ask takes most of the time."""
     with pytest.MonkeyPatch.context() as patch:
         if not reviewed:
-            patch.setattr("analysis.report.report.group_reviews_of", lambda _: {})
+            patch.setattr("analysis.report.described.group_reviews_of", lambda _: {})
         return describe(scenes(**options))
 
 

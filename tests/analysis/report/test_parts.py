@@ -18,7 +18,7 @@ from analysis.observers import Filter
 from analysis.records import Note, SessionLog
 from analysis.report import Report, describe, write_report
 from analysis.report.page import render, sections_of
-from analysis.report.sections.ratings import sign_test
+from analysis.report.ratings import sign_test
 from analysis.report.words import listed
 from tests.answers import changed, new_answer
 from tests.pages import Page

@@ -15,7 +15,7 @@ from analysis.classes.classes import Classes
 from analysis.records import SessionLog
 from analysis.report import Figure, ranking
 from analysis.report.ranking import MOST_LINES, draw_ranking, draws_ranking
-from analysis.report.sections.scores import scores_section
+from analysis.report.scores import scores_section
 from analysis.report.summary import Summary, summarise
 from tests.analysis.report.conftest import scores_with, uses
 

@@ -10,7 +10,7 @@ import pytest
 from analysis.errors import ResultsError
 from analysis.records import SessionLog
 from analysis.report.blocks import Facts
-from analysis.report.sections.reviewers import review_of, reviewers_section
+from analysis.report.reviewers import review_of, reviewers_section
 from analysis.report.summary import summarise
 from tests.kept import known
 

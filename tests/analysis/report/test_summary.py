@@ -16,7 +16,7 @@ from analysis.errors import ResultsError
 from analysis.records import SessionLog
 from analysis.report import describe, print_report
 from analysis.report.page import render
-from analysis.report.sections.scores import fit_words
+from analysis.report.scores import fit_words
 from analysis.report.summary import summarise, wilson_interval
 from tests.answers import changed
 from tests.choice import nightly

@@ -14,8 +14,8 @@ from scipy.sparse import csr_array
 from analysis.comparisons.comparisons import from_arrays
 from analysis.errors import ResultsError
 from analysis.scaling import LAWS, Counts, Model, ModelMethod, count_pairs, fit, fit_model, maximise, probabilities
-from analysis.scaling.conjugate_gradients import SparseItems
-from analysis.scaling.designs import ITEMS, items_design
+from analysis.scaling.conjugate_gradients import SparseItems, items_design
+from analysis.scaling.designs import ITEMS
 from analysis.scaling.fitting import fit_sparse
 from analysis.scaling.penalty import NO_PENALTY, Gaussian
 from tests.choice import nightly

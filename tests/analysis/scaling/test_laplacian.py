@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from analysis.scaling import Counts, laplacian
+from analysis.covariance import laplacian
+from analysis.scaling import Counts
 from documents.blas_threads import set_blas_threads
 
 Floats = NDArray[np.float64]

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from analysis.comparisons import Comparisons
+from analysis.covariance import shrink
+from analysis.covariance.shrinkage import pseudo_inverses
 from analysis.scaling import Model, Probit, fit_model
 from analysis.scaling.laws import Davidson, Logistic
 from analysis.scaling.sandwich import FEWEST_FREE, MOST_LEVERAGE, Contributions
-from analysis.scaling.shrinkage import pseudo_inverses, shrink
 
 Drawer = Callable[..., Comparisons]
 THETA = np.array([0.7, 0.0, -0.3, -0.4])

@@ -10,11 +10,12 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.comparisons import Answer, Comparisons, from_answers
+from analysis.covariance import Clustered, Spread, shrink
+from analysis.covariance.shrinkage import CLUSTERED
 from analysis.errors import ResultsError
 from analysis.scaling import fit_model, score
 from analysis.scaling import sandwich as sandwich_module
 from analysis.scaling.laws import Logistic
-from analysis.scaling.shrinkage import CLUSTERED, Clustered, Spread, shrink
 from benchmarks.simulated_studies import Design, decisions
 
 Floats = NDArray[np.float64]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import ndtr
 
+from analysis.covariance import pair_variances
 from analysis.scaling import Counts, Probit, maximise
-from analysis.scaling.laplacian import pair_variances
 from analysis.scaling.newton import joint_covariance
 from analysis.scaling.separation import items_are_linked
 

@@ -26,7 +26,7 @@ ALLOWED = {
     "devices/compensation/dither_mask.py": "a file of this package",
     "stimuli/spectral/bands.py": "mapped, of a size that was compared with the header",
     "stimuli/pictures/picture_input.py": "opened by OpenImageIO, after it was looked at",
-    "analysis/report/sections/shown.py": "pictures in memory",
+    "analysis/report/shown.py": "pictures in memory",
 }
 ALLOWED_ROOMS = ("stimuli/pictures/", "stimuli/develop/", "stimuli/comparison/")  # they have limits in pixels
 

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import pytest
 
 from analysis.kinds import Trial
-from runner.blocks import Block, Compare
+from runner.blocks import Block
 from runner.observers.simulated import plain_key
-from runner.ports import Ask, KeyPress
+from runner.ports import Ask, Compare, KeyPress
 from runner.session import Session
 from tests.runner.every_kind import Stage
 

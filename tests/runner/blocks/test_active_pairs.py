@@ -14,9 +14,10 @@ from pydantic import ValidationError
 from analysis.comparisons import from_sessions
 from analysis.records import Header, SessionLog
 from analysis.scaling import fit
-from runner.blocks import Compare, Stimuli
+from runner.blocks import Stimuli
 from runner.observers import BradleyTerryObserver
-from runner.presenter import Text
+from runner.ports import Compare
+from runner.scene import Text
 from tests.runner.every_kind import entry, met, setting
 
 Play = Callable[..., Any]

@@ -8,10 +8,11 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from runner.blocks import Block, Compare, Rate, Setting, Stimuli
+from runner import Picture
+from runner.blocks import Block, Setting, Stimuli
 from runner.observers.simulated import key_for, plain_key
-from runner.ports import Ask
-from runner.presenter import Picture, Text
+from runner.ports import Ask, Compare, Rate
+from runner.scene import Text
 from tests.runner.blocks.conftest import at_random
 from tests.runner.every_kind import entry, met, setting
 

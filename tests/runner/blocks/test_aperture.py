@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 
 from devices.compensation import Rectangle
 from devices.display import DisplayModel, EyeModels, ToneCurve
-from runner.blocks.layout import visible_part
-from runner.presenter import EyeArea, Picture, PresentationError, Presenter, Scene, find_mode, open_surface
+from runner import Picture, Scene
+from runner.presenter import EyeArea, PresentationError, Presenter, find_mode, open_surface
+from runner.presenter.modes.mode import visible_part
 from stimuli.build import StimulusSet
 from stimuli.pictures import Part, StereoImage, write_exr
 

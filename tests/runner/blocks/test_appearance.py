@@ -11,6 +11,7 @@ import pytest
 
 from documents import InputError
 from documents.yaml import read_yaml
+from runner import Scene
 from runner.blocks import Draft, Style
 from runner.blocks.interface import Interface
 from runner.check import CheckReport
@@ -18,8 +19,9 @@ from runner.check.screens import check_screens
 from runner.observers.simulated import plain_key
 from runner.observers.walk import walk
 from runner.ports import Ask, KeyPress
-from runner.presenter import Box, Scene, Text, coverage, text_area
+from runner.presenter import coverage, text_area
 from runner.protocol import Experiment, read_experiment
+from runner.scene import Box, Text
 from runner.session import Session
 from runner.session.header import make_header
 from tests.runner import every_kind as EVERY

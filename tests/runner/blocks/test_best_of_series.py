@@ -11,15 +11,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from runner.blocks import Block, Browse, Draft, Rate, Stimuli, Style
+from runner.blocks import Block, Draft, Stimuli, Style
 from runner.blocks.best_of_series import DIFFICULTY, SIMILARITY, BestOfSeries, Choice
 from runner.blocks.layout import SingleLayout
 from runner.blocks.series import find_series, series_scene, series_targets
 from runner.observers.simulated import plain_key
 from runner.observers.walk import walk
-from runner.ports import Ask, Target
-from runner.presenter import Box, Text
+from runner.ports import Ask, Browse, Rate, Target
 from runner.protocol import read_experiment
+from runner.scene import Box, Text
 from tests.runner.every_kind import met, setting
 
 Study = Any  # tests/conftest.py

@@ -11,13 +11,15 @@ from pathlib import Path
 import pytest
 
 from documents import InputError
+from runner import Scene
 from runner.blocks import Draft, Style
 from runner.blocks.interface import ENGLISH, LANGUAGES, Interface, Language, words_of
 from runner.blocks.message import page, pause_menu
 from runner.blocks.text_entry import Number, typed
 from runner.observers.walk import walk
 from runner.ports import Ask
-from runner.presenter import Scene, Text, coverage
+from runner.presenter import coverage
+from runner.scene import Text
 from tests.runner import every_kind as EVERY
 from tests.runner.every_kind import ROOT, VARIANTS
 

@@ -13,11 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from runner.blocks import Block, Compare, Stimuli
+from runner.blocks import Block, Stimuli
 from runner.blocks.orders import Pair, balanced, grouped_order
 from runner.blocks.pair_choice import GroupedChooser, shared_out
 from runner.blocks.pair_groups import pair_groups
-from runner.ports import Ask
+from runner.ports import Ask, Compare
 from tests.runner.every_kind import entry, met, pairs_of, setting
 
 Play = Callable[..., Any]

@@ -7,12 +7,13 @@ from typing import Any
 
 import pytest
 
-from runner.blocks import Block, BlockKind, Choose, Draft, Setting
+from runner import Scene
+from runner.blocks import Block, BlockKind, Draft, Setting
 from runner.blocks.block import Steps, answer
 from runner.blocks.practice import feedback_words
 from runner.observers.simulated import key_for, plain_key
-from runner.ports import Ask
-from runner.presenter import Scene, Text
+from runner.ports import Ask, Choose
+from runner.scene import Text
 from tests.runner.every_kind import entry, setting
 
 Play = Callable[..., Any]

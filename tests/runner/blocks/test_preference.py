@@ -13,9 +13,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from runner.blocks import Block, Compare, Setting, Stimuli
+from runner.blocks import Block, Setting, Stimuli
 from runner.blocks.preference import Preference, Versions
-from runner.presenter import Text
+from runner.ports import Compare
+from runner.scene import Text
 from tests.runner.every_kind import met, pairs_of, setting
 
 Play = Callable[..., Any]

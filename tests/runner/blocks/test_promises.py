@@ -7,9 +7,8 @@ from typing import Any
 
 import pytest
 
-from runner.blocks import Block, Browse, Rate, Stimuli
-from runner.blocks.tasks import GoOn
-from runner.ports import Ask
+from runner.blocks import Block, Stimuli
+from runner.ports import Ask, Browse, GoOn, Rate
 from tests.runner.every_kind import met, setting
 
 Play = Callable[..., Any]  # conftest.py

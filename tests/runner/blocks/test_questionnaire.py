@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from runner.blocks import Block, Choose, Draft, Response, Write
+from runner.blocks import Block, Draft, Response
 from runner.blocks.text_entry import lines_needed
-from runner.ports import Ask
-from runner.presenter import Box, Text
+from runner.ports import Ask, Choose, Write
+from runner.scene import Box, Text
 from tests.runner.every_kind import met, setting
 
 Play = Callable[..., Any]

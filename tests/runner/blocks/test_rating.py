@@ -6,11 +6,12 @@ from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
-from runner.blocks import Block, Draft, Rate
+from runner import Picture, Scene
+from runner.blocks import Block, Draft
 from runner.observers.walk import walk
-from runner.ports import Ask
-from runner.presenter import Picture, Scene, Text
+from runner.ports import Ask, Rate
 from runner.protocol import read_experiment
+from runner.scene import Text
 from tests.runner.every_kind import met, setting
 
 PLACE = setting("abc")

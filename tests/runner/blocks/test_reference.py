@@ -10,8 +10,8 @@ import pytest
 from documents import InputError
 from runner.blocks import Draft
 from runner.observers.walk import walk
-from runner.presenter import Text
 from runner.protocol import Experiment, read_experiment
+from runner.scene import Text
 
 Study = Any  # tests/conftest.py
 BEST = "{kind: best_of_series, series: {one: [one, two], two: [three, four]}}"

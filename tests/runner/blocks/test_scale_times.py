@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from runner import Scene
 from runner.observers import Person
 from runner.ports import KeyPress
-from runner.presenter import Scene
 from runner.session import Session
 from tests.runner.every_kind import Stage, met, setting
 

@@ -16,12 +16,12 @@ from pydantic import ValidationError
 
 from analysis.records import Header, read_session
 from analysis.thresholds import Easier, QuestionSummary, QuestPlus, Staircase, summarise_thresholds
-from runner.blocks import Block, Choose, Stimuli
+from runner.blocks import Block, Stimuli
 from runner.blocks.threshold_ladders import ladders
 from runner.observers import BradleyTerryObserver
 from runner.observers.behaviour import BehaviourSpec, PsychometricSpec
 from runner.observers.simulated import key_for, plain_key
-from runner.ports import Ask
+from runner.ports import Ask, Choose
 from tests.answers import changed
 from tests.runner.every_kind import entry, met, setting
 

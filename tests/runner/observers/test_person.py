@@ -7,10 +7,9 @@ from dataclasses import replace
 
 import pytest
 
-from runner.blocks import Browse, Choose, Rate, Write
+from runner import Scene
 from runner.observers import Person
-from runner.ports import DOUBLE_S, Ask, KeyPress, Target
-from runner.presenter import Scene
+from runner.ports import DOUBLE_S, Ask, Browse, Choose, KeyPress, Rate, Target, Write
 
 TWO = Ask(
     Scene(),

@@ -15,12 +15,11 @@ import pytest
 
 from analysis.kinds import Trial
 from analysis.records import Header, SessionLog, read_session
-from runner.blocks import Compare
+from runner import Scene
 from runner.errors import SessionError
 from runner.observers import BradleyTerryObserver
 from runner.observers.presses import Replay, asked_after_their_block, check_replayable, read_recording
-from runner.ports import Ask, KeyPress, Observer, WindowClosed
-from runner.presenter import Scene
+from runner.ports import Ask, Compare, KeyPress, Observer, WindowClosed
 from runner.protocol import read_experiment
 from runner.session import Session
 from runner.session.folders import Recorder

@@ -11,12 +11,11 @@ import numpy as np
 import pytest
 
 from analysis.scaling import fit
-from runner.blocks import Browse, Choose, Compare, Rate, Write
+from runner import Scene
 from runner.errors import SessionError
 from runner.observers import BradleyTerryObserver
 from runner.observers.behaviour import BehaviourSpec, FatigueSpec, PsychometricSpec, TiesSpec
-from runner.ports import Ask
-from runner.presenter import Scene
+from runner.ports import Ask, Browse, Choose, Compare, Rate, Write
 
 SCORES = {"a": 0.5, "b": 1.0, "c": 2.0, "d": 6.0}
 PAIR = {"up": "first", "down": "second"}

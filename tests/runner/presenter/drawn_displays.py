@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from devices.compensation import Correction, Mixture, cancel_crosstalk
 from devices.display import EYES, Eye, EyeModels
-from runner.presenter import Codes, ColourPass, Picture, Presenter, Scene, Surface
+from runner import Picture, Scene
+from runner.presenter import Codes, ColourPass, Presenter, Surface
 from runner.presenter.arithmetic_choice import VARIABLE
 from runner.presenter.code_pass import release_codes
 from runner.presenter.colour_pass import MixedPass

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from devices.compensation import Correction
 from devices.display import Crosstalk, DisplayModel, EyeModels, GainMap, Plvc, TableCurve, ToneCurve
-from runner.presenter import MODES, Picture, Presenter, Scene, find_mode, open_surface
+from runner import Picture, Scene
+from runner.presenter import MODES, Presenter, find_mode, open_surface
 from stimuli.pictures import StereoImage
 
 SIZE_PX = (128, 96)

@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 
 from devices.compensation import Mixture
 from devices.display import DisplayModel, EyeModels, ToneCurve
-from runner.presenter import ModeOptions, Picture, PresentationError, Presenter, Scene, Surface, Text, find_mode
+from runner import Picture, Scene
+from runner.presenter import ModeOptions, PresentationError, Presenter, Surface, find_mode
 from runner.presenter.surfaces.egl import EglSurface
+from runner.scene import Text
 from stimuli.pictures import StereoImage
 from tests.runner.families import by_family
 from tests.runner.presenter.conftest import on_surfaces

@@ -16,13 +16,15 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from devices.display import DisplayModel, EyeModels
-from runner.presenter import Buffer, ColourPass, Dithering, Picture, Presenter, Scene, Text, find_mode
+from runner import Picture, Scene
+from runner.presenter import Buffer, ColourPass, Dithering, Presenter, find_mode
 from runner.presenter.bands import BAND_PX, InBands, as_uploaded, bands, upload
 from runner.presenter.code_pass import release_codes
 from runner.presenter.colour_pass import MixedPass
 from runner.presenter.counters import Work
 from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.windows import WindowSurface
+from runner.scene import Text
 from stimuli.pictures import StereoImage
 from tests.choice import nightly
 

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from devices.compensation import Correction
 from devices.display import Crosstalk, EyeModels, GainMap
-from runner.presenter import Dithering, Picture, PresentationError, Presenter, Scene, find_mode
+from runner import Picture, Scene
+from runner.presenter import Dithering, PresentationError, Presenter, find_mode
 from runner.presenter.surfaces.egl import EglSurface
 from stimuli.pictures import StereoImage
 

@@ -11,8 +11,10 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.display import EYES, DisplayModel, Eye, EyeModels
-from runner.presenter import MODES, Codes, ModeOptions, Picture, Presenter, Scene, Surface, Text, find_mode
+from runner import Picture, Scene
+from runner.presenter import MODES, Codes, ModeOptions, Presenter, Surface, find_mode
 from runner.presenter.surfaces.egl import EglSurface
+from runner.scene import Text
 from stimuli.pictures import StereoImage
 from tests.choice import nightly
 from tests.runner.families import by_family

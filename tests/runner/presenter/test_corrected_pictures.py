@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from devices.compensation import Compensation, Correction, needed_lift
 from devices.display import Crosstalk, DisplayModel, EyeModels, GainMap, ToneCurve, read_rig
-from runner.presenter import ModeOptions, Picture, Presenter, Scene, find_mode, open_surface
+from runner import Picture, Scene
+from runner.presenter import ModeOptions, Presenter, find_mode, open_surface
 from runner.presenter.surfaces.egl import EglSurface
 from runner.protocol import read_experiment
 from runner.session.station import Station

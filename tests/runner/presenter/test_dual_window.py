@@ -11,8 +11,10 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.display import DisplayModel, EyeModels
-from runner.presenter import ModeOptions, Picture, PresentationError, Presenter, Scene, Text, find_mode, open_surface
+from runner import Picture, Scene
+from runner.presenter import ModeOptions, PresentationError, Presenter, find_mode, open_surface
 from runner.presenter.surfaces.egl import EglSurface
+from runner.scene import Text
 from stimuli.pictures import StereoImage
 from tests.choice import nightly
 

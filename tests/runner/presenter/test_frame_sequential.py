@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from devices.display import DisplayModel, EyeModels
-from runner.presenter import Codes, ModeOptions, Picture, Presenter, Scene, Surface, find_mode
+from runner import Picture, Scene
+from runner.presenter import Codes, ModeOptions, Presenter, Surface, find_mode
 from runner.presenter.counters import missed_frames
 from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.windows import WindowSurface

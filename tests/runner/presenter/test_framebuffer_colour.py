@@ -9,7 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.display import EyeModels
-from runner.presenter import Codes, Picture, Presenter, Scene, Surface, find_mode
+from runner import Picture, Scene
+from runner.presenter import Codes, Presenter, Surface, find_mode
 from runner.presenter.modes.registry import available
 from stimuli.pictures import StereoImage
 from tests.runner.presenter.conftest import BACKENDS, AskedRamps, on_surfaces

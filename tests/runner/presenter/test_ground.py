@@ -9,8 +9,10 @@ import pytest
 
 from devices.compensation import Compensation, Correction
 from devices.display import EYES, Crosstalk, DisplayModel, EyeModels
-from runner.presenter import MODES, Box, Picture, Presenter, Scene, Text, coverage, find_mode
+from runner import Picture, Scene
+from runner.presenter import MODES, Presenter, coverage, find_mode
 from runner.presenter.ground import Ground, Inks, Light
+from runner.scene import Box, Text
 from stimuli.pictures import StereoImage
 from tests.choice import nightly
 from tests.runner.families import by_family

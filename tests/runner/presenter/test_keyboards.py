@@ -12,15 +12,16 @@ from typing import Any
 import pytest
 
 from analysis.records import read_session, session_files
+from runner import Scene
 from runner.blocks.message import pause_menu
 from runner.check.doctor import ANY_KEYS
 from runner.observers import Person, read_observer
 from runner.observers.walk import walk
 from runner.ports import Ask, KeyPress
-from runner.presenter import Scene, Text
 from runner.presenter.surfaces.keyboard import Keyboard, examine_keyboard
 from runner.presenter.surfaces.windows import WindowSurface
 from runner.protocol import read_experiment
+from runner.scene import Text
 from runner.session import build_stimuli
 from runner.session.station import Station
 from tests.choice import nightly

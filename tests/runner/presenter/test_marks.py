@@ -10,8 +10,10 @@ import pytest
 
 from devices.compensation import Rectangle
 from devices.display import EyeModels
-from runner.presenter import MODES, Buffer, ModeOptions, Picture, PresentationError, Presenter, Scene, Text, find_mode
+from runner import Picture, Scene
+from runner.presenter import MODES, Buffer, ModeOptions, PresentationError, Presenter, find_mode
 from runner.presenter.surfaces.egl import EglSurface
+from runner.scene import Text
 from stimuli.pictures import StereoImage
 from tests.runner.families import FAMILIES
 

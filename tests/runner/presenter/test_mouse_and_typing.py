@@ -13,11 +13,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from devices.display import EyeModels
+from runner import Scene
 from runner.ports import KeyPress
-from runner.presenter import Presenter, Scene, Text, find_mode
+from runner.presenter import Presenter, find_mode
 from runner.presenter.pointer import Pointer
 from runner.presenter.surfaces.input import typed_character
 from runner.presenter.surfaces.windows import WindowSurface
+from runner.scene import Text
 
 Do = Callable[..., None]
 

@@ -12,7 +12,8 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.display import EyeModels
-from runner.presenter import Picture, Presenter, Scene, find_mode
+from runner import Picture, Scene
+from runner.presenter import Presenter, find_mode
 from runner.presenter.surfaces.windows import WindowSurface
 from stimuli.pictures import StereoImage
 from tests.choice import nightly

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from devices.display import EYES, Eye, EyeModels, Nominal, NominalKind
-from runner.presenter import MODES, ModeOptions, Picture, Presenter, Scene, Surface, find_mode, open_surface
+from runner import Picture, Scene
+from runner.presenter import MODES, ModeOptions, Presenter, Surface, find_mode, open_surface
 from stimuli.build import StimulusSet, build_set
 from stimuli.pictures import StereoImage
 

@@ -11,9 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from devices.display import EyeModels
-from runner.presenter import PresentationError, Presenter, Scene, Text, find_mode
+from runner import Scene
+from runner.presenter import PresentationError, Presenter, find_mode
 from runner.presenter.pointer import Pointer
 from runner.presenter.surfaces.egl import EglSurface
+from runner.scene import Text
 from tests.choice import nightly
 
 MakePresenter = Callable[..., Presenter]

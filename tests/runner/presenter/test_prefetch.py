@@ -15,10 +15,12 @@ import pytest
 
 from devices.display import EyeModels
 from documents import Finding, InputError
-from runner.presenter import Picture, Presenter, Scene, Text, find_mode
+from runner import Picture, Scene
+from runner.presenter import Presenter, find_mode
 from runner.presenter.pictures import Decoder, PictureKey
 from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.windows import WindowSurface
+from runner.scene import Text
 from stimuli.pictures import StereoImage
 
 Stereo = Callable[..., StereoImage]

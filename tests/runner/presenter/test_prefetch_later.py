@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from devices.display import read_display
-from runner.presenter import Picture, Presenter, Scene, Surface, find_mode, open_surface
+from runner import Picture, Scene
+from runner.presenter import Presenter, Surface, find_mode, open_surface
 from runner.presenter.presenter import PICTURE_BUDGET_BYTES
 from stimuli.pictures import StereoImage
 

@@ -11,8 +11,10 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.display import DisplayModel, EyeModels
-from runner.presenter import Codes, EyeArea, GraphicsError, Picture, PresentationError, Presenter, Scene, Text
+from runner import Picture, Scene
+from runner.presenter import Codes, EyeArea, GraphicsError, PresentationError, Presenter
 from runner.presenter.counters import missed_frames
+from runner.scene import Text
 from stimuli.pictures import StereoImage
 
 Make = Callable[..., Presenter]

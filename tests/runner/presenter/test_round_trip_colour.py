@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.display import EYES, read_display
-from runner.presenter import MODES, Dithering, EyeArea, Picture, PresentationError, Presenter, Scene, open_surface
+from runner import Picture, Scene
+from runner.presenter import MODES, Dithering, EyeArea, PresentationError, Presenter, open_surface
 from stimuli.pictures import StereoImage
 from tests.runner.families import by_family
 

@@ -13,22 +13,21 @@ from numpy.typing import NDArray
 
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.display import EYES, DisplayModel, EyeModels, read_display
+from runner import Picture, Scene
 from runner.presenter import (
     Buffer,
     Dithering,
     ModeOptions,
-    Picture,
     PresentationError,
     Presenter,
-    Scene,
     Surface,
-    Text,
     find_mode,
     open_surface,
 )
 from runner.presenter.depth import given_bits
 from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.words import ink_codes
+from runner.scene import Text
 from stimuli.pictures import StereoImage
 from tests.choice import nightly
 from tests.runner.presenter.conftest import AskedRamps

@@ -12,9 +12,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from devices.display import DisplayModel, EyeModels
-from runner.presenter import Box, Picture, Presenter, Scene, Text, coverage
+from runner import Picture, Scene
+from runner.presenter import Presenter, coverage
 from runner.presenter.lettering import break_lines
 from runner.presenter.words import ink_codes
+from runner.scene import Box, Text
 from stimuli.pictures import StereoImage
 from tests.choice import nightly
 

@@ -14,9 +14,11 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.display import EyeModels
+from runner import Scene
 from runner.ports import WindowClosed
-from runner.presenter import PresentationError, Presenter, Scene, Text, find_mode, open_surface
+from runner.presenter import PresentationError, Presenter, find_mode, open_surface
 from runner.presenter.surfaces.windows import WindowSurface
+from runner.scene import Text
 
 pytestmark = pytest.mark.window
 

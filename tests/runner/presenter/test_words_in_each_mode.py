@@ -9,7 +9,9 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.display import EYES, Eye
-from runner.presenter import Box, Presenter, Scene, Text
+from runner import Scene
+from runner.presenter import Presenter
+from runner.scene import Box, Text
 from tests.runner.families import by_family
 
 Make = Callable[..., Presenter]

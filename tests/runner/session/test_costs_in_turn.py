@@ -10,7 +10,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from runner.presenter import Scene
+from runner import Scene
 from runner.session.clocks import Pace, PacedPresenter
 from runner.session.costs_in_turn import CostsInTurn
 from stimuli.pictures import StereoImage

@@ -12,12 +12,12 @@ import pytest
 
 from analysis.kinds import Trial
 from analysis.records import SessionLog
+from runner import Scene
 from runner.blocks import FULL_HD_HALF, Block
 from runner.blocks.message import pause_menu
 from runner.errors import SessionError
 from runner.observers import BradleyTerryObserver, Person
 from runner.ports import Ask, Holding, KeyPress
-from runner.presenter import Scene
 from runner.session import Session
 from runner.session.session import Left
 from tests.runner.every_kind import HEADER, Stage, met, setting

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from analysis.observers.screening import passed
-from runner.blocks import Block, Choose
+from runner.blocks import Block
 from runner.observers.walk import walk
-from runner.ports import Ask
+from runner.ports import Ask, Choose
 from runner.protocol import read_experiment
 
 Person = Any  # tests/conftest.py

@@ -18,16 +18,15 @@ from analysis.observers import outcomes, screened, threshold_estimate
 from analysis.observers.screening import passed
 from analysis.records import Header, SessionLog
 from devices.display import DisplayModel, EyeModels, ToneCurve
-from runner.blocks import Block, Choose, Style
+from runner.blocks import Block, Style
 from runner.blocks.screening.acuity import NearAcuitySpec, StereoAcuitySpec, finest_arcsec, finest_logmar, gap_px
 from runner.blocks.screening.colour_vision import ColourVisionSpec
 from runner.blocks.screening.vision_test import Screen
-from runner.blocks.tasks import GoOn
 from runner.errors import SessionError
 from runner.observers.simulated import plain_key
 from runner.observers.walk import walk
-from runner.ports import Ask
-from runner.presenter import Box, Text
+from runner.ports import Ask, Choose, GoOn
+from runner.scene import Box, Text
 from runner.session import Session
 from tests.runner.blocks.conftest import Presser
 from tests.runner.every_kind import Stage, entry

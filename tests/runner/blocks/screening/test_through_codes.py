@@ -11,9 +11,10 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.display import EYES, DisplayModel, Eye, EyeModels, ToneCurve
+from runner import Picture, Scene
 from runner.blocks.screening.acuity import FINEST_PX, StereoAcuitySpec, finest_arcsec
 from runner.blocks.screening.vision_test import Screen
-from runner.presenter import Picture, PresentationError, Presenter, Scene, find_mode, open_surface
+from runner.presenter import PresentationError, Presenter, find_mode, open_surface
 from stimuli.pictures import StereoImage
 
 Floats = NDArray[np.float64]

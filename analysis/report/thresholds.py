@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from analysis.report.blocks import Block, Cell, Column, Figure, Interval, Paragraph, Section, Table
 from analysis.report.psychometric import MOST_PANELS, draw_psychometric
-from analysis.report.sections.series import words
+from analysis.report.series import words
 from analysis.thresholds.summary import ObserverThreshold, QuestionSummary, ThresholdSummary
 from documents.pages import NARROW_IN, WIDE_IN
 

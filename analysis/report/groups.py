@@ -10,7 +10,7 @@ from analysis.observers.concordance import Concordance
 from analysis.report.blocks import Block, Cell, Column, Facts, Figure, Heading, Matrix, Paragraph, Section, Table
 from analysis.report.figures import draw_group_scores
 from analysis.report.grouped import GroupedSummary
-from analysis.report.sections.scores import (
+from analysis.report.scores import (
     Pictures,
     classes_section,
     counts_section,

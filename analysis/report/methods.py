@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib.metadata
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from statistics import median
 from typing import TYPE_CHECKING, Any
 
@@ -21,13 +20,13 @@ from analysis.records.seen import Seen
 from analysis.records.session_record import Header, SessionLog
 from analysis.records.times import SessionTimes, duration
 from analysis.report.blocks import Block, Column, Facts, Numbered, Paragraph, Section, Table
-from analysis.report.checklist import METHODS_ITEMS, Answer, answer
+from analysis.report.checklist import METHODS_ITEMS, Answer, Methods, answer
 from analysis.report.notes import nominal_words, recorded
+from analysis.report.observers import left_out_words, screening_words
 from analysis.report.references import Citations
-from analysis.report.sections.observers import left_out_words, screening_words
-from analysis.report.sections.seen import NO_EYE, methods_words, white_place
-from analysis.report.sections.shown import timing_facts
-from analysis.report.sections.statistics import analysis_words, correction_words, draws_words, effect_words, p_words
+from analysis.report.seen import NO_EYE, methods_words, white_place
+from analysis.report.shown import timing_facts
+from analysis.report.statistics import analysis_words, correction_words, draws_words, effect_words, p_words
 from analysis.report.words import counted, key_words, listed, plain
 from documents import Finding
 from documents.files import unprotected
@@ -49,36 +48,6 @@ _DESIGNS = {
 }
 
 _LANGUAGES = {"de": "German", "fr": "French"}
-
-
-@dataclass(frozen=True, slots=True)
-class Methods:
-    """An answer to each item of the list, in its order, and the ``works`` that they cite."""
-
-    answers: tuple[Answer, ...] = ()
-    works: tuple[str, ...] = ()
-
-    @property
-    def missing(self) -> tuple[Answer, ...]:
-        """The blanks to fill in."""
-        return tuple(one for one in self.answers if one.status == "missing")
-
-    @property
-    def sentence(self) -> str:
-        """Which facts are missing, and where to write them; empty if none is."""
-        codes = [one.item.code for one in self.missing]
-        if not codes:
-            return ""
-        return (
-            f"{counted(len(codes), 'fact')} that journals ask for {'is' if len(codes) == 1 else 'are'} missing, and "
-            f"blank in Methods: {', '.join(codes)}. Write {'it' if len(codes) == 1 else 'them'} under methods: in the "
-            "experiment file."
-        )
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON: all items, and those that are missing by code and question."""
-        missing = [{"code": one.item.code, "question": one.item.question} for one in self.missing]
-        return {"items": [one.to_json() for one in self.answers], "missing": missing, "references": list(self.works)}
 
 
 def methods_of(report: Report, given: Mapping[str, str]) -> Methods:

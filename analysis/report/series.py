@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from analysis.errors import ResultsError
+from analysis.report.agreement import series_agreement
 from analysis.report.bars import BarFigure
 from analysis.report.blocks import Block, Cell, Column, Figure, Paragraph, Section, Table
-from analysis.report.sections.agreement import series_agreement
 from analysis.report.words import fixed
 from analysis.series.just_noticeable import StepSize
 from analysis.series.observer_means import Estimate

@@ -21,8 +21,8 @@ from analysis.ratings.ratings import RatingSummary
 from analysis.records.session_record import SessionLog
 from analysis.report.grouped import GroupedSummary
 from analysis.report.references import Citations
-from analysis.report.sections.reviewers import Review
-from analysis.report.sections.series import weighting
+from analysis.report.reviewers import Review
+from analysis.report.series import weighting
 from analysis.report.summary import Answered, Summary
 from analysis.report.words import counted, fixed, listed, percent
 from analysis.scaling import learnt_prior

@@ -26,7 +26,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.scaling.laplacian import contrast_variances
+from analysis.covariance.laplacian import contrast_variances
 
 Floats = NDArray[np.float64]
 Clustered = Literal["shrinkage", "scaled", "sandwich"]

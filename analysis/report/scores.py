@@ -16,10 +16,10 @@ from analysis.kinds.pair import PairRecord
 from analysis.kinds.threshold import ThresholdRecord
 from analysis.observers.concordance import Concordance
 from analysis.observers.responses import catch_results
+from analysis.report.agreement import agreement_words
 from analysis.report.blocks import Cell, Column, Facts, Figure, Matrix, MatrixCell, Paragraph, Section, Table
 from analysis.report.figures import draw_classes, draw_scores
 from analysis.report.ranking import draw_ranking, draws_ranking
-from analysis.report.sections.agreement import agreement_words
 from analysis.report.summary import Answered, Summary
 from analysis.report.words import COVARIANCE_WORDS, fixed, percent
 from analysis.scaling.fitting import fit_model

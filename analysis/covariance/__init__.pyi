@@ -1,0 +1,6 @@
+from .laplacian import contrast_variances as contrast_variances
+from .laplacian import pair_variances as pair_variances
+from .laplacian import pseudo_inverse as pseudo_inverse
+from .shrinkage import Clustered as Clustered
+from .shrinkage import Spread as Spread
+from .shrinkage import shrink as shrink

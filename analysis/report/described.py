@@ -1,0 +1,193 @@
+"""Sessions described: what was answered becomes the results of the page, and their sentences on a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from analysis.choices import Adjust, CovarianceChoice
+from analysis.comparisons.session_comparisons import grouped_comparisons, is_comparison
+from analysis.errors import ResultsError
+from analysis.observers.filters import Filter, keep
+from analysis.observers.table import observers_in_sessions
+from analysis.ratings.preferences import preferences
+from analysis.ratings.ratings import ratings_in
+from analysis.records.answered_by import pool
+from analysis.records.results import refuse_mixtures
+from analysis.records.session_record import SessionLog
+from analysis.report.checks import failed_checks
+from analysis.report.conclusions import conclusions_of, print_conclusions
+from analysis.report.factors import effects_of
+from analysis.report.grouped import GroupedSummary, summarise_groups
+from analysis.report.methods import methods_of
+from analysis.report.notes import on_sessions
+from analysis.report.report import PAGES, Report
+from analysis.report.reviewers import group_reviews_of, review_of
+from analysis.report.scores import beside_words
+from analysis.report.summary import Summary, summarise
+from analysis.report.words import counted
+from analysis.scaling.grouped_terminal import print_groups
+from analysis.scaling.terminal import Published, print_scores
+from analysis.series.summary import summarise_series
+from analysis.thresholds.summary import summarise_thresholds
+from documents import Finding
+from documents.text import clean_console
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+SHUFFLES = 999  # permutations for the test against unrelated preferences: p to three digits
+
+
+def describe(
+    sessions: Sequence[SessionLog],
+    alpha: float | None = None,
+    adjust: Adjust | None = None,
+    covariance: CovarianceChoice | None = None,
+    rule: Filter | None = None,
+    given: Mapping[str, str] | None = None,
+) -> Report:
+    """Compute all results of the sessions of an experiment.
+
+    Parameters
+    ----------
+    sessions
+        Sessions of one experiment, such as `analysis.records.results.read_results` gives.
+    alpha, adjust, covariance
+        As `analysis.report.summary.summarise`.
+    rule
+        Which observers to leave out; nobody if None, but simulated observers do not count beside people.
+    given
+        Facts for Methods that no log holds, by the code of their item (`analysis.report.METHODS_ITEMS`).
+
+    Returns
+    -------
+    Report
+        A part for each kind of task that has answers.
+
+    Raises
+    ------
+    ResultsError
+        If the sessions cannot be analysed together, have no answer or a damaged record, or ``given`` names something
+        else; as `analysis.observers.filters`.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from analysis.kinds import new_trial
+    >>> from analysis.records import Header, SessionLog
+    >>> pair = ({"name": "a"}, {"name": "b"})
+    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, pair, {}, {}, {}, {}, {})
+    >>> answer = {"first": "a", "second": "b", "answer": "first", "chosen": "a", "rejected": "b"}
+    >>> trial = new_trial(0, 0, "all_pairs", (), 1.2, "2026-01-31T09:31:00Z", answer)
+    >>> log = SessionLog(Path("session.jsonl"), header, (trial,), complete=True)
+    >>> describe([log]).kinds
+    ('Paired comparisons',)
+    """
+    rule = rule or Filter()
+    refuse_mixtures(pool(sessions, with_simulated=rule.with_simulated).sessions)
+    kept = keep(sessions, rule)
+    remaining = kept.sessions
+    kinds = {trial.kind for session in remaining for trial in session.trials}
+    if not (kinds - set(PAGES) or any(session.complete for session in remaining)):
+        files = ", ".join(str(session.file) for session in remaining[:3])
+        what = "the results hold no answer"
+        raise ResultsError(Finding(what, files, remedy="answer some trials first"))
+    pairs, grouped = _compared(remaining, alpha, adjust, covariance)
+    series = summarise_series(remaining) if "best_of_series" in kinds else None
+    compared = pairs or grouped
+    notes = [*kept.notes]
+    notes += compared.notes if compared else [*on_sessions(remaining), *_without_scores(remaining)]
+    notes += [note for note in series.notes if "simulated" not in note] if series else []
+    preferred = preferences(remaining) if "preference" in kinds else None
+    if preferred is not None:  # the sentence is in the head of the page
+        notes = [note for note in notes if note != preferred.sentence]
+    thresholds = summarise_thresholds(remaining) if "threshold" in kinds else None
+    notes += thresholds.notes if thresholds else []
+    observers = None
+    if compared:
+        observers = observers_in_sessions(remaining, shuffles=SHUFFLES, comparisons=compared.comparisons)
+    ratings = ratings_in(remaining)
+    report = Report(
+        header=remaining[0].header,
+        sessions=tuple(remaining),
+        kept=kept,
+        pairs=pairs,
+        groups=grouped,
+        factors=effects_of(compared) if compared else None,
+        observers=observers,
+        review=review_of(pairs) if pairs else {},
+        group_reviews=group_reviews_of(grouped) if grouped else {},
+        series=series,
+        ratings=ratings,
+        preferences=preferred,
+        thresholds=thresholds,
+        notes=tuple(dict.fromkeys(notes)),
+        failed=failed_checks(remaining, compared, observers, ratings),
+    )
+    report = replace(report, conclusions=conclusions_of(report))
+    return replace(report, methods=methods_of(report, given or {}))
+
+
+def _compared(
+    sessions: Sequence[SessionLog],
+    alpha: float | None,
+    adjust: Adjust | None,
+    covariance: CovarianceChoice | None,
+) -> tuple[Summary | None, GroupedSummary | None]:
+    """Return the paired comparisons on one scale, or on one for each group; None for both without any."""
+    if not any(is_comparison(trial) and not trial.is_tie for session in sessions for trial in session.trials):
+        return None, None
+    comparisons, groups = grouped_comparisons(sessions)
+    if groups is None:
+        return summarise(sessions, alpha, adjust, covariance, comparisons), None
+    return None, summarise_groups(sessions, comparisons, groups, alpha, adjust, covariance)
+
+
+def _without_scores(sessions: Sequence[SessionLog]) -> Iterator[str]:
+    """Yield why sessions without a preference for a stimulus have no scores."""
+    trials = [trial for session in sessions for trial in session.trials]
+    ties = sum(is_comparison(trial) for trial in trials)
+    if ties:
+        yield f"There are no scores: of {counted(ties, 'comparison')} none prefers one of its stimuli."
+    if not any(trial.heading for trial in trials if not trial.is_practice):
+        yield "There are no scores: the sessions have no comparison, choice, preference, rating or threshold."
+
+
+def print_report(report: Report, published: Published | None = None, console: Console | None = None) -> None:
+    """Print the scores, a sentence for each part, who was left out, notes, what Methods lack, and checks that failed.
+
+    Parameters
+    ----------
+    report
+        The results, as `describe` returns them.
+    published
+        Score (0 to 1) and class by stimulus, published before, to print beside the computed ones.
+    console
+        Where to print; standard output if None.
+    """
+    from rich.text import Text
+
+    console = console or clean_console()
+    if report.pairs is not None:
+        print_scores(report.pairs.scores, published, console)
+        if report.pairs.beside is not None:
+            console.print(Text(f"Beside, as the experiment asks: {beside_words(report.pairs.beside)}"))
+            print_scores(report.pairs.beside, published, console)
+    if report.groups is not None:
+        print_groups(report.groups.scored, console=console)
+    for sentence in filter(None, (report.headline, *report.sentences)):
+        console.print(Text(sentence))
+    if report.conclusions:
+        print_conclusions(report.conclusions, console)
+        for caution in report.factors.cautions if report.factors else ():
+            console.print(Text(caution))
+    if report.kept.left_out:
+        console.print(Text(f"{report.kept.rule.sentence} {report.kept.sentence}"))
+    for note in report.notes:
+        console.print(Text(f"Note: {note}", style="yellow"))
+    if report.methods.missing:
+        console.print(Text(report.methods.sentence))
+    for check in report.failed:
+        console.print(Text.assemble((f"Check failed: {check.check}. ", "red"), f"{check.reason} {check.remedy}"))
