@@ -131,7 +131,7 @@ class Comparisons:
         own = (self.observer >= start) & (self.observer < stop)
         flat = ((self.observer[own] - start) * n + self.winner[own]) * n + self.loser[own]
         counts = np.bincount(flat, weights=self.count[own], minlength=(stop - start) * n * n)
-        return counts.astype(np.float64).reshape(stop - start, n, n)
+        return counts.astype(np.float64, copy=False).reshape(stop - start, n, n)
 
     def first_share(self) -> float | None:
         """Return the share of answers (0 to 1) that went to the item shown first; None where nobody noted it."""

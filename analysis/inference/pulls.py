@@ -20,6 +20,7 @@ from analysis.scaling.counts import Counts, count_pairs
 from analysis.scaling.laws import LAWS
 from analysis.scaling.newton import Point, joint_covariance
 from analysis.scaling.penalty import NO_PENALTY, Gaussian
+from analysis.scaling.profile import parts
 from analysis.scaling.sandwich import observer_slopes
 from analysis.scaling.scores import Scores
 from documents import Finding
@@ -100,9 +101,8 @@ class Pulls:
         A wild bootstrap over observers: each one's residuals, less their mean, times a standard normal number.
         """
         people = len(self.by_observer)
-        centred = self.by_observer - self.by_observer.mean(axis=0)
         weights = random.standard_normal((replicates, people)) * np.sqrt(people / (people - 1))
-        return np.asarray(weights @ centred)
+        return np.asarray((weights - weights.mean(axis=1, keepdims=True)) @ self.by_observer)
 
 
 def pulls(scores: Scores) -> Pulls:
@@ -137,23 +137,28 @@ def pulls(scores: Scores) -> Pulls:
     observer, who = np.unique(answers.observer, return_inverse=True)
     y_of, people, pairs = np.array([1.0, 0.0, 0.5]), len(observer), d.shape[1]
     cell, size = who * pairs + answers.pair, people * pairs
-    answered = np.bincount(cell, answers.count, size).reshape(people, pairs).astype(np.float64)
-    own = np.bincount(cell, answers.count * y_of[answers.outcome], size).reshape(people, pairs).astype(np.float64)
+    answered = np.bincount(cell, answers.count, size).reshape(people, pairs).astype(np.float64, copy=False)
+    own = (
+        np.bincount(cell, answers.count * y_of[answers.outcome], size)
+        .reshape(people, pairs)
+        .astype(np.float64, copy=False)
+    )
     total = counts.total[0]
     mean_slopes = _mean_slopes(counts, chances, single, len(inverse))
-    moved = observer_slopes(counts, answers, law, point) @ inverse
-    by_observer = own - answered * mean - moved @ (total[:, None] * mean_slopes).T
+    y, moved = own.sum(axis=0), observer_slopes(counts, answers, law, point) @ inverse
+    for rows in parts(people, pairs):
+        own[rows] -= answered[rows] * mean + moved[rows] @ (total[:, None] * mean_slopes).T
     return Pulls(
         counts=counts,
         mean=mean,
         variance=variance,
         chances=chances,
         total=total,
-        y=own.sum(axis=0),
+        y=y,
         mean_slopes=mean_slopes,
         inverse=inverse,
         single=single,
-        by_observer=by_observer,
+        by_observer=own,
         answered=answered,
     )
 
