@@ -13,7 +13,7 @@ import pytest
 from analysis.comparisons import grouped_comparisons
 from analysis.errors import ResultsError
 from analysis.kinds import Trial
-from analysis.records import FILE_NAME, Change, Resumption, SessionLog, SessionTimes, check_log, read_session
+from analysis.records import FILE_NAME, Change, Resumption, SessionLog, SessionTimes, check_log, pool, read_session
 from runner.observers.simulated import plain_key
 from runner.ports import Ask, Browse, KeyPress, Rate
 from runner.session import Session
@@ -216,3 +216,29 @@ def test_the_key_of_a_vision_test_has_one_meaning_too(tmp_path: Path, unchained:
     shown[0]["answer"] = shown[0]["correct_answer"] = other
     file.write_text("".join(json.dumps(line) + "\n" for line in lines), encoding="utf-8")
     assert check_log(file).findings
+
+
+@pytest.mark.parametrize(
+    "further", [{"catcg": "obvious"}, {"clipping": {"a": {"left": {"percent_rad": 1.0}}}}], ids=["pair", "within"]
+)
+def test_a_further_field_a_letter_from_a_missing_one_is_no_field(tmp_path: Path, further: dict[str, Any]) -> None:
+    with pytest.raises(ResultsError, match="a letter away"):
+        read_session(write(tmp_path / "near", pair(0, "a", "b", **further)))
+    other = json.loads(json.dumps(further).replace("catcg", "note").replace("percent_rad", "note"))
+    assert len(read_session(write(tmp_path / "far", pair(0, "a", "b", **other))).trials) == 1
+
+
+def test_a_code_that_a_person_has_too_is_told_apart_and_kept(tmp_path: Path) -> None:
+    logs = [
+        read_session(write(tmp_path / str(simulated), pair(0, "a", "b"), header=replace(HEADER, simulated=simulated)))
+        for simulated in (False, True)
+    ]
+    person, simulated = pool(logs, with_simulated=True).sessions
+    code = HEADER.observer
+    assert (person.header.observer, simulated.header.observer) == (code, f"{code} (simulated)")
+    assert simulated.recorded_as == code
+    assert pool(logs).sessions == (logs[0],)
+
+
+def test_a_resumption_says_no_clock_but_one_that_was_set() -> None:
+    assert PLAIN.to_json().get("clock_behind_s", 0.0) == PLAIN.clock_behind_s == 0.0

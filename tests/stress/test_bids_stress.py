@@ -52,6 +52,7 @@ def _peak(folder: Path, target: Path) -> int:
         tracemalloc.stop()
 
 
+@pytest.mark.alone
 def test_hundreds_of_sessions_do_not_sit_in_memory(tmp_path: Path) -> None:
     """A session of 20 trials takes 84 kB once read; what is kept of each is its labels, some 2 kB."""
     for number in range(400):

@@ -188,6 +188,10 @@ def test_data_frames_of_any_layout() -> None:
     pairs = pd.DataFrame({"item_a": list("abab"), "item_b": list("baba"), "choice": [1, 1, 1, 2]})
     told = scores(pairs, choice_codes=("1", "2")).to_frame().set_index("name")
     assert told["wins"].to_dict() == {"a": 3, "b": 1}
+    rows = pd.DataFrame({"item_a": list("aa"), "item_b": list("ba"), "choice": list("aa"), "scene": ["a\nroom", "x"]})
+    with pytest.raises(ResultsError) as raised:
+        scores(rows)
+    assert raised.value.findings[0].line == 4  # as in the CSV that it would be
     matrix = pd.DataFrame([[0, 3], [1, 0]], index=["a", "b"], columns=["a", "b"])
     assert scores(matrix).to_frame().set_index("name")["wins"].to_dict() == {"a": 3, "b": 1}
 
