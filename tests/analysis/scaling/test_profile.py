@@ -16,10 +16,10 @@ from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.inference import equivalence, pair_probabilities
 from analysis.inference.chances import PairProbability
 from analysis.scaling import MODELS, Counts, Model, Scores, fit_model, maximise, score
-from analysis.scaling.deciding import verdicts
+from analysis.scaling.deciding import _Bounds, verdicts
 from analysis.scaling.jeffreys import Jeffreys
 from analysis.scaling.penalty import FIRTH
-from analysis.scaling.profile import exchange_p, signed_roots
+from analysis.scaling.profile import climbed, exchange_p, signed_roots
 from analysis.scaling.terminal import summary_lines
 from tests.analysis.slow_profiles import SlowProfile, of_law, of_pair
 from tests.choice import nightly
@@ -310,3 +310,17 @@ def test_bounds_of_the_likelihood_ratios_change_no_verdict(
         clear = np.abs(exact - border) > 1e-4
         assert clear.mean() > 0.9
         assert (found == (exact >= border))[clear].all()
+
+
+@pytest.mark.parametrize(("items", "wide"), [(2, 0.01), (5, np.inf)])
+def test_bounds_hold_the_root_and_of_two_items_are_it(items: int, wide: float) -> None:
+    random = np.random.default_rng(items)
+    wins = np.triu(random.binomial(9, 0.7, (20, items, items)), 1).astype(np.float64)
+    counts = Counts.from_wins(wins + (9 * np.triu(np.ones((items, items)), 1) - wins).transpose(0, 2, 1))
+    bounds = _Bounds.of(counts, climbed(Jeffreys(counts), maximise(counts, penalty=FIRTH).theta)[1])
+    chosen = np.ones((20, items * (items - 1) // 2), dtype=np.bool_)
+    roots = bounds.exact(chosen)[0]
+    for low, high in (bounds.near(chosen), bounds.close(chosen)):
+        assert (low <= roots + 1e-3).all()
+        assert (roots <= high + 1e-3).all()
+        assert (high - roots <= wide).all()

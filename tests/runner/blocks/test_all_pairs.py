@@ -252,7 +252,7 @@ def test_a_long_question_leaves_room_for_the_other_answers(play: Play) -> None:
 
 
 def test_the_cross_stands_in_the_middle_of_pictures_shown_at_once(play: Play) -> None:
-    shown = play(block(AT_ONCE, **TIMES)).shown
+    shown = play(block(AT_ONCE | TIMES)).shown
     crosses = {
         item.offset_px for scene in shown for item in scene.items if isinstance(item, Text) and item.words == "+"
     }
