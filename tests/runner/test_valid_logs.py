@@ -219,13 +219,20 @@ def test_the_key_of_a_vision_test_has_one_meaning_too(tmp_path: Path, unchained:
 
 
 @pytest.mark.parametrize(
-    "further", [{"catcg": "obvious"}, {"clipping": {"a": {"left": {"percent_rad": 1.0}}}}], ids=["pair", "within"]
+    "further", ['"catcg":"obvious"', '"clipping":{"a":{"left":{"percent_rad":1.0}}}'], ids=["pair", "within"]
 )
-def test_a_further_field_a_letter_from_a_missing_one_is_no_field(tmp_path: Path, further: dict[str, Any]) -> None:
+def test_a_further_field_a_letter_from_a_missing_one_is_no_field(
+    tmp_path: Path, unchained: Callable[[Path], None], further: str
+) -> None:
+    file = write(tmp_path, pair(0, "a", "b"))
+    unchained(file)
+    plain, at = file.read_text(encoding="utf-8"), '"first_position":'
+    file.write_text(plain.replace(at, f"{further},{at}"), encoding="utf-8")
     with pytest.raises(ResultsError, match="a letter away"):
-        read_session(write(tmp_path / "near", pair(0, "a", "b", **further)))
-    other = json.loads(json.dumps(further).replace("catcg", "note").replace("percent_rad", "note"))
-    assert len(read_session(write(tmp_path / "far", pair(0, "a", "b", **other))).trials) == 1
+        read_session(file)
+    other = further.replace("catcg", "note").replace("percent_rad", "note")
+    file.write_text(plain.replace(at, f"{other},{at}"), encoding="utf-8")
+    assert len(read_session(file).trials) == 1
 
 
 def test_a_code_that_a_person_has_too_is_told_apart_and_kept(tmp_path: Path) -> None:
