@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Literal, TypeAlias
 
+Model: TypeAlias = Literal["bradley-terry", "davidson", "rao-kupper", "thurstone"]
+DistancePrior: TypeAlias = Literal["gaussian", "bounded", "none"]
 Adjust: TypeAlias = Literal["none", "holm", "bh", "maxz"]
 CovarianceChoice: TypeAlias = Literal["auto", "model", "scaled", "sandwich", "shrinkage"]
 Interval: TypeAlias = Literal["wald", "bootstrap"]

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
+
+from analysis.observers import Filter
+from documents.options import made, taking
+from runner.reports.options import ReportOptions
 
 if TYPE_CHECKING:
     pass
@@ -145,10 +150,10 @@ def export_bids(*places: str | Path, folder: str | Path, name: str = "", with_si
     return export_dataset(results, Path(folder), About(name=name), with_simulated=with_simulated).folder
 
 
-def report(
-    *places: str | Path, output: str | Path | None = None, pdf: bool = False, with_simulated: bool = False
-) -> Path:
-    """Write the HTML report on the results of one experiment.
+@taking(Filter)
+@taking(ReportOptions, "rule")
+def report(*places: str | Path, output: str | Path | None = None, **options: Any) -> Path:
+    """Write the HTML report on the results of one experiment, as `cyclopean report` does and with the same options.
 
     Parameters
     ----------
@@ -156,10 +161,9 @@ def report(
         Folders of sessions, or single session logs.
     output
         The page to write; ``report.html`` in the first folder if None.
-    pdf
-        Whether to print it to PDF too; needs Chromium or Chrome.
-    with_simulated
-        Whether to count simulated observers beside people.
+    **options
+        Those of `runner.reports.ReportOptions` and of `analysis.observers.Filter` by their names, such as ``pdf=True``,
+        ``alpha=0.01``, ``without=("03",)`` or ``with_simulated=True``.
 
     Returns
     -------
@@ -171,12 +175,12 @@ def report(
     InputError
         If results are missing, damaged or of different experiments.
     """
-    from analysis.observers import Filter
-    from runner.reports import ReportOptions, report_results
+    from runner.reports import report_results
 
     page = None if output is None else Path(output)
-    options = ReportOptions(rule=Filter(with_simulated=with_simulated), pdf=pdf)
-    return report_results([Path(place) for place in places], page, options).page
+    of_rule = {name: options.pop(name) for name in list(options) if name in Filter.__dataclass_fields__}
+    asked = replace(made(ReportOptions, options), rule=Filter(**of_rule))
+    return report_results([Path(place) for place in places], page, asked).page
 
 
 def _by_role(trial: dict[str, Any]) -> dict[str, Any]:

@@ -25,6 +25,10 @@ class Result(Generic[Value]):
         The ``rows``, or what returns them when they are read first.
     title
         One line on all of it.
+    find_further
+        Returns the ``further`` when it is read first.
+    further
+        What else was asked for, by its key in JSON.
     rows
         What it says of each item, observer or picture: plain values with named columns.
     """
@@ -32,6 +36,12 @@ class Result(Generic[Value]):
     value: Value
     find_rows: Sequence[Row] | Callable[[], Sequence[Row]]
     title: str
+    find_further: Callable[[], Mapping[str, Any]] = dict
+
+    @cached_property
+    def further(self) -> Mapping[str, Any]:
+        """What else was asked for, by its key in JSON."""
+        return self.find_further()
 
     @cached_property
     def rows(self) -> Sequence[Row]:

@@ -14,36 +14,22 @@ from numpy.typing import NDArray
 
 from cyclopean.result import Result
 from documents import Finding, InputError
+from documents.options import made, taking
+from runner.reports.options import ScoresOptions
 
 if TYPE_CHECKING:
-    from analysis.choices import Adjust, CovarianceChoice
     from analysis.comparisons import Coded, CodedTable, Comparisons
     from analysis.factors import FactorEffects
-    from analysis.jod import JodScales
     from analysis.observers import ObserverTable
     from analysis.records import SessionLog
-    from analysis.scaling import GroupedScores, MethodChoice, Model, Scores
     from runner.reports import PowerStudy
 
 Answers = pd.DataFrame | str | Path
 
 
-def scores(
-    answers: Answers,
-    *,
-    model: Model = "bradley-terry",
-    method: MethodChoice | Literal["pwcmp"] = "auto",
-    alpha: float = 0.05,
-    adjust: Adjust | None = None,
-    order_effect: bool = False,
-    covariance: CovarianceChoice = "auto",
-    jod_zero: str | None = None,
-    layout: str | None = None,
-    choice_codes: Sequence[str] = (),
-    with_simulated: bool = False,
-    keep_na: bool = False,
-) -> Result[Scores | GroupedScores | JodScales]:
-    """Fit scores and perceptual classes to paired comparisons.
+@taking(ScoresOptions, "observer_scores")
+def scores(answers: Answers, *, with_simulated: bool = False, **options: Any) -> Result[Any]:
+    """Fit scores and perceptual classes to paired comparisons, as `cyclopean scores` does and with the same options.
 
     Parameters
     ----------
@@ -53,31 +39,12 @@ def scores(
         scenes also ``group``, ``scene`` or ``content``. Or a table or a DataFrame of another layout: pwcmp's, choices
         among items, a square matrix of counts (also a MAT-file). Lines in which a value is missing (NaN, None, or a
         word such as ``NA``) are left out, with a Python warning that names them.
-    model
-        ``bradley-terry``, ``thurstone`` (Case V), or ``davidson`` or ``rao-kupper``, which have ties.
-    method
-        ``ml``, maximum likelihood; ``firth``, Firth's penalty, or ``map``, a Gaussian prior, which stay finite for
-        items that always win; ``auto`` takes ``firth`` where ``ml`` has no scores for that reason; or ``pwcmp``, JOD as
-        pwcmp has them: Thurstone's Case V with its prior on distances.
-    alpha
-        Significance level of a difference between two items.
-    adjust
-        Correction for multiple comparisons: ``holm``, ``bh``, ``maxz`` or ``none``; None for ``holm``, or ``none`` with
-        ``pwcmp``, which has no correction.
-    order_effect
-        Whether to fit the advantage of the item shown first.
-    covariance
-        Standard errors from the ``model``, or clustered by observer: ``scaled``, ``sandwich`` or ``shrinkage``;
-        ``auto`` is ``shrinkage`` where two observers or more are named.
-    jod_zero
-        With ``pwcmp``, the item at 0 JOD; None for the first of the answers.
-    layout, choice_codes
-        The layout of a table, and what its choices stand for, as `analysis.comparisons.read_any` has them.
     with_simulated
         Whether simulated observers count beside people. Without it, those of a folder count only where no person
         answered, and a DataFrame of trials with both is refused.
-    keep_na
-        Whether words for missing values, such as ``NA`` and ``None``, are names like others.
+    **options
+        Those of `runner.reports.ScoresOptions` by their names, such as ``method="firth"``, ``covariance="sandwich"`` or
+        ``margin="0.5jnd"``; what is asked beside the scores is in ``further`` of the result.
 
     Returns
     -------
@@ -87,12 +54,14 @@ def scores(
         Where there are groups, a row for each item of each ``group``, and where items recur of all groups together,
         with no name of a group; ``value.agreement`` says whether the groups agree. With ``pwcmp``: wins, comparisons,
         ``jod`` with the ends ``jod_low`` and ``jod_high`` of its interval, and ``class``; ``value.observers`` says how
-        much each observer's answers differ from the others'.
+        much each observer's answers differ from the others'. With ``observers="random"``: those of the typical
+        observer.
 
     Raises
     ------
     InputError
-        If the answers cannot be read, hold no comparison, or an option is out of range.
+        If the answers cannot be read, hold no comparison, or an option is unknown, out of range, or does not go with
+        another.
 
     Examples
     --------
@@ -103,44 +72,14 @@ def scores(
     0    a   0.75     1
     1    b   0.25     1
     """
-    from analysis.scaling import ScoreOptions, score, score_groups
+    from runner.reports import score_table
 
-    table, common = _with_common_names(answers, layout, choice_codes, with_simulated=with_simulated, keep_na=keep_na)
-    if method == "pwcmp":
-        if order_effect or covariance != "auto" or model not in ("bradley-terry", "thurstone"):
-            raise InputError(Finding("pwcmp has no choice of model, order effect or covariance", remedy="leave it out"))
-        return _jod(table, alpha, adjust or "none", jod_zero)
-    if jod_zero is not None:
-        raise InputError(Finding("only the method 'pwcmp' has an item at 0 JOD", remedy="leave 'jod_zero' out"))
-    options = ScoreOptions(
-        method=method, alpha=alpha, adjust=adjust or "holm", order_effect=order_effect, covariance=covariance
+    asked = made(ScoresOptions, options)
+    table, common = _with_common_names(
+        answers, asked.layout, asked.codes, with_simulated=with_simulated, keep_na=asked.keep_na
     )
-    if table.groups:
-        grouped = score_groups(table, model, common=common, **options)
-        scales = [*grouped.groups, *([(None, grouped.pooled)] if grouped.pooled else [])]
-
-        def grouped_rows() -> list[dict[str, Any]]:
-            return [{"group": name, **item} for name, part in scales for item in part.item_rows()]
-
-        return Result(grouped, grouped_rows, f"Scores within {len(table.groups)} groups by {model}, best first")
-    result = score(table, model, **options)
-    items = len(result.order)
-    if result.fit.separation:
-        title = f"No finite estimate: complete separation of {items} items; try method='firth'"
-    else:
-        title = f"Scores of {items} items by {model}, method {result.fit.method}, best first"
-    return Result(result, result.item_rows, title)
-
-
-def _jod(
-    table: Comparisons, alpha: float, adjust: Adjust, zero: str | None
-) -> Result[Scores | GroupedScores | JodScales]:
-    from analysis.jod import scale_jod
-
-    scales = scale_jod(table, alpha=alpha, adjust=adjust, zero=zero)
-    rows = [({"group": name} if name else {}) | item.to_json() for name, scale in scales.scales for item in scale.items]
-    within = f" within {len(scales.scales)} groups" if table.groups else ""
-    return Result(scales, rows, f"JOD{within} as pwcmp has them, best first")
+    scored = score_table(table, asked, common=common)
+    return Result(scored.value, scored.rows, scored.title, scored.all_further)
 
 
 def effects(

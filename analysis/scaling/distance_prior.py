@@ -18,17 +18,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.choices import DistancePrior as DistancePrior
 from analysis.scaling.counts import Counts
 from analysis.scaling.laws import Slopes, hazard
 from analysis.scaling.penalty import NO_PENALTY, NoPenalty, Penalty
 
 Floats = NDArray[np.float64]
-DistancePrior = Literal["gaussian", "bounded", "none"]
 DISTANCE_PRIORS: tuple[DistancePrior, ...] = get_args(DistancePrior)
 JOD_PER_SD = 1.4826  # pwcmp's figure for 1 / Φ⁻¹(3/4)
 FLOOR, EPSILON = 0.1, 1e-8

@@ -18,15 +18,15 @@ log 3 = 1.0986 nats by Bradley and Terry's.
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple, Protocol, get_args
+from typing import NamedTuple, Protocol, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.choices import Model as Model
 from analysis.scaling.counts import Counts
 
 Floats = NDArray[np.float64]
-Model = Literal["bradley-terry", "davidson", "rao-kupper", "thurstone"]
 MODELS: tuple[Model, ...] = get_args(Model)
 
 STANDARD_DEVIATIONS_PER_JOD = 0.6744897501960817

@@ -3,8 +3,11 @@ from .demo import Demo as Demo
 from .demo import run_demo as run_demo
 from .options import PowerOptions as PowerOptions
 from .options import ReportOptions as ReportOptions
+from .options import ScoresOptions as ScoresOptions
 from .power import PowerStudy as PowerStudy
 from .power import study_power as study_power
 from .results import given_facts as given_facts
 from .results import report_results as report_results
+from .scores import Scored as Scored
+from .scores import score_table as score_table
 from .screens import preview as preview

@@ -278,10 +278,8 @@ def test_groups_have_a_table_each_and_are_named_where_they_have_no_scores(call: 
     assert [group["name"] for group in values["groups"]] == ["church", "beach"]
     church = "\n".join(line.replace(",church", "") for line in lines if "beach" not in line).replace(",scene", "")
     alone = json.loads(call(["scores", "-", "--json"], church).stdout)
-    assert alone.pop("work") == {
-        "models_fitted": 2,
-        "classes_found": 1,
-    }  # and the penalised one that tests of pairs profile
+    # and the penalised one that tests of pairs profile; the intervals are those of neighbours
+    assert alone.pop("work") == {"models_fitted": 2, "classes_found": 1, "profile_intervals": 2}
     assert {"name": "church", **alone} == values["groups"][0]
     without = call(["scores", "-"], "\n".join(line for line in lines if line[:9] not in ("c,a,beach",)))
     assert without.returncode == 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import subprocess
 import sys
@@ -351,3 +352,56 @@ def test_results_of_pairs_within_scenes_have_a_pooled_scale_of_what_the_scenes_s
     assert table["group"].fillna("").tolist() == ["a", "a", "b", "b", "", ""]
     assert table["name"].tolist() == ["a-x", "a-y", "b-y", "b-x", "x", "y"]
     assert table["score"].tolist() == pytest.approx([2 / 3, 1 / 3, 2 / 3, 1 / 3, 0.5, 0.5])
+
+
+def test_the_notebook_has_every_option_of_the_command() -> None:
+    from dataclasses import fields
+
+    from runner.cli.scores import command as scores_command
+    from runner.reports import ReportOptions, ScoresOptions
+
+    shown = inspect.signature(cyclopean.scores).parameters
+    typed = {each.name for each in scores_command.params} - {"table", "as_json", "observer_scores"}
+    assert typed == {each.name for each in fields(ScoresOptions)} - {"observer_scores"}
+    assert typed <= set(shown)
+    assert {each.name for each in fields(ReportOptions)} - {"rule"} <= set(
+        inspect.signature(cyclopean.report).parameters
+    )
+    assert str(shown["layout"].annotation) == "str | None"
+
+
+def test_what_is_asked_beside_scores_is_what_the_command_tells() -> None:
+    random = np.random.default_rng(5)
+    own = {str(observer): {"a": 0.8, "b": 0.0, "c": -0.8, "d": 0.2} for observer in range(12)}
+    lines = []
+    for observer, strength in own.items():
+        shifted = {item: value + random.normal(0, 0.8) for item, value in strength.items()}
+        for first, second in [(a, b) for a in "abcd" for b in "abcd" if a != b]:
+            won = random.random() < 1 / (1 + np.exp(shifted[second] - shifted[first]))
+            lines.append((first, second, observer) if won else (second, first, observer))
+    answers = pd.DataFrame(lines, columns=["winner", "loser", "observer"])
+    found = cyclopean.scores(answers, pairs=True, margin="0.5jnd", multiverse=True)
+    assert set(found.further) == {"pairs", "equivalence", "multiverse"}
+    typical = cyclopean.scores(answers, observers="random")
+    assert [*typical.to_frame()["name"]][::3] == ["a", "c"]
+    assert cyclopean.scores(answers).further == {}
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"modle": "thurstone"},
+        {"method": "pwcmp", "pairs": True},
+        {"observers": "random", "covariance": "model"},
+        {"prior_sd": 2.0},
+        {"jod_zero": "a"},
+        {"distance_prior": "none"},
+    ],
+)
+def test_options_that_are_none_or_do_not_go_together_are_refused(options: dict[str, Any]) -> None:
+    answers = pd.DataFrame({"winner": list("aab"), "loser": list("bba")})
+    with pytest.raises(InputError) as caught:
+        cyclopean.scores(answers, **options)
+    (finding,) = caught.value.findings
+    assert next(iter(options)) in finding.message
+    assert finding.remedy

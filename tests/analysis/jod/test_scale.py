@@ -146,9 +146,9 @@ def test_the_command_and_python_agree(cyclopean: Call, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--method", "pwcmp", "--pairs"], "--pairs does not go with --method pwcmp"),
-        (["--method", "pwcmp", "--model", "davidson"], "--method pwcmp is for --model thurstone"),
-        (["--jod-zero", "a"], "--jod-zero and --distance-prior go with --method pwcmp"),
+        (["--method", "pwcmp", "--pairs"], "pairs does not go with the method pwcmp"),
+        (["--method", "pwcmp", "--model", "davidson"], "the method pwcmp is for the model thurstone"),
+        (["--jod-zero", "a"], "jod_zero and distance_prior go with the method pwcmp"),
     ],
 )
 def test_options_that_do_not_go_together(cyclopean: Call, words: list[str], message: str) -> None:
