@@ -10,7 +10,7 @@ import pandas as pd
 
 from analysis.observers import Filter
 from documents.options import made, taking
-from runner.reports.options import ReportOptions
+from runner.reports import ReportOptions
 
 if TYPE_CHECKING:
     pass

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from cyclopean.result import Result
 from documents import Finding, InputError
 from documents.options import made, taking
-from runner.reports.options import ScoresOptions
+from runner.reports import ScoresOptions
 
 if TYPE_CHECKING:
     from analysis.comparisons import Coded, CodedTable, Comparisons
