@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Count the house: modules, lines, loose files, modules with one importer, names that faces offer, tests' imports.
+"""Count the house: modules, lines, circles, declarations alike, modules with one importer, faces, imports of tests.
 
     python tools/count_rooms.py [FOLDER OF A CHECKOUT] [--list | --check | --lower]
 
@@ -20,9 +20,12 @@ import tomllib
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from functools import cache
+from graphlib import CycleError, TopologicalSorter
+from itertools import combinations
 from pathlib import Path
 
 COMMAND = "runner.cli.main"
+SHARED = 6  # names: two declarations that share so many are one form, written twice
 PACKAGES = ("documents", "devices", "stimuli", "analysis", "runner", "cyclopean")
 
 
@@ -119,6 +122,47 @@ def once_imported(modules: dict[str, Path], faces: dict[str, dict[str, str]]) ->
     return {name: next(iter(importers[name])) for name in leaves if len(importers[name]) == 1}
 
 
+def circles(modules: dict[str, Path], faces: dict[str, dict[str, str]]) -> list[str]:
+    """Return the packages and rooms of which parts, rooms or files, import each other by whatever way round."""
+    parts: dict[str, dict[str, set[str]]] = {}
+    for name, file in modules.items():
+        for imported in imports_of(file, modules, faces):
+            own, other = name.split("."), imported.split(".")
+            depth = next((at for at, pair in enumerate(zip(own, other, strict=False)) if pair[0] != pair[1]), 0)
+            if depth and imported in modules:
+                parts.setdefault(".".join(own[:depth]), {}).setdefault(own[depth], set()).add(other[depth])
+    found = []
+    for parent, graph in sorted(parts.items()):
+        try:
+            TopologicalSorter(graph).prepare()
+        except CycleError:
+            found.append(parent)
+    return found
+
+
+def declared(tree: ast.Module) -> Iterator[tuple[bool, frozenset[str]]]:
+    """Yield, of each declaration with six names or more, whether it is a class, and its fields or parameters."""
+    for node in ast.walk(tree):
+        names: set[str] = set()
+        if isinstance(node, ast.ClassDef):
+            fields = [part.target for part in node.body if isinstance(part, ast.AnnAssign)]
+            names = {field.id for field in fields if isinstance(field, ast.Name)}
+        elif isinstance(node, ast.FunctionDef):
+            given = node.args
+            names = {each.arg for each in given.args + given.kwonlyargs + given.posonlyargs} - {"self", "cls"}
+        if len(names) >= SHARED:
+            yield isinstance(node, ast.ClassDef), frozenset(names)
+
+
+def forms_of(trees: list[ast.Module]) -> dict[str, int]:
+    """Return how many pairs of declarations, and of classes alone, share six names; and how many write JSON by hand."""
+    found = [one for tree in trees for one in declared(tree)]
+    alike = [a[0] and b[0] for a, b in combinations(found, 2) if len(a[1] & b[1]) >= SHARED]
+    functions = (node for tree in trees for node in ast.walk(tree) if isinstance(node, ast.FunctionDef))
+    written = sum(node.name == "to_json" for node in functions)
+    return {"pairs_alike": len(alike), "class_pairs_alike": sum(alike), "to_json_by_hand": written}
+
+
 def room_of(file: Path, root: Path) -> str:
     """Return the room that a module lies in, such as ``analysis.scaling``; loose ones lie in their package."""
     return ".".join(file.relative_to(root).parts[:-1][:2])
@@ -128,16 +172,15 @@ def counts_of(root: Path) -> dict[str, dict[str, int]]:
     """Return all that has a budget: the ``whole``, the lines of each ``room``, the names of each ``face``."""
     modules, faces = modules_of(root), names_through_faces(root)
     leaves = [name for name, file in modules.items() if file.name != "__init__.py"]
-    classes = (
-        isinstance(node, ast.ClassDef)
-        for file in modules.values()
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
-    )
+    trees = [ast.parse(file.read_text(encoding="utf-8")) for file in modules.values()]
+    classes = (isinstance(node, ast.ClassDef) for tree in trees for node in ast.walk(tree))
     pages = [file for file in (root / "docs").glob("*.md") if file.name != "api.md"]
     whole = {
         "lines": lines_of(modules.values()),
         "modules": len(leaves),
         "classes": sum(classes),
+        "circles": len(circles(modules, faces)),
+        **forms_of(trees),
         "one_importer_percent": round(100 * len(once_imported(modules, faces)) / len(leaves)),
         "test_lines": lines_of((root / "tests").rglob("*.py")),
         "test_imports_within": imports_in_tests(root, modules, faces)["inner"].total(),

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from tools.count_rooms import imports_in_tests, imports_within, modules_of, names_through_faces
+from tools.count_rooms import circles, forms_of, imports_in_tests, imports_within, modules_of, names_through_faces
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("documents", "devices", "stimuli", "analysis", "runner", "cyclopean")
@@ -146,3 +146,21 @@ def test_an_import_counts_once_for_each_module_that_it_names(tmp_path: Path) -> 
     (tmp_path / "tests" / "test_lab.py").write_text("\n".join(lines))
     counts = imports_in_tests(tmp_path, modules_of(tmp_path), names_through_faces(tmp_path))
     assert counts == {"faces": {"devices.colour": 1, "runner.cli.main": 1}, "inner": {"devices.colour.spaces": 3}}
+
+
+def test_circles_and_forms_alike_are_counted(tmp_path: Path) -> None:
+    room = tmp_path / "devices" / "colour"
+    room.mkdir(parents=True)
+    fields = "".join(f"    {name}: int\n" for name in "abcdef")
+    files = {
+        "light": f"from devices.colour.eye import see\n\nclass Light:\n{fields}",
+        "eye": f"def see(a, b, c, d, e, f):\n    from devices.colour.light import Light\n\nclass Eye:\n{fields}",
+        "screen": "def to_json(a, b, c, d, e):\n    ...\n",
+    }
+    for name, text in files.items():
+        (room / f"{name}.py").write_text(text)
+    modules = modules_of(tmp_path)
+    assert circles(modules, names_through_faces(tmp_path)) == ["devices.colour"]
+    trees = [ast.parse(text) for text in files.values()]
+    assert forms_of(trees) == {"pairs_alike": 3, "class_pairs_alike": 1, "to_json_by_hand": 1}
+    assert not circles({name: file for name, file in modules.items() if "eye" not in name}, {})
