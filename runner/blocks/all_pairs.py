@@ -5,8 +5,8 @@ The thesis's second experiment (Section 4.5.2): all pairs, one answer each, a br
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Generator, Iterator
+from dataclasses import replace
 from functools import partial
 from itertools import combinations
 from typing import Annotated, Any, Literal
@@ -37,7 +37,6 @@ from runner.blocks.pair_groups import PairGroups, group_faults, pair_groups
 from runner.blocks.pair_views import SequenceView, SimultaneousView, Ties, gap_s, present, sequence_page
 from runner.blocks.scale import Rated, Scale, ends_of, rate, scale_faults, scales_named
 from runner.blocks.setting import Setting, Stimuli
-from runner.blocks.style import Style
 from runner.ports import Ask, Compare
 from runner.scene import Picture
 
@@ -49,52 +48,6 @@ class PairScale(Scale):
 
     of: Literal["chosen", "both"] = "chosen"
     """Which of the two pictures is rated: the chosen one, or both."""
-
-
-@dataclass(frozen=True, slots=True)
-class _PairRatings:
-    """The scales of a trial, each under the picture that it is about."""
-
-    scales: tuple[PairScale, ...]
-    layout: SingleLayout
-    style: Style
-    reference: str | None = None
-
-    def ask(
-        self, places: Mapping[str, str], chosen: str | None
-    ) -> Generator[Ask, Response | None, dict[str, dict[str, Any]]]:
-        """Ask for each rating and return what to record; to be used with ``yield from``.
-
-        ``places`` maps ``first`` and ``second`` to their stimuli, ``chosen`` is one of these words; None after an
-        answer that prefers neither, when scales about the chosen one are left out and recorded as null.
-        """
-        ratings: dict[str, Any] = {}
-        times_s: dict[str, Any] = {}
-        for scale in self.scales:
-            name = scale.name
-            if scale.of == "chosen":
-                ratings[name], times_s[name] = (
-                    (yield from self._rate(scale, places[chosen])) if chosen else (None, None)
-                )
-                continue
-            both = yield from self._rate_each(scale, places, ("first", "second"))
-            ratings[name] = {place: value for place, (value, _) in both.items()}
-            times_s[name] = {place: time_s for place, (_, time_s) in both.items()}
-        return {"ratings": ratings, "rating_times_s": times_s}
-
-    def _rate_each(
-        self, scale: Scale, places: Mapping[str, str], which: Sequence[str]
-    ) -> Generator[Ask, Response | None, dict[str, tuple[int, float]]]:
-        rated = {}
-        for place in which:
-            rated[place] = yield from self._rate(scale, places[place])
-        return rated
-
-    def _rate(self, scale: Scale, stimulus: str) -> Generator[Ask, Response | None, tuple[int, float]]:
-        layout = self.layout
-        items = (Picture(stimulus, layout.picture_px, layout.aperture_px), *layout.reference(self.reference))
-        value, time_s = yield from rate(scale, self.style, Rated(layout, items, stimulus, self.reference))
-        return value, round(time_s, 6)
 
 
 class AllPairs(TimedKind):
@@ -281,7 +234,7 @@ class AllPairs(TimedKind):
         """Ask for every pair and record each answer."""
         style, reference, trials = setting.style, setting.reference, self.comparisons(setting)
         groups = self._groups(setting.stimuli)
-        ratings = _PairRatings(self.ratings, setting.single_layout(), style, reference) if self.ratings else None
+        layout = setting.single_layout() if self.ratings else None
         place_px = view.layout.picture_px if isinstance(view, SequenceView) else (0, 0)
         keys, targets = view.keys, view.targets  # the same for every pair
         if isinstance(view, SequenceView):
@@ -306,7 +259,29 @@ class AllPairs(TimedKind):
             data = trial.record(response.meaning, view.position_names[0])
             if groups:
                 data |= groups.record(trial.first, trial.second)
-            if ratings:
-                places = {"first": trial.first, "second": trial.second}
-                data |= yield from ratings.ask(places, response.meaning if response.meaning in places else None)
+            if layout:
+                data |= yield from self._rate(setting, layout, trial, response.meaning)
             yield Draft("all_pairs", data, stimuli=trial.stimuli, response_time_s=response.time_s)
+
+    def _rate(
+        self, setting: Setting, layout: SingleLayout, trial: Comparison, meaning: str
+    ) -> Generator[Ask, Response | None, dict[str, dict[str, Any]]]:
+        """Ask for each rating, under the picture that it is about, and return what to record.
+
+        After an answer that prefers neither, scales about the chosen one are left out and recorded as null.
+        """
+        places = {"first": trial.first, "second": trial.second}
+        reference = setting.reference
+        ratings: dict[str, Any] = {}
+        times_s: dict[str, Any] = {}
+        for scale in self.ratings:
+            values, seconds = {}, {}
+            for place in places if scale.of == "both" else places.keys() & {meaning}:
+                name = places[place]
+                items = (Picture(name, layout.picture_px, layout.aperture_px), *layout.reference(reference))
+                values[place], time_s = yield from rate(scale, setting.style, Rated(layout, items, name, reference))
+                seconds[place] = round(time_s, 6)
+            both = scale.of == "both"
+            ratings[scale.name] = values if both else values.get(meaning)
+            times_s[scale.name] = seconds if both else seconds.get(meaning)
+        return {"ratings": ratings, "rating_times_s": times_s}
