@@ -137,12 +137,8 @@ def pulls(scores: Scores) -> Pulls:
     observer, who = np.unique(answers.observer, return_inverse=True)
     y_of, people, pairs = np.array([1.0, 0.0, 0.5]), len(observer), d.shape[1]
     cell, size = who * pairs + answers.pair, people * pairs
-    answered = np.bincount(cell, answers.count, size).reshape(people, pairs).astype(np.float64, copy=False)
-    own = (
-        np.bincount(cell, answers.count * y_of[answers.outcome], size)
-        .reshape(people, pairs)
-        .astype(np.float64, copy=False)
-    )
+    answered = np.asarray(np.bincount(cell, answers.count, size), np.float64).reshape(people, pairs)
+    own = np.asarray(np.bincount(cell, answers.count * y_of[answers.outcome], size), np.float64).reshape(people, pairs)
     total = counts.total[0]
     mean_slopes = _mean_slopes(counts, chances, single, len(inverse))
     y, moved = own.sum(axis=0), observer_slopes(counts, answers, law, point) @ inverse
