@@ -148,6 +148,8 @@ def _check_further(fields: Fields) -> None:
                 raise
             except ValueError as error:
                 raise RecordError(f"'{key}' cannot be: {error}") from None
+    if fields.__pydantic_fields_set__.isdisjoint(fields.nested):
+        return
     for name in fields.nested:
         value = getattr(fields, name)
         if value is None:

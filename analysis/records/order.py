@@ -29,13 +29,18 @@ class Order:
     ``added`` are stimuli that the header does not list: those of a recipe that was changed, where that was accepted.
     """
 
-    def __init__(self, line: dict[str, Any]) -> None:
+    def __init__(self, line: dict[str, Any], shared: dict[str, Any]) -> None:
         self.header: HeaderRecord = read_header(line)
         self.complete = False
         factors = {stimulus.name: stimulus.factors for stimulus in self.header.stimuli}
         self._session = Session(factors, own_keys=bool(self.header.interface.keys))
         # What the gamut clip costs each stimulus, as it was stated first; None where it was not.
-        self.costs: dict[str, Any] = {stimulus["name"]: stimulus.get("clipping") for stimulus in line["stimuli"]}
+        self.costs: dict[str, Any] = {}
+        self._shared = shared
+        for stimulus in line["stimuli"]:
+            if costs := stimulus.get("clipping"):
+                stimulus["clipping"] = self._one_object(stimulus["name"], costs)
+            self.costs[stimulus["name"]] = stimulus.get("clipping")
         self._first: dict[Place, Trial] = {}
         self._attempts: dict[Place, int] = {}
         self._pooled = PooledBatches()
@@ -148,11 +153,13 @@ class Order:
 
         Costs that do are one object from then on: a trial's are most of what it says.
         """
-        for name in trial.stimuli:
-            self._known(name, "shows")
+        shown = trial.stimuli
+        for name in shown:
+            if name not in self.costs:
+                self._known(name, "shows")
         clipping = trial.clipping or {}
         for name, costs in clipping.items():
-            if name not in trial.stimuli:
+            if name not in shown:
                 raise RecordError(f"its clipping is that of '{name}', which it does not show")
             clipping[name] = self._cost(name, costs)
 
@@ -173,8 +180,13 @@ class Order:
             raise RecordError(f"the clipping of '{name}' is another than in the session's header")
         read_fields(Clipping, costs)
         if stated is None:
-            self.costs[name] = costs
+            self.costs[name] = costs = self._one_object(name, costs)
         return costs
+
+    def _one_object(self, name: str, costs: Any) -> Any:
+        """Return ``costs`` as the object that logs before have, where it is equal."""
+        known = self._shared.setdefault(name, costs)
+        return known if known == costs else costs
 
 
 def _asked(trial: Trial) -> tuple[Any, ...]:

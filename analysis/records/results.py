@@ -76,9 +76,9 @@ def read_results(*places: str | Path) -> tuple[SessionLog, ...]:
     ...
     analysis.errors.ResultsError: ...: the folder holds no session.jsonl (name a folder of results)
     """
-    shared = _Shared()
+    shared: dict[str, Any] = {}  # clipping costs, which stand in every trial that shows a stimulus
     with _no_search_for_cycles():
-        return tuple(by_folder(shared.within(read_session(file))) for file in result_files(places))
+        return tuple(by_folder(read_session(file, shared)) for file in result_files(places))
 
 
 @contextmanager
@@ -91,25 +91,6 @@ def _no_search_for_cycles() -> Iterator[None]:
     finally:
         if was_on:
             gc.enable()
-
-
-class _Shared:
-    """Clipping costs that sessions have in common, each kept once: they stand in every trial that shows a stimulus."""
-
-    def __init__(self) -> None:
-        self._costs: dict[str, Any] = {}
-
-    def within(self, session: SessionLog) -> SessionLog:
-        """Let the trials of ``session`` share costs with those before; return it."""
-        for trial in session.answers:
-            if clipping := trial.clipping:
-                for name, costs in clipping.items():
-                    clipping[name] = self._shared(name, costs)
-        return session
-
-    def _shared(self, name: str, costs: Any) -> Any:
-        known = self._costs.setdefault(name, costs)
-        return known if known is costs or known == costs else costs
 
 
 def sessions_by_observer(sessions: Iterable[SessionLog]) -> dict[str, list[SessionLog]]:

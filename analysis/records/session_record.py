@@ -206,7 +206,7 @@ def session_files(folder: Path) -> Iterator[Path]:
         yield from sorted(folder.rglob(FILE_NAME))
 
 
-def read_session(file: Path) -> SessionLog:
+def read_session(file: Path, shared: dict[str, Any] | None = None) -> SessionLog:
     """Read one session log.
 
     A last line that is incomplete, such as after a power cut, is left out and returned in ``torn_tail``. A last line
@@ -216,6 +216,8 @@ def read_session(file: Path) -> SessionLog:
     ----------
     file
         A ``session.jsonl``.
+    shared
+        Clipping costs by stimulus that logs read before had, so that equal ones are one object.
 
     Returns
     -------
@@ -240,7 +242,7 @@ def read_session(file: Path) -> SessionLog:
     >>> log.header.observer, log.complete
     ('01', False)
     """
-    reader = RecordReader()
+    reader = RecordReader(shared)
     try:
         with open_regular(file, "log", limit_bytes=MOST_LOG_BYTES, error=ResultsError) as stream:
             state = read_lines(stream, reader.take, on_checksum=reader.fits)
@@ -271,7 +273,8 @@ def read_session(file: Path) -> SessionLog:
 class RecordReader:
     """Takes the lines of a log one by one."""
 
-    def __init__(self) -> None:
+    def __init__(self, shared: dict[str, Any] | None = None) -> None:
+        self._shared = {} if shared is None else shared
         self.header: Header | None = None
         self.records: list[Trial | Note | Mark | Resumption] = []
         self.windows: list[WindowEvent] = []
@@ -314,7 +317,7 @@ class RecordReader:
 
             if kind != "session":
                 raise RecordError("a session begins with its header")
-            self._order = Order(line)
+            self._order = Order(line, self._shared)
             self.header = _header(self._order.header, line)
         elif kind == "session":
             raise RecordError("a second header: the lines of another session follow")
