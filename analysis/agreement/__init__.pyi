@@ -9,10 +9,10 @@ from .limits import Calibration as Calibration
 from .limits import calibrate as calibrate
 from .observed import Drawn as Drawn
 from .observed import ObservedGroup as ObservedGroup
+from .page import print_agreement as print_agreement
 from .page import write_agreement_csv as write_agreement_csv
 from .page import write_agreement_page as write_agreement_page
 from .pairs import PairAccuracy as PairAccuracy
 from .pairs import pair_accuracy as pair_accuracy
 from .result import Agreement as Agreement
 from .result import Predicted as Predicted
-from .terminal import print_agreement as print_agreement

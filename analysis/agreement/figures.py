@@ -10,7 +10,7 @@ import numpy as np
 from analysis.agreement.limits import Calibration
 from analysis.agreement.pairs import widened_percentiles
 from analysis.agreement.result import Agreement, MeasureResult, same_class
-from documents.pages import DEEP, FAINT, INK, Drawing, drawing, drawn, short
+from documents.figures import DEEP, FAINT, INK, Drawing, drawing, drawn, short
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

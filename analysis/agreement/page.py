@@ -1,33 +1,20 @@
-"""The page on measures and observers, in the report's form; and its tables as CSV."""
+"""Measures and observers as a page, in the terminal, and as CSV."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from analysis.agreement import words
 from analysis.agreement.result import Agreement
-from analysis.agreement.sections import sections_of, tables_of
+from analysis.agreement.sections import correlations_table, sections_of, tables_of
 from analysis.records.session_record import Header
-from analysis.report.blocks import write_csv_files
-from analysis.report.figures import class_colours
-from analysis.report.words import chance, fixed
-from documents.files import write_whole
-from documents.pages import page_environment
+from documents.pages import Block, Heading, Mark, Page, Paragraph, print_blocks, write_csv_files, write_page
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 Facts = tuple[tuple[str, str], ...]
-
-
-@dataclass(frozen=True, slots=True)
-class _Head:
-    """What the template of the report shows above the sections."""
-
-    kinds: tuple[str, ...]
-    sentences: tuple[str, ...]
-    notes: tuple[str, ...]
-    failed: tuple[str, ...] = ()
-    headline: str = ""
 
 
 def write_agreement_page(agreement: Agreement, header: Header, output: Path, facts: Facts = ()) -> None:
@@ -62,25 +49,16 @@ def write_agreement_page(agreement: Agreement, header: Header, output: Path, fac
     ...     "Do measures" in Path(folder, "agreement.html").read_text(encoding="utf-8")
     True
     """
-    write_whole(output, render(agreement, header, facts), private=True)
-
-
-def render(agreement: Agreement, header: Header, facts: Facts = ()) -> str:
-    """Return the page's HTML; text from people is escaped."""
-    from markupsafe import Markup
-
-    environment = page_environment("analysis.agreement", "analysis.report")
-    filters: Mapping[str, Callable[..., object]] = {
-        "fixed": fixed,
-        "chance": chance,
-        "colours": class_colours,
-        # matplotlib escapes text.
-        "drawn": Markup,
-    }
-    environment.filters.update(filters)
-    head = _Head(("Measures and observers",), (words.asked(agreement),), agreement.notes)
-    sections = sections_of(agreement, facts)
-    return environment.get_template("agreement.html.j2").render(report=head, header=header, sections=sections)
+    page = Page(
+        kind="Measures and observers",
+        title=header.experiment,
+        of="measures and observers",
+        question=header.question,
+        sentences=(words.asked(agreement),),
+        notes=agreement.notes,
+        sections=sections_of(agreement, facts),
+    )
+    write_page(page, output, private=True)
 
 
 def write_agreement_csv(agreement: Agreement, folder: Path) -> tuple[Path, ...]:
@@ -115,3 +93,39 @@ def write_agreement_csv(agreement: Agreement, folder: Path) -> tuple[Path, ...]:
     ['agreement.csv', 'scores.csv', 'pairs.csv']
     """
     return write_csv_files(tables_of(agreement), folder)
+
+
+def print_agreement(agreement: Agreement, console: Console | None = None) -> None:
+    """Print a table of the measures by group, and in sentences what was found and how sure it is.
+
+    Parameters
+    ----------
+    agreement
+        The results, as `agree` returns them.
+    console
+        Where to print; standard output if None.
+
+    Examples
+    --------
+    >>> from io import StringIO
+    >>> import numpy as np
+    >>> from rich.console import Console
+    >>> from analysis.agreement import ObservedGroup, Predicted, agree
+    >>> group = ObservedGroup("", "ratings", "points", tuple("abcd"), np.arange(4.0), np.eye(4) < 1, 1, None)
+    >>> out = StringIO()
+    >>> print_agreement(
+    ...     agree([group], ["photo"], [Predicted("noise", "Noise", "", "lower", (np.arange(4.0)[::-1],))]),
+    ...     Console(file=out, width=120),
+    ... )
+    >>> "Noise agrees with observers" in out.getvalue()
+    True
+    """
+    blocks: list[Block] = [Paragraph(words.asked(agreement)), correlations_table(agreement)]
+    for result in agreement.measures:
+        one, limit = result.predicted, result.whole.calibration
+        said = words.limit_words(limit, one.unit, higher=one.better == "higher") if limit else []
+        blocks += [Heading(words.verdict(result, agreement)), Paragraph(words.pairs_words(result.whole.accuracy))]
+        blocks += map(Paragraph, said)
+    remarks = [f"{one.predicted.title}: {remark}." for one in agreement.measures for remark in one.predicted.remarks]
+    notes = [Paragraph(note, mark=Mark("Note", "open")) for note in (*agreement.notes, *remarks)]
+    print_blocks([*blocks, *notes], console)

@@ -7,8 +7,8 @@ from analysis.agreement.correlations import KINDS
 from analysis.agreement.figures import draw_limits, draw_scores, score_intervals
 from analysis.agreement.limits import LimitTable
 from analysis.agreement.result import Agreement, GroupResult, MeasureResult, same_class
-from analysis.report.blocks import Block, Cell, Column, Facts, Figure, Heading, Paragraph, Section, Table
-from documents.pages import NARROW_IN, WIDE_IN
+from documents.figures import NARROW_IN, WIDE_IN
+from documents.pages import Block, Cell, Column, Facts, Figure, Heading, Paragraph, Section, Table
 from documents.text import finite
 
 Row = tuple[Cell, ...]

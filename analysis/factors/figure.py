@@ -10,7 +10,7 @@ from analysis.errors import ResultsError
 from analysis.factors.result import Effect, FactorEffects
 from analysis.factors.values import Factor
 from documents import Finding
-from documents.pages import FAINT, INK, Drawing, drawing, drawn, short
+from documents.figures import FAINT, INK, Drawing, drawing, drawn, short
 
 EFFECT, LONGEST_NAME = "#165466", 34
 

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 
 from analysis.classes.conclusions import LEVEL, verdict_of
 from analysis.hierarchical.result import GroupScores, HierarchicalFit
-from documents.text import clean_console, counted, print_rows
+from documents.pages import Block, Column, Heading, Paragraph, Table, print_blocks
+from documents.text import counted
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 COLUMNS = ("group", "observer", "item", "theta", "sd")
-PREDICTED = ("item", "over", "P", "95 %", "typical", "95 % of observers", "share")
 
 
 def print_fit(fit: HierarchicalFit, console: Console | None = None) -> None:
@@ -38,20 +38,11 @@ def print_fit(fit: HierarchicalFit, console: Console | None = None) -> None:
     >>> print_fit(fit, Console(width=100))  # doctest: +ELLIPSIS
      item   nats     se    JND  class...
     """
-    from rich.text import Text
-
-    console = console or clean_console()
+    blocks: list[Block] = []
     for group in fit.groups:
-        if group.name:
-            console.print(Text(group.name, style="bold"))
-        print_rows(["item", fit.unit, "se", "JND", "class"], _score_rows(fit, group), console, words=(0, 4))
-    for line in summary_lines(fit):
-        console.print(Text(line, style="dim"))
-    for group in fit.groups:
-        console.print(
-            Text(f"a new observer, items next to each other{f', {group.name}' if group.name else ''}", style="bold")
-        )
-        print_rows(PREDICTED, _prediction_rows(fit, group), console, words=(0, 1))
+        blocks += [*([Heading(group.name)] if group.name else []), _score_table(fit, group)]
+    blocks += [Paragraph(line, small=True) for line in summary_lines(fit)]
+    print_blocks([*blocks, *(_prediction_table(fit, group) for group in fit.groups)], console)
 
 
 def summary_lines(fit: HierarchicalFit) -> list[str]:
@@ -115,21 +106,36 @@ def observer_table(fit: HierarchicalFit) -> str:
     return text.getvalue()
 
 
-def _score_rows(fit: HierarchicalFit, group: GroupScores) -> list[list[str]]:
+def _score_table(fit: HierarchicalFit, group: GroupScores) -> Table:
     classes = fit.classes(group.name)
+    columns = (
+        Column("item", "item"),
+        Column(fit.unit, "theta", "number", 3),
+        Column("se", "se", "number", 3),
+        Column("JND", "jnd", "number", 2),
+        Column("class", "class", "class"),
+    )
     rows = []
     for place in group.order:
-        theta, label = float(group.theta[place]), classes.labels[place] if classes else "–"
-        rows.append([group.items[place], f"{theta:.3f}", f"{group.se[place]:.3f}", f"{theta / fit.jnd:.2f}", label])
-    return rows
+        theta, label = float(group.theta[place]), classes.labels[place] if classes else None
+        rows.append((group.items[place], theta, float(group.se[place]), theta / fit.jnd, label))
+    return Table("scores", "", columns, tuple(rows))
 
 
-def _prediction_rows(fit: HierarchicalFit, group: GroupScores) -> list[list[str]]:
+def _prediction_table(fit: HierarchicalFit, group: GroupScores) -> Table:
+    columns = (
+        Column("item", "first"),
+        Column("over", "second"),
+        Column("P", "chance", "number", 3),
+        Column("95 %", "chance", "interval", 3),
+        Column("typical", "typical", "number", 3),
+        Column("95 % of observers", "observers", "interval", 3),
+        Column("share", "share", "number", 2),
+    )
     rows = []
-    names = [group.items[place] for place in group.order]
-    for first, second in pairwise(names):
+    for first, second in pairwise([group.items[place] for place in group.order]):
         new = fit.predict(first, second, group.name)
-        own = [f"{new.chance:.3f}", f"{new.chance_low:.3f} – {new.chance_high:.3f}", f"{new.typical:.3f}"]
-        share = "–" if new.share is None else f"{new.share:.2f}"
-        rows.append([first, second, *own, f"{new.lowest:.3f} – {new.highest:.3f}", share])
-    return rows
+        own = new.chance, (new.chance_low, new.chance_high), new.typical, (new.lowest, new.highest), new.share
+        rows.append((first, second, *own))
+    title = f"a new observer, items next to each other{f', {group.name}' if group.name else ''}"
+    return Table("predictions", title, columns, tuple(rows))

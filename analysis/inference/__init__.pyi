@@ -1,3 +1,6 @@
+from .answers import ReviewAnswer as ReviewAnswer
+from .answers import print_answer as print_answer
+from .answers import review as review
 from .chances import PairProbabilities as PairProbabilities
 from .chances import pair_probabilities as pair_probabilities
 from .choices import Multiverse as Multiverse
@@ -8,9 +11,6 @@ from .fit_of_pairs import PairResiduals as PairResiduals
 from .fit_of_pairs import pair_residuals as pair_residuals
 from .folds import ModelComparison as ModelComparison
 from .folds import compare_models as compare_models
-from .terminal import ReviewAnswer as ReviewAnswer
-from .terminal import print_answer as print_answer
-from .terminal import review as review
 from .tost import Equivalence as Equivalence
 from .tost import equivalence as equivalence
 from .tost import parse_margin as parse_margin

@@ -12,10 +12,10 @@ import numpy as np
 from analysis.bootstrap.stability import Stability
 from analysis.classes.conclusions import Conclusion, verdict_of
 from analysis.comparisons.comparisons import Comparisons, without_observers
+from analysis.inference.answers import ReviewAnswer
 from analysis.inference.chances import PairProbabilities
 from analysis.inference.choices import Multiverse, observer_parts
 from analysis.inference.differences import differences
-from analysis.inference.terminal import ReviewAnswer
 from analysis.inference.tost import Equivalence
 from analysis.scaling.scores import Scores
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from analysis.jod.outliers import ObserverLikelihood
 from analysis.jod.scale import JodScale, JodScales
-from documents.text import clean_console, counted, print_rows
+from documents.pages import Block, Column, Heading, Paragraph, Table, print_blocks
+from documents.text import counted
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -33,26 +34,30 @@ def print_jod(scales: JodScales, console: Console | None = None) -> None:
     >>> print_jod(scale_jod(from_answers(answers), prior="none"), Console(width=80))  # doctest: +ELLIPSIS
      item  wins   of     JOD  95 %  class
      b       75  100   0.000     –  –
-     a       25  100  -1.000     –  –
+     a       25  100  −1.000     –  –
     ...
     """
-    from rich.text import Text
-
-    console = console or clean_console()
+    blocks: list[Block] = []
     for name, scale in scales.scales:
-        if name:
-            console.print(Text(name, style="bold"))
-        rows = []
-        for item in scale.items:
-            ends = "–" if item.low is None or item.high is None else f"{item.low:.3f} to {item.high:.3f}"
-            jod = "–" if item.jod is None else f"{item.jod:.3f}"
-            rows.append([item.name, f"{item.wins:g}", f"{item.comparisons:g}", jod, ends, item.label or "–"])
-        headings = ("item", "wins", "of", "JOD", f"{100 * scale.level:g} %", "class")
-        print_rows(headings, rows, console, words=(0, 5))
-        for line in _lines(scale):
-            console.print(Text(line, style="dim"))
-    for line in _observer_lines(scales.observers):
-        console.print(Text(line, style="dim"))
+        blocks += [Heading(name)] if name else []
+        blocks += [_table(scale), *(Paragraph(line, small=True) for line in _lines(scale))]
+    print_blocks([*blocks, *(Paragraph(line, small=True) for line in _observer_lines(scales.observers))], console)
+
+
+def _table(scale: JodScale) -> Table:
+    columns = (
+        Column("item", "item"),
+        Column("wins", "wins", "number"),
+        Column("of", "comparisons", "number"),
+        Column("JOD", "jod", "number", 3),
+        Column(f"{100 * scale.level:g} %", "jod", "interval", 3),
+        Column("class", "class", "class"),
+    )
+    rows = tuple(
+        (item.name, f"{item.wins:g}", f"{item.comparisons:g}", item.jod, (item.low, item.high), item.label)
+        for item in scale.items
+    )
+    return Table("jod", "", columns, rows)
 
 
 def unsettled_lines(scales: JodScales) -> list[str]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,9 +13,10 @@ from analysis.classes.multiplicity import ADJUSTMENT_NAMES
 from analysis.power.groups import GroupsNeeded, parts_of
 from analysis.power.plan import Plan
 from analysis.power.results import Needed
-from analysis.power.tables import size_rows
-from documents.files import write_whole
-from documents.pages import DEEP, INK, drawing, page_environment, short, svg_of
+from analysis.power.tables import size_table
+from documents.figures import DEEP, INK, Drawing, drawing, drawn, short
+from documents.pages import Beside, Column, Facts, Figure, Page, Paragraph, Section, Table
+from documents.pages import write_page as write_html
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,6 +27,7 @@ Floats = NDArray[np.float64]
 FAINT, SECOND = "#b9c2c9", "#b4541f"
 SIZE_IN = (5.2, 3.7)
 MOST_MARKED = 25
+MOST_OPEN = 60
 INTERVAL_NAMES = {"wald": "estimate ± quantile × standard error", "bootstrap": "observer bootstrap"}
 COVARIANCE_NAMES = {
     "model": "the model's",
@@ -36,8 +37,8 @@ COVARIANCE_NAMES = {
 }
 
 
-def chances_svg(needed: Needed, salt: str = "") -> str:
-    """Return an ``<svg>``: the power for each pair. Pairs that matter are dark, the hardest is marked."""
+def draw_chances(needed: Needed) -> Drawing:
+    """Draw the power for each pair. Pairs that matter are dark, the hardest is marked."""
     power = needed.power
 
     def draw(axes: Axes) -> None:
@@ -59,11 +60,11 @@ def chances_svg(needed: Needed, salt: str = "") -> str:
         axes.axhline(100 * needed.target, color=INK, linewidth=0.8, linestyle=(0, (5, 3)))
         axes.set(ylabel="power (%)", ylim=(-2, 102))
 
-    return _svg(draw, f"chances{salt}", "Power for each pair of stimuli, against the number of observers")
+    return _drawn(draw, "chances", "Power for each pair of stimuli, against the number of observers")
 
 
-def classes_svg(needed: Needed, salt: str = "") -> str:
-    """Return an ``<svg>``: how often all classes are the right ones, and the share of pairs classified alike."""
+def draw_classes(needed: Needed) -> Drawing:
+    """Draw how often all classes are the right ones, and the share of pairs classified alike."""
     power = needed.power
 
     def draw(axes: Axes) -> None:
@@ -73,15 +74,15 @@ def classes_svg(needed: Needed, salt: str = "") -> str:
         _with_error(axes, power.observers, *whole, SECOND, "all pairs as they should be", "s", (0, (5, 2)))
         axes.set(ylabel="%", ylim=(-2, 102))
 
-    return _svg(
+    return _drawn(
         draw,
-        f"classes{salt}",
+        "classes",
         "Share of correct pairs and probability of exact classes, against the number of observers",
     )
 
 
-def widths_svg(needed: Needed, salt: str = "") -> str:
-    """Return an ``<svg>``: the mean width of the intervals of log10 scores, of each item and of all."""
+def draw_widths(needed: Needed) -> Drawing:
+    """Draw the mean width of the intervals of log10 scores, of each item and of all."""
     power = needed.power
 
     def draw(axes: Axes) -> None:
@@ -91,7 +92,7 @@ def widths_svg(needed: Needed, salt: str = "") -> str:
         axes.set(ylabel="width of interval (log₁₀ score)")
         axes.set_ylim(bottom=0)
 
-    return _svg(draw, f"widths{salt}", "Mean width of the scores' intervals, against the number of observers")
+    return _drawn(draw, "widths", "Mean width of the scores' intervals, against the number of observers")
 
 
 def _with_error(
@@ -119,7 +120,7 @@ def _with_error(
     axes.fill_between(observers, value - 2 * error, value + 2 * error, color=colour, alpha=0.2, linewidth=0, zorder=3)
 
 
-def _svg(draw: Callable[[Axes], None], salt: str, label: str) -> str:
+def _drawn(draw: Callable[[Axes], None], salt: str, label: str) -> Drawing:
     from matplotlib.ticker import MaxNLocator
 
     with drawing(salt, *SIZE_IN) as (figure, axes):
@@ -130,18 +131,7 @@ def _svg(draw: Callable[[Axes], None], salt: str, label: str) -> str:
         axes.spines[["top", "right"]].set_visible(False)
         if axes.get_legend_handles_labels()[1]:
             axes.legend(fontsize=8.5, frameon=False)
-        return svg_of(figure, label)
-
-
-@dataclass(frozen=True, slots=True)
-class PairRow:
-    """One pair in words: its names, how far apart it is in nats, how many observers it needs, its chances in %."""
-
-    name: str
-    apart: str
-    needed: str
-    chances: tuple[str, ...]
-    matters: bool
+        return drawn(figure, label)
 
 
 def write_page(needed: Needed | GroupsNeeded, output: Path, title: str, notes: Sequence[str] = ()) -> None:
@@ -174,35 +164,44 @@ def write_page(needed: Needed | GroupsNeeded, output: Path, title: str, notes: S
     ...     [file.name for file in Path(folder).iterdir()]
     ['power.html']
     """
-    page = render(needed, title, notes)
-    write_whole(output, page)
+    write_html(page_of(needed, title, notes), output)
 
 
-def render(needed: Needed | GroupsNeeded, title: str, notes: Sequence[str] = ()) -> str:
-    """Return the page's HTML; text from people is escaped."""
-    from markupsafe import Markup
-
-    environment = page_environment("analysis.power", "analysis.report")
-    return environment.get_template("power.html.j2").render(
+def page_of(needed: Needed | GroupsNeeded, title: str, notes: Sequence[str] = ()) -> Page:
+    """Return what the page says."""
+    doubt = (Section("doubt", "Doubt", (Paragraph(needed.doubt),)),) if needed.doubt else ()
+    parts = parts_of(needed)
+    return Page(
+        kind="Power by simulation",
         title=title,
-        needed=needed,
-        notes=notes,
-        parts=[
-            {
-                "name": name,
-                "needed": own,
-                "plan": own.power.plan,
-                "observers": own.power.observers,
-                "rows": size_rows(own),
-                "pairs": _pair_rows(own),
-                "facts": facts(own),
-                # matplotlib escapes the text that it writes.
-                "chances": Markup(chances_svg(own, str(number))),
-                "classes": Markup(classes_svg(own, str(number))),
-                "widths": Markup(widths_svg(own, str(number))),
-            }
-            for number, (name, own) in enumerate(parts_of(needed))
-        ],
+        of="power",
+        sentences=(needed.sentence,),
+        notes=tuple(notes),
+        sections=(*doubt, *(section for name, own in parts for section in _sections(own, name))),
+    )
+
+
+def _sections(needed: Needed, name: str) -> tuple[Section, ...]:
+    key = f"-{name}" if name else ""
+    plan, target = needed.power.plan, f"{100 * needed.target:g}\u00a0%"
+    captions = (
+        "Power: probability that a pair is significantly different in the right direction. Dark: the pairs that "
+        f"matter; marked: the hardest of them; dashed: {target}.",
+        "Pairs that share a class, or do not, as they should.",
+        f"Mean width of the {100 * plan.level:g}\u00a0% intervals of log₁₀ scores; grey: single stimuli.",
+    )
+    drawings = draw_chances(needed), draw_classes(needed), draw_widths(needed)
+    curves = tuple(
+        Figure(f"power_{number}", drawing, None, caption)
+        for number, (drawing, caption) in enumerate(zip(drawings, captions, strict=True), start=1)
+    )
+    bands = Paragraph("Bands are two Monte-Carlo standard errors wide on either side.", small=True)
+    said = (Paragraph(needed.sentence),) if name else ()
+    return (
+        Section(f"curves{key}", "Curves", (*said, Beside(curves), bands), name),
+        Section(f"sizes{key}", "By number of observers", (size_table(needed),), name),
+        Section(f"pairs{key}", "By pair", (_pair_table(needed),), name),
+        Section(f"simulated{key}", "What was simulated", (Facts(tuple(facts(needed))),), name),
     )
 
 
@@ -235,22 +234,29 @@ def _shares(observers: Sequence[int], shares: np.ndarray[tuple[int, ...], np.dty
     return "; ".join(texts) + " (fitted by Firth's penalised likelihood)" if texts else "none"
 
 
-def _pair_rows(needed: Needed) -> list[PairRow]:
+def _pair_table(needed: Needed) -> Table:
     power, plan = needed.power, needed.power.plan
     matters = set(needed.pairs.tolist())
     first, second = plan.pairs
     apart = np.abs(plan.theta[first] - plan.theta[second])
     order = sorted(range(len(apart)), key=lambda index: (index not in matters, power.separates[-1, index]))
-    return [
-        PairRow(
-            name=" and ".join(power.pair_names[index]),
-            apart=f"{apart[index]:.2f}",
-            needed=str(needed.by_pair[index] or f"> {power.observers[-1]}"),
-            chances=tuple(f"{100 * chance:.0f}" for chance in power.separates[:, index]),
-            matters=index in matters,
+    columns = (
+        Column("Pair", "pair"),
+        Column("Apart (nats)", "apart_nats", "number", 2),
+        Column(f"Observers for {100 * needed.target:g}\u00a0%", "observers", "number"),
+        *(Column(str(count), f"power_percent_{count}", "number") for count in power.observers),
+    )
+    rows = tuple(
+        (
+            " and ".join(power.pair_names[index]),
+            float(apart[index]),
+            int(needed.by_pair[index]) or f"> {power.observers[-1]}",
+            *(100 * power.separates[:, index]).tolist(),
         )
         for index in order
-    ]
+    )
+    title = f"{len(rows)} pairs, hardest first, power in per cent by number of observers; shaded: those that matter"
+    return Table("pairs", title, columns, rows, len(rows) > MOST_OPEN, shaded=range(len(matters)))
 
 
 def assumed_notes(plan: Plan) -> list[str]:

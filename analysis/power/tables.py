@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from analysis.power.groups import GroupsNeeded, parts_of
 from analysis.power.results import Needed
 from documents.files import whole_file
-from documents.text import clean_console, plain_table, print_table
+from documents.pages import Block, Column, Heading, Paragraph, Shown, Table, print_blocks
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -20,37 +19,42 @@ if TYPE_CHECKING:
 COLUMNS = ("observers", "quantity", "item", "other", "value", "standard_error")
 
 
-@dataclass(frozen=True, slots=True)
-class SizeRow:
-    """One number of observers in words: chances in per cent with their Monte-Carlo standard errors."""
+def size_table(needed: Needed) -> Table:
+    """Return a row for each number of observers, chances in per cent with their Monte-Carlo standard errors.
 
-    observers: int
-    hardest: str
-    reached: str
-    alike: str
-    recovery: str
-    width: str
-
-
-def size_rows(needed: Needed) -> list[SizeRow]:
-    """Return a row for each number of observers; the hardest pair is the same in all: that of `Needed.weakest`."""
+    The hardest pair is the same in all: that of `Needed.weakest`. The row of the number that is needed is shaded.
+    """
     power = needed.power
     _, hardest = needed.weakest
-    return [
-        SizeRow(
-            observers=observers,
-            hardest=percent(power.separates[index, hardest], power.separates_error[index, hardest]),
-            reached=f"{int((power.separates[index, needed.pairs] >= needed.target).sum())} of {len(needed.pairs)}",
-            alike=percent(power.alike[index], power.alike_error[index]),
-            recovery=percent(power.recovery[index], power.recovery_error[index]),
-            width=_width(power.mean_width[index], power.mean_width_error[index]),
+    columns = (
+        Column("Observers", "observers", "number"),
+        Column("Hardest pair", "hardest_pair", "number"),
+        Column(f"Pairs at {100 * needed.target:g}\u00a0%", "pairs_reached", "number"),
+        Column("Pairs as they should be", "pairs_alike", "number"),
+        Column("All classes right", "class_recovery", "number"),
+        Column("Width (log₁₀)", "log10_width", "number"),
+    )
+    rows = tuple(
+        (
+            observers,
+            _percent(power.separates[index, hardest], power.separates_error[index, hardest]),
+            f"{int((power.separates[index, needed.pairs] >= needed.target).sum())} of {len(needed.pairs)}",
+            _percent(power.alike[index], power.alike_error[index]),
+            _percent(power.recovery[index], power.recovery_error[index]),
+            _width(power.mean_width[index], power.mean_width_error[index]),
         )
         for index, observers in enumerate(power.observers)
-    ]
+    )
+    found = [place for place, observers in enumerate(power.observers) if observers == needed.observers]
+    return Table("sizes", "", columns, rows, shaded=found)
 
 
-def _width(value: float, error: float) -> str:
-    return f"{value:.3f}" if error < 0.0005 else f"{value:.3f} ± {error:.3f}"
+def _width(value: float, error: float) -> Shown:
+    return Shown(value, f"{value:.3f}" if error < 0.0005 else f"{value:.3f} ± {error:.3f}")
+
+
+def _percent(share: float, error: float) -> Shown:
+    return Shown(share, percent(share, error))
 
 
 def percent(share: float, error: float) -> str:
@@ -128,27 +132,16 @@ def print_power(needed: Needed | GroupsNeeded, console: Console | None = None) -
     >>> needed = observers_needed(simulate_power(plan, [2, 100], replicates=50, workers=1))
     >>> console = Console(file=io.StringIO(), width=120)
     >>> print_power(needed, console)
-    >>> "hardest pair" in console.file.getvalue()
+    >>> "Hardest pair" in console.file.getvalue()
     True
     """
-    from rich.text import Text
-
-    console = console or clean_console()
-    reached = f"reach {100 * needed.target:g} %"
+    blocks: list[Block] = []
     for name, own in parts_of(needed):
-        if name:
-            console.print(Text(name, style="bold"))
-        table = plain_table((), ("observers", "hardest pair", reached, "pairs right", "all right", "width"))
-        for row in size_rows(own):
-            cells = (str(row.observers), row.hardest, row.reached, row.alike, row.recovery, row.width)
-            style = "bold" if row.observers == own.observers else ""
-            table.add_row(*(Text(cell) for cell in cells), style=style)
-        print_table(table, console)
+        blocks += [Heading(name)] if name else []
+        blocks.append(size_table(own))
     legend = (
         "Right: pairs that share a class, or do not, as they should. Width: mean of the intervals of log10 score. "
         "±: standard error of the simulation."
     )
-    console.print(Text(legend, style="dim"))
-    console.print(Text(needed.sentence))
-    if needed.doubt:
-        console.print(Text(needed.doubt, style="dim"))
+    doubt = [Paragraph(needed.doubt, small=True)] if needed.doubt else []
+    print_blocks([*blocks, Paragraph(legend, small=True), Paragraph(needed.sentence), *doubt], console)

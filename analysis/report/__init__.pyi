@@ -1,4 +1,3 @@
-from .blocks import Figure as Figure
 from .checklist import METHODS_ITEMS as METHODS_ITEMS
 from .described import describe as describe
 from .described import print_report as print_report

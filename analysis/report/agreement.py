@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from analysis.observers.concordance import Concordance
-from analysis.report.blocks import Block, Cell, Column, Paragraph, Shown, Table
 from analysis.report.words import fixed, p_words
 from analysis.series.agreement import Coefficient, SeriesAgreement
+from documents.pages import Block, Cell, Column, Paragraph, Shown, Table
 
 LEVEL = 0.05
 

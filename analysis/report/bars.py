@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from analysis.series.observer_means import Estimate
-from documents.pages import FAINT, HATCHES, INK, SERIES_COLOURS, Drawing, drawing, drawn, short
+from documents.figures import FAINT, HATCHES, INK, SERIES_COLOURS, Drawing, drawing, drawn, short
 from documents.text import JsonResult
 
 _LIGHT = (2, 4)  # series whose hatch is dark

@@ -21,19 +21,15 @@ from analysis.factors.result import FactorEffects
 from analysis.inference.choices import observer_parts
 from analysis.inference.conclusions import MOST_REFITS, neighbour_conclusions, without_each
 from analysis.ratings.preferences import Preferences
-from analysis.report.blocks import Column, Paragraph, Section, Table
 from analysis.report.factors import effects_in
 from analysis.report.ratings import share_for_stereo, sign_test
 from analysis.report.reviewers import Review, stands_cell
 from analysis.report.summary import Answered, Summary
-from analysis.report.words import chance, fixed
 from analysis.scaling.grouped import score_groups
 from analysis.series.summary import SeriesSummary, all_tests, conclusions_of_tests
-from documents.text import print_rows
+from documents.pages import Block, Column, Paragraph, Section, Table
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from analysis.report.grouped import GroupedSummary
     from analysis.report.report import Report
 
@@ -182,21 +178,11 @@ def conclusions_section(conclusions: tuple[Conclusion, ...], cautions: Sequence[
     )
 
 
-def print_conclusions(conclusions: Sequence[Conclusion], console: Console) -> None:
-    """Print one line a question, the first eight, and say how many more there are."""
-    rows = [
-        [
-            one.question,
-            "–" if one.estimate is None else f"{fixed(one.estimate, 2)} {one.unit}",
-            one.interval or "–",
-            one.verdict_words,
-            "–" if one.p is None else chance(one.p),
-            one.robustness.removeprefix("stands in ") or "–",
-        ]
-        for one in conclusions[:MOST_OPEN]
-    ]
-    print_rows(["question", "estimate", "95 %", "verdict", "p", "stands in"], rows, console, words=(0, 3, 5))
-    if len(conclusions) > MOST_OPEN:
-        console.print(
-            f"{len(conclusions) - MOST_OPEN} further questions are on the page, and under conclusions in JSON."
-        )
+def conclusions_blocks(conclusions: tuple[Conclusion, ...], cautions: Sequence[str] = ()) -> list[Block]:
+    """Return what the terminal shows: the first questions, and how many more there are."""
+    section = conclusions_section(conclusions, cautions)
+    if section is None:
+        return []
+    beyond = len(conclusions) - MOST_OPEN
+    words = f"{beyond} further questions are on the page, and under conclusions in JSON."
+    return [*section.blocks[: 1 + len(cautions)], *([Paragraph(words)] if beyond > 0 else [])]

@@ -17,7 +17,7 @@ from analysis.records.answered_by import pool
 from analysis.records.results import refuse_mixtures
 from analysis.records.session_record import SessionLog
 from analysis.report.checks import failed_checks
-from analysis.report.conclusions import conclusions_of, print_conclusions
+from analysis.report.conclusions import conclusions_blocks, conclusions_of
 from analysis.report.factors import effects_of
 from analysis.report.grouped import GroupedSummary, summarise_groups
 from analysis.report.methods import methods_of
@@ -32,6 +32,7 @@ from analysis.scaling.terminal import Published, print_scores
 from analysis.series.summary import summarise_series
 from analysis.thresholds.summary import summarise_thresholds
 from documents import Finding
+from documents.pages import Mark, Paragraph, print_blocks
 from documents.text import clean_console
 
 if TYPE_CHECKING:
@@ -167,27 +168,25 @@ def print_report(report: Report, published: Published | None = None, console: Co
     console
         Where to print; standard output if None.
     """
-    from rich.text import Text
-
     console = console or clean_console()
     if report.pairs is not None:
         print_scores(report.pairs.scores, published, console)
         if report.pairs.beside is not None:
-            console.print(Text(f"Beside, as the experiment asks: {beside_words(report.pairs.beside)}"))
+            print_blocks([Paragraph(f"Beside, as the experiment asks: {beside_words(report.pairs.beside)}")], console)
             print_scores(report.pairs.beside, published, console)
     if report.groups is not None:
         print_groups(report.groups.scored, console=console)
-    for sentence in filter(None, (report.headline, *report.sentences)):
-        console.print(Text(sentence))
-    if report.conclusions:
-        print_conclusions(report.conclusions, console)
-        for caution in report.factors.cautions if report.factors else ():
-            console.print(Text(caution))
-    if report.kept.left_out:
-        console.print(Text(f"{report.kept.rule.sentence} {report.kept.sentence}"))
-    for note in report.notes:
-        console.print(Text(f"Note: {note}", style="yellow"))
-    if report.methods.missing:
-        console.print(Text(report.methods.sentence))
-    for check in report.failed:
-        console.print(Text.assemble((f"Check failed: {check.check}. ", "red"), f"{check.reason} {check.remedy}"))
+    left_out = f"{report.kept.rule.sentence} {report.kept.sentence}" if report.kept.left_out else ""
+    failed = [
+        Paragraph(f"{check.check}. {check.reason} {check.remedy}", mark=Mark("Check failed", "bad"))
+        for check in report.failed
+    ]
+    blocks = (
+        *map(Paragraph, filter(None, (report.headline, *report.sentences))),
+        *conclusions_blocks(report.conclusions, report.factors.cautions if report.factors else ()),
+        *map(Paragraph, filter(None, [left_out])),
+        *(Paragraph(note, mark=Mark("Note", "open")) for note in report.notes),
+        *map(Paragraph, [report.methods.sentence] if report.methods.missing else []),
+        *failed,
+    )
+    print_blocks(blocks, console)

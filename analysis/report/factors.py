@@ -7,10 +7,10 @@ from analysis.errors import ResultsError
 from analysis.factors.effects import factor_effects
 from analysis.factors.result import FactorEffects
 from analysis.records.session_record import Header
-from analysis.report.blocks import Block, Column, Figure, Paragraph, Section, Table
 from analysis.report.summary import Answered, Summary
 from analysis.report.words import fixed, percent
-from documents.pages import NARROW_IN, WIDE_IN
+from documents.figures import NARROW_IN, WIDE_IN
+from documents.pages import Block, Column, Figure, Paragraph, Section, Table
 
 INDEPENDENT = "p if all answers were independent"
 

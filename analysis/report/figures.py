@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from analysis.report.summary import Summary
 from analysis.report.words import percent
 from analysis.scaling.scores import ItemScore
-from documents.pages import DEEP, FAINT, INK, Drawing, drawing, drawn, row_names, rows_only, short
+from documents.figures import DEEP, FAINT, INK, Drawing, class_colours, drawing, drawn, row_names, rows_only, short
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -136,25 +136,6 @@ def _markers(
 def _few(label: str) -> str:
     """Return a label such as "3+4", shortened for an item in very many classes."""
     return label if label.count("+") < MOST_NAMED else "+".join(label.split("+")[:MOST_NAMED]) + "+…"
-
-
-# They stay apart in grey and to the colour-blind; the thesis's own do not.
-CLASS_COLOURS = ("#3dbb86", "#2050a8", "#f8dc55", "#4f2d0d", "#d6453c")
-FURTHER_COLOURS = ("#7b5ea7", "#6d7782", "#2aa7a0", "#c06a9b")
-NO_CLASS = "#9aa3ab"
-
-
-def class_colours(label: str | None) -> tuple[str, ...]:
-    """Return one colour for each class in a label such as "3+4"; a grey for no class."""
-    if not label:
-        return (NO_CLASS,)
-    return tuple(_colour(int(number)) for number in label.split("+"))
-
-
-def _colour(number: int) -> str:
-    if number <= len(CLASS_COLOURS):
-        return CLASS_COLOURS[number - 1]
-    return FURTHER_COLOURS[(number - len(CLASS_COLOURS) - 1) % len(FURTHER_COLOURS)]
 
 
 BEYOND = 0.36  # how far a bar reaches beyond its first and last stimulus, in rows

@@ -7,7 +7,6 @@ from dataclasses import replace
 from types import MappingProxyType
 
 from analysis.observers.concordance import Concordance
-from analysis.report.blocks import Block, Cell, Column, Facts, Figure, Heading, Matrix, Paragraph, Section, Table
 from analysis.report.figures import draw_group_scores
 from analysis.report.grouped import GroupedSummary
 from analysis.report.scores import (
@@ -24,7 +23,8 @@ from analysis.report.summary import Summary
 from analysis.report.words import fixed, p_words
 from analysis.scaling.group_agreement import GroupAgreement
 from analysis.scaling.terminal import Published
-from documents.pages import NARROW_IN, WIDE_IN
+from documents.figures import NARROW_IN, WIDE_IN
+from documents.pages import Block, Cell, Column, Facts, Figure, Heading, Matrix, Paragraph, Section, Table
 from documents.text import counted
 
 MOST_UNFOLDED = 3  # groups whose tables stand open

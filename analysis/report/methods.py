@@ -19,7 +19,6 @@ from analysis.records.seal import notes_on_seals
 from analysis.records.seen import Seen
 from analysis.records.session_record import Header, SessionLog
 from analysis.records.times import SessionTimes, duration
-from analysis.report.blocks import Block, Column, Facts, Numbered, Paragraph, Section, Table
 from analysis.report.checklist import METHODS_ITEMS, Answer, Methods, answer
 from analysis.report.notes import nominal_words, recorded
 from analysis.report.observers import left_out_words, screening_words
@@ -30,6 +29,7 @@ from analysis.report.statistics import analysis_words, correction_words, draws_w
 from analysis.report.words import counted, key_words, listed, plain
 from documents import Finding
 from documents.files import unprotected
+from documents.pages import Block, Column, Facts, Numbered, Paragraph, Section, Table
 from documents.text import did_you_mean
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ from analysis.observers.filters import Kept
 from analysis.observers.screening import failed_tests, outcomes
 from analysis.observers.table import ObserverLine, ObserverTable
 from analysis.records.session_record import SessionLog
-from analysis.report.blocks import Block, Cell, Column, Paragraph, Section, Table
 from analysis.report.words import counted, listed
+from documents.pages import Block, Cell, Column, Paragraph, Section, Table
 
 _COLUMNS = (
     Column("Observer", "observer"),

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from analysis.choices import Adjust, CovarianceChoice
 from analysis.classes.multiplicity import ADJUSTMENT_NAMES
 from analysis.observers.filters import Filter
 from analysis.records.session_record import SessionLog
-from analysis.report.blocks import Section, Table, write_csv_files, write_figure_files
 from analysis.report.conclusions import conclusions_section
 from analysis.report.described import describe
 from analysis.report.factors import factors_section
-from analysis.report.figures import class_colours
 from analysis.report.groups import group_sections
 from analysis.report.methods import methods_section
 from analysis.report.observers import observers_section, people_section, vision_section
@@ -33,10 +31,9 @@ from analysis.report.shown import (
     unreported_section,
 )
 from analysis.report.thresholds import thresholds_section
-from analysis.report.words import chance, fixed
 from analysis.scaling.terminal import Published
 from documents.files import write_whole
-from documents.pages import page_environment
+from documents.pages import Page, Section, Table, page_html, write_csv_files, write_figure_files
 
 
 def write_report(
@@ -89,7 +86,9 @@ def write_report(
     Raises
     ------
     ResultsError
-        As `analysis.report.describe`, or if a figure is in the folder already.
+        As `analysis.report.describe`.
+    InputError
+        If a figure is in the folder already.
     OSError
         If the page or a table cannot be written.
 
@@ -106,13 +105,13 @@ def write_report(
     ('Paired comparisons',)
     """
     report = describe(sessions, alpha, adjust, covariance, rule, given)
-    sections = sections_of(report, published or {}, thumbnails or {})
-    page = _page(report, sections)
+    page = page_of(report, published, thumbnails)
+    html, sections = page_html(page), page.sections
     if figure_folder is not None:
         write_figure_files(
             [figure for section in sections for figure in section.figures()], figure_folder, replace=replace
         )
-    write_whole(output, page, private=True)
+    write_whole(output, html, private=True)
     if csv_folder is not None:
         write_csv_files(tables_of(sections), csv_folder)
     return report
@@ -120,22 +119,21 @@ def write_report(
 
 def render(report: Report, published: Published | None = None, thumbnails: Thumbnails | None = None) -> str:
     """Return the page's HTML; text from people is escaped."""
-    return _page(report, sections_of(report, published or {}, thumbnails or {}))
+    return page_html(page_of(report, published, thumbnails))
 
 
-def _page(report: Report, sections: tuple[Section, ...]) -> str:
-    from markupsafe import Markup
-
-    environment = page_environment("analysis.report")
-    filters: Mapping[str, Callable[..., object]] = {
-        "fixed": fixed,
-        "chance": chance,
-        "colours": class_colours,
-        # matplotlib escapes text.
-        "drawn": Markup,
-    }
-    environment.filters.update(filters)
-    return environment.get_template("report.html.j2").render(report=report, header=report.header, sections=sections)
+def page_of(report: Report, published: Published | None = None, thumbnails: Thumbnails | None = None) -> Page:
+    """Return what the page says."""
+    return Page(
+        kind=" · ".join(report.kinds),
+        title=report.header.experiment,
+        of="report",
+        question=report.header.question,
+        sentences=tuple(filter(None, (report.headline, *report.sentences))),
+        notes=report.notes,
+        failed=tuple((check.check, check.reason, check.remedy) for check in report.failed),
+        sections=sections_of(report, published or {}, thumbnails or {}),
+    )
 
 
 def sections_of(report: Report, published: Published, thumbnails: Thumbnails) -> tuple[Section, ...]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from analysis.thresholds.fit import ThresholdFit
-from documents.pages import DEEP, FAINT, INK, Drawing, drawing, drawn, short
+from documents.figures import DEEP, FAINT, INK, Drawing, drawing, drawn, short
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

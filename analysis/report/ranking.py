@@ -6,9 +6,9 @@ axis. Below the axis there is a line for each class: it joins the stimuli betwee
 
 from __future__ import annotations
 
-from analysis.report.figures import ROW_IN, class_colours
+from analysis.report.figures import ROW_IN
 from analysis.report.summary import Summary
-from documents.pages import FAINT, INK, Drawing, drawing, drawn, rows_only, short
+from documents.figures import FAINT, INK, Drawing, class_colours, drawing, drawn, rows_only, short
 
 MOST_LINES = 12
 """Classes up to which the figure is drawn; nobody reads more lines below one axis."""

@@ -13,12 +13,12 @@ from analysis.kinds.preference import PreferenceRecord
 from analysis.ratings.preferences import Preferences
 from analysis.ratings.ratings import RatingSummary, ScaleSummary
 from analysis.records.session_record import SessionLog
-from analysis.report.blocks import Column, Figure, Paragraph, Section, Table
 from analysis.report.figures import draw_dots
 from analysis.report.summary import wilson_interval
 from analysis.report.words import fixed, p_words, percent
 from analysis.series.observer_means import Estimate, means
-from documents.pages import NARROW_IN, WIDE_IN
+from documents.figures import NARROW_IN, WIDE_IN
+from documents.pages import Column, Figure, Paragraph, Section, Table
 
 # By what was rated: the title of its scores, that of its observers, what its caption adds, and the end of its names.
 _TITLES = {

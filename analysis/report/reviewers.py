@@ -7,21 +7,20 @@ from dataclasses import replace
 
 from analysis.classes.conclusions import Conclusion
 from analysis.errors import ResultsError
+from analysis.inference.answers import ReviewAnswer, answer_tables
 from analysis.inference.chances import PairProbabilities, PairProbability, pair_probabilities
 from analysis.inference.choices import Multiverse, multiverse
 from analysis.inference.conclusions import pair_conclusions
-from analysis.inference.fit_of_pairs import PairResiduals, pair_residuals
-from analysis.inference.folds import ModelComparison, compare_models
-from analysis.inference.terminal import ReviewAnswer
+from analysis.inference.fit_of_pairs import pair_residuals
+from analysis.inference.folds import compare_models
 from analysis.inference.tost import Equivalence, equivalence
-from analysis.inference.triples import Transitivity, transitivity
-from analysis.report.blocks import Block, Cell, Column, Facts, Paragraph, Section, Shown, Table
+from analysis.inference.triples import transitivity
 from analysis.report.grouped import GroupedSummary
 from analysis.report.summary import Summary
+from documents.pages import Block, Cell, Column, Facts, Paragraph, Section, Shown, Table
 
 MOST_ITEMS = 30  # all pairs of more fill no page
 REPLICATES = 1000
-MOST_ROWS = 100
 Review = Mapping[str, ReviewAnswer]
 
 
@@ -116,13 +115,10 @@ def _missing(summary: Summary, key: str) -> str:
 
 
 def _tables(answer: ReviewAnswer | None) -> list[Table]:
-    if isinstance(answer, Transitivity):
-        return [_triples(answer)] if answer.broken else []
-    if isinstance(answer, PairResiduals):
-        return [_residuals(answer)]
-    if isinstance(answer, ModelComparison):
-        return [_models(answer)]
-    return [_choices(answer)] if isinstance(answer, Multiverse) else []
+    """Return an answer's tables that are not among those of all pairs, nor in another section."""
+    if answer is None or isinstance(answer, Equivalence):
+        return []
+    return answer_tables(answer)[-1:]
 
 
 def _named(table: Table, scale: str) -> Table:
@@ -178,54 +174,3 @@ def _lines(summary: Summary, review: Review) -> Iterator[tuple[PairProbability, 
 def stands_cell(one: Conclusion) -> Shown | None:
     """Return how often a conclusion stands: a share in CSV, on the page with the number of analyses."""
     return Shown(one.stands, one.robustness.removeprefix("stands in ")) if one.robustness else None
-
-
-def _triples(result: Transitivity) -> Table:
-    columns = (
-        Column("a", "a"),
-        Column("b", "b"),
-        Column("c", "c"),
-        Column("a over b", "a_over_b", "number", 2),
-        Column("b over c", "b_over_c", "number", 2),
-        Column("a over c", "a_over_c", "number", 2),
-        Column("Breaks", "breaks"),
-    )
-    rows = tuple((*triple.items, *triple.shares, triple.breaks) for triple in result.broken)
-    return Table("transitivity", "Triples that break stochastic transitivity", columns, rows, folded=True)
-
-
-def _residuals(result: PairResiduals) -> Table:
-    columns = (
-        *_BOTH,
-        Column("Observed", "observed", "number", 2),
-        Column("Expected", "expected", "number", 2),
-        Column("z", "z", "number", 2),
-        Column("p", "p_adjusted", "p"),
-        Column("Flag", "flag"),
-    )
-    rows = tuple(
-        (pair.first, pair.second, pair.observed, pair.expected, pair.z, pair.p_adjusted, "flag" * pair.flagged or None)
-        for pair in result.pairs[: max(MOST_ROWS, len(result.flagged))]
-    )
-    return Table("residuals", "Pairs by how badly they fit", columns, rows, folded=True)
-
-
-def _models(result: ModelComparison) -> Table:
-    columns = (
-        Column("Model", "model"),
-        Column("log p per answer", "log_p_per_answer", "number", 4),
-        Column("per observer, against the best", "difference", "number", 3),
-        Column("s.e.", "difference_se", "number", 3),
-    )
-    rows = tuple((model.name, model.per_answer, model.difference, model.difference_se) for model in result.models)
-    return Table("models", "Models by how well they predict observers left out", columns, rows, folded=True)
-
-
-def _choices(result: Multiverse) -> Table:
-    return Table(
-        "other_analyses_choices",
-        "What each choice of the analysis changes: share of the conclusions about pairs that stand",
-        (Column("Choice", "choice"), Column("Value", "value"), Column("stand", "stand", "number", 3)),
-        tuple((choice.choice.replace("_", " "), choice.value, choice.stands) for choice in result.choices),
-        folded=True,
-    )

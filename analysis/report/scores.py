@@ -17,7 +17,6 @@ from analysis.kinds.threshold import ThresholdRecord
 from analysis.observers.concordance import Concordance
 from analysis.observers.responses import catch_results
 from analysis.report.agreement import agreement_words
-from analysis.report.blocks import Cell, Column, Facts, Figure, Matrix, MatrixCell, Paragraph, Section, Table
 from analysis.report.figures import draw_classes, draw_scores
 from analysis.report.ranking import draw_ranking, draws_ranking
 from analysis.report.summary import Answered, Summary
@@ -26,7 +25,8 @@ from analysis.scaling.fitting import fit_model
 from analysis.scaling.result import Fit, OrderTest
 from analysis.scaling.scores import Scores
 from analysis.scaling.terminal import Published
-from documents.pages import NARROW_IN, WIDE_IN
+from documents.figures import NARROW_IN, WIDE_IN
+from documents.pages import Cell, Column, Facts, Figure, Matrix, MatrixCell, Paragraph, Section, Table
 
 Pictures = Mapping[str, str]
 

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from analysis.records.answered_by import who_answered
 from analysis.records.seen import Both, Cost, Seen, what_eyes_saw
 from analysis.records.session_record import SessionLog
-from analysis.report.blocks import Block, Column, Facts, Heading, Paragraph, Section, Table
 from analysis.report.references import Citations
 from analysis.report.words import counted, fixed, key_words, listed, percent
+from documents.pages import Block, Column, Facts, Heading, Paragraph, Section, Table
 
 NOT_RECORDED = "Not recorded"
 NO_EYE = "The sessions are simulated: no eye saw anything, and what follows is what the display would have shown."

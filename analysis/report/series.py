@@ -5,13 +5,13 @@ from __future__ import annotations
 from analysis.errors import ResultsError
 from analysis.report.agreement import series_agreement
 from analysis.report.bars import BarFigure
-from analysis.report.blocks import Block, Cell, Column, Figure, Paragraph, Section, Table
 from analysis.report.words import fixed
 from analysis.series.just_noticeable import StepSize
 from analysis.series.observer_means import Estimate
 from analysis.series.summary import SeriesSummary
 from documents import Finding
-from documents.pages import NARROW_IN, WIDE_IN
+from documents.figures import NARROW_IN, WIDE_IN
+from documents.pages import Block, Cell, Column, Figure, Paragraph, Section, Table
 
 
 def series_sections(summary: SeriesSummary) -> list[Section]:

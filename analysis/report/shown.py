@@ -12,9 +12,9 @@ from analysis.kinds.trial import TimedScene
 from analysis.records.seen import eye_costs, ghosts_recorded
 from analysis.records.session_record import Header, SessionLog
 from analysis.records.times import SessionTimes, duration
-from analysis.report.blocks import Block, Cell, Column, Facts, Gallery, Heading, Paragraph, Picture, Section, Table
 from analysis.report.not_reported import unreported
 from analysis.report.words import fixed, some
+from documents.pages import Block, Cell, Column, Facts, Gallery, Heading, Paragraph, Picture, Section, Table
 from documents.text import counted
 
 Thumbnails = Mapping[str, Mapping[str, bytes]]

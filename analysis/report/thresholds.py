@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from analysis.report.blocks import Block, Cell, Column, Figure, Interval, Paragraph, Section, Table
 from analysis.report.psychometric import MOST_PANELS, draw_psychometric
 from analysis.report.series import words
 from analysis.thresholds.summary import ObserverThreshold, QuestionSummary, ThresholdSummary
-from documents.pages import NARROW_IN, WIDE_IN
+from documents.figures import NARROW_IN, WIDE_IN
+from documents.pages import Block, Cell, Column, Figure, Interval, Paragraph, Section, Table
 
 
 def thresholds_section(summary: ThresholdSummary) -> Section:

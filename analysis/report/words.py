@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 
 from analysis.classes.conclusions import p_words as p_words
+from documents.text import chance as chance
+from documents.text import fixed as fixed
 
 UNITS: Mapping[str, str] = {
     "_cd_m2": "cd/m²",
@@ -16,22 +17,6 @@ UNITS: Mapping[str, str] = {
     "_ms": "ms",
     "_s": "s",
 }
-
-
-def fixed(value: float | None, digits: int = 4) -> str:
-    """Return a number with fixed digits and a real minus sign; a dash for none, ∞ for an infinite number."""
-    if value is None or value != value:
-        return "–"
-    if math.isinf(value):
-        return "∞" if value > 0 else "−∞"
-    text = f"{value:,.{digits}f}"
-    return (text if float(value) >= 0 or text.strip("-0.") else text[1:]).replace("-", "−")
-
-
-def chance(p: float | None, digits: int = 3) -> str:
-    """Return a p value for a table: "0.012", or "< 0.001"."""
-    least = 10.0**-digits
-    return f"< {least:g}" if p is not None and p < least else fixed(p, digits)
 
 
 def percent(share: float, digits: int = 0) -> str:

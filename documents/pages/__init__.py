@@ -1,4 +1,4 @@
-"""HTML pages and the figures on them."""
+"""Results as sections, and one writer of them for pages, for the terminal and for CSV."""
 
 import lazy_loader
 

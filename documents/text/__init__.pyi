@@ -2,14 +2,13 @@ from .json_values import JsonResult as JsonResult
 from .json_values import finite as finite
 from .json_values import json_fields as json_fields
 from .json_values import json_value as json_value
+from .numbers import chance as chance
+from .numbers import fixed as fixed
 from .numbers import significant as significant
 from .numbers import with_error as with_error
 from .terminal import clean_console as clean_console
 from .terminal import clean_streams as clean_streams
 from .terminal import own_stream as own_stream
-from .terminal import plain_table as plain_table
-from .terminal import print_rows as print_rows
-from .terminal import print_table as print_table
 from .terminal import say as say
 from .words import counted as counted
 from .words import did_you_mean as did_you_mean

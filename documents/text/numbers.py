@@ -11,6 +11,22 @@ _LEAST_ERROR = 1e-6
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
+def fixed(value: float | None, digits: int = 4) -> str:
+    """Return a number with fixed digits and a real minus sign; a dash for none, ∞ for an infinite number."""
+    if value is None or value != value:
+        return "–"
+    if math.isinf(value):
+        return "∞" if value > 0 else "−∞"
+    text = f"{value:,.{digits}f}"
+    return (text if float(value) >= 0 or text.strip("-0.") else text[1:]).replace("-", "−")
+
+
+def chance(p: float | None, digits: int = 3) -> str:
+    """Return a p value for a table: "0.012", or "< 0.001"."""
+    least = 10.0**-digits
+    return f"< {least:g}" if p is not None and p < least else fixed(p, digits)
+
+
 def significant(value: float, figures: int = 3) -> str:
     """Return a number to so many figures, never as 1.1e+02; zeros at the end of its decimals are left out.
 

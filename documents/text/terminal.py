@@ -11,7 +11,7 @@ import io
 import os
 import re
 import sys
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable
 from functools import cache
 from typing import TYPE_CHECKING, TextIO, cast
 
@@ -19,7 +19,6 @@ from documents.text.words import HIDDEN, visible
 
 if TYPE_CHECKING:
     from rich.console import Console
-    from rich.table import Table
 
 _HIDDEN = re.compile(f"[{HIDDEN}]|\r(?!\n)")
 
@@ -175,100 +174,3 @@ def say(*parts: str | tuple[str, str], errors: bool = False) -> None:
     from rich.text import Text
 
     clean_console(errors=errors).print(Text.assemble(*parts), soft_wrap=True)
-
-
-def plain_table(texts: Sequence[str], numbers: Sequence[str] = ()) -> Table:
-    """Return an empty table without lines: columns of text, aligned left, then columns of numbers, aligned right.
-
-    Rows are added with `rich.table.Table.add_row`, as `rich.text.Text` where brackets are no markup.
-
-    Parameters
-    ----------
-    texts
-        Headings of the columns of text.
-    numbers
-        Headings of the columns of numbers.
-
-    Returns
-    -------
-    rich.table.Table
-        The table, without rows.
-
-    Examples
-    --------
-    >>> table = plain_table(["stimulus"], ["score"])
-    >>> [(column.header, column.justify) for column in table.columns]
-    [('stimulus', 'left'), ('score', 'right')]
-    """
-    from rich.table import Table
-
-    table = Table(box=None, header_style="bold", padding=(0, 1))
-    for heading in texts:
-        table.add_column(heading, overflow="fold")
-    for heading in numbers:
-        table.add_column(heading, justify="right")
-    return table
-
-
-def print_rows(
-    headings: Sequence[str],
-    rows: Iterable[Sequence[str]],
-    console: Console | None = None,
-    *,
-    words: Collection[int] = (0,),
-) -> None:
-    """Print a table without lines whose columns are words, aligned left, or numbers, aligned right and never broken.
-
-    Parameters
-    ----------
-    headings
-        Headings of the columns.
-    rows
-        The cells of each row, as they are: brackets are no markup.
-    console
-        Where to print; standard output if None.
-    words
-        The numbers, from 0, of the columns of words.
-
-    Examples
-    --------
-    >>> print_rows(["stimulus", "score"], [["a", "0.75"], ["b", "-0.75"]])
-     stimulus  score
-     a          0.75
-     b         -0.75
-    """
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(box=None, header_style="bold", padding=(0, 1))
-    for number, heading in enumerate(headings):
-        are_words = number in words
-        table.add_column(heading, justify="left" if are_words else "right", no_wrap=not are_words)
-    for row in rows:
-        table.add_row(*(Text(cell, overflow="fold") for cell in row))
-    (console or clean_console()).print(table)
-
-
-def print_table(table: Table, console: Console | None = None) -> None:
-    """Print the table as wide as the terminal; into a file or a pipe, as wide as it is.
-
-    Parameters
-    ----------
-    table
-        What to print.
-    console
-        Where to print; standard output if None.
-
-    Examples
-    --------
-    >>> table = plain_table(["stimulus"], ["score"])
-    >>> table.add_row("a", "0.75")
-    >>> print_table(table)
-     stimulus  score
-     a          0.75
-    """
-    console = console or clean_console()
-    if not console.is_terminal:
-        wide = console.options.update(max_width=10_000)
-        console.width = max(console.width, console.measure(table, options=wide).maximum)
-    console.print(table)

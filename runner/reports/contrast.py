@@ -8,8 +8,8 @@ from typing import Any
 
 from devices.display import Rig
 from documents import Finding, InputError
+from documents.figures import DEEP, FAINT, INK, SERIES_COLOURS, WIDE_IN, Drawing, drawing, drawn
 from documents.files import whole_file, write_whole
-from documents.pages import DEEP, FAINT, INK, SERIES_COLOURS, WIDE_IN, Drawing, drawing, drawn
 from documents.text import did_you_mean, with_error
 from stimuli.build import StimulusSet
 from stimuli.luminance import ContrastOverExposure, contrast_over_exposure

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from analysis.records import read_results
+from documents.figures import Drawing, drawing, drawn
 from documents.files import sha256_of_file
 from documents.fonts import font_runs, undrawable
-from documents.pages import Drawing, drawing, drawn
 from runner.check import CheckOptions, CheckReport, check_file
 from runner.presenter import coverage, text_area
 from runner.protocol import read_experiment

@@ -130,24 +130,17 @@ def _noise(text: str) -> NoiseModel:
 
 
 def _print(report: BracketReport) -> None:
-    from rich.table import Table
-    from rich.text import Text
+    from documents.pages import Table, print_blocks
 
-    from documents.text import clean_console
-
-    table = Table(title="Exposures beside the shortest", title_justify="left", box=None, pad_edge=False)
-    for name in ("photograph", "time", "stated", "measured"):
-        table.add_column(name, justify="left" if name == "photograph" else "right")
+    rows = []
     for photograph in report.merge["photographs"]:
         time_s, error = photograph["exposure"]["time_s"], photograph["standard_error"]
         measured = f"{photograph['measured_relative_exposure']:.4g}"
-        table.add_row(
-            Text(photograph["file"]),
-            f"{time_s:.3g} s" if time_s >= 0.3 else f"1/{1 / time_s:.4g} s",
-            f"{photograph['stated_relative_exposure']:.4g}",
-            "unchecked" if error is None else f"{measured} ± {error:.1g}" if error else measured,
-        )
-    clean_console().print(table)
+        time = f"{time_s:.3g} s" if time_s >= 0.3 else f"1/{1 / time_s:.4g} s"
+        told = "unchecked" if error is None else f"{measured} ± {error:.1g}" if error else measured
+        rows.append((photograph["file"], time, f"{photograph['stated_relative_exposure']:.4g}", told))
+    headings = ("photograph", "time", "stated", "measured")
+    print_blocks([Table.of_texts("Exposures beside the shortest", headings, rows)])
     for colour in ("red", "green", "blue"):
         noise, error = report.merge["noise"][colour], report.merge["relative_standard_error"][colour]
         if noise and noise["full_scale_electrons"] and error:

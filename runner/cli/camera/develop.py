@@ -87,23 +87,17 @@ def command(
 
 
 def _print(photographs: tuple[DevelopedPhotograph, ...]) -> None:
-    from rich.table import Table
-    from rich.text import Text
-
-    from documents.text import clean_console
+    from documents.pages import Table, print_blocks
 
     title = "Saturated pixels of R, G, B"
     has_xyz = photographs[0].luminance is not None
     if has_xyz:
         title += "; luminance in cd/m²; pixels outside the camera's safe zone; pixels below 0, set to 0"
-    table = Table(title=title, title_justify="left", box=None, pad_edge=False)
-    for name in ("photograph", "size", "exposure", "saturated %") + (
-        ("mean", "max", "unsafe %", "< 0") if has_xyz else ()
-    ):
-        is_name = name == "photograph"
-        table.add_column(name, justify="left" if is_name else "right", no_wrap=not is_name, overflow="fold")
+    headings = ("photograph", "size", "exposure", "saturated %", *(("mean", "max", "unsafe %", "< 0") * has_xyz))
+    rows = []
     for photograph in photographs:
         cells = [
+            photograph.photo,
             f"{photograph.width_px}×{photograph.height_px}",
             _exposure(photograph.exposure),
             " ".join(f"{100 * share:.3g}" for share in photograph.saturated_share),
@@ -117,8 +111,8 @@ def _print(photographs: tuple[DevelopedPhotograph, ...]) -> None:
                 "–" if light.safe_cd_m2 is None else f"{percent:.3g}",
                 str(light.negative_pixels),
             ]
-        table.add_row(Text(photograph.photo), *cells)
-    clean_console().print(table)
+        rows.append(cells)
+    print_blocks([Table.of_texts(title, headings, rows)])
     for photograph in photographs:
         for note in photograph.notes:
             click.echo(f"Note: {photograph.photo}: {note}.")

@@ -102,8 +102,9 @@ def command(
 
     from devices.camera import Form, Loss, parse_exposure, refuse_existing, write_camera
     from documents.files import writing
+    from documents.pages import write_page
     from runner.cli.main import WorkError
-    from runner.reports.camera.page import write_page
+    from runner.reports.camera.page import page_of
     from stimuli.chart import fit_camera_to_chart, is_table
 
     chart = charts[0]
@@ -136,7 +137,8 @@ def command(
     if report:
         charts_said = tuple(f"Chart {pooled}" for pooled in result.charts)
         with writing(Path(report), "page", WorkError):
-            write_page(result.fit, name or Path(chart).name, Path(report), (*result.notes, *charts_said))
+            said = (*result.notes, *charts_said)
+            write_page(page_of(result.fit, name or Path(chart).name, said), Path(report))
     if output:
         with writing(Path(output), "camera", WorkError):
             write_camera(result.fit.model, output)
@@ -169,7 +171,7 @@ def _triple(text: str, option: str) -> tuple[float, float, float]:
 
 
 def _print(fit: CameraFit, notes: tuple[str, ...]) -> None:
-    from documents.text import print_rows
+    from documents.pages import Table, print_blocks
     from runner.reports.camera.page import sentence
 
     rows = []
@@ -178,7 +180,8 @@ def _print(fit: CameraFit, notes: tuple[str, ...]) -> None:
         numbers = (f"{value:.4g}" for value in (*patch.XYZ, *patch.estimated_XYZ))
         left_out = "not fitted" if patch.left_out_reason else "–" if held is None else f"{held:.2f}"
         rows.append([patch.name, *numbers, f"{patch.delta_e:.2f}", left_out])
-    print_rows(("patch", "X", "Y", "Z", "X est.", "Y est.", "Z est.", "ΔE00", "left out"), rows)
+    headings = ("patch", "X", "Y", "Z", "X est.", "Y est.", "Z est.", "ΔE00", "left out")
+    print_blocks([Table.of_texts("", headings, rows)])
     model = fit.model
     for axis, row, offset in zip("XYZ", model.matrix.tolist(), model.offset_XYZ.tolist(), strict=True):
         shift = f" {offset:+.5g}" if model.form == "affine" else ""

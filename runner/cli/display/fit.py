@@ -228,14 +228,13 @@ def _print_table(
     title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], console: Console, words: int = 1
 ) -> None:
     """Print a table whose first ``words`` columns are text; of several, the first stands only where it changes."""
-    from documents.text import print_rows
+    from documents.pages import Table, print_blocks
 
     shown, before = [], ""
     for row in rows:
         shown.append(["" if words > 1 and row[0] == before else row[0], *row[1:]])
         before = row[0]
-    click.echo(title)
-    print_rows(columns, shown, console, words=range(words))
+    print_blocks([Table.of_texts(title, columns, shown, range(words))], console)
 
 
 def _print_candidates(candidates: Sequence[Candidate], chosen: str, console: Console) -> None:

@@ -84,7 +84,8 @@ def command(
 
 
 def _print_table(found: ObserverMetamerism) -> None:
-    from documents.text import clean_console, print_rows
+    from documents.pages import Table, print_blocks
+    from documents.text import clean_console
 
     rows = []
     for index, name in enumerate(found.objects):
@@ -96,4 +97,4 @@ def _print_table(found: ObserverMetamerism) -> None:
         standard = [f"{values[index]:.2f}" for values in found.standard_delta_e_00.values()]
         rows.append([name, *numbers, str(of["worst_observer"]), *standard])
     headings = ("object", "median", "90 %", "95 %", "worst", "seen by", *found.standard_delta_e_00)
-    print_rows(headings, rows, clean_console(width=160), words=(0, 5))
+    print_blocks([Table.of_texts("", headings, rows, words=(0, 5))], clean_console(width=160))

@@ -57,8 +57,9 @@ def command(
 
     from devices.diagnostics import judge_display
     from documents.files import writing
+    from documents.pages import write_page
     from runner.cli.main import WorkError
-    from runner.reports.display.page import write_page
+    from runner.reports.display.page import page_of
 
     if mode is not None and display is None:
         raise click.UsageError("--mode is a mode of the file that --display names.")
@@ -72,7 +73,7 @@ def command(
     )
     page = output or measurements[0].with_suffix(".html")
     with writing(page, "report", WorkError):
-        write_page(verdicts, page)
+        write_page(page_of(verdicts), page)
     if as_json:
         result = {**verdicts.to_json(), "report": str(page)}
         click.echo(json.dumps(result, indent=2, allow_nan=False))
@@ -83,7 +84,7 @@ def command(
 
 def _print(verdicts: Verdicts) -> None:
     from documents.text import say
-    from runner.reports.display.page import short
+    from runner.reports.display.page import limit_words, short
 
     marks = {
         "passed": ("passed", "green"),
@@ -94,9 +95,7 @@ def _print(verdicts: Verdicts) -> None:
     for check in verdicts.diagnoses:
         word, colour = marks[check.verdict]
         name = f"{check.title} ({check.subject})" if check.subject else check.title
-        limit = ""
-        if check.limit is not None:
-            limit = f", {'at least' if check.at_least else 'at most'} {short(check.limit)}"
+        limit = "" if check.limit is None else f", {limit_words(check)}"
         number = f"{short(check.value)} {check.unit}{limit}" if check.value is not None else check.words
         say((f"{word:10}", colour or ""), f"  {name}: {number}")
         if check.verdict == "no_limit":

@@ -92,21 +92,14 @@ def _cores() -> int:
 
 def _print(report: BuildReport) -> None:
     """Print a table of the stimuli, notes on them, and where they lie."""
-    from rich.table import Table
-    from rich.text import Text
-
-    from documents.text import print_table
+    from documents.pages import Table, print_blocks
 
     has_rig = report.stimuli[0].saturated_percent is not None
     title = "Luminance in cd/m², left and right eye; range in stops from the darkest to the brightest thousandth"
     if has_rig:
         title += "; pixels beyond the display in %"
-    table = Table(title=title, title_justify="left", box=None, pad_edge=False)
-    columns = ["stimulus", "view", "size", "mean", "max", "range", "RMS contrast"]
-    if has_rig:
-        columns.append("saturated %")
-    for name in columns:
-        table.add_column(name, justify="left" if name in ("stimulus", "view") else "right", overflow="fold")
+    columns = ["stimulus", "view", "size", "mean", "max", "range", "RMS contrast", *["saturated %"] * has_rig]
+    rows = []
     for stimulus in report.stimuli:
         eyes = stimulus.statistics["eyes"]
         shown = ["left"] if stimulus.flat else ["left", "right"]
@@ -120,8 +113,8 @@ def _print(report: BuildReport) -> None:
         if stimulus.saturated_percent is not None:
             cells.append(" ".join(f"{stimulus.saturated_percent[eye]['any']:.2f}" for eye in ("left", "right")))
         size = "×".join(str(side) for side in stimulus.size_px)
-        table.add_row(Text(stimulus.name), "flat" if stimulus.flat else "stereo", size, *cells)
-    print_table(table)
+        rows.append((stimulus.name, "flat" if stimulus.flat else "stereo", size, *cells))
+    print_blocks([Table.of_texts(title, columns, rows, words=(0, 1))])
     for note in notes(report.stimuli):
         click.echo(f"Note: {note}")
     built, count = report.built, len(report.stimuli)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import click
 
 # Columns of a terminal from which a folder's 32 digits leave room for the rest.
-_ROOMY = 76
 
 
 @click.command(name="list", short_help="List the stimulus sets in the cache.")
@@ -20,23 +19,14 @@ def command(as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps([cached.to_json() for cached in sets], indent=1))
         return
-    from rich.table import Table
-    from rich.text import Text
+    from documents.pages import Table, print_blocks
 
-    from documents.text import clean_console, print_table
-
-    table = Table(box=None, pad_edge=False)
-    roomy = clean_console().width >= _ROOMY
-    for name in ("kind", "stimuli", "first", "pitch mm", "MB", "folder"):
-        number = name in ("stimuli", "pitch mm", "MB")
-        # Words continue on the next line; numbers stay whole, and the folder where there is room to copy it.
-        whole = number or (name == "folder" and roomy)
-        table.add_column(name, justify="right" if number else "left", overflow="fold", no_wrap=whole)
+    rows = []
     for cached in sets:
         cells = (cached.kind, len(cached.names), cached.names[0], f"{cached.pixel_pitch_mm:g}")
-        texts = (*map(str, cells), f"{cached.bytes / 1e6:.1f}", cached.folder.name)
-        table.add_row(*map(Text, texts))
-    print_table(table)
+        rows.append((*map(str, cells), f"{cached.bytes / 1e6:.1f}", cached.folder.name))
+    headings = ("kind", "stimuli", "first", "pitch mm", "MB", "folder")
+    print_blocks([Table.of_texts("", headings, rows, words=(0, 2))])
     click.echo(f"In {cache_folder()}")
     for left in leftovers():
         click.echo(

@@ -1,9 +1,6 @@
-"""The report on a fitted camera: one HTML page that needs nothing but itself, with its figures."""
+"""The report on a fitted camera: its matrix, its figures, and each patch."""
 
 from __future__ import annotations
-
-import math
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,61 +8,104 @@ from numpy.typing import NDArray
 from devices.camera import CameraFit
 from devices.colour import srgb, xyY_from_XYZ
 from devices.diagnostics import Colour, Line, Panel, locus_line, numbers
-from documents.files import write_whole
-from documents.pages import page_environment
+from documents.pages import Beside, Cell, Column, Facts, Figure, Page, Paragraph, Section, Shown, Table
+from documents.text import fixed, with_error
+from runner.reports.display.figure import draw_panel
+from runner.reports.display.page import short
 
-_MOST_DECIMALS = 6
 _SWATCH_SHARE = 0.9  # of the page's white, for the brightest patch
+_PATCHES_WORDS = (
+    "Swatches: measured, then estimated, as they roughly look. ΔE00 is against the brightest patch measured."
+)
+_PATCHES = (
+    Column("Patch", "patch"),
+    Column("Look", "look", "swatches"),
+    Column("R, G, B", "rgb", "number"),
+    Column("X, Y, Z measured", "measured", "number"),
+    Column("X, Y, Z estimated", "estimated", "number"),
+    Column("ΔE00", "delta_e_00", "number", 2),
+    Column("left out", "held_out_delta_e_00", "number", 2),
+)
 _AXES: tuple[tuple[str, Colour], ...] = (("X", "red"), ("Y", "green"), ("Z", "blue"))
 
 
-def write_page(fit: CameraFit, title: str, output: Path, notes: tuple[str, ...] = ()) -> None:
-    """Write the page to ``output``, whole or not at all; its folder is made if need be. Raises OSError if it cannot."""
-    page = render(fit, title, notes)
-    write_whole(output, page)
-
-
-def render(fit: CameraFit, title: str, notes: tuple[str, ...] = ()) -> str:
-    """Return the page's HTML; text from people is escaped. ``notes`` stand above what the fit itself says."""
-    from markupsafe import Markup
-
-    from runner.reports.display.figure import panel_svg
-    from runner.reports.display.page import short
-
-    # The style is that of the report on a display.
-    environment = page_environment("runner.reports.camera", "runner.reports.display")
-    environment.filters["short"] = short
-    drawn = [
-        # matplotlib escapes the text that it writes.
-        (caption, Markup(panel_svg(panel, f"f{number}", f"{panel.y_label} over {panel.x_label}")))
+def page_of(fit: CameraFit, title: str, notes: tuple[str, ...] = ()) -> Page:
+    """Return what the page says; ``notes`` stand above what the fit itself says."""
+    figures = tuple(
+        Figure(f"camera_{number}", draw_panel(panel, f"{panel.y_label} over {panel.x_label}"), None, caption)
         for number, (caption, panel) in enumerate(panels(fit), start=1)
-    ]
-    model, errors = fit.model, fit.standard_errors
-    columns = [model.matrix, *([model.offset_XYZ[:, None]] if model.form == "affine" else [])]
-    matrix = np.hstack(columns)
-    cells = [[_with_error(float(matrix[i, j]), float(errors[i, j])) for j in range(matrix.shape[1])] for i in range(3)]
-    patches = [
-        (number, patch, _swatch(patch.XYZ, fit.white_XYZ), _swatch(patch.estimated_XYZ, fit.white_XYZ))
-        for number, patch in enumerate(fit.patches, start=1)
-    ]
-    return environment.get_template("camera.html.j2").render(
+    )
+    return Page(
+        kind="Camera report",
         title=title,
-        fit=fit,
-        model=model,
-        sentence=sentence(fit),
-        notes=(*notes, *fit.notes),
-        cells=cells,
-        patches=patches,
-        drawn=drawn,
+        of="camera report",
+        sentences=(sentence(fit),),
+        notes=tuple(f"{note[:1].upper()}{note[1:]}." for note in (*notes, *fit.notes)),
+        sections=(
+            Section("model", "Model", (Paragraph(_formula(fit)), _matrix(fit), Facts(_facts(fit)))),
+            Section("figures", "Figures", (Beside(figures),)),
+            Section("patches", "Patches", (Paragraph(_PATCHES_WORDS), _patches(fit))),
+        ),
     )
 
 
-def _with_error(value: float, error: float) -> tuple[str, str | None]:
-    """Return a number to the second digit of its standard error, and the error; None where it is not known."""
-    if not math.isfinite(error):
-        return f"{value:.5g}".replace("-", "−"), None
-    decimals = min(max(1 - math.floor(math.log10(error)), 0), _MOST_DECIMALS) if error > 0 else _MOST_DECIMALS
-    return f"{value:.{decimals}f}".replace("-", "−"), f"{error:.{decimals}f}"
+def _formula(fit: CameraFit) -> str:
+    model = fit.model
+    affine = model.form == "affine"
+    rgb = "(RGB − black)" if model.black_rgb.any() else "RGB"
+    alone = "; V does not scale with exposure, so the model serves its own exposure alone" if affine else ""
+    return (
+        f"XYZ = M · {rgb}{' + V' if affine else ''} in cd/m², for linear camera RGB in shares of full scale{alone}. "
+        f"Least squares in {'ΔE00' if fit.loss == 'delta-e' else 'XYZ'}; ± one standard error."
+    )
+
+
+def _matrix(fit: CameraFit) -> Table:
+    model, errors = fit.model, fit.standard_errors
+    affine = model.form == "affine"
+    matrix = np.hstack([model.matrix, *([model.offset_XYZ[:, None]] if affine else [])])
+    columns = [Column("", "XYZ"), *(Column(name, name, "number") for name in ("RGBV" if affine else "RGB"))]
+    rows: tuple[tuple[Cell, ...], ...] = tuple(
+        ("XYZ"[i], *(_with_error(float(matrix[i, j]), float(errors[i, j])) for j in range(matrix.shape[1])))
+        for i in range(3)
+    )
+    return Table("matrix", "", tuple(columns), rows)
+
+
+def _with_error(value: float, error: float) -> Shown:
+    return Shown(value, with_error(value, error).replace("-", "−"))
+
+
+def _facts(fit: CameraFit) -> tuple[tuple[str, str], ...]:
+    model, zone = fit.model, fit.model.safe_luminance_cd_m2 or (None, None)
+    exposure = "not known" if model.exposure is None else f"{model.exposure} (EV {short(model.exposure.ev)})"
+    facts = [("Observer of XYZ", model.observer), ("Exposure", exposure)]
+    if model.black_rgb.any():
+        facts.append(("Black subtracted", ", ".join(map(short, model.black_rgb.tolist()))))
+    facts.append(("Safe luminance zone", f"{short(zone[0])} to {short(zone[1])} cd/m²"))
+    facts.append(("ΔE00 as fitted", _errors_words(fit.fitted.mean, fit.fitted.p95, fit.fitted.max)))
+    if (held := fit.held_out) is not None:
+        held_out = f"{_errors_words(held.mean, held.p95, held.max)}, darkest third {short(held.dark_mean)}"
+        facts.append(("ΔE00 left out one by one", held_out))
+    return (*facts, ("Condition number", short(fit.condition)))
+
+
+def _errors_words(mean: float, p95: float, largest: float) -> str:
+    return f"mean {short(mean)}, 95th percentile {short(p95)}, largest {short(largest)}"
+
+
+def _patches(fit: CameraFit) -> Table:
+    rows: list[tuple[Cell, ...]] = []
+    for number, patch in enumerate(fit.patches, start=1):
+        looks = _swatch(patch.XYZ, fit.white_XYZ), _swatch(patch.estimated_XYZ, fit.white_XYZ)
+        rgb = " ".join(fixed(value) for value in patch.rgb.tolist())
+        XYZ = [" ".join(map(short, values.tolist())) for values in (patch.XYZ, patch.estimated_XYZ)]
+        held_out: Cell = patch.held_out_delta_e
+        if patch.left_out_reason:
+            held_out = Shown(None, f"not fitted: {patch.left_out_reason}")
+        rows.append((f"{number} {patch.name}", looks, rgb, *XYZ, patch.delta_e, held_out))
+    gone = [place for place, patch in enumerate(fit.patches) if patch.left_out_reason]
+    return Table("patches", "", _PATCHES, tuple(rows), shaded=gone)
 
 
 def sentence(fit: CameraFit) -> str:

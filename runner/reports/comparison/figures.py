@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.colour import xyY_from_XYZ
-from documents.pages import DEEP, FAINT, INK, NARROW_IN, WIDE_IN, drawing, rows_only, short, svg_of
+from documents.figures import DEEP, FAINT, INK, NARROW_IN, WIDE_IN, drawing, rows_only, short, svg_of
 from stimuli.comparison import (
     HIGHEST,
     DifferenceOverview,

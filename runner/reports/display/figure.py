@@ -1,15 +1,14 @@
-"""A diagnosis's panel as SVG, to be put into a page."""
+"""A diagnosis's panel as a figure."""
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from devices.diagnostics import Line, Panel
-from documents.pages import MARKERS, SERIES_COLOURS, drawing, svg_of
+from documents.figures import MARKERS, SERIES_COLOURS, Drawing, drawing, drawn
 from documents.text import visible
 
 if TYPE_CHECKING:
@@ -31,9 +30,9 @@ _MOST_NAMES = 8
 _LONGEST_NAME = 24
 
 
-def panel_svg(panel: Panel, key: str, description: str) -> str:
-    """Return an ``<svg>`` element of ``panel``; ``key`` makes its inner names its own within the page."""
-    with drawing(key, WIDTH_IN, EQUAL_HEIGHT_IN if panel.equal else HEIGHT_IN) as (figure, axes):
+def draw_panel(panel: Panel, description: str) -> Drawing:
+    """Return a panel as a figure."""
+    with drawing(panel.title, WIDTH_IN, EQUAL_HEIGHT_IN if panel.equal else HEIGHT_IN) as (figure, axes):
         for line, look in zip(panel.lines, looks(panel.lines), strict=True):
             _draw(axes, line, look)
         for level in panel.levels:
@@ -53,9 +52,7 @@ def panel_svg(panel: Panel, key: str, description: str) -> str:
         names = [line.name for line in panel.lines if line.name]
         if 1 < len(names) <= _MOST_NAMES:
             axes.legend(frameon=False, fontsize=9)
-        svg = svg_of(figure, description)
-    svg = re.sub(r'(?<=[ "])id="([^"]+)"', rf'id="{key}-\1"', svg)
-    return re.sub(r'(url\(|xlink:href=")#', rf"\1#{key}-", svg)
+        return drawn(figure, description)
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.factors import FactorEffects, factor_effects
-from analysis.report.blocks import Paragraph
 from analysis.report.factors import explained_words, factors_section
 from analysis.scaling import ObserverTest
+from documents.pages import Paragraph
 
 Factors = Mapping[str, Mapping[str, str | float]]
 

@@ -12,8 +12,9 @@ import pytest
 from markupsafe import escape
 
 from analysis.power import Needed, Plan, assumed_notes, observers_needed, simulate_power, write_csv, write_page
-from analysis.power.page import render
+from analysis.power.page import page_of
 from analysis.power.tables import COLUMNS
+from documents.pages import page_html
 from tests.pages import Page, policy_of
 
 MakePlan = Callable[..., Plan]
@@ -28,7 +29,7 @@ def answer(plan_of: MakePlan) -> Needed:
 
 
 def test_the_page_stands_alone_and_holds_every_number(answer: Needed) -> None:
-    page = render(answer, NASTY, ["A note with <b>."])
+    page = page_html(page_of(answer, NASTY, ["A note with <b>."]))
     seen = Page(page)
     links = [
         value or "" for _, own in seen.tags for name, value in own.items() if name in ("src", "href", "xlink:href")
@@ -49,7 +50,7 @@ def test_the_page_stands_alone_and_holds_every_number(answer: Needed) -> None:
 def test_the_page_is_written_whole(answer: Needed, tmp_path: Path) -> None:
     page = tmp_path / "new" / "power.html"
     write_page(answer, page, "small")
-    assert page.read_text(encoding="utf-8") == render(answer, "small")
+    assert page.read_text(encoding="utf-8") == page_html(page_of(answer, "small"))
     assert list(page.parent.iterdir()) == [page]
 
 

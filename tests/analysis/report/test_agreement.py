@@ -12,8 +12,8 @@ import pytest
 
 from analysis.observers.concordance import Concordance
 from analysis.report.agreement import agreement_words, series_agreement
-from analysis.report.blocks import Paragraph, Shown, Table, csv_text
 from analysis.series.agreement import Coefficient, SeriesAgreement, fleiss_kappa, intraclass, with_jackknife
+from documents.pages import Paragraph, Shown, Table, csv_text
 
 AGREEMENT = Concordance(0.147, -0.034, 30, 60, 40, 100, None, None, 0.001)
 # Eight observers' ratings of five series, drawn without any agreement: ICC(3,k) is −5.8, ICC(2,k) of the second has no

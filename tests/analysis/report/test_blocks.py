@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from analysis.records import SessionLog
 from analysis.report import write_report
-from analysis.report.blocks import Column, Table, csv_text, inert, write_csv_files
+from documents.pages import Column, Table, csv_text, write_csv_files
+from documents.pages.blocks import inert
 
 Maker = Callable[..., SessionLog]
 DANGEROUS = ("=", "+", "-", "@", "\t", "\r", "\n")

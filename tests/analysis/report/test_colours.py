@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from analysis.report.bars import BarFigure
-from analysis.report.figures import CLASS_COLOURS, FURTHER_COLOURS, class_colours
 from analysis.report.scores import WHITE_FROM, tint
 from analysis.series.observer_means import Estimate
-from documents.pages import HATCHES, MARKERS, SERIES_COLOURS
+from documents.figures import HATCHES, MARKERS, SERIES_COLOURS, class_colours
+from documents.figures.palette import CLASS_COLOURS, FURTHER_COLOURS
 
 # ΔE00 of 2 to 3 is what an eye sees of two patches side by side; these lie apart, and in print.
 LEAST_DELTA_E, LEAST_DELTA_L = 12.0, 11.0
@@ -91,7 +91,7 @@ def test_text_on_the_page_has_enough_contrast() -> None:
     """Ink, soft words and links, on paper, on the notes' ground and on the wash."""
     from importlib.resources import files
 
-    style = files("analysis.report").joinpath("templates/report.css").read_text(encoding="utf-8")
+    style = files("documents.pages").joinpath("templates/page.css").read_text(encoding="utf-8")
     named = dict(re.findall(r"--(\w+): (#[0-9a-f]{6})", style))
     notes = re.search(r"\.notes \{[^}]*background: (#[0-9a-f]{6})", style)
     assert notes is not None

@@ -73,7 +73,7 @@ def test_page_terminal_json_and_methods_say_the_same(report: Report, tmp_path: P
     ]
     out = io.StringIO()
     print_report(report, console=Console(file=out, width=300))
-    assert "stands in" in out.getvalue().partition(headline)[2]
+    assert "Stands in" in out.getvalue().partition(headline)[2]
     page = write_report(report.sessions, tmp_path / "page.html", csv_folder=tmp_path)
     assert headline in (tmp_path / "page.html").read_text(encoding="utf-8").replace("&#39;", "'")
     lines = (tmp_path / "conclusions.csv").read_text(encoding="utf-8").splitlines()

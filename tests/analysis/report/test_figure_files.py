@@ -10,11 +10,11 @@ from xml.etree import ElementTree
 
 import pytest
 
-from analysis.errors import ResultsError
 from analysis.records import SessionLog
 from analysis.report import Report, describe, write_report
-from analysis.report.blocks import write_figure_files
 from analysis.report.page import render, sections_of
+from documents import InputError
+from documents.pages import write_figure_files
 from tests.answers import changed
 from tests.choice import nightly
 
@@ -83,7 +83,7 @@ def test_what_is_there_is_replaced_only_if_asked_for(make_session: Maker, tmp_pa
     figures, page = tmp_path / "figures", tmp_path / "report.html"
     figures.mkdir()
     (figures / "classes.svg").write_text("drawn by hand")
-    with pytest.raises(ResultsError, match=r"classes\.svg.*--replace"):
+    with pytest.raises(InputError, match=r"classes\.svg.*--replace"):
         write_report(sessions, page, figure_folder=figures)
     assert [file.name for file in figures.iterdir()] == ["classes.svg"]
     assert (figures / "classes.svg").read_text() == "drawn by hand"

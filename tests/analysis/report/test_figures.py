@@ -11,8 +11,9 @@ import pytest
 
 from analysis.records import SessionLog
 from analysis.report import Report
-from analysis.report.figures import class_colours, draw_classes, draw_scores, runs
+from analysis.report.figures import draw_classes, draw_scores, runs
 from analysis.report.summary import Summary, summarise
+from documents.figures import class_colours
 from tests.analysis.report.conftest import scores_with, uses
 from tests.kept import known
 

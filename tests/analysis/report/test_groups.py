@@ -18,12 +18,13 @@ import pytest
 from analysis.comparisons import SessionGroups
 from analysis.records import Header, SessionLog
 from analysis.report import Report, common_names, describe
-from analysis.report.blocks import file_names, write_csv_files
 from analysis.report.figures import draw_group_scores
 from analysis.report.grouped import GroupedSummary
 from analysis.report.groups import _named
 from analysis.report.page import render, sections_of, tables_of
 from analysis.scaling import fit
+from documents.pages import write_csv_files
+from documents.pages.blocks import file_names
 from tests.answers import new_answer
 
 CODECS = ("jpeg", "avif", "jxl")

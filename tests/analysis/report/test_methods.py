@@ -12,10 +12,10 @@ import pytest
 from analysis.observers import Filter
 from analysis.records import SessionLog
 from analysis.report import Report, describe
-from analysis.report.blocks import Facts, Numbered, Paragraph
 from analysis.report.page import sections_of
 from analysis.report.references import REFERENCES
 from analysis.report.words import chance, counted, fixed, listed
+from documents.pages import Facts, Numbered, Paragraph
 from tests.answers import changed
 
 Maker = Callable[..., SessionLog]

@@ -14,9 +14,10 @@ from PIL import Image
 
 from analysis.records import SessionLog
 from analysis.report import Report, write_report
-from analysis.report.figures import CLASS_COLOURS, draw_scores
+from analysis.report.figures import draw_scores
 from analysis.report.page import render
 from analysis.report.words import plain
+from documents.figures.palette import CLASS_COLOURS
 from tests.analysis.report.conftest import scores_with
 from tests.kept import known
 from tests.pages import Page, browsed, works_and_runs_nothing

@@ -13,10 +13,11 @@ import pytest
 
 from analysis.classes.classes import Classes
 from analysis.records import SessionLog
-from analysis.report import Figure, ranking
+from analysis.report import ranking
 from analysis.report.ranking import MOST_LINES, draw_ranking, draws_ranking
 from analysis.report.scores import scores_section
 from analysis.report.summary import Summary, summarise
+from documents.pages import Figure
 from tests.analysis.report.conftest import scores_with, uses
 
 Maker = Callable[..., SessionLog]

@@ -9,9 +9,9 @@ import pytest
 
 from analysis.errors import ResultsError
 from analysis.records import SessionLog
-from analysis.report.blocks import Facts
 from analysis.report.reviewers import review_of, reviewers_section
 from analysis.report.summary import summarise
+from documents.pages import Facts
 from tests.kept import known
 
 Maker = Callable[..., SessionLog]

@@ -11,8 +11,8 @@ import pytest
 
 from analysis.records import Change, Resumption, Seen, SessionLog, what_eyes_saw
 from analysis.report import Report, describe
-from analysis.report.blocks import Facts, Paragraph, Section
 from analysis.report.page import sections_of
+from documents.pages import Facts, Paragraph, Section
 from tests.analysis.conftest import clip_cost
 from tests.choice import nightly
 

@@ -13,10 +13,11 @@ import pytest
 
 from analysis.errors import ResultsError
 from analysis.records import SessionLog
-from analysis.report import Figure, rating_figure, score_figure
+from analysis.report import rating_figure, score_figure
 from analysis.report.series import series_sections
 from analysis.series import SeriesSummary, gather, summarise_series
 from analysis.series.picture_scores import picture_scores, weight_of
+from documents.pages import Figure
 from tests.answers import changed
 from tests.kept import known
 

@@ -24,10 +24,11 @@ from devices.readings import (
     xyz_from_spectra,
 )
 from devices.readings.ti3 import write_ti3
+from documents.pages import write_page
 from runner.measuring import Dialogue, InstrumentOptions, ShowOptions, verify_display
 from runner.measuring.target import read_target, wiring_of
 from runner.measuring.verification import judge, patches_of
-from runner.reports.display.page import write_page
+from runner.reports.display.page import page_of
 
 
 @pytest.fixture
@@ -123,5 +124,5 @@ def test_readings_with_spectra_are_compared_with_it_for_its_observer_and_the_pag
         found = {diagnosis.name: diagnosis for diagnosis in verdicts.diagnoses}
         assert found["model_difference"].passed is fits
         assert sum("the display file is for CIE 1964 10" in note for note in verdicts.notes) == 1
-    write_page(verdicts, tmp_path / "page.html")
+    write_page(page_of(verdicts), tmp_path / "page.html")
     assert "all other checks are for CIE 1931 2" in (tmp_path / "page.html").read_text()

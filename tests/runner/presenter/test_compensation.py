@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from analysis.records import SessionLog, read_session, session_files
-from analysis.report.blocks import Table
 from analysis.report.shown import clipping_section
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.compensation.crosstalk_cancel import seen_XYZ
 from devices.display import EYES, Eye, read_rig
+from documents.pages import Table
 from runner.protocol import read_experiment
 from stimuli.pictures import read_exr
 from tests.choice import nightly

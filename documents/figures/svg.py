@@ -1,4 +1,4 @@
-"""What the report's figures share: type, colours, and SVG that goes into a page."""
+"""What figures share: type, and SVG that goes into a page."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from documents.figures.palette import FAINT, INK
 from documents.fonts import dejavu_sans, font_name, font_runs, other_fonts
 from documents.work import count_work
 
@@ -20,14 +21,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.text import Text
 
-INK = "#23282d"
-FAINT = "#d8dde1"
-DEEP = "#165466"
-# Series that are told apart by more than their colour: each has a marker, dashes and a hatch of its own. The first five
-# colours also stay apart in grey and to the colour-blind.
-SERIES_COLOURS = ("#4b2f7d", "#3f7fdc", "#a9b1b8", "#206b3c", "#f5d34a", "#8c5a2b", "#2aa7a0", "#d03b36")
-MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
-HATCHES = ("", "//", "..", "xx", "--", "\\\\", "++", "oo")
 WIDE_IN, NARROW_IN = 7.6, 4.2
 LONGEST_NAME = 26
 

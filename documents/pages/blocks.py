@@ -9,17 +9,17 @@ import csv
 import io
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar, Literal, TypeAlias
 
-from analysis.errors import ResultsError
-from documents import Finding
+from documents import Finding, InputError
+from documents.figures import Drawing
 from documents.files import make_private, whole_file, write_whole
-from documents.pages import Drawing
+from documents.text import chance, fixed
 
-ColumnKind = Literal["text", "number", "p", "interval", "class", "list"]
+ColumnKind = Literal["text", "number", "p", "interval", "class", "list", "swatches"]
 Interval: TypeAlias = tuple[float | None, float | None]
 
 
@@ -31,7 +31,15 @@ class Shown:
     text: str
 
 
-Cell: TypeAlias = str | float | int | Interval | tuple[str, ...] | Shown | None
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """A word in a box, such as "passed": of a ``good`` outcome, a ``bad`` one, an ``open`` one, or of none."""
+
+    text: str
+    tone: Literal["good", "bad", "open", ""] = ""
+
+
+Cell: TypeAlias = str | float | int | Interval | tuple[str, ...] | Shown | Mark | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,11 +57,34 @@ class Column:
     unit: str = ""
 
 
+def cell_text(cell: Cell, column: Column) -> str:
+    """Return a cell as people read it, on a page and in the terminal; a dash for none."""
+    if isinstance(cell, Shown | Mark):
+        return cell.text
+    if column.kind == "interval":
+        low, high = cell if isinstance(cell, tuple) else (None, None)
+        return "–" if low is None and high is None else f"{_end(low, column)} to {_end(high, column)}"
+    if cell is None or cell == ():
+        return "–"
+    if isinstance(cell, tuple):
+        return "; ".join(map(str, cell))
+    if isinstance(cell, str) or column.kind not in ("number", "p"):
+        return str(cell)
+    if column.kind == "p":
+        return chance(cell)
+    return fixed(cell, column.digits) + (f"\u00a0{column.unit}" if column.unit else "")
+
+
+def _end(value: float | str | None, column: Column) -> str:
+    return value if isinstance(value, str) else fixed(value, column.digits)
+
+
 @dataclass(frozen=True, slots=True)
 class Table:
     """A table; its first column heads the rows. ``name`` is that of its CSV file, ``title`` its caption.
 
-    ``pictures`` are small pictures beside the rows' heads, as data URIs by the head's text.
+    ``pictures`` are small pictures beside the rows' heads, as data URIs by the head's text; ``shaded`` the numbers of
+    rows that stand out.
     """
 
     name: str
@@ -62,16 +93,30 @@ class Table:
     rows: tuple[tuple[Cell, ...], ...]
     folded: bool = False
     pictures: Mapping[str, str] = field(default_factory=dict)
+    shaded: Collection[int] = ()
     kind: ClassVar[str] = "table"
+
+    @classmethod
+    def of_texts(
+        cls, title: str, headings: Sequence[str], rows: Iterable[Sequence[str]], words: Collection[int] = (0,)
+    ) -> Table:
+        """Return a table for the terminal of cells in words, those of the columns ``words``, and of written numbers."""
+        kinds: list[ColumnKind] = ["text" if place in words else "number" for place in range(len(headings))]
+        columns = tuple(Column(head, head, kind) for head, kind in zip(headings, kinds, strict=True))
+        return cls("", title, columns, tuple(map(tuple, rows)))
 
 
 @dataclass(frozen=True, slots=True)
 class Paragraph:
-    """A paragraph of text; ``small`` for explanations. ``blanks`` are parts of it, in order, to be filled in."""
+    """A paragraph of text; ``small`` for explanations. ``blanks`` are parts of it, in order, to be filled in.
+
+    It begins with the ``mark`` if there is one.
+    """
 
     text: str
     small: bool = False
     blanks: tuple[str, ...] = ()
+    mark: Mark | None = None
     kind: ClassVar[str] = "paragraph"
 
     @property
@@ -103,17 +148,33 @@ class Facts:
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """A drawing for wide pages and one for narrow ones, a caption, and the table behind it.
+    """A drawing for wide pages and one for narrow ones, if there is one; a caption, and the table behind it.
 
     ``name`` is that of its files.
     """
 
     name: str
     wide: Drawing
-    narrow: Drawing
-    caption: str
+    narrow: Drawing | None = None
+    caption: str = ""
     table: Table | None = None
     kind: ClassVar[str] = "figure"
+
+
+@dataclass(frozen=True, slots=True)
+class Beside:
+    """Figures and tables that stand side by side where there is room."""
+
+    blocks: tuple[Figure | Table, ...]
+    kind: ClassVar[str] = "beside"
+
+
+@dataclass(frozen=True, slots=True)
+class Verbatim:
+    """Lines as they are, such as a part of a file."""
+
+    text: str
+    kind: ClassVar[str] = "verbatim"
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,21 +223,22 @@ class Numbered:
     kind: ClassVar[str] = "numbered"
 
 
-Block: TypeAlias = Table | Heading | Paragraph | Facts | Figure | Matrix | Gallery | Numbered
+Block: TypeAlias = Table | Heading | Paragraph | Facts | Figure | Beside | Matrix | Gallery | Numbered | Verbatim
 
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A part of the page; ``key`` is its anchor."""
+    """A part of the page; ``key`` is its anchor, ``subject`` what it is of, beside its title."""
 
     key: str
     title: str
     blocks: tuple[Block, ...]
+    subject: str = ""
 
     def tables(self) -> tuple[Table, ...]:
         """Return all tables in it, also those of figures and matrices."""
         tables = []
-        for block in self.blocks:
+        for block in self._all():
             table = block if isinstance(block, Table) else getattr(block, "table", None)
             if isinstance(table, Table):
                 tables.append(table)
@@ -184,7 +246,10 @@ class Section:
 
     def figures(self) -> tuple[Figure, ...]:
         """Return all figures in it."""
-        return tuple(block for block in self.blocks if isinstance(block, Figure))
+        return tuple(block for block in self._all() if isinstance(block, Figure))
+
+    def _all(self) -> tuple[Block, ...]:
+        return tuple(one for block in self.blocks for one in (block.blocks if isinstance(block, Beside) else (block,)))
 
 
 def write_figure_files(figures: Sequence[Figure], folder: Path, *, replace: bool = False) -> tuple[Path, ...]:
@@ -194,7 +259,7 @@ def write_figure_files(figures: Sequence[Figure], folder: Path, *, replace: bool
 
     Raises
     ------
-    ResultsError
+    InputError
         If a file is there already, unless ``replace`` asks for others in its place; then nothing is written.
     OSError
         If the folder or a file cannot be written.
@@ -206,7 +271,7 @@ def write_figure_files(figures: Sequence[Figure], folder: Path, *, replace: bool
     if there and not replace:
         what = f"{len(there)} of the figures are there already, such as {there[0].name}"
         remedy = "give --replace to write new ones, or name another folder"
-        raise ResultsError(Finding(what, str(folder), remedy=remedy))
+        raise InputError(Finding(what, str(folder), remedy=remedy))
     contents = [content for drawing in drawings for content in (drawing.svg_file().encode(), drawing.pdf())]
     for file, content in zip(files, contents, strict=True):
         with whole_file(file, private=True) as draft:
@@ -271,7 +336,7 @@ def _keys(column: Column) -> list[str]:
 
 
 def _fields(column: Column, cell: Cell) -> list[str]:
-    cell = cell.value if isinstance(cell, Shown) else cell
+    cell = cell.value if isinstance(cell, Shown) else cell.text if isinstance(cell, Mark) else cell
     if column.kind == "interval":
         ends = cell if isinstance(cell, tuple) else (None, None)
         return [_field(end) for end in ends]

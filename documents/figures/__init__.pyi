@@ -1,0 +1,17 @@
+from .palette import DEEP as DEEP
+from .palette import FAINT as FAINT
+from .palette import HATCHES as HATCHES
+from .palette import INK as INK
+from .palette import MARKERS as MARKERS
+from .palette import SERIES_COLOURS as SERIES_COLOURS
+from .palette import class_colours as class_colours
+from .svg import NARROW_IN as NARROW_IN
+from .svg import WIDE_IN as WIDE_IN
+from .svg import Drawing as Drawing
+from .svg import drawing as drawing
+from .svg import drawn as drawn
+from .svg import row_names as row_names
+from .svg import rows_only as rows_only
+from .svg import short as short
+from .svg import svg_of as svg_of
+from .svg import without_drawing_warnings as without_drawing_warnings
