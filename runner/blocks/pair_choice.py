@@ -200,7 +200,7 @@ class GroupedChooser:
 def shared_out(trials: int, sizes: Sequence[int]) -> list[int]:
     """Return how many of ``trials`` each group gets: enough to link its items, and of the rest its share by size."""
     least = [size - 1 for size in sizes]
-    rest, total = max(0, trials - sum(least)), sum(sizes)
+    rest, total = max(0, trials - sum(least)), max(1, sum(sizes))  # no groups where no stimulus has the factor
     ends = [rest * sum(sizes[:end]) // total for end in range(len(sizes) + 1)]
     return [few + end - start for few, (start, end) in zip(least, pairwise(ends), strict=True)]
 

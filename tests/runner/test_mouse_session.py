@@ -98,7 +98,7 @@ def test_a_questionnaire_by_mouse_wheel_and_typing(person: Person, mode: str) ->
     text = person.study.experiment.read_text()
     person.study.experiment.write_text(text[: text.index("  - {kind: instructions")] + QUESTIONS)
     (block,) = read_experiment(person.study.experiment).blocks("07")
-    assert isinstance(block, Questionnaire)
+    assert isinstance(block.entry, Questionnaire)
     first = next(block.steps())
     assert isinstance(first, Ask)
     person.sit_down()

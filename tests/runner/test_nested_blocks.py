@@ -35,8 +35,8 @@ def test_both_kinds_are_read_and_made(study: Study) -> None:
     study.experiment.write_text(PRACTICE + QUESTIONS.replace("highest: 99, whole", "highest: 99.5, whole"))
     experiment = read_experiment(study.experiment)
     practice, questions = experiment.blocks("01")
-    assert isinstance(practice, Practice)
-    assert isinstance(questions, Questionnaire)
+    assert isinstance(practice.entry, Practice)
+    assert isinstance(questions.entry, Questionnaire)
     assert (practice.trials, questions.trials) == (3, 3)
     assert experiment.places_px
 
