@@ -14,9 +14,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar, Literal, TypeAlias
 
-from documents import Finding, InputError
 from documents.figures import Drawing
 from documents.files import make_private, whole_file, write_whole
+from documents.findings import Finding, InputError
 from documents.text import chance, fixed
 
 ColumnKind = Literal["text", "number", "p", "interval", "class", "list", "swatches"]

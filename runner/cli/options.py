@@ -8,7 +8,7 @@ import types
 from collections.abc import Callable, Collection
 from dataclasses import MISSING, Field, fields
 from pathlib import Path
-from typing import Annotated, Any, Literal, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import click
 
@@ -84,7 +84,8 @@ def _value(typed: Typed, of: Any) -> dict[str, Any]:
 
 def _type_of(kind: type, field: Field[Any]) -> tuple[Typed, Any, bool]:
     """Return what a field's annotation says of how it is typed, its type without None, and whether None is one."""
-    of: Any = eval(field.type, vars(sys.modules[kind.__module__])) if isinstance(field.type, str) else field.type
+    alone = types.SimpleNamespace(__annotations__={field.name: field.type})  # others may name what is not imported
+    of: Any = get_type_hints(alone, vars(sys.modules[kind.__module__]), include_extras=True)[field.name]
     typed = Typed()
     if get_origin(of) is Annotated:
         of, *marks = get_args(of)

@@ -19,7 +19,9 @@ def of_make(target: str) -> list[str]:
         .removeprefix("$(ONE_THREAD) ")
         .removeprefix("NO_MKDOCS_2_WARNING=1 ")
         .removeprefix("STRESS_WHOLE=$(WHOLE) ")
+        .removeprefix("EAGER_IMPORT=1 ")
         .removeprefix("$(BIN)/")
+        .removesuffix(" > /dev/null")
         for line in lines[1:]
     ]
     return [command.replace('"', "'") for command in commands]
