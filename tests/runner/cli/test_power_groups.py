@@ -103,7 +103,7 @@ def test_text_table_and_page_show_each_scene(scenes: Study, tmp_path: Path) -> N
     html = page.read_text(encoding="utf-8")
     assert html.count("<svg") == 6
     for name in SCENES:
-        assert f"<h2>{name}</h2>" in html
+        assert f'<span class="subject">{name}</span></h2>' in html
 
 
 def test_without_scores_each_scene_has_its_own_steps(scenes: Study) -> None:
