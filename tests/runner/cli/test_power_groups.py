@@ -104,6 +104,7 @@ def test_text_table_and_page_show_each_scene(scenes: Study, tmp_path: Path) -> N
     assert html.count("<svg") == 6
     for name in SCENES:
         assert f'<span class="subject">{name}</span></h2>' in html
+        assert f'<a href="#curves-{name}">Curves {name}</a>' in html
 
 
 def test_without_scores_each_scene_has_its_own_steps(scenes: Study) -> None:
