@@ -1,8 +1,10 @@
 from .active_pairs import ActivePairsRecord as ActivePairsRecord
 from .all_pairs import AllPairsRecord as AllPairsRecord
 from .best_of_series import BestOfSeriesRecord as BestOfSeriesRecord
+from .fields import RecordError as RecordError
 from .kinds import KINDS as KINDS
 from .kinds import new_trial as new_trial
+from .kinds import read_trial as read_trial
 from .page import PageRecord as PageRecord
 from .pair import PairRecord as PairRecord
 from .preference import PreferenceRecord as PreferenceRecord

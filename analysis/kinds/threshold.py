@@ -39,7 +39,7 @@ class ThresholdRecord(Trial):
     level: Level | None
     answer: Literal["first", "second", "yes", "no"]
     method: Literal["quest_plus", "staircase"]
-    function: Name
+    function: Literal["weibull", "logistic", "normal"]
     easier: Literal["higher", "lower"]
     reference: Name | None = None
     first_position: Literal["top", "left", "interval_1"] | None = None

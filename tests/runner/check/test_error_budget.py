@@ -33,7 +33,8 @@ LEAKS = Crosstalk(0.03 * np.eye(3), 0.02 * np.eye(3))
 
 
 def _rig(**changes: Any) -> Rig:
-    return replace(read_rig(RIG), **changes)
+    rig = read_rig(RIG)
+    return replace(rig, spec=rig.spec.model_copy(update=changes))
 
 
 def _framebuffers(models: EyeModels, correction: Correction, scene: dict[Eye, Floats]) -> dict[Eye, Floats]:
