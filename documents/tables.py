@@ -131,6 +131,19 @@ class Table:
         return Finding(what, self.file, self.lines[row], None if place is None else place + 1, remedy)
 
 
+def _apart(text: str) -> tuple[dict[str, tuple[str, int]], list[tuple[int, str]]]:
+    """Return the comments with a key, and the other lines that are not empty, with their numbers."""
+    said: dict[str, tuple[str, int]] = {}
+    kept: list[tuple[int, str]] = []
+    for number, line in enumerate(text.splitlines(keepends=True), start=1):
+        if is_comment(line):
+            key, _, value = line.strip().lstrip("# ").partition(":")
+            said[key.strip().lower()] = value.strip(), number
+        elif line.strip(" \t\r\n,;"):
+            kept.append((number, line))
+    return said, kept
+
+
 def _nothing_more(_: Table) -> Iterable[Finding]:
     return ()
 
@@ -206,7 +219,10 @@ class Form:
         >>> table.numbers("X").tolist(), table.texts("name")
         ([0.5, 12.0], ['a', 'b'])
         """
-        said, rows = self._rows(text.removeprefix("\ufeff"), file)
+        said, written = _apart(text.removeprefix("\ufeff"))
+        names = (name for column in self.columns for name in (column.name, *column.also))
+        separator = separator_of(written[0][1] if written else "", names)
+        rows = self._split(written, separator, file)
         header_line, header = next(rows, (0, []))
         if not header:
             raise self.error(Finding(f"the {self.what} has no rows", file, remedy=self._columns_in_words(self.columns)))
@@ -223,29 +239,14 @@ class Form:
             raise self.error(Finding(f"the {self.what} has no rows", file, remedy=self._columns_in_words(columns)))
         lines = tuple(line for line, _ in kept)
         table = Table(file, said, tuple(header), header_line, places, lines, [cells for _, cells in kept], {})
-        numbers, wrong = _numbers_of(table, [column for column in columns if not column.text and column.name in places])
+        numbers, wrong = _numbers_of(table, columns, separator)
         table = Table(file, said, tuple(header), header_line, places, lines, table.rows, numbers)
         findings += [*wrong, *(more(table) if kept else ())]
         if findings:
             raise self.error(sorted(findings, key=lambda finding: finding.line or 0)[:MOST_FINDINGS])
         return table
 
-    def _rows(self, text: str, file: str) -> tuple[dict[str, tuple[str, int]], Iterator[tuple[int, list[str]]]]:
-        """Return the comments with a key, and the rows, the header first, with their lines."""
-        said: dict[str, tuple[str, int]] = {}
-        kept: list[tuple[int, str]] = []
-        for number, line in enumerate(text.splitlines(keepends=True), start=1):
-            if is_comment(line):
-                key, _, value = line.strip().lstrip("# ").partition(":")
-                said[key.strip().lower()] = value.strip(), number
-            elif line.strip(" \t\r\n,;"):
-                kept.append((number, line))
-        return said, self._split(kept, file)
-
-    def _split(self, lines: Sequence[tuple[int, str]], file: str) -> Iterator[tuple[int, list[str]]]:
-        if not lines:
-            return
-        separator = separator_of(lines[0][1], [name for column in self.columns for name in (column.name, *column.also)])
+    def _split(self, lines: Sequence[tuple[int, str]], separator: str, file: str) -> Iterator[tuple[int, list[str]]]:
         reader = csv.reader((line for _, line in lines), delimiter=separator, strict=True)
         before = 0
         try:
@@ -373,10 +374,16 @@ def number_in(text: str, decimal_comma: bool = False) -> float:
     return value if math.isfinite(value) and "_" not in text else math.nan
 
 
-def _numbers_of(table: Table, columns: Sequence[Column]) -> tuple[dict[str, Floats], list[Finding]]:
-    """Return the numbers of each column, NaN where a cell holds none that may stand there, and findings of these."""
+def _numbers_of(table: Table, every: Sequence[Column], separator: str) -> tuple[dict[str, Floats], list[Finding]]:
+    """Return the numbers of each column, NaN where a cell holds none that may stand there, and findings of these.
+
+    A comma is a decimal one only where it does not separate: between commas, "1,500" may be a thousand and a half.
+    """
+    columns = [column for column in every if not column.text and column.name in table]
     cells = {column.name: table.texts(column.name) for column in columns}
-    commas = any(_DECIMAL_COMMA.fullmatch(cell) for texts in cells.values() for cell in texts if "," in cell)
+    commas = separator != "," and any(
+        _DECIMAL_COMMA.fullmatch(cell) for texts in cells.values() for cell in texts if "," in cell
+    )
     numbers: dict[str, Floats] = {}
     findings: list[Finding] = []
     for column in columns:

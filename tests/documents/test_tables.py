@@ -94,6 +94,7 @@ SEEN = Form((Column("X", unit="cd/m²"), Column("Y"), Column("name", text=True, 
         ("X,X (cd/m2)\n1,2\n", 1, 2),
         ("X\n1\n", 1, None),
         ("X,Y\n1_0,2\n", 2, 1),
+        ('X,Y\n"1,500",2\n', 2, 1),  # between commas, a thousand and a half or 1.5
         ('X,Y\n"1,2\n', 2, None),
         ("", None, None),
         ("X,Y\n", None, None),
