@@ -76,7 +76,7 @@ def read_csv(path: Path, code_range: str | None = None) -> Measurements:
 
 def parse_csv(lines: Iterable[str], file: str, code_range: str | None = None) -> Measurements:
     """Read the measurements in ``lines``; ``file`` is the name that findings carry; else as `read_csv`."""
-    return _measurements(_FORM.parse("".join(lines), file, _more_faults), code_range)
+    return _measurements(_FORM.parse("\n".join(line.rstrip("\r\n") for line in lines), file, _more_faults), code_range)
 
 
 def _more_faults(table: Table) -> Iterator[Finding]:
