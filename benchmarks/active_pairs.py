@@ -25,7 +25,6 @@ from time import perf_counter
 
 import numpy as np
 from curves import is_quick, json_document, numbers, out, save, sized
-from numpy.typing import NDArray
 from promises import Promise
 
 from analysis.covariance import contrast_variances
@@ -35,11 +34,11 @@ from analysis.scaling.laws import LOGISTIC
 from analysis.scaling.learnt_prior import learnt_posterior
 from analysis.scaling.newton import joint_covariance, maximise
 from analysis.scaling.penalty import Gaussian
+from documents.arrays import Floats
 from runner.blocks.incomplete_pairs import designs
 from runner.blocks.pair_choice import PairChooser
 from runner.reports.pooled_studies import pooled_study
 
-Floats = NDArray[np.float64]
 Row = dict[str, object]
 Answer = Callable[[int, int], bool]
 

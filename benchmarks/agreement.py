@@ -17,8 +17,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
+
+from documents.arrays import Floats
 
 sys.path.insert(0, str(Path(__file__).parent))
 from curves import in_two_processes, numbers, program, seconds, sized
@@ -29,7 +30,6 @@ from analysis.agreement import KINDS, ObservedGroup, Predicted, agree, correlati
 from analysis.agreement.observed import of_comparisons
 from analysis.bootstrap import tails
 
-Floats = NDArray[np.float64]
 Row = dict[str, object]
 
 TITLE = "Measures and observers: time against distance of the coverage from 0.95"

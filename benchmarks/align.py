@@ -17,6 +17,7 @@ from promises import Promise, worst
 from scipy.special import ndtr
 from skimage.registration import phase_cross_correlation
 
+from documents.arrays import Floats32
 from stimuli.align.interpolate import cut
 from stimuli.align.phase import hann
 from stimuli.align.registration import register
@@ -26,7 +27,6 @@ from stimuli.pictures.rows import RowFile
 from stimuli.recipes.recipe import read_recipe
 from stimuli.sparkle.studio import Studio
 
-Floats32 = NDArray[np.float32]
 RECIPE = Path(__file__).parents[1] / "configs/stimuli/manitoba_gray.yaml"
 SIDE_PX, PITCH_MM = sized(512, 256), 0.277
 SHIFTS_PX = sized((-0.5, -0.25, 0.25, 0.75), (0.25,))

@@ -15,8 +15,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
+
+from documents.arrays import Floats
 
 sys.path.insert(0, str(Path(__file__).parent))
 from curves import program, seconds, sized
@@ -28,7 +29,6 @@ from analysis.bootstrap.replicates import Replicates, resample_counts
 from analysis.classes.multiplicity import ADJUSTMENTS
 from analysis.scaling.fitting import fit
 
-Floats = NDArray[np.float64]
 Row = dict[str, object]
 
 TITLE = "Bootstrap over observers: time against Monte Carlo error"

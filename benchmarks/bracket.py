@@ -19,6 +19,7 @@ from curves import program, seconds, sized
 from numpy.typing import NDArray
 from promises import Promise
 
+from documents.arrays import Floats
 from stimuli.bracket import NoiseModel, merge_exposures
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -28,7 +29,6 @@ SIDE = sized((384, 512), (48, 64))
 SECONDS = [time[0] / time[1] for time in TIMES]
 T = [time / SECONDS[0] for time in SECONDS]
 NOISE = NoiseModel.of_electrons(FULL_E, READ_E)
-Floats = NDArray[np.float64]
 
 
 def photographs() -> tuple[Floats, list[Floats]]:

@@ -17,8 +17,9 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
+
+from documents.arrays import Floats
 
 sys.path.insert(0, str(Path(__file__).parent))
 from curves import program, seconds, sized, times_faster
@@ -27,7 +28,6 @@ from promises import Promise, worst
 from analysis.scaling.fitting import fit, fit_batch, fit_sparse
 from analysis.scaling.separation import are_connected
 
-Floats = NDArray[np.float64]
 Row = dict[str, object]
 
 TITLE = "Bradley-Terry solvers: time against error"

@@ -6,7 +6,6 @@ from collections.abc import Callable
 
 import numpy as np
 from curves import answer_and_seconds, program, seconds, sized
-from numpy.typing import NDArray
 from promises import Promise, worst
 
 from devices.camera.correspondences import Correspondences
@@ -15,9 +14,8 @@ from devices.camera.solve import Loss
 from devices.chart.layout import COLORCHECKER, perspective, project
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
+from documents.arrays import Floats
 from stimuli.chart.find import find_corners
-
-Floats = NDArray[np.float64]
 
 SMALLER = sized(1, 4)
 CORNERS = np.array([[480.0, 360.0], [2480.0, 520.0], [2360.0, 1820.0], [380.0, 1640.0]]) / SMALLER

@@ -25,9 +25,9 @@ from devices.compensation.clipping import clip_cost
 from devices.display.display_file import read_display
 from devices.display.model import DisplayModel, outside_limits
 from devices.display.tone_curve import ToneCurve
+from documents.arrays import Floats
 from runner.session.clipping_costs import CostCache
 
-Floats = NDArray[np.float64]
 TITLE = "What clipping costs a picture, 1344 × 1000 pixels"
 DISPLAY = Path(__file__).parents[1] / "configs/displays/asus_vg248qe.yaml"
 HEIGHT, WIDTH = sized((1000, 1344), (100, 134))

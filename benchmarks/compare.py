@@ -16,14 +16,13 @@ from promises import Promise, worst
 from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.special import ndtr
 
+from documents.arrays import Floats, Floats32
 from stimuli.align.homography import mapped
+from stimuli.comparison.luminance import Views
 from stimuli.comparison.registering import align
 from stimuli.comparison.two_eyes import measure_two_eyes
-from stimuli.comparison.views import Views
 from stimuli.pictures.rows import RowFile
 
-Floats = NDArray[np.float64]
-Floats32 = NDArray[np.float32]
 SIZE = sized((900, 700), (300, 240))
 MOVES = sized(((0.4, 0.0, 0.0), (7.3, -4.1, 0.1), (3.0, 2.0, 1.5), (-5.0, 9.0, -20.0)), ((3.0, 2.0, 1.5),))
 METHODS = ("squares", "OpenCV, SIFT alone", "OpenCV, ECC", "OpenCV, SIFT then ECC")

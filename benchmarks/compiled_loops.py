@@ -17,11 +17,11 @@ from sparkle_measures import planted
 
 from devices.colour import delta_e_2000_of_xyz
 from documents import at_most_threads
+from documents.arrays import Floats
 from documents.compiled import compiler, without_compiled_loops
 from stimuli.align.warping import warp
 from stimuli.sparkle.measures.measure import measure_sparkles
 
-Floats = NDArray[np.float64]
 Work = Callable[[], Floats]
 
 COLOURS = sized(1_000_000, 20_000)

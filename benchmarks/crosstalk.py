@@ -33,6 +33,7 @@ from devices.display.display_file import EYES, Eye, EyeModels
 from devices.display.gain_map import GainMap
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
+from documents.arrays import Floats
 from runner.presenter.arithmetic_choice import VARIABLE
 from runner.presenter.code_pass import release_codes
 from runner.presenter.colour_pass import ColourPass
@@ -40,7 +41,6 @@ from runner.presenter.compensated_pass import CORNER, CompensatedPass
 from runner.presenter.surfaces.opening import open_surface
 from runner.presenter.surfaces.surface import Surface
 
-Floats = NDArray[np.float64]
 View = NDArray[np.float32]
 Pair = dict[Eye, Floats]
 Way = tuple[str, str]  # series and parameter

@@ -7,14 +7,12 @@ from typing import Any
 
 import numpy as np
 from curves import program, seconds, sized, times_faster
-from numpy.typing import NDArray
 from promises import Promise
 
 from devices.colour import ciede2000
 from devices.colour.ciede2000_plain import plain_delta_e, plain_terms
 from documents import at_most_threads
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 COLOURS = sized(1_000_000, 20_000)
 BLOCKS = sized((2048, 8192, 32768, 131072), (2048, 32768))

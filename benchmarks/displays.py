@@ -15,12 +15,13 @@ from functools import partial
 from pathlib import Path
 from time import process_time
 
+from documents.arrays import Floats
+
 # Before NumPy is loaded: more threads of it only wait.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 from curves import program, sized
-from numpy.typing import NDArray
 from promises import Promise, worst
 
 from devices.characterise import fit_display
@@ -28,7 +29,6 @@ from devices.characterise.example_displays import liquid_crystal_XYZ, noisy, tab
 from devices.readings import PROFILE_ENDINGS, Measurements, read_measurements
 from documents import InputError
 
-Floats = NDArray[np.float64]
 ENDINGS = (".ti3", ".mat", ".csv", *PROFILE_ENDINGS)
 PRIMARIES = np.array([[41.2, 35.8, 18.0], [21.3, 71.5, 7.2], [1.9, 11.9, 95.0]])
 NOISE = 0.001

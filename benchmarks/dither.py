@@ -22,13 +22,13 @@ from devices.colour.spaces import xyz_to_lab
 from devices.compensation.dither import ENTRIES, dither_codes, dither_tables, dither_thresholds, tabled_dither_codes
 from devices.display.display_file import read_display
 from devices.display.model import DisplayModel
+from documents.arrays import Floats
 from runner.presenter.colour_pass import ColourPass, release_codes
 from runner.presenter.depth import Bits, highest_code
 from runner.presenter.dithering import Dithering
 from runner.presenter.surfaces.opening import open_surface
 from runner.presenter.surfaces.surface import Surface
 
-Floats = NDArray[np.float64]
 Dither = Callable[[Floats, Floats], NDArray[np.int64]]
 
 ASUS = Path(__file__).parents[1] / "configs/displays/asus_vg248qe.yaml"

@@ -11,14 +11,13 @@ from dataclasses import replace
 
 import numpy as np
 from curves import program, seconds, sized
-from numpy.typing import NDArray
 from promises import Promise
 
 from devices.characterise import table_c1_codes, thesis_display
 from devices.diagnostics import estimate_drift
 from devices.readings import Measurements
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 RUNS = sized(50, 1)
 COURSES: Mapping[str, Callable[[Floats], Floats]] = {
     "no drift": np.ones_like,

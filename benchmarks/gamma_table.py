@@ -15,14 +15,13 @@ import subprocess
 
 import numpy as np
 from curves import Row, is_quick, program, seconds, sized
-from numpy.typing import NDArray
 from promises import Promise, worst
 
 from devices.display import GammaTable
+from documents.arrays import Floats
 
 TABLES = sized(400, 8)
 RULES = ("steps of the table's bits", "equal bytes", "within half a code of 8 bits", "within two codes of 8 bits")
-Floats = NDArray[np.float64]
 
 
 def drawn(rng: np.random.Generator, size: int) -> Floats:

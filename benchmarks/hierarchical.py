@@ -23,6 +23,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from documents.arrays import Floats
+
 sys.path.insert(0, str(Path(__file__).parent))
 from curves import numbers, program, seconds, sized
 from promises import Promise, worst
@@ -37,7 +39,6 @@ from analysis.scaling import fit_model
 from analysis.scaling.laws import LOGISTIC
 from documents.platform import cores
 
-Floats = NDArray[np.float64]
 Row = dict[str, object]
 
 TITLE = "Observers as a distribution: time against error"

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 from scipy.special import log_ndtr, ndtr
 
@@ -21,12 +20,12 @@ from analysis.comparisons import Answer, from_answers
 from analysis.jod import scale_jod
 from analysis.jod.fits import fit_jod
 from analysis.scaling import fit_model
+from documents.arrays import Floats
 
 sys.path.insert(0, str(Path(__file__).parent))
 from curves import numbers, program, sized
 from promises import Promise, worst
 
-Floats = NDArray[np.float64]
 Row = dict[str, object]
 
 TITLE = "JOD: run time, and coverage of 95 % intervals"

@@ -18,6 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from documents.arrays import Floats
+
 sys.path.insert(0, str(Path(__file__).parent))
 from curves import program, seconds, sized
 from promises import Promise, worst
@@ -28,7 +30,6 @@ from analysis.observers.consistency import circular_triads, triad_chances
 from analysis.observers.tails import from_moments
 from analysis.scaling.fitting import fit
 
-Floats = NDArray[np.float64]
 Row = dict[str, object]
 
 TITLE = "Observers: time against error"

@@ -20,7 +20,8 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+
+from documents.arrays import Floats
 
 sys.path.insert(0, str(Path(__file__).parent))
 from curves import program, seconds, sized, times_faster
@@ -36,7 +37,6 @@ from analysis.report.estimate import estimate_scores
 from analysis.scaling.fitting import fit
 from analysis.scaling.laws import probabilities
 
-Floats = NDArray[np.float64]
 Row = dict[str, object]
 
 TITLE = "Power by simulation: time against error"

@@ -6,7 +6,6 @@ from functools import partial
 
 import numpy as np
 from curves import program, seconds, sized
-from numpy.typing import NDArray
 from promises import Promise, worst
 
 from devices.characterise import thesis_display
@@ -16,10 +15,10 @@ from devices.profiles import CubeInput, WrittenProfile, cube_of_model, model_of_
 from devices.profiles.colour_table import between
 from devices.profiles.profile import profile_of
 from devices.profiles.tag_table import parse_profile_file
+from documents.arrays import Floats
 from tests.devices.profiles.little_cms import through
 from tests.devices.profiles.profile_bytes import plvc_display
 
-Floats = NDArray[np.float64]
 COLOURS = sized(4000, 100)
 FORMS: tuple[tuple[str, int | None], ...] = (
     ("matrix", None),

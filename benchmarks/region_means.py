@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from promises import Promise, worst
 
 from devices.chart.layout import patch_quadrangles
+from documents.arrays import Floats
 from stimuli.comparison.areas import AreaMean, area_means, inside, window
 from stimuli.comparison.regions import Region
 from stimuli.comparison.table import region_table
 
-Floats = NDArray[np.float64]
 SMALLER = sized(1, 8)
 SHAPE = (1600 // SMALLER, 2400 // SMALLER, 3)
 CORNERS = np.array([[410.3, 310.7], [1700.2, 350.4], [1660.8, 1180.1], [380.6, 1120.9]]) / SMALLER

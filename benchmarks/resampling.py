@@ -15,9 +15,9 @@ from curves import Row, program, seconds, sized
 from numpy.typing import NDArray
 from promises import Promise, worst
 
+from documents.arrays import Floats
 from stimuli.pictures.resampling import Filter, axis_weights, resample
 
-Floats = NDArray[np.float64]
 Picture = NDArray[np.float32]
 Way = Callable[[Picture], NDArray[np.floating]]
 

@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
-from numpy.typing import NDArray
+
+from documents.arrays import Floats
 
 sys.path.insert(0, str(Path(__file__).parent))
 from curves import numbers, program, seconds, sized
@@ -36,7 +37,6 @@ from analysis.scaling import CovarianceKind, Model, Scores, fit_model, score
 from analysis.scaling.laws import LAWS, probabilities
 from analysis.scaling.scores import classes_of
 
-Floats = NDArray[np.float64]
 Row = dict[str, object]
 
 TITLE = "What reviewers ask: time against error"

@@ -17,8 +17,9 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import chdtrc, expit, xlogy
+
+from documents.arrays import Floats
 
 sys.path.insert(0, str(Path(__file__).parent))
 from curves import numbers, program, seconds, sized
@@ -26,7 +27,6 @@ from promises import Promise
 
 from analysis.scaling.robust_tests import from_products
 
-Floats = NDArray[np.float64]
 Row = dict[str, object]
 
 TITLE = "Tests where observers differ: time against distance of false findings from 5 %"

@@ -29,6 +29,7 @@ from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from devices.display.display_file import EyeModels, read_display
 from devices.display.nominal import Nominal
+from documents.arrays import Floats
 from runner.presenter.depth import Bits, highest_code
 from runner.presenter.dithering import Dithering
 from runner.presenter.modes.mode import EyeArea, Mode
@@ -37,8 +38,6 @@ from runner.presenter.presenter import Presenter
 from runner.presenter.surfaces.opening import open_surface
 from runner.scene import Picture, Scene
 from stimuli.pictures.stereo_image import StereoImage
-
-Floats = NDArray[np.float64]
 
 ASUS = Path(__file__).parents[1] / "configs/displays/asus_vg248qe.yaml"
 MASK_PX = 64

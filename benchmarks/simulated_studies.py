@@ -31,9 +31,7 @@ from analysis.scaling.profile import profiles_of
 from analysis.scaling.result import CovarianceKind, Fit, Method
 from analysis.scaling.scores import score
 from analysis.scaling.separation import strong_groups
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
+from documents.arrays import Floats, Indices
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,10 +13,10 @@ from curves import Row, program, seconds, sized
 from numpy.typing import NDArray
 from promises import Promise, times_as_fast, worst
 
+from documents.arrays import Floats
 from stimuli.sparkle.measures.find import Threshold
 from stimuli.sparkle.measures.measure import measure_sparkles
 
-Floats = NDArray[np.float64]
 Picture = NDArray[np.float32]
 SHAPE = sized((1460, 2190), (292, 438))
 SPARKLES = sized(1500, 60)

@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 from curves import Row, program, seconds, sized, times_faster
-from numpy.typing import NDArray
 from promises import Promise, worst
 from scipy.ndimage import median_filter
 from scipy.optimize import curve_fit
@@ -22,10 +21,10 @@ from scipy.optimize import curve_fit
 from devices.characterise import table_c1_codes, thesis_display
 from devices.characterise.channel_fit import fit_channels
 from devices.characterise.example_displays import THESIS_CURVES, noisy
+from documents.arrays import Floats
 from stimuli.luminance import contrast_over_exposure
 from stimuli.pictures import StereoImage
 
-Floats = NDArray[np.float64]
 NOISES = sized(20, 2)
 SIZES_PX = sized((192, 384, 1024), (96,))
 # A median about each pixel takes minutes on more.

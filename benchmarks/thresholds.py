@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from promises import Promise, times_as_fast, worst
 
 from analysis.thresholds import FUNCTIONS, Choices, QuestPlus, Staircase, fit_threshold, simulate
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 X = np.linspace(-2, 0, 41)
 SLOPES, LAPSES = (2.0, 3.0, 4.0, 5.0), (0.0, 0.01, 0.02, 0.03, 0.04)
 SLOPE, LAPSE = 3.5, 0.02

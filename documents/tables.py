@@ -16,13 +16,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from documents.arrays import Floats
 from documents.files.regular import read_regular
 from documents.findings import Finding, InputError
 from documents.text.words import did_you_mean, nearest
-
-Floats = NDArray[np.float64]
 
 MOST_FINDINGS = 20
 SEPARATORS: Mapping[str, str] = {",": "commas", ";": "semicolons", "\t": "tabs"}

@@ -33,8 +33,8 @@ from devices.display import (
 from devices.display.gain_map import Normalise, Positions
 from devices.display.residual import MOST_KNOTS
 from devices.errors import DeviceError
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 # Chromaticities of red, green and blue: sRGB, P3 and BT.2020, around which displays are drawn.
 _GAMUTS = (
     ((0.64, 0.33), (0.30, 0.60), (0.15, 0.06)),

@@ -16,8 +16,8 @@ from analysis.agreement.observed import ObservedGroup, check_sizes
 from analysis.agreement.pairs import pair_accuracy
 from analysis.agreement.result import Agreement, Correlation, Decision, GroupResult, MeasureResult, Predicted
 from analysis.classes.multiplicity import holm
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 FEWEST = 3
 VERDICT_BY: CorrelationKind = "spearman"
 

@@ -14,7 +14,8 @@ from math import factorial, prod
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
+
 Orders = NDArray[np.intp]
 # The agreement of a group, shape (B,), of its stimuli's values in each of B orders, shape (B, n).
 Statistic = Callable[[Orders], Floats]

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.series.agreement import ranks
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 CorrelationKind = Literal["pearson", "spearman", "kendall"]
 KINDS: tuple[CorrelationKind, ...] = get_args(CorrelationKind)
 TIED = 1e-10  # of the largest value

@@ -19,11 +19,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.agreement.correlations import CorrelationKind, correlation, direction
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 SEED = 2016
 # Halvings of a whole turn: ends are then known to 0.01 degrees.
 HALVINGS = 15

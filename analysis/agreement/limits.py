@@ -17,10 +17,8 @@ from numpy.typing import NDArray
 from analysis.agreement.observed import ObservedGroup
 from analysis.agreement.pairs import LEAST_DRAWS, widened_percentiles
 from analysis.report.summary import wilson_interval
+from documents.arrays import Flags, Floats
 from documents.text import JsonResult
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)

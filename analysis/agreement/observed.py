@@ -10,7 +10,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.bootstrap.replicates import resample
 from analysis.bootstrap.stability import differing
@@ -21,9 +20,7 @@ from analysis.records.session_record import SessionLog
 from analysis.report.estimate import MOST_ITEMS_DRAWN, estimate_scores
 from analysis.report.summary import AnalysisOptions
 from documents import Finding
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from documents.arrays import Flags, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.agreement.observed import Drawn, ObservedGroup
 from analysis.bootstrap.replicates import REPLICATES, SEED, draw_observers
@@ -18,9 +17,8 @@ from analysis.report.estimate import MOST_ITEMS_DRAWN
 from analysis.report.summary import AnalysisOptions
 from analysis.series.choices import KIND as SERIES
 from analysis.series.choices import gather
+from documents.arrays import Flags, Floats
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 _BLOCK_NUMBERS = 4_000_000
 
 

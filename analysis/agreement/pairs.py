@@ -12,9 +12,9 @@ from analysis.agreement.chance import Orders, Statistic, chance_of_agreement
 from analysis.agreement.correlations import signs
 from analysis.agreement.observed import ObservedGroup
 from analysis.bootstrap import tails
+from documents.arrays import Floats
 from documents.text import JsonResult
 
-Floats = NDArray[np.float64]
 # An interval needs a pair that is told apart in this share of the bootstrap samples.
 LEAST_DRAWS = 0.75
 

@@ -7,16 +7,13 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Any, ClassVar, Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
 from analysis.agreement.correlations import CorrelationKind
 from analysis.agreement.limits import Calibration
 from analysis.agreement.observed import ObservedGroup
 from analysis.agreement.pairs import PairAccuracy
+from documents.arrays import Floats
 from documents.text import JsonResult, finite
 
-Floats = NDArray[np.float64]
 Decision = Literal["agrees", "not shown", "cannot be said"]
 
 

@@ -23,16 +23,15 @@ from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.bootstrap import tails
 from analysis.bootstrap.influence import influences, standard_errors
 from analysis.bootstrap.replicates import BLOCK_NUMBERS, Name, Quantity, Replicates
 from analysis.errors import ResultsError
 from documents import Finding, one_blas_thread
+from documents.arrays import Floats
 from documents.text import finite, json_fields
 
-Floats = NDArray[np.float64]
 Kind = Literal["expanded-bca", "bca", "expanded", "percentile", "studentised", "sandwich", "model"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 DEFAULT: Kind = "expanded-bca"

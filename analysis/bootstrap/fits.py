@@ -12,16 +12,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.scaling.counts import Counts
 from analysis.scaling.newton import maximise
 from analysis.scaling.penalty import FIRTH, NO_PENALTY
 from analysis.scaling.result import Method
 from analysis.scaling.separation import are_connected
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from documents.arrays import Flags, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)

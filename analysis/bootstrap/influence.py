@@ -8,11 +8,9 @@ observers differ in ways the model does not know: answers of one observer may th
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.covariance import laplacian
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 
 def influences(by_observer: Floats, weights: Floats, theta: Floats) -> Floats:

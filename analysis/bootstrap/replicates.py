@@ -20,9 +20,8 @@ from analysis.scaling.fitting import fit
 from analysis.scaling.result import Fit, Method
 from analysis.scaling.separation import are_connected
 from documents import Finding, count_work
+from documents.arrays import Flags, Floats
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 Name = Literal["theta", "score", "log10_score", "difference"]
 NAMES: tuple[Name, ...] = get_args(Name)
 REPLICATES = 1000

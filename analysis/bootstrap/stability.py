@@ -24,10 +24,8 @@ from analysis.scaling.deciding import Verdicts, verdicts
 from analysis.scaling.profile import why_not_profiled
 from analysis.scaling.result import CovarianceKind
 from documents import Finding, one_blas_thread
+from documents.arrays import Flags, Floats, Indices
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Indices = NDArray[np.intp]
 MAXZ_SAMPLES = 10_000
 
 

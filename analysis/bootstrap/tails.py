@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
+
 FARTHEST = 8.0  # standard deviations: beyond any draw, where a level of two or three observers may round to 0 or 1
 
 

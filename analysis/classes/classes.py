@@ -20,8 +20,8 @@ from analysis.covariance.laplacian import pair_variances
 from analysis.covariance.shrinkage import Spread
 from analysis.errors import ResultsError
 from documents import Finding, count_work
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 Items: TypeAlias = list[int]
 Pairs: TypeAlias = list[tuple[int, int]]
 Column: TypeAlias = tuple[int, Items]  # its items as bits, and in order

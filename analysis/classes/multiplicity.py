@@ -13,8 +13,8 @@ from analysis.covariance.laplacian import pair_variances
 from analysis.covariance.shrinkage import Spread
 from analysis.errors import ResultsError
 from documents import Finding
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 ADJUSTMENTS: tuple[Adjust, ...] = get_args(Adjust)
 ADJUSTMENT_NAMES = MappingProxyType(
     {

@@ -21,7 +21,6 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.comparisons.columns import COLUMNS, GROUP_NAMES
 from analysis.comparisons.comparisons import MOST_ITEMS
@@ -31,10 +30,10 @@ from analysis.comparisons.sources import Coded, Texts, Written, coded, joined, p
 from analysis.comparisons.trials_table import Trials
 from analysis.errors import ResultsError
 from documents import Finding
+from documents.arrays import Indices
 from documents.text import did_you_mean
 
 Row = Sequence[str]
-Indices = NDArray[np.intp]
 PLAIN = "winner-loser"
 OBSERVER_NAMES = ("observer", "participant", "subject")
 CHOICE_NAMES = ("choice", "chosen", "selection", "selected", "response", "answer", "preferred")

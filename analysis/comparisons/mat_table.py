@@ -5,14 +5,13 @@ from __future__ import annotations
 from typing import BinaryIO
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.comparisons.comparisons import MOST_ITEMS, Comparisons, from_arrays
 from analysis.errors import ResultsError
 from devices.readings import MatFileError, read_mat
 from documents import Finding
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 COUNTS, BY_OBSERVER, NAMES = ("D", "M", "counts", "wins"), ("MM",), ("C", "names", "items", "conditions")
 MOST_BYTES = 100_000_000
 NOTES = ("the item of a row was preferred over that of a column as often as the number says",)

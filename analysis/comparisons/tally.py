@@ -13,8 +13,8 @@ from analysis.comparisons.comparisons import MOST_ITEMS, Comparisons, from_array
 from analysis.comparisons.sources import Coded, Texts
 from analysis.errors import ResultsError
 from documents import Finding
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Number = TypeVar("Number", bound=np.generic)
 

@@ -19,8 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents import one_blas_thread
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 WIDEST_FOR_LAPACK = 1e10
 WIDEST_FOR_PLAIN_SUMS = 1e3

@@ -24,11 +24,10 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.covariance.laplacian import contrast_variances
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 Clustered = Literal["shrinkage", "scaled", "sandwich"]
 CLUSTERED: tuple[Clustered, ...] = get_args(Clustered)
 

@@ -10,13 +10,12 @@ from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.factors.terms import Term
 from analysis.factors.values import LeftOut
 from analysis.scaling.separation import Groups
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 TOLERANCE = 1e-9
 
 

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.comparisons.comparisons import Comparisons
 from analysis.errors import ResultsError
@@ -25,8 +24,8 @@ from analysis.scaling.jeffreys import Jeffreys
 from analysis.scaling.profile import Profiles
 from analysis.scaling.separation import compared_groups
 from documents import Finding, one_blas_thread
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 MOST_ITEMS_PROFILED = 200
 
 

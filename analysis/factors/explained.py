@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.classes.conclusions import Conclusion, concluded
 from analysis.factors.fit import TermsFit
@@ -26,9 +25,8 @@ from analysis.scaling.designs import ITEMS
 from analysis.scaling.fitting import fit as fit_wins
 from analysis.scaling.laws import LOGISTIC
 from analysis.scaling.robust_tests import ObserverTest
+from documents.arrays import Floats
 from documents.text import JsonResult
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.factors.aliasing import orthonormal
 from analysis.factors.terms import Term
@@ -15,8 +14,7 @@ from analysis.scaling.designs import Columns
 from analysis.scaling.laws import LOGISTIC
 from analysis.scaling.newton import maximise
 from analysis.scaling.penalty import NO_PENALTY, Gaussian
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)

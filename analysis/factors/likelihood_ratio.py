@@ -16,7 +16,6 @@ from itertools import combinations
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.classes.conclusions import Conclusion, concluded
 from analysis.classes.multiplicity import holm
@@ -32,9 +31,9 @@ from analysis.scaling.newton import Point
 from analysis.scaling.robust_tests import ObserverTest, from_factors
 from analysis.scaling.sandwich import observer_slopes
 from analysis.scaling.separation import Groups
+from documents.arrays import Floats
 from documents.text import JsonResult
 
-Floats = NDArray[np.float64]
 NO_SPREAD = 1e-6
 WORST_CONDITION = 1e12
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.classes.conclusions import Conclusion
 from analysis.classes.multiplicity import two_sided_p
@@ -17,9 +16,9 @@ from analysis.factors.terms import Coding
 from analysis.factors.values import Factor, LeftOut
 from analysis.scaling.result import t_quantile
 from analysis.scaling.robust_tests import FEWEST_OBSERVERS
+from documents.arrays import Floats
 from documents.text import JsonResult, finite
 
-Floats = NDArray[np.float64]
 FactorMethod = Literal["ml", "map"]
 UNDER_A_PRIOR = "Under a prior all effects are finite, but untested: type cyclopean.effects(FOLDER, method='map')."
 

@@ -8,13 +8,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.factors.terms import Term
 from analysis.scaling.counts import Counts
 from analysis.scaling.separation import LEVEL, items_are_linked, recession
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 
 def is_separated(counts: Counts, terms: Sequence[Term]) -> bool:

@@ -12,11 +12,10 @@ from itertools import product
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.factors.values import Factor
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 Coding = Literal["treatment", "sum"]
 
 

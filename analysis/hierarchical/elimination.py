@@ -20,10 +20,8 @@ from functools import cached_property
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
+from documents.arrays import Floats, Indices
 
 CHUNK_BYTES = 16 * 2**20
 FEW_NEIGHBOURS, MOST_NEIGHBOURS = 2, 3

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.choices import Adjust
 from analysis.classes.classes import check_level
@@ -18,9 +17,8 @@ from analysis.scaling.laws import LAWS, Model
 from analysis.scaling.newton import maximise
 from analysis.scaling.separation import find_separation
 from documents import Finding, one_blas_thread
+from documents.arrays import Floats, Indices
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 RANDOM_MODELS: tuple[Model, ...] = ("bradley-terry", "thurstone")
 
 

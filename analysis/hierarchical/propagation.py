@@ -17,14 +17,12 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.covariance import laplacian
 from analysis.hierarchical.elimination import Blocks, Solution
 from analysis.scaling.counts import Counts
 from analysis.scaling.laws import LOGISTIC, Law
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 QUADRATURE_POINTS = 15
 CHUNK = 2048

@@ -16,8 +16,7 @@ from analysis.hierarchical.propagation import GroupAnswers, Sites
 from analysis.hierarchical.spread import Spread, mean_over_observers
 from analysis.scaling.laws import LAWS, Model
 from documents import Finding
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 MOST_PAIRS_IN_JSON = 5000
 NUMBERS = (

@@ -16,7 +16,6 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.covariance import laplacian
 from analysis.hierarchical.elimination import Blocks
@@ -24,9 +23,9 @@ from analysis.hierarchical.propagation import GroupAnswers, Sites, alike, propag
 from analysis.scaling.counts import Counts
 from analysis.scaling.laws import NATS_PER_JND, Law
 from documents import in_threads
+from documents.arrays import Floats
 from documents.text import JsonResult
 
-Floats = NDArray[np.float64]
 Result = TypeVar("Result")
 
 GRID = (0.05, 0.15, 0.3, 0.45, 0.6, 0.8, 1.0, 1.25, 1.5, 1.8, 2.2, 2.7, 3.3, 4.0, 5.0, 6.5, 8.0)  # in nats

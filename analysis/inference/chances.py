@@ -11,16 +11,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.classes.classes import check_level
 from analysis.inference.differences import Differences, differences
 from analysis.scaling.counts import Counts
 from analysis.scaling.laws import LAWS
 from analysis.scaling.scores import Scores
+from documents.arrays import Floats
 from documents.text import JsonResult
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -43,10 +43,9 @@ from analysis.scaling.result import CovarianceKind
 from analysis.scaling.sandwich import Contributions, contributions
 from analysis.scaling.scores import Scores
 from documents import Finding
+from documents.arrays import Floats, Indices
 from documents.text import JsonResult, counted
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 MOST_ITEMS = 60
 MOST_LEFT_OUT = 100
 PARTS = 20

@@ -8,7 +8,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.covariance.laplacian import contrast_variances
 from analysis.errors import ResultsError
@@ -16,9 +15,7 @@ from analysis.scaling.profile import Profiles, profiles_of
 from analysis.scaling.scores import Scores
 from analysis.scaling.terminal import problem_lines
 from documents import Finding
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
+from documents.arrays import Floats, Indices
 
 
 @dataclass(frozen=True, slots=True, eq=False)

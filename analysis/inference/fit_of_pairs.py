@@ -14,18 +14,17 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.classes.classes import check_level
 from analysis.classes.conclusions import verdict_of
 from analysis.classes.multiplicity import corrected, two_sided_p
 from analysis.errors import ResultsError
-from analysis.inference.pulls import Indices, Pulls, by_unordered_pair, pulls
+from analysis.inference.pulls import Pulls, by_unordered_pair, pulls
 from analysis.scaling.scores import Scores
 from documents import Finding
+from documents.arrays import Floats, Indices
 from documents.text import JsonResult, counted, finite
 
-Floats = NDArray[np.float64]
 FEWEST_OBSERVERS = 3
 LEAST_VARIANCE = 1e-9  # of the variance without leverage: below it the pair alone decides what it is compared with
 

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.comparisons.comparisons import Comparisons
 from analysis.errors import ResultsError
@@ -23,10 +22,9 @@ from analysis.inference.left_out import LeftOut, left_out
 from analysis.scaling.laws import LAWS, MODELS, Model
 from analysis.scaling.newton import Point
 from documents import Finding
+from documents.arrays import Floats, Indices
 from documents.text import JsonResult
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 SEED = 2016
 MOST_LEFT_OUT_ONE_BY_ONE = 30
 FOLDS = 10

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.comparisons.comparisons import Comparisons
 from analysis.scaling.counts import Answers, Counts, count_pairs
@@ -14,10 +13,8 @@ from analysis.scaling.laws import LAWS, Model
 from analysis.scaling.newton import Point, maximise
 from analysis.scaling.penalty import NO_PENALTY, Gaussian
 from analysis.scaling.separation import are_connected, find_separation
+from documents.arrays import Flags, Floats, Indices
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
-Flags = NDArray[np.bool_]
 MOST_NUMBERS = 4_000_000
 
 

@@ -12,7 +12,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.errors import ResultsError
 from analysis.inference.differences import check_fitted
@@ -24,9 +23,8 @@ from analysis.scaling.profile import parts
 from analysis.scaling.sandwich import observer_slopes
 from analysis.scaling.scores import Scores
 from documents import Finding
+from documents.arrays import Floats, Indices
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 MOST_ITEMS = 300
 
 

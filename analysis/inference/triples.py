@@ -26,10 +26,9 @@ from analysis.errors import ResultsError
 from analysis.inference.pulls import by_unordered_pair, pulls
 from analysis.scaling.scores import Scores
 from documents import Finding
+from documents.arrays import Floats, Indices
 from documents.text import JsonResult
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 PROPERTIES = ("weak", "moderate", "strong")
 REPLICATES = 2000
 SEED = 2016

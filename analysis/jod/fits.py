@@ -14,8 +14,8 @@ from analysis.scaling.laws import LAWS
 from analysis.scaling.newton import maximise
 from analysis.scaling.separation import compared_groups, explain, strong_groups
 from documents import Finding
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 MOST_ITEMS = 200
 BLOCK_NUMBERS = 4_000_000
 

@@ -12,14 +12,13 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.comparisons.comparisons import Comparisons
 from analysis.jod.fits import fit_jod
 from analysis.scaling.distance_prior import JOD_PER_SD, DistancePrior
+from documents.arrays import Floats
 from documents.text import JsonResult
 
-Floats = NDArray[np.float64]
 WORTH_A_LOOK = 1.5
 LEAST_LOG = float(np.log(1e-200))  # pwcmp's least probability of a pair's answers
 FEWEST = 4  # observers that have quartiles

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, TypedDict, Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.bootstrap.replicates import draw_observers
 from analysis.choices import Adjust
@@ -18,9 +17,9 @@ from analysis.jod.fits import check_counts, fit_jod
 from analysis.jod.outliers import ObserverLikelihood, observer_likelihoods
 from analysis.scaling.distance_prior import DISTANCE_PRIORS, DistancePrior
 from documents import Finding
+from documents.arrays import Floats
 from documents.text import JsonResult, did_you_mean
 
-Floats = NDArray[np.float64]
 REPLICATES, SEED = 500, 2016  # pwcmp draws 500 times
 FEWEST_DRAWS = 20
 

@@ -24,8 +24,7 @@ from numpy.typing import NDArray
 from analysis.comparisons.comparisons import Comparisons, split_scales
 from analysis.observers.consistency import Verdicts, verdicts
 from analysis.observers.tails import Tail, from_chances, from_moments
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 SHUFFLES = 9999
 MOST_STEPS = 50_000_000

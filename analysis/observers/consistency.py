@@ -22,12 +22,10 @@ from numpy.typing import NDArray
 
 from analysis.comparisons.comparisons import Comparisons, split_scales
 from analysis.observers.tails import Tail, from_chances, from_moments
+from documents.arrays import Flags, Floats
 from documents.text import JsonResult
 
-Floats = NDArray[np.float64]
-
 Verdicts = NDArray[np.int8]
-Flags = NDArray[np.bool_]
 Scores = tuple[int, ...]
 
 MOST_COINS = 12  # pairs up to which every outcome is enumerated

@@ -20,7 +20,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.bootstrap.fits import fit_each
 from analysis.classes import multiplicity
@@ -28,9 +27,8 @@ from analysis.comparisons.comparisons import Comparisons, split_scales
 from analysis.covariance.laplacian import contrast_variances, pseudo_inverse
 from analysis.observers.tails import lower_tail
 from analysis.scaling.laws import probabilities
+from documents.arrays import Floats
 from documents.text import JsonResult
-
-Floats = NDArray[np.float64]
 
 LEVEL = 0.05
 MOST_ITEMS = 300

@@ -20,9 +20,9 @@ from analysis.kinds.pair import PairRecord
 from analysis.observers.haste import TOO_FAST_S
 from analysis.records.results import sessions_by_observer
 from analysis.records.session_record import SessionLog
+from documents.arrays import Floats
 from documents.text import JsonResult
 
-Floats = NDArray[np.float64]
 FEWEST_ANSWERS = 8  # of a trend
 
 

@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.classes.multiplicity import ADJUSTMENT_NAMES
 from analysis.power.groups import GroupsNeeded, parts_of
 from analysis.power.plan import Plan
 from analysis.power.results import Needed
 from analysis.power.tables import size_table
+from documents.arrays import Floats
 from documents.figures import DEEP, INK, Drawing, drawing, drawn, short
 from documents.pages import Beside, Column, Facts, Figure, Page, Paragraph, Section, Table
 from documents.pages import write_page as write_html
@@ -21,8 +21,6 @@ from documents.pages import write_page as write_html
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-
-Floats = NDArray[np.float64]
 
 FAINT, SECOND = "#b9c2c9", "#b4541f"
 SIZE_IN = (5.2, 3.7)

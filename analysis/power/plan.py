@@ -20,8 +20,8 @@ from analysis.scaling.fitting import covariance_kind, fit
 from analysis.scaling.laws import LOGISTIC, probabilities
 from analysis.scaling.result import CovarianceKind
 from documents import Finding
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 MAXZ_SAMPLES = 50_000  # standard error 0.001 at p = 0.05
 ScoresOf = Literal["typical", "average"]
 INTERVALS: tuple[Interval, ...] = get_args(Interval)

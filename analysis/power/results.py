@@ -13,9 +13,8 @@ from analysis.choices import TARGET
 from analysis.errors import ResultsError
 from analysis.power.plan import Plan
 from documents import Finding
+from documents.arrays import Floats
 from documents.text import did_you_mean, finite
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,7 +11,6 @@ from functools import reduce
 from operator import add
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.choices import REPLICATES, SEED
 from analysis.errors import ResultsError
@@ -20,8 +19,7 @@ from analysis.power.plan import Plan, check
 from analysis.power.results import Power
 from analysis.power.studies import run, widths
 from documents import Finding, one_blas_thread
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 MOST_REPLICATES = 250
 MOST_NUMBERS = 4_000_000

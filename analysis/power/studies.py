@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.bootstrap.fits import fit_each
 from analysis.choices import Interval
@@ -28,10 +27,8 @@ from analysis.scaling.profile import (
     signed_roots,
 )
 from analysis.scaling.result import Method
+from documents.arrays import Flags, Floats, Indices
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Indices = NDArray[np.intp]
 BOOTSTRAPS = 1000
 
 

@@ -25,11 +25,11 @@ from analysis.records.session_record import SessionLog
 from analysis.records.times import in_time
 from analysis.series.observer_means import bounded_means
 from documents import Finding
+from documents.arrays import Floats
 from documents.text import JsonResult
 
 OF: tuple[Of, ...] = ("alone", "chosen", "both")
 MOST_OUTLYING, MOST_ONE_SIDED = 0.05, 0.3
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.bootstrap.replicates import Replicates, resample
 from analysis.bootstrap.stability import Stability, class_stability
@@ -22,8 +21,8 @@ from analysis.scaling.profile import profiles_of
 from analysis.scaling.result import TWO_SIDED_95, CovarianceKind, Fit
 from analysis.scaling.scores import Scores, classes_of, rescored, score
 from analysis.scaling.separation import compared_groups
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 ScoreMethod = Literal["ml", "firth", "learnt_prior"]
 # Above these numbers of items, a thousand bootstrap samples, or their classes, take too long.
 MOST_ITEMS_DRAWN, MOST_ITEMS_CLASSED = 60, 30

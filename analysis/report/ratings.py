@@ -7,7 +7,6 @@ from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.kinds.preference import PreferenceRecord
 from analysis.ratings.preferences import Preferences
@@ -17,6 +16,7 @@ from analysis.report.figures import draw_dots
 from analysis.report.summary import wilson_interval
 from analysis.report.words import fixed, p_words, percent
 from analysis.series.observer_means import Estimate, means
+from documents.arrays import Floats
 from documents.figures import NARROW_IN, WIDE_IN
 from documents.pages import Column, Figure, Paragraph, Section, Table
 
@@ -109,9 +109,6 @@ def _raters(scale: ScaleSummary) -> Table:
     _, title, _, end = _TITLES[scale.of]
     title = f"{title.format(scale.scale)}; BT.500's rule is information, nobody is left out by it"
     return Table(f"raters_{scale.scale}{end}", title, columns, rows, folded=True)
-
-
-Floats = NDArray[np.float64]
 
 
 def preferences_section(sessions: Sequence[SessionLog], chosen: Preferences) -> Section:

@@ -6,15 +6,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.covariance.shrinkage import Clustered, Spread, shrink
 from analysis.scaling.counts import Answers, Counts
 from analysis.scaling.laws import Law
 from analysis.scaling.newton import Point
 from analysis.scaling.sandwich import Contributions, contributions
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 
 @dataclass(frozen=True, eq=False)

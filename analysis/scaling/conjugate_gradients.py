@@ -7,12 +7,10 @@ roughly at first, fully at the end. Nothing of size n² is made but by `SparseIt
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.scaling.counts import Counts
 from analysis.scaling.designs import ITEMS, Design
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 ROUGHEST, FINEST = 0.1, 1e-6
 WIDEST_RATIO = 1e6

@@ -18,12 +18,11 @@ from analysis.comparisons.comparisons import Comparisons
 from analysis.covariance.laplacian import split
 from analysis.errors import ResultsError
 from documents import Finding
+from documents.arrays import Floats, Indices
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 MOST_ITEMS_KEPT = 256
 
 

@@ -22,7 +22,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.covariance.laplacian import contrast_variances, differences_of
 from analysis.covariance.shrinkage import pseudo_inverses
@@ -31,10 +30,8 @@ from analysis.scaling.jeffreys import Jeffreys
 from analysis.scaling.laws import probabilities
 from analysis.scaling.profile import COARSE_STEP, climbed, parts, scaled, signed_roots
 from documents import count_work
+from documents.arrays import Flags, Floats, Indices
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Indices = NDArray[np.intp]
 Verdicts = Callable[[Floats, Indices], Flags]
 
 IN_CACHE = 100_000  # numbers of an array that stays in a processor's cache beside some others

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.classes.conclusions import Conclusion, concluded
 from analysis.scaling.counts import Answers, Counts, count_pairs
@@ -24,6 +23,7 @@ from analysis.scaling.laws import LAWS
 from analysis.scaling.newton import Point, joint_covariance
 from analysis.scaling.robust_tests import FEWEST_OBSERVERS, ObserverTest, from_factors
 from analysis.scaling.sandwich import observer_slopes
+from documents.arrays import Floats
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from analysis.comparisons.comparisons import Comparisons
     from analysis.scaling.result import Fit
 
-Floats = NDArray[np.float64]
 HELD = (
     "Only the penalty keeps these scores finite, and part of the residuals is the penalty's: they are no evidence "
     "against one scale, and the test over observers is left out."

@@ -10,12 +10,10 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.covariance import laplacian
 from analysis.scaling.counts import Counts
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 
 class Design(Protocol):

@@ -27,8 +27,8 @@ from analysis.choices import DistancePrior as DistancePrior
 from analysis.scaling.counts import Counts
 from analysis.scaling.laws import Slopes, hazard
 from analysis.scaling.penalty import NO_PENALTY, NoPenalty, Penalty
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 DISTANCE_PRIORS: tuple[DistancePrior, ...] = get_args(DistancePrior)
 JOD_PER_SD = 1.4826  # pwcmp's figure for 1 / Φ⁻¹(3/4)
 FLOOR, EPSILON = 0.1, 1e-8

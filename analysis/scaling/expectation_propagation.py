@@ -16,12 +16,10 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.covariance import laplacian
 from analysis.scaling.counts import Counts
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 NODES = 20
 TOLERANCE = 1e-4  # in standard deviations of each difference

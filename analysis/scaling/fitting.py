@@ -10,7 +10,6 @@ import math
 from typing import TYPE_CHECKING, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.choices import CovarianceChoice
 from analysis.comparisons.comparisons import Comparisons
@@ -37,11 +36,11 @@ from analysis.scaling.robust_tests import score_test
 from analysis.scaling.sandwich import observer_slopes
 from analysis.scaling.separation import Separation, are_connected, find_separation, separation_of_method, strong_groups
 from documents import Finding, one_blas_thread
+from documents.arrays import Floats
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-Floats = NDArray[np.float64]
 DEFAULT_PRIOR_SD = 2.0
 SETTLED = 1e-9  # a step of Fisher's scoring, whose slopes are exact to about 1e-10
 MOST_AT_START = 3.0  # of a tie parameter, where answers say that it is endless

@@ -28,7 +28,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.classes.conclusions import LEVEL, Conclusion, concluded
 from analysis.comparisons.comparisons import Comparisons
@@ -37,9 +36,9 @@ from analysis.scaling.laws import LAWS
 from analysis.scaling.newton import Point, joint_covariance
 from analysis.scaling.result import Fit
 from analysis.scaling.sandwich import observer_slopes
+from documents.arrays import Floats
 from documents.text import JsonResult
 
-Floats = NDArray[np.float64]
 FEWEST_OBSERVERS = 3
 NO_SPREAD = 1e-9  # of the trace: observers who differ by rounding alone do not vary
 MOST_UNITS = 2000  # K of more observers would not fit into memory: several make a unit

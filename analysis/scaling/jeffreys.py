@@ -15,15 +15,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.scaling.counts import Counts
 from analysis.scaling.laws import LAWS, LOGISTIC, Law, Slopes
 from analysis.scaling.newton import border_of
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
-Flags = NDArray[np.bool_]
+from documents.arrays import Flags, Floats, Indices
 
 RIDGE = 1e-14
 BESIDE = 1e-5  # apart, differences give slopes to about 1e-10, and the likelihood to the square of that

@@ -21,12 +21,11 @@ from __future__ import annotations
 from typing import NamedTuple, Protocol, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.choices import Model as Model
 from analysis.scaling.counts import Counts
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 MODELS: tuple[Model, ...] = get_args(Model)
 
 STANDARD_DEVIATIONS_PER_JOD = 0.6744897501960817

@@ -16,14 +16,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.covariance.laplacian import contrast_variances
 from analysis.scaling.counts import Counts
 from analysis.scaling.expectation_propagation import Approximation, Sites, approximate, joined, swept
 from analysis.scaling.laws import LOGISTIC
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 WIDTH_OF_SPREADS = 3.0  # standard deviation of the half-normal prior of σ, in nats
 DRAWS, SEED = 4000, 41414

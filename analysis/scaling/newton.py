@@ -25,9 +25,7 @@ from analysis.scaling.laws import LOGISTIC, Law, Slopes
 from analysis.scaling.penalty import NO_PENALTY, Penalty
 from analysis.scaling.start import log_odds, plain_maximum
 from documents import count_work
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from documents.arrays import Flags, Floats
 
 MOST_HALVINGS = 60
 SHORT_STEP = 1e-3  # on a longer one nothing has converged

@@ -24,8 +24,7 @@ from numpy.typing import NDArray
 from analysis.covariance import laplacian
 from analysis.scaling.counts import Counts
 from analysis.scaling.laws import Slopes
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 
 class Penalty(Protocol):

@@ -23,7 +23,6 @@ from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.covariance.laplacian import contrast_variances, differences_of
 from analysis.scaling.counts import Answers, Counts
@@ -34,13 +33,10 @@ from analysis.scaling.newton import maximise
 from analysis.scaling.penalty import FIRTH
 from analysis.scaling.separation import LEVEL, drawn_apart
 from documents import count_work
+from documents.arrays import Flags, Floats, Indices
 
 if TYPE_CHECKING:
     from analysis.scaling.result import Fit
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
-Flags = NDArray[np.bool_]
 
 MOST_ITEMS_PROFILED = 40
 MOST_OBSERVERS_EXCHANGED = 100

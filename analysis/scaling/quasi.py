@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from analysis.covariance.laplacian import contrast_variances
 from analysis.errors import ResultsError
 from documents import Finding
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 MOST_ITERATIONS = 200
 STEP_TOLERANCE = 1e-13

@@ -17,12 +17,12 @@ from analysis.scaling.goodness import Goodness, goodness_of_fit
 from analysis.scaling.laws import LAWS, Model
 from analysis.scaling.robust_tests import ObserverTest
 from analysis.scaling.separation import Groups, Separation, find_separation, separated_items
+from documents.arrays import Floats
 from documents.text import JsonResult
 
 if TYPE_CHECKING:
     from analysis.scaling.quasi import QuasiVariances
 
-Floats = NDArray[np.float64]
 Method = Literal["ml", "firth"]
 ModelMethod = Literal["ml", "firth", "map"]
 CovarianceKind = Literal["model", "scaled", "sandwich", "shrinkage"]

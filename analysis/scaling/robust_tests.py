@@ -21,15 +21,14 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from documents import count_work
+from documents.arrays import Floats
 from documents.text import JsonResult
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
-Floats = NDArray[np.float64]
 Factor: TypeAlias = "tuple[Floats | csc_array, Floats | None]"
 
 FEWEST_OBSERVERS = 5

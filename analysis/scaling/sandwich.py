@@ -24,8 +24,8 @@ from analysis.scaling.counts import Answers, Counts
 from analysis.scaling.laws import Law, Slopes
 from analysis.scaling.newton import Point
 from documents import Finding
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 MOST_WORK = 3e8  # observers times the cube of parameters: a second or so
 MOST_EXACT = 300  # strengths and further parameters
 FEWEST_FREE = 1e-3

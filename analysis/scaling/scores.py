@@ -8,7 +8,6 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.choices import Adjust, CovarianceChoice
 from analysis.classes.classes import Classes, best_first, check_level, classes_if_few
@@ -20,12 +19,12 @@ from analysis.scaling.laws import LAWS, Model
 from analysis.scaling.profile import profiles_of, why_by_standard_errors
 from analysis.scaling.result import Fit, ModelMethod
 from analysis.scaling.separation import are_apart
+from documents.arrays import Floats
 from documents.text import JsonResult, finite
 
 if TYPE_CHECKING:
     from analysis.scaling.quasi import QuasiVariances
 
-Floats = NDArray[np.float64]
 MethodChoice = ModelMethod | Literal["auto"]
 MOST_ITEMS_PENALISED = 1000  # unless asked for: the penalty needs dense equations
 

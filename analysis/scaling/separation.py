@@ -24,11 +24,11 @@ from numpy.typing import NDArray
 from analysis.errors import ResultsError
 from analysis.scaling.counts import Counts
 from documents import Finding
+from documents.arrays import Floats
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-Floats = NDArray[np.float64]
 Groups = tuple[tuple[int, ...], ...]
 AGREES = 0.5
 LEVEL = 1e-5

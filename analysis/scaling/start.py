@@ -9,15 +9,14 @@ plain, or a step is long, it begins near the log odds instead.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.covariance.laplacian import grounded, lapack, pair_span
 from analysis.scaling.counts import Counts
 from analysis.scaling.designs import Design
 from analysis.scaling.laws import EXPONENTIAL_FAMILY_STEP, NATS_PER_JND, Law
 from analysis.scaling.penalty import Penalty
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 FARTHEST_START = 3.0  # JNDs
 MOST_PLAIN_STEPS = 12
 LAST_PLAIN_STEP = 1e-5  # the next would be below 1e-9, and the one after it below rounding

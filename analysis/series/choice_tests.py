@@ -9,15 +9,13 @@ from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.classes.conclusions import Conclusion, concluded
 from analysis.classes.multiplicity import holm
 from analysis.series.choices import Choices
 from analysis.series.paired_tests import DRAWS, cochran, p_by_flips, quadratic_form, stuart_maxwell
+from documents.arrays import Floats
 from documents.text import JsonResult
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

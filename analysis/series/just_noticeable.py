@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 
 from analysis.scaling.robust_tests import ObserverTest, from_factors
 from analysis.series.choices import Choices
+from documents.arrays import Floats
 from documents.text import JsonResult
 
-Floats = NDArray[np.float64]
 PROBABLE_ERROR = 0.6744897501960817
 NODES, REACH = 241, 8.0  # of the trapezoid rule over a standard normal distribution, to 8 standard deviations
 _WIDEST_REPORTED = 2.0  # in lengths of the series: a larger standard deviation cannot be measured with the series

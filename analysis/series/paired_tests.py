@@ -13,15 +13,14 @@ from functools import lru_cache
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.classes.conclusions import Conclusion, concluded
 from analysis.classes.multiplicity import holm
 from analysis.series.agreement import kendall_w, kendall_w_p, ranks
 from analysis.series.observer_means import Estimate, means
+from documents.arrays import Floats
 from documents.text import JsonResult
 
-Floats = NDArray[np.float64]
 MOST_EXACT = 16
 DRAWS = 100_000
 SEED = 1935

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.series.choices import Choice, Choices
 from analysis.series.observer_means import Estimate, bounded_means, means, shares
 from documents.text import JsonResult
 
-Floats = NDArray[np.float64]
 # What a choice is rated on: similarity to a reference, as in the thesis, or quality where there is none.
 WEIGHTS = ("similarity", "quality")
 

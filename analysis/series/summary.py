@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.classes.conclusions import Conclusion
 from analysis.records.answered_by import WhoAnswered, who_answered
@@ -34,9 +33,8 @@ from analysis.series.picture_scores import (
     response_times_s,
     weight_of,
 )
+from documents.arrays import Floats
 from documents.text import counted, json_fields
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

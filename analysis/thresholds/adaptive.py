@@ -8,12 +8,12 @@ from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from analysis.thresholds.functions import FUNCTIONS, Psychometric
 from analysis.thresholds.priors import BEYOND, LOG_SPREAD, log_slope_prior, middle_log_slope, rate_prior
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 _THRESHOLDS, _SLOPES = 61, 9
 _RATES, _FEWER_RATES = (0.005, 0.015, 0.03, 0.06), (0.005, 0.02, 0.05)  # fewer where both rates are parameters
 _EVEN, _EVEN_IN_SESSIONS = 1e-13, 1e-9  # nats

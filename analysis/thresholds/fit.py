@@ -14,14 +14,13 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.series.observer_means import Estimate, means
 from analysis.thresholds.functions import FUNCTIONS, Psychometric
 from analysis.thresholds.priors import BEYOND, LOG_SPREAD, log_slope_prior, middle_log_slope, rate_prior
+from documents.arrays import Floats
 from documents.text import JsonResult, counted
 
-Floats = NDArray[np.float64]
 POINTS, RATE_POINTS = 41, 8
 _MOST_RATE = 0.2
 _KEPT = 1e-7  # of the posterior: what is cut off before the grid is refined

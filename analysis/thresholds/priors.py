@@ -8,11 +8,11 @@ rate of false alarms are Beta(1, 19). The adaptive method and the fit share them
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from analysis.thresholds.functions import Psychometric
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 BEYOND = 0.5  # how far thresholds may lie beyond the levels, in ranges of them
 LOG_SPREAD = float(np.log(3.0))
 _SHARE_OF_RANGE = 0.25  # over which the function of the prior's middle rises from 10 to 90 %

@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.compensation.dither import adjacent_codes, code_lights
 from devices.compensation.dither_mask import SIZE_PX
@@ -17,8 +16,8 @@ from devices.display.code_table import curve_table, looked_up_codes
 from devices.display.knot_table import knot_codes, knot_tables
 from devices.display.table_curve import TableCurve
 from devices.display.tone_curve import Curve
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 _RANKS = SIZE_PX**2
 
 

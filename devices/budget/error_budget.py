@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.budget.path import Step
 from devices.display.model import EYES, Eye
+from documents.arrays import Floats
 from documents.text import JsonResult
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,14 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.budget.encoding import Encoding
 from devices.budget.path import Pair, Step, delta_e, half_floats
 from devices.compensation.mixture import Mixture
 from devices.display.model import EYES, Eye, EyeModels
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,7 +11,6 @@ from enum import StrEnum
 from typing import Protocol, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.budget.encoding import Encoding
 from devices.colour.ciede2000 import delta_e_2000
@@ -19,8 +18,8 @@ from devices.colour.spaces import xyz_to_lab
 from devices.compensation.compensate import Correction
 from devices.compensation.crosstalk_cancel import cancel_crosstalk
 from devices.display.model import EYES, DisplayModel, Eye, EyeModels
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 Pair: TypeAlias = Mapping[Eye, Floats]
 """Each eye's colours, XYZ in cd/m², shape (n, 3)."""
 

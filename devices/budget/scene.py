@@ -10,11 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.display.model import Eye, EyeModels
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 _LEAST, _MOST = 2e-4, 0.88
 # Periods of red, green and blue, in pixels of the display, and how far the right eye's picture is moved.
 _PERIODS_X_PX, _PERIODS_Y_PX = (96.0, 24.0, 48.0), (32.0, 64.0, 24.0)

@@ -18,8 +18,8 @@ from devices.camera.exposure import Exposure
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.errors import DeviceError
 from documents import Finding
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 AnyFloats = NDArray[np.floating[Any]]
 Bools = NDArray[np.bool_]
 Form = Literal["affine", "linear"]

@@ -11,18 +11,14 @@ import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from devices.camera.correspondences import FULL_SCALE, Correspondences
 from devices.camera.exposure import Exposure, parse_seconds
 from devices.colour_matching import colorimetric_observer
 from devices.errors import DeviceError
 from documents import Finding
+from documents.arrays import Floats
 from documents.tables import Column, Form, Table, number_in
 from documents.text import visible
-
-Floats = NDArray[np.float64]
 
 _RGB, _XYZ = ("R", "G", "B"), ("X", "Y", "Z")
 _EXPOSURE = ("time_s", "f_number", "iso")

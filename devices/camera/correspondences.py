@@ -19,9 +19,9 @@ from devices.camera.solve import condition_of
 from devices.colour.spaces import xyz_to_lab
 from devices.errors import DeviceError
 from documents import Finding
+from documents.arrays import Floats
 from documents.text import counted
 
-Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 # A channel this near full scale is taken to have been clipped there.
 FULL_SCALE = 0.995

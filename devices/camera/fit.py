@@ -28,8 +28,7 @@ from devices.colour.spaces import xyz_to_lab
 from devices.colour_matching import DEFAULT_OBSERVER, colorimetric_observer
 from devices.errors import DeviceError
 from documents import Finding
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 _COLOURS = ("red", "green", "blue")
 _MOST_LEFT_OUT = 0.25

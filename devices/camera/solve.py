@@ -22,8 +22,8 @@ from devices.camera.camera_model import Form
 from devices.characterise.metric import difference_roots
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 Loss = Literal["xyz", "delta-e"]
 _TINY = 1e-9
 _ONE_BY_ONE = 200

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.errors import DeviceError
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 _Problem = Callable[[Floats, Floats], tuple[Floats, Floats]]
 Kind = Literal["gog", "gogo", "ggo", "gamma"]
 KINDS: tuple[Kind, ...] = ("gamma", "gog", "ggo", "gogo")

@@ -34,9 +34,8 @@ from devices.display.plvc import Plvc
 from devices.errors import DeviceError
 from devices.readings.table import Measurements
 from documents import Finding
+from documents.arrays import Floats
 from documents.text import JsonResult, counted
-
-Floats = NDArray[np.float64]
 
 MARGIN_MEAN, MARGIN_P95 = 0.05, 0.2
 # Beyond this the readings are not those of a display that any of the models describes.

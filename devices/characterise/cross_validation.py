@@ -20,8 +20,8 @@ from devices.characterise.residual_fit import fit_curves_too, fit_residual
 from devices.characterise.table_fit import fit_plvc, fit_table
 from devices.display.model import DisplayModel
 from devices.display.plvc import Plvc
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 Rows = NDArray[np.intp]
 Name = Literal["gamma", "gog", "ggo", "gogo", "table", "plvc", "residual"]
 NAMES: tuple[Name, ...] = ("gamma", "gog", "ggo", "gogo", "table", "plvc", "residual")

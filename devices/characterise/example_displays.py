@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.display.model import DisplayModel
 from devices.display.table_curve import TableCurve
 from devices.display.tone_curve import ToneCurve
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 # Table 3.6, gains for codes in 0..1.
 THESIS_CURVES = ((0.9690, 0.0218, 1.8132), (1.0455, 0.0, 1.7649), (0.9945, 0.0, 1.7156))

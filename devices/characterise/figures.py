@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from devices.characterise.patches import Patches
 from devices.display.code_table import code_tables, table_codes
@@ -15,9 +15,9 @@ from devices.display.knot_table import knotted_codes
 from devices.display.model import DisplayModel
 from devices.display.table_curve import TableCurve
 from devices.display.tone_curve import ToneCurve
+from documents.arrays import Floats
 from documents.text import JsonResult
 
-Floats = NDArray[np.float64]
 _COLOURS = ("red", "green", "blue")
 
 

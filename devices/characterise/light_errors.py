@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
+
 # A decade with fewer readings is told, and has no say in the choice of a model.
 FEWEST_JUDGED = 3
 # A model's light is as good as another's if it is off by this many times as much, and by so much more, as a share.

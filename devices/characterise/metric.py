@@ -7,11 +7,10 @@ near the colour. A fit that makes these lengths small makes ΔE00 small, and wei
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from devices.colour.ciede2000 import delta_e_2000
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 _DELTA = 6.0 / 29.0
 _STEP = 1e-3

@@ -19,9 +19,7 @@ from numpy.typing import NDArray
 
 from devices.characterise.cross_validation import CrossValidation, anchors, cross_validate, fit_all, repeats
 from devices.characterise.patches import Patches, patches
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from documents.arrays import Flags, Floats
 
 FLOOR, TIMES_DELTA, TIMES_SHARE = 1.5, 3.0, 8.0
 # Models rest on black and primaries, and reach them only by going beyond what else was read.

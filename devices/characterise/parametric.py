@@ -11,15 +11,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.characterise.channel_fit import Kind
 from devices.characterise.descent import descend
 from devices.characterise.patches import Patches
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 # Eigenvalues of JᵀJ are exact to about 1e-15 of the largest: down to here, conditions to a thousandth.
 _SMALL_EIGENVALUE = 1e-12
 

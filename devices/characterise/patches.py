@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from devices.characterise.metric import difference_roots, lab_slopes
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)

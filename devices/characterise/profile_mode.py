@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.characterise.display_yaml import model_lines
 from devices.characterise.figures import ModelNumbers
@@ -17,9 +16,8 @@ from devices.display.gamma_table_spec import gamma_table_lines
 from devices.display.srgb_curve import SrgbCurve
 from devices.profiles import model_of_profile, read_profile
 from devices.readings import PROFILE_ENDINGS, PatchEye, carried
+from documents.arrays import Floats
 from documents.text import JsonResult
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

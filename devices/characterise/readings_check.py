@@ -13,9 +13,8 @@ from devices.errors import DeviceError
 from devices.readings.code_range import LEAST_FULL_DRIVE, must_differ
 from devices.readings.table import Measurements
 from documents import Finding
+from documents.arrays import Floats
 from documents.text import counted
-
-Floats = NDArray[np.float64]
 
 LEAST_LEVELS = 5
 _COLOURS = ("red", "green", "blue")

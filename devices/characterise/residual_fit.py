@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.characterise.figures import differences
 from devices.characterise.patches import Patches
@@ -32,8 +31,8 @@ from devices.display.plvc import Plvc
 from devices.display.residual import Residual, gram, kernels, place_of
 from devices.display.table_curve import TableCurve
 from devices.errors import DeviceError
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 Curves = tuple[TableCurve, TableCurve, TableCurve]
 
 KNOTS, WIDTHS, STIFFNESSES = (8, 24, 48), (0.875, 1.75), (1.0, 4.0, 16.0, 64.0)

@@ -12,7 +12,6 @@ from __future__ import annotations
 from math import comb
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.characterise.descent import descend
 from devices.characterise.parametric import Fitted, condition_of
@@ -20,8 +19,8 @@ from devices.characterise.patches import Patches
 from devices.display.model import DisplayModel
 from devices.display.plvc import CROSS, MIXTURES, NODES, PAIRS, Plvc
 from devices.display.table_curve import TableCurve
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 MOST_ENTRIES = 40
 # The least rise of √light over all codes, so that a table can be undone where nothing was measured to rise.
 _LEAST_SLOPE = 1e-3

@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 from devices.characterise.channel_fit import COEFFICIENTS, KINDS, ChannelFit, Kind, fit_channels
 from devices.characterise.patches import primaries_at_full
 from devices.errors import DeviceError
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 COLOURS = ("red", "green", "blue")
 
 

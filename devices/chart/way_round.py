@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 # The median ΔE00 of the best way round; wrong ways give 15 and more.
 MOST_OFF = 10.0

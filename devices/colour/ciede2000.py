@@ -16,9 +16,9 @@ from devices.colour.ciede2000_terms import SCRATCH, TERMS, fast_delta_e, fast_te
 from devices.colour.spaces import checked_white, lab_planes
 from devices.errors import DeviceError
 from documents import in_threads
+from documents.arrays import Floats
 from documents.compiled import loops
 
-Floats = NDArray[np.float64]
 Planes = Sequence[Floats]
 
 # Colours worked on at a time: few enough for the processor's cache, enough that NumPy's own overhead does not show.

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.colour import ciede2000_terms as terms
+from documents.arrays import Floats
 from documents.compiled import loop
-
-Floats = NDArray[np.float64]
 
 # Colours whose cube roots are found at a time, so that the processor's vectors serve for each step.
 _AT_A_TIME = 512

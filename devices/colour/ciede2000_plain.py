@@ -9,9 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 # A chroma that is as good as none, and whose square is no underflow.
 _NO_CHROMA = 1e-150

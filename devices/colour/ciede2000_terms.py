@@ -18,8 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.colour.ciede2000_plain import plain_terms, turn
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 TERMS = 7
 # Planes of scratch that `fast_terms` needs.

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from devices.colour.adaptation import bradford_matrix
 from devices.colour.spaces import rgb_to_xyz_matrix
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 SRGB_PRIMARIES_XY = ((0.64, 0.33), (0.30, 0.60), (0.15, 0.06))
 DISPLAY_P3_PRIMARIES_XY = ((0.680, 0.320), (0.265, 0.690), (0.150, 0.060))
 D65_XY = (0.3127, 0.3290)

@@ -15,7 +15,6 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.colour_matching.cone_fundamentals import cone_fundamentals, peaks, quantal_fundamentals
 from devices.colour_matching.observers import (
@@ -26,8 +25,7 @@ from devices.colour_matching.observers import (
     cie_2006_name,
     standard_observer,
 )
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 # Quanta of L per quantum of M in the luminous efficiency, both with a peak of 1, at 2° and age 32 [Sharpe2011].
 _L_PER_M = 1.89

@@ -20,14 +20,13 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from devices.colour_matching.cie_2006_xyz import colorimetric_observer, xyz_from_lms
 from devices.colour_matching.observers import DEFAULT_OBSERVER
 from devices.errors import DeviceError
 from documents import Finding
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 # Smith and Pokorny 1975: L + M is the luminance Y.
 _SMITH_POKORNY = np.array([[0.15514, 0.54312, -0.03286], [-0.15514, 0.45684, 0.03286], [0.0, 0.0, 0.01608]])

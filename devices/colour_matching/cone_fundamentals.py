@@ -17,11 +17,9 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.colour_matching.observers import cie_2006_name, read_columns
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 # The macular pigment is tabulated with a peak of 0.35, the density for 2°.
 _TABULATED_MACULA = 0.35

@@ -12,15 +12,13 @@ from dataclasses import astuple, fields
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.colour_matching.cie_2006_xyz import xyz_from_lms
 from devices.colour_matching.cone_fundamentals import Departure, cone_fundamentals, quantal_fundamentals
 from devices.colour_matching.observers import CANDELA_NM, ColorimetricObserver, cie_2006_name
 from devices.errors import DeviceError
 from documents import Finding
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 # Standard deviations as fitted to the matches [Asano2016]: lens, macula, L, M, S densities; shifts of L, M, S in nm.
 STANDARD_DEVIATIONS = Departure(0.187, 0.365, 0.09, 0.09, 0.074, 2.0, 1.5, 1.3)

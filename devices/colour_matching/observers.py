@@ -15,13 +15,12 @@ from importlib.resources import files
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from devices.errors import DeviceError
 from documents import Finding
+from documents.arrays import Floats
 from documents.text import did_you_mean
-
-Floats = NDArray[np.float64]
 
 DEFAULT_OBSERVER = "CIE 1931 2"
 # Name of each standard observer: its table, its field in degrees, and lm/W where ȳ is 1. CIE 15 sets 683 for 1931; the

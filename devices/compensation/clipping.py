@@ -15,9 +15,9 @@ from devices.colour.spaces import xyz_to_lab
 from devices.display.model import Clipping, DisplayModel, outside_limits
 from devices.errors import DeviceError
 from documents import Finding, in_threads
+from documents.arrays import Floats
 from documents.text import counted
 
-Floats = NDArray[np.float64]
 Result = TypeVar("Result")
 _BLOCK = 1 << 13
 _SHARE = 16 * _BLOCK

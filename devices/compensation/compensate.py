@@ -25,8 +25,8 @@ from devices.display.crosstalk import Crosstalk
 from devices.display.display_file import Eye, EyeModels
 from devices.display.gain_map import GainMap
 from devices.display.model import DisplayModel
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 XYZImage = NDArray[np.float32]
 Pair: TypeAlias = tuple[XYZImage, XYZImage]
 

@@ -20,7 +20,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
@@ -28,8 +28,7 @@ from devices.display.crosstalk import Crosstalk
 from devices.display.display_file import EyeModels
 from devices.display.model import DisplayModel, refuse_lift
 from devices.errors import DeviceError
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,13 +21,13 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from devices.display.crosstalk import NOISE_SHARE, Crosstalk, refuse_leak, wrong_lens
 from devices.display.display_file import Eye
 from devices.errors import DeviceError
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 Kind = Literal["full", "diagonal"]
 
 BLACK = "black"

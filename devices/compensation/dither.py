@@ -25,8 +25,8 @@ from devices.display.display_file import Eye
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import Curve
 from devices.errors import DeviceError
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 Codes = NDArray[np.int64]
 Masks = Literal["shared", "independent"]
 

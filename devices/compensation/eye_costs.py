@@ -24,8 +24,8 @@ from devices.compensation.clipping import ClipCost, check_finite, clip_cost, cou
 from devices.compensation.mixture import Mixture
 from devices.display.display_file import EYES, Eye, EyeModels
 from devices.display.model import Clipping, outside_limits, rounding_of, rounding_of_half
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 Pixels = NDArray[np.floating]
 # About the least difference between two colours side by side that is seen.
 NOTICED_DELTA_E_00 = 1.0

@@ -14,15 +14,15 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from devices.display.display_file import Eye, EyeModels
 from devices.display.model import DisplayModel, curve_limits, normalised_curves
 from devices.display.tone_curve import Curve
 from devices.errors import DeviceError
 from documents import Finding
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 Row: TypeAlias = tuple[float, float, float]
 # The share that a filter passes of each channel's light, or a matrix (3, 3) on XYZ.
 Filter: TypeAlias = Row | tuple[Row, Row, Row]

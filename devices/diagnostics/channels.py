@@ -14,7 +14,6 @@ each channel's reading holds the display's black, which counts once in a sum.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.diagnostics.diagnosis import Check, Colour, Diagnosis, Line, Panel, Table, numbers
 from devices.diagnostics.readings import (
@@ -30,8 +29,7 @@ from devices.diagnostics.readings import (
     xy,
 )
 from devices.readings import Measurements
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 RISING = Check(
     "tone_response",

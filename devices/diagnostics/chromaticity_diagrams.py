@@ -10,13 +10,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.colour.srgb_encoding import SRGB_PRIMARIES_XY
 from devices.diagnostics.diagnosis import Colour, Line, Panel, numbers
 from devices.diagnostics.readings import uv
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 # Wavelength in nm, x, y; closer together where the curve bends.
 LOCUS: tuple[tuple[int, float, float], ...] = (

@@ -8,15 +8,13 @@ or readings that were mixed up.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.diagnostics.chromaticity_diagrams import diagrams
 from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, Panel, Table, numbers
 from devices.diagnostics.readings import CHANNELS, FLOOR_SHARE, black_or_none, by_code, means, primaries, uv, xy
 from devices.readings import Measurements
+from documents.arrays import Floats
 from documents.text import counted
-
-Floats = NDArray[np.float64]
 
 DISTINCT = Check(
     "primaries",

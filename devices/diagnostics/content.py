@@ -8,15 +8,14 @@ follows the picture multiplies every patch's light: so a line through three patc
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.colour.spaces import xyz_to_lab
 from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, Panel, Table, numbers
 from devices.diagnostics.readings import tag, tagged
 from devices.diagnostics.signal_path import NOT_MEASURED, pooled_deviation
 from devices.readings import Measurements
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 Key = tuple[float, ...]
 _DIGITS = 3
 _COLOURS: tuple[Colour, ...] = ("ink", "accent", "blue", "red", "green", "grey")

@@ -17,13 +17,12 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from devices.diagnostics.readings import by_code, primaries
 from devices.diagnostics.time_trend import Trend, trend_in_time
 from devices.readings import Measurements
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 # How often noise alone may pass for a drift of light, of a channel's balance (of two), and of black: together 1 %. It
 # did in 112 of 9000 simulated runs.

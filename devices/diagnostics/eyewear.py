@@ -11,7 +11,6 @@ plain reading through one lens had the other picture black.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.compensation.crosstalk_fit import BLACK, CrosstalkFit, CrosstalkReading, EyeFit, LeakShare, fit_crosstalk
 from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, Panel, Table, numbers
@@ -19,8 +18,7 @@ from devices.diagnostics.readings import FLOOR_SHARE, SAME_DIGITS, by_code, mean
 from devices.display.display_file import Eye
 from devices.errors import DeviceError
 from devices.readings import Measurements
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 TRANSMITTANCE = Check(
     "glasses_transmittance",

@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
@@ -23,8 +22,8 @@ from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, 
 from devices.diagnostics.readings import CHANNELS, FLOOR_SHARE, black_or_none, means, primaries, uv, xy
 from devices.display.model import DisplayModel
 from devices.readings import Measurements
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 AREA = Check(
     "gamut",
     "Gamut",

@@ -10,14 +10,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.diagnostics.readings import black
 from devices.diagnostics.room_light import SAME, RoomLight
 from devices.display.model import DisplayModel
 from devices.readings import Measurements, PatchEye
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 Lights = Mapping[PatchEye, RoomLight]
 
 

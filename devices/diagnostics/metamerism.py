@@ -12,16 +12,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.colour_matching import STANDARD_OBSERVERS, ColorimetricObserver, colorimetric_observer
 from devices.errors import DeviceError
 from devices.readings import Measurements
 from documents import Finding
+from documents.arrays import Floats
 from documents.text import counted
-
-Floats = NDArray[np.float64]
 
 _FULL, _DARK = 0.999, 1e-3
 MOST_NM, _SEEN_NM = 20.0, (400.0, 700.0)

@@ -12,7 +12,6 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.colour.adaptation import bradford_matrix
 from devices.colour.spaces import rgb_to_xyz_matrix
@@ -23,8 +22,8 @@ from devices.diagnostics.readings import CHANNELS, cable_colours, means, primari
 from devices.diagnostics.signal_path import NOT_MEASURED
 from devices.errors import DeviceError
 from devices.readings import Measurements
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 Code = tuple[int, int, int]
 _FULL = 255
 # Codes of 8 bits.

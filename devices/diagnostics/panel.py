@@ -7,12 +7,12 @@ relative to the centre, so that the same nine readings give −56 % to +12 %. Pi
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, Panel, Table, numbers
 from devices.diagnostics.readings import tagged, uv
 from devices.display.gain_map import GainMap
 from devices.readings import Measurements
+from documents.arrays import Floats
 
 PIXEL_INDEPENDENCE = Check(
     "pixel_independence",
@@ -122,8 +122,6 @@ def gain_map_yaml(luminance: np.ndarray[tuple[int, ...], np.dtype[np.float64]], 
         f"  source: {len(luminance)} x {luminance.shape[1]} readings of one patch\n"
     )
 
-
-Floats = NDArray[np.float64]
 
 ANGULAR_COLOUR = Check(
     "angular_colour",

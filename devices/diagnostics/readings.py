@@ -24,8 +24,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.readings import Measurements
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 Kind = Literal["place", "angle", "surround", "other", "warm-up", "no-glasses", "cable", "screen-off"]
 _PATTERNS: tuple[tuple[Kind, re.Pattern[str]], ...] = (
     ("place", re.compile(r"r([1-9]\d?)c([1-9]\d?)", re.IGNORECASE)),

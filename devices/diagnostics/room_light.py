@@ -12,13 +12,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.diagnostics.diagnosis import Cell, Check, Diagnosis, Table
 from devices.diagnostics.readings import tag, tagged
 from devices.readings import Measurements, PatchEye
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 CONTRAST = Check(
     "room_light",
     "The room's light on the screen",

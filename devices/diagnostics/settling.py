@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.errors import DeviceError
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 STABLE_SHARE = 0.01
 FEWEST_TIMES = 5

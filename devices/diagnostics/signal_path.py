@@ -8,13 +8,12 @@ codes that have no light of their own, and readings that differ more between a p
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.diagnostics.diagnosis import Check, Diagnosis, Line, Panel, Table, numbers
 from devices.diagnostics.readings import tagged
 from devices.readings import Measurements
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 NOT_MEASURED = "Not measured: use display measure --set cable."
 _FULL = 255
 # A code of 8 bits may be rounded to the nearest of 10: by 0.13 at most.

@@ -11,14 +11,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, Panel, Table, numbers
 from devices.diagnostics.readings import by_code, patch_name, tagged, untagged
 from devices.diagnostics.settling import FEWEST_TIMES, STABLE_SHARE, Settling, place_departures, settle
 from devices.readings import Measurements
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 WARM_UP = Check(
     "warm_up",

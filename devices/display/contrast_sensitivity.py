@@ -18,8 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.errors import DeviceError
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 CHROMATIC_CYCLES_PER_DEGREE = 11.0
 """No grating of constant luminance, red-green or yellow-blue, is seen in colour above it [Mullen1985]."""

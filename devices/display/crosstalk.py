@@ -20,11 +20,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from devices.errors import DeviceError
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 # Beyond this the two eyes see almost the same mixture, and readings' noise decides what is shown.
 _MOST_CONDITION = 1e6

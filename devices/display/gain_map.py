@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.errors import DeviceError
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 Positions = Literal["cells", "corners"]
 Normalise = Literal["minimum", "centre"]
 

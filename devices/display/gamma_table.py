@@ -26,8 +26,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.errors import DeviceError
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 Entries = NDArray[np.uint16]
 
 _FULL = 65535

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from devices.display.model import DisplayModel
 from devices.display.table_curve import TableCurve
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 # Of a piece: √light where it begins in two parts, its rise, the code where it begins; a, b, c, and the code's rise.
 NUMBERS = 8

@@ -17,13 +17,12 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from devices.display.tone_curve import Curve, ToneCurve
 from devices.errors import DeviceError
 from documents import Finding
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 Eye = Literal["left", "right"]
 EYES: tuple[Eye, Eye] = ("left", "right")

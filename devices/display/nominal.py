@@ -16,7 +16,6 @@ from types import MappingProxyType
 from typing import Any, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import model_validator
 
 from devices.colour import D65_XY, DISPLAY_P3_PRIMARIES_XY, SRGB_PRIMARIES_XY, rgb_to_xyz_matrix
@@ -27,10 +26,10 @@ from devices.display.srgb_curve import SrgbCurve
 from devices.display.tone_curve import Curve, ToneCurve, bt1886_curve
 from devices.errors import DeviceError
 from documents import Finding
+from documents.arrays import Floats
 from documents.files import write_whole, writing
 from documents.yaml import NotNegative, Positive, Strict
 
-Floats = NDArray[np.float64]
 NominalKind = Literal["srgb", "gamma2.2", "bt1886", "display-p3"]
 NOT_MEASURED = "nominal, not measured"
 NOMINAL_OBSERVER = DEFAULT_OBSERVER  # that of the chromaticities of the standards

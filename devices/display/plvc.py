@@ -17,13 +17,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from devices.display.model import DisplayModel
 from devices.display.residual import Residual, kernels_and_slopes
 from devices.errors import DeviceError
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 # √light at which a channel's XYZ per share of light is given; at 1 it is the primary.
 NODES = (0.0, 0.25, 0.5, 0.75)

@@ -11,11 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.errors import DeviceError
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 # 32-bit floats hold both exactly.
 EDGE, ROOT = 1.0 / 64.0, 1.0 / 8.0

@@ -10,13 +10,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from devices.display.srgb_curve import SrgbCurve
 from devices.display.table_curve import TableCurve
 from devices.errors import DeviceError
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 _BT1886_GAMMA = 2.4
 _MOST_LIGHT = 100  # as a power of ten; beyond it squares of light overflow
 

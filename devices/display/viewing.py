@@ -8,11 +8,10 @@ Angles are in degrees, sizes in millimetres on the screen.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from devices.errors import DeviceError
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 # The finest grating that normal vision resolves (Snellen 20/20: a stroke of one minute of arc).
 CYCLES_PER_DEGREE = 60.0

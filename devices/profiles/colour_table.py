@@ -11,14 +11,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from devices.colour import lab_to_xyz
 from devices.colour.white_points import WHITE_POINTS_XYZ
 from devices.profiles.curves import SampledCurve, TagCurve, curves_at
 from devices.profiles.tag_table import Tag
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 # The largest value of u1Fixed15, which XYZ is stored in.
 XYZ_RANGE = 65535.0 / 32768.0

@@ -21,9 +21,9 @@ from devices.display import DisplayModel
 from devices.errors import DeviceError
 from devices.profiles.colour_table import between
 from documents import Finding
+from documents.arrays import Floats
 from documents.files import write_whole, writing
 
-Floats = NDArray[np.float64]
 CubeInput = Literal["srgb", "light"]
 
 ENTRIES = 4096

@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from devices.profiles.tag_table import Tag
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 # How many numbers the functions 0 to 4 have.
 _COUNTS = (1, 3, 4, 5, 7)

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.display import DisplayModel, TableCurve, ToneCurve
 from devices.display.srgb_curve import SrgbCurve
@@ -20,8 +19,7 @@ from devices.errors import DeviceError
 from devices.profiles.curves import ParametricCurve, SampledCurve, TagCurve
 from devices.profiles.profile import COLOURS, MatrixModel, Profile, black_beneath
 from documents import Finding
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 # Of light a step of 16 bits, half for either number's rounding, and of √light a two-hundredth of a code of 8 bits.
 _ROUNDING, _CLOSE = 1.0 / 65535.0 + 1e-9, 2e-5

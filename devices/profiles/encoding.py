@@ -6,15 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from devices.colour import srgb_decoded
 from devices.profiles.curves import TagCurve
 from devices.profiles.display_model import exact_curve, is_srgb
 from devices.profiles.profile import MatrixModel, profile_of
 from devices.profiles.tag_table import parse_profile_file
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,7 +12,7 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from devices.colour.adaptation import bradford_matrix
 from devices.colour.white_points import WHITE_POINTS_XYZ
@@ -23,8 +23,7 @@ from devices.profiles.curves import TagCurve, curve_at
 from devices.profiles.gamma_table import read_gamma_table
 from devices.profiles.tag_table import ProfileFile, Tag, read_profile_file
 from documents import Finding
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 D50 = np.array(WHITE_POINTS_XYZ["icc-d50"])
 COLOURS = ("red", "green", "blue")

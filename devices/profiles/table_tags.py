@@ -11,14 +11,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.display import DisplayModel
 from devices.display.tone_curve import Curve
 from devices.profiles import tag_bytes
 from devices.profiles.colour_table import XYZ_RANGE
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 ENTRIES = 4096
 _NO_CURVE = b"curv\0\0\0\0\0\0\0\0"

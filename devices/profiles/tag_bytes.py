@@ -7,11 +7,10 @@ import struct
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from devices.display import GammaTable
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 _HEADER, _ENTRY = 128, 12
 VERSION = 0x04400000

@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 
 from devices.errors import DeviceError
 from documents import Finding
+from documents.arrays import Floats
 from documents.files import read_regular
-
-Floats = NDArray[np.float64]
 
 # Profiles of displays hold some kilobytes, with a table and thousands of readings some megabytes.
 _MOST_BYTES = 32_000_000

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.colour.adaptation import bradford_matrix
@@ -20,9 +19,9 @@ from devices.profiles.profile import D50, profile_of
 from devices.profiles.table_tags import ENTRIES, table_tags
 from devices.profiles.tag_table import parse_profile_file
 from documents import Finding
+from documents.arrays import Floats
 from documents.files import whole_file, writing
 
-Floats = NDArray[np.float64]
 ProfileKind = Literal["matrix", "table"]
 
 # Grid points a side that are tried one after the other, until the largest difference is small enough.

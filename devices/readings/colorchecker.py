@@ -14,15 +14,15 @@ from dataclasses import dataclass
 from importlib.resources import files
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from devices.colour.adaptation import bradford_matrix
 from devices.colour.spaces import XYZ_from_xyY
 from devices.display.model import DisplayModel
 from devices.errors import DeviceError
 from documents import Finding
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 _D50_XY = (0.345703, 0.358539)
 _WITHIN = 1e-9
 

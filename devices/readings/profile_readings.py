@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.display import GammaTable
 from devices.errors import DeviceError
@@ -18,9 +17,8 @@ from devices.readings.code_range import can_be_modelled
 from devices.readings.table import Measurements
 from devices.readings.ti3 import parse_ti3
 from documents import Finding
+from documents.arrays import Floats
 from documents.text import counted
-
-Floats = NDArray[np.float64]
 
 # Levels of a model's ramps and of the cube of its mixtures.
 _RAMP, _CUBE = 21, 5

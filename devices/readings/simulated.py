@@ -12,7 +12,6 @@ import time
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.colour.adaptation import bradford_matrix
 from devices.colour.spaces import rgb_to_xyz_matrix
@@ -26,8 +25,8 @@ from devices.readings.arrangement import PatchEye, degrees
 from devices.readings.instrument import Reading, Showing
 from devices.readings.patch import Patch
 from documents import Finding
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 _WARM_UP_S = 480.0
 _NEVER_NEGATIVE = ("noise", "floor_cd_m2", "takes_s", "frame_rate_control", "white_segment", "stray_light")
 _LOW, _HIGH, _FULL = 16.0, 235.0, 255.0

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from devices.colour_matching.cie_2006_xyz import colorimetric_observer
 from devices.colour_matching.observers import canonical_name
@@ -22,8 +22,8 @@ from devices.errors import DeviceError
 from devices.readings.cgats import CgatsTable
 from devices.readings.table import CIE_1931_2, Measurements
 from documents import Finding
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 _MOST_SPACING_NM = 20.0
 # Beyond it what the spacing may do to XYZ is said.
 _FINE_NM = 5.0

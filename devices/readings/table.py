@@ -12,14 +12,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from devices.colour_matching.observers import DEFAULT_OBSERVER, STANDARD_OBSERVERS, canonical_name
 from devices.display.gamma_table import GammaTable
 from devices.errors import DeviceError
 from devices.readings.arrangement import PatchEye
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 PATCH_EYES: tuple[PatchEye, ...] = ("left", "right", "both")
 CIE_1931_2 = DEFAULT_OBSERVER
 OBSERVERS = STANDARD_OBSERVERS

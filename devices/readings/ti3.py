@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.errors import DeviceError
 from devices.readings.arrangement import PatchEye
@@ -21,9 +20,8 @@ from devices.readings.spectra import FIELD, Spectra, read_spectra, spectral_head
 from devices.readings.table import CIE_1931_2, PATCH_EYES, Measurements, argyll_observer
 from devices.readings.ti3_statements import calibration_lines, read_statements
 from documents import Finding
+from documents.arrays import Floats
 from documents.files import read_regular
-
-Floats = NDArray[np.float64]
 
 _RGB, _XYZ = ("RGB_R", "RGB_G", "RGB_B"), ("XYZ_X", "XYZ_Y", "XYZ_Z")
 _NAMES = ("SAMPLE_NAME", "SAMPLE_LOC", "SAMPLE_ID")

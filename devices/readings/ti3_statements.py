@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.display.gamma_table import GammaTable
 from devices.errors import DeviceError
@@ -21,8 +20,7 @@ from devices.readings.cgats import CgatsTable
 from devices.readings.code_range import ROUNDING, can_be_modelled
 from devices.readings.table import CIE_1931_2, OBSERVERS, observer_name
 from documents import Finding
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 _CAL_FIELDS = ("RGB_I", "RGB_R", "RGB_G", "RGB_B")
 _COLOURS = ("red", "green", "blue")

@@ -22,12 +22,11 @@ from itertools import pairwise
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.scaling import Posterior, updated_posterior
+from documents.arrays import Floats
 from runner.blocks.orders import Pair, spaced
 
-Floats = NDArray[np.float64]
 Gain: TypeAlias = Literal["variance", "entropy"]
 
 NODES = 30

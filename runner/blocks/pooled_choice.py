@@ -22,11 +22,10 @@ from numpy.typing import NDArray
 
 from analysis.records import PooledBatch, wins_digest
 from analysis.scaling import Posterior, updated_posterior
+from documents.arrays import Floats
 from runner.blocks.orders import Pair, spaced
 from runner.blocks.pair_choice import Gain, apart_from, best_matching, gains, sided
 from runner.ports import PooledAnswers
-
-Floats = NDArray[np.float64]
 
 GRAIN = 0.1
 """The share by which gains may differ and still count as equal."""

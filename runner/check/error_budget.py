@@ -11,7 +11,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import count
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.budget import (
     BudgetPath,
@@ -27,13 +26,13 @@ from devices.budget import (
 )
 from devices.compensation import Compensation, Correction
 from devices.display import EYES, Eye, Rig, entries_for
+from documents.arrays import Floats
 from runner.presenter.depth import highest_code
 from runner.presenter.modes.mode import Mode
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from stimuli.pictures import StereoImage, resample_picture
 
-Floats = NDArray[np.float64]
 SCENE_PX = (192, 128)
 # Pixels of a picture for each pixel of the display, before it is resampled.
 RESOLUTION = 2.5

@@ -10,12 +10,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.display import wrong_lens
 from devices.readings import Kept, Patch, Reading, Step, must_differ
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 MOST_LIGHT_CD_M2 = 100_000.0
 """Ten times the brightest that a signal can ask for, 10 000 cd/m² (SMPTE ST 2084)."""

@@ -14,14 +14,13 @@ from numpy.typing import NDArray
 from devices.compensation import Correction, Size
 from devices.display import Eye, EyeModels
 from devices.readings import CodeTriple, Patch, PatchEye, Shown
+from documents.arrays import Floats
 from runner.presenter.depth import highest_code
 from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.surfaces.surface import Surface
 from runner.scene import Item, Picture, Scene, Text
 from stimuli.pictures import StereoImage
-
-Floats = NDArray[np.float64]
 
 
 def middle_of(area: EyeArea, size_px: Size) -> tuple[float, float]:

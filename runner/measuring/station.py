@@ -11,9 +11,6 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from devices.compensation import Correction
 from devices.display import EYES, Eye, GammaTable
 from devices.errors import MeasuringError
@@ -31,6 +28,7 @@ from devices.readings import (
     write_measurements,
 )
 from documents import Finding, sha256_of_file
+from documents.arrays import Floats
 from documents.text import did_you_mean
 from runner.measuring.code_screen import CodeScreen
 from runner.measuring.judge import Judge
@@ -42,7 +40,6 @@ from runner.presenter.gamma_check import GammaWatch
 from runner.presenter.surfaces.gamma_tables import LoadedTable
 from runner.presenter.surfaces.opening import open_surface
 
-Floats = NDArray[np.float64]
 # What a resumed measurement must have in common with how it began.
 _KEPT_ALIKE = ("display", "mode", "mode_options", "eye", "set", "seed", "repeat_every", "highest_code", "steps")
 

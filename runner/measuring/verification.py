@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.colour_matching import DEFAULT_OBSERVER
@@ -31,6 +30,7 @@ from devices.readings import (
     xyz_from_spectra,
 )
 from documents import Finding
+from documents.arrays import Floats
 from documents.text import JsonResult
 from runner.measuring.options import Dialogue, InstrumentOptions, ShowOptions
 from runner.measuring.station import Order, measure, open_screen
@@ -38,7 +38,6 @@ from runner.measuring.take_readings import Outcome
 from runner.measuring.target import read_target, wiring_of
 from runner.presenter.gamma_check import REMEDY, compare_tables, tables_json
 
-Floats = NDArray[np.float64]
 Triple = tuple[float, float, float]
 _NO_FAULT = Faults(noise=0.0)
 # Of black: readings differ by so much anyway.

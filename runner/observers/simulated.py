@@ -12,11 +12,11 @@ from dataclasses import dataclass, field
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.display import EyeModels
 from documents import Finding
+from documents.arrays import Floats
 from runner.errors import SessionError
 from runner.observers.behaviour import ATTENTIVE, BehaviourSpec, choice_law, difficulty, pair_law, psychometric_law
 from runner.ports import Ask, Browse, Choose, Compare, KeyPress, Rate, Write
@@ -188,9 +188,6 @@ def _same(before: Rate, now: Rate) -> bool:
         now.lowest,
         now.highest,
     )
-
-
-Floats = NDArray[np.float64]
 
 
 def mean_delta_e_00(

@@ -12,9 +12,9 @@ from enum import Enum
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
+
 _OF_GL_4 = 400
 
 

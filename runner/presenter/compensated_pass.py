@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.compensation import Correction, PixelGrid, channel_crosstalk, squeezed_size
 from devices.display import DisplayModel, Eye, EyeModels, GainMap
+from documents.arrays import Floats
 from runner.presenter.arithmetic import Real, Real3, Real3x3
 from runner.presenter.bands import InBands, to_the_end
 from runner.presenter.code_pass import CodePass
@@ -16,7 +16,6 @@ from runner.presenter.depth import Bits, CodeFormat
 from runner.presenter.dithering import Dithering
 from runner.presenter.shaders import Uniform
 
-Floats = NDArray[np.float64]
 COST = 1  # plain colour passes more, about; see benchmarks/crosstalk.py
 INVERSIONS = 3
 CORNER = PixelGrid((0.5, 0.5), (1, 1))  # the picture's corner is the panel's

@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.compensation import Compensation
 from devices.display import EYES, DisplayModel, Eye
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 # The share of white of plain words on black; brighter and fainter items keep their proportion to it.
 PLAIN = 0.4
 # A background of a larger share of white has darker words, of this share of its own light.

@@ -6,13 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from documents.arrays import Floats
 from runner.blocks.pair_choice import Gain
 from runner.blocks.pooled_choice import PooledChooser, pooled_batch
 from runner.ports import PooledAnswers
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(slots=True)

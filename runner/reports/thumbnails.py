@@ -14,13 +14,13 @@ from analysis.records import Header
 from devices.colour import srgb
 from devices.display import DisplayModel, PanelSpec
 from documents import InputError
+from documents.arrays import Floats
 from runner.session.header import hashes
 from stimuli.build import StimulusSet, find_cached
 
 if TYPE_CHECKING:
     from runner.protocol.experiment import Experiment
 
-Floats = NDArray[np.float64]
 LARGE_PX, SMALL_PX, FEW = 200, 96, 16
 
 

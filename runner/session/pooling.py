@@ -14,12 +14,12 @@ from itertools import chain
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.errors import ResultsError
 from analysis.kinds import PairRecord, Trial
 from analysis.records import GrowingLog, Header, PooledBatch, SessionLog, session_files
 from documents import Finding
+from documents.arrays import Floats
 from runner.blocks.active_pairs import FIRST_SHARE, ActivePairs, Grouped
 from runner.errors import SessionError
 from runner.ports import ChooseBatch, PooledAnswers, WindowClosed
@@ -28,7 +28,6 @@ from runner.protocol.experiment import Experiment
 MOST_S = 0.04
 """Seconds after which no further log is opened while a session runs."""
 _REMEDY = "choose another folder with --results, or give the experiment another name"
-Floats = NDArray[np.float64]
 
 
 @dataclass(slots=True)

@@ -14,15 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.display import disparity_arcmin, mm_from_px, visual_angle_deg
+from documents.arrays import Floats, Floats32
 from documents.text import JsonResult
 from stimuli.align.phase import correlation, find_peak, hann
 from stimuli.align.planes import LEAST_SIDE_PX, is_flat, light_plane, same_size, texture
 from stimuli.align.registration import refine_within
 from stimuli.align.roll_scale import RollScale, fit_roll_scale
 from stimuli.errors import StimulusError
-
-Floats = NDArray[np.float64]
-Floats32 = NDArray[np.float32]
 
 BLOCK_PX = 64
 # Of a block, by its floor. A block of 32 pixels has few cells to know its floor by: there 1 of 4096 passed.

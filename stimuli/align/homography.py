@@ -9,14 +9,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from devices.chart import project
+from documents.arrays import Floats
 from stimuli.align.planes import LEAST_SIDE_PX
 from stimuli.errors import StimulusError
-
-Floats = NDArray[np.float64]
-Floats32 = NDArray[np.float32]
 
 # The spread of places across their line, as a share of that along it.
 _ON_A_LINE = 1e-5

@@ -16,10 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from documents import Finding
+from documents.arrays import Floats, Floats32
 from stimuli.errors import StimulusError
 
-Floats = NDArray[np.float64]
-Floats32 = NDArray[np.float32]
 Interpolation = Literal["sinc", "cubic", "linear"]
 
 LOBES = 5

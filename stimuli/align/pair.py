@@ -27,8 +27,6 @@ Step = Mapping[str, Any]
 
 LEAST_FRACTION_PX = 0.01
 
-Floats = NDArray[np.float64]
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Alignment:

@@ -19,9 +19,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats32 = NDArray[np.float32]
+from documents.arrays import Floats32
 
 # Cells about a peak that belong to it: a blurred texture has a broad one.
 _PEAK_PX = 6

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from documents.arrays import Floats32
 from stimuli.errors import StimulusError
 
-Floats32 = NDArray[np.float32]
 Region = tuple[int, int, int, int]
 
 LEAST_SIDE_PX = 32

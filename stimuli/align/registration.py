@@ -14,14 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from documents.arrays import Floats32
 from documents.text import json_fields
 from stimuli.align.phase import LEAST_AGREEMENT, Peak, agreement, correlation, find_peak, hann
 from stimuli.align.planes import LOCAL_MEAN_PX, Region, binned, checked_region, is_flat, light_plane, same_size, texture
 from stimuli.align.subpixel import MARGIN_PX, MOST_PIXELS, Fit, refine
 from stimuli.errors import StimulusError
-
-Floats = NDArray[np.float64]
-Floats32 = NDArray[np.float32]
 
 # Accepted by chance less than once in a million pairs that have nothing in common.
 FALSE_ALARM = 1e-6

@@ -11,11 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from documents.arrays import Floats
 from documents.text import JsonResult
-
-Floats = NDArray[np.float64]
 
 LEAST_BLOCKS = 8
 _HUBER = 1.345

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from documents.arrays import Floats, Floats32
 from stimuli.align.disparity import BLOCK_PX, measure_disparity
 from stimuli.align.homography import common_part
 from stimuli.align.planes import LEAST_SIDE_PX, Region, binned, light_plane, same_size
@@ -19,9 +20,6 @@ from stimuli.align.subpixel import MOST_PIXELS
 from stimuli.align.warping import warp
 from stimuli.errors import StimulusError
 from stimuli.pictures.stereo_image import StereoImage, XYZImage
-
-Floats = NDArray[np.float64]
-Floats32 = NDArray[np.float32]
 
 # At the worst corner: less is not worth an interpolation.
 LEAST_CORNER_PX = 0.05

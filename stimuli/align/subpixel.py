@@ -17,10 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from documents.arrays import Floats, Floats32
 from stimuli.align.interpolate import LOBES, weights
-
-Floats = NDArray[np.float64]
-Floats32 = NDArray[np.float32]
 
 BLUR_SD_PX = 0.8
 MARGIN_PX = LOBES + 5

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.display import disparity_arcmin, mm_from_px, visual_angle_deg
+from documents.arrays import Floats
 from documents.text import json_fields
 from stimuli.align.disparity import Viewing
 from stimuli.align.homography import common_part, mapped
@@ -25,7 +26,6 @@ from stimuli.align.warping import warp
 from stimuli.errors import StimulusError
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 
-Floats = NDArray[np.float64]
 Corners = tuple[float, float, float, float]
 MOST_DEG = 45.0
 

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from documents.arrays import Floats, Floats32
 from documents.compiled import loops
 from stimuli.align.homography import mapped
-from stimuli.pictures.rows import Floats, Floats32
 
 _BAND_ROWS = 256
 # Beyond a picture's edges its outermost pixels are repeated this far, for the spline.

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from documents.arrays import Floats32
 from documents.compiled import loop
 
-Floats32 = NDArray[np.float32]
 Places = NDArray[np.int64]
 
 

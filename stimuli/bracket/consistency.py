@@ -14,11 +14,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from documents.arrays import Floats
 from stimuli.bracket.noise import NEARLY_FULL, NoiseModel
 from stimuli.bracket.shots import Shot, block_sums
 from stimuli.develop.sensor_image import SensorImage
 
-Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 _LEAST_BLOCKS = 4

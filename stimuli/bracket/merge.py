@@ -20,10 +20,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from documents.arrays import Floats
 from stimuli.bracket.noise import NoiseModel
 from stimuli.errors import StimulusError
 
-Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 # So many that a further one changes nothing by a thousandth of the standard error: tests/stimuli/bracket/test_merge.py.

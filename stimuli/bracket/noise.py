@@ -13,10 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from documents.arrays import Floats
 from stimuli.develop.calibration_frames import clipped_variance
 from stimuli.errors import StimulusError
-
-Floats = NDArray[np.float64]
 
 _BINS = 24
 _LEAST_IN_BIN = 200

@@ -26,10 +26,11 @@ from devices.colour_matching import DEFAULT_OBSERVER, colorimetric_observer
 from devices.errors import DeviceError
 from devices.readings import colorchecker_XYZ
 from documents import Finding
+from documents.arrays import Floats
 from documents.text import visible
 from stimuli.chart.find import find_corners, turn_upright
 from stimuli.chart.pooled import ChartShot, Pooled, PooledChart, pool_shots
-from stimuli.chart.sample import Bools, Floats, PatchValues, Picture, sample_patches
+from stimuli.chart.sample import Bools, PatchValues, Picture, sample_patches
 from stimuli.develop.calibration_frames import read_calibration
 from stimuli.develop.levels import Levels
 from stimuli.develop.read import read_camera_image

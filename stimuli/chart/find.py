@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from devices.chart import COLORCHECKER, MOST_OFF, WAYS, ChartLayout, misfit, patch_quadrangles, perspective, project
 from documents import Finding
-from stimuli.chart.sample import Bools, Floats, Picture
+from documents.arrays import Floats
+from stimuli.chart.sample import Bools, Picture
 from stimuli.errors import StimulusError
 
 # The detector's own sizes suit pictures of about this many pixels across.

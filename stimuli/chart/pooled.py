@@ -11,14 +11,12 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.camera import CameraFit, Correspondences, Exposure
 from documents import Finding
+from documents.arrays import Floats
 from documents.text import JsonResult, counted
 from stimuli.errors import StimulusError
-
-Floats = NDArray[np.float64]
 
 _MOST_APART = 0.05
 

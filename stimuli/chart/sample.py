@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from devices.chart import COLORCHECKER, ChartLayout, patch_quadrangles
 from documents import Finding
+from documents.arrays import Floats
 from stimuli.errors import StimulusError
 
-Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Picture = NDArray[np.floating[Any]]
 

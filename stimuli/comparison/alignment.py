@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 
 from documents import in_threads
+from documents.arrays import Floats
 from documents.text import json_fields
 from stimuli.align.homography import mapped
 from stimuli.align.warping import grid_places, warp
-from stimuli.pictures.rows import Floats, Mask, RowFile, RowsDone
+from stimuli.pictures.rows import Mask, RowFile, RowsDone
 
 # Displacements below this are not worth an interpolation.
 STILL_PX = 0.02

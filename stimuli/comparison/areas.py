@@ -19,8 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents import Finding
+from documents.arrays import Floats
 from stimuli.errors import StimulusError
-from stimuli.pictures.rows import Floats, Mask, Rows, RowsDone, bands
+from stimuli.pictures.rows import Mask, Rows, RowsDone, bands
 
 # Cells along the longer side of an area, and their least side in pixels.
 CELLS_ACROSS, LEAST_CELL_PX = 8, 4

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from documents import in_threads
+from documents.arrays import Floats
 from stimuli.comparison.depth import DepthComparison, common_movement, compare_depth, exchanged, which_eyes
 from stimuli.comparison.eye_identity import EyeIdentity
 from stimuli.comparison.pictures import Eye, EyeView, Picture
@@ -18,7 +19,6 @@ from stimuli.comparison.regions_file import RegionsFile
 from stimuli.comparison.registering import EyePair, Progress, register_eye
 from stimuli.comparison.results import CompareOptions
 from stimuli.errors import StimulusError
-from stimuli.pictures.rows import Floats
 
 
 def register_eyes(

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from documents.arrays import Floats32
 from documents.text import JsonResult
 from stimuli.comparison.areas import inside, window
 from stimuli.comparison.regions import Region
 from stimuli.errors import StimulusError
 from stimuli.measures import reduced
-from stimuli.pictures.rows import Floats32, Mask, bands
+from stimuli.pictures.rows import Mask, bands
 
 # The scale of every map and histogram, so that two can be compared; the thesis's.
 HIGHEST = 10.0

@@ -18,6 +18,7 @@ from devices.colour import XYZ_from_xyY, white_point
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.readings import colorchecker_xyY
 from documents import Finding, in_threads
+from documents.arrays import Floats
 from documents.text import significant
 from stimuli.comparison.areas import AreaMean, area_means
 from stimuli.comparison.camera_rgb import CameraRGBTable, camera_rgb_table
@@ -25,7 +26,7 @@ from stimuli.comparison.regions import Chart, PlacedRegions
 from stimuli.comparison.regions_file import RegionsFile
 from stimuli.comparison.table import RegionTable, region_table
 from stimuli.errors import StimulusError
-from stimuli.pictures.rows import Floats, Mask, Rows, RowsDone, bands
+from stimuli.pictures.rows import Mask, Rows, RowsDone, bands
 
 Side = Literal["photograph", "rendering"]
 

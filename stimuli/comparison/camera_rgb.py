@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from devices.camera import CameraModel, Exposure
+from documents.arrays import Floats
 from documents.text import JsonResult
 from stimuli.comparison.areas import AreaMean
 from stimuli.comparison.table import RegionTable
-from stimuli.pictures.rows import Floats
 
 Triple = tuple[float, float, float]
 CHANNELS = ("red", "green", "blue")

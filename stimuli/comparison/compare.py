@@ -13,6 +13,7 @@ import numpy as np
 
 from devices.colour_matching import mixed_observers
 from documents import Finding, in_threads
+from documents.arrays import Floats
 from documents.compiled import compiler
 from stimuli.comparison.areas import inside, window
 from stimuli.comparison.both_eyes import register_eyes
@@ -22,7 +23,6 @@ from stimuli.comparison.depth import DepthComparison
 from stimuli.comparison.evidence import Evidence, RegistrationEvidence
 from stimuli.comparison.judging import judge
 from stimuli.comparison.luminance import luminance_factor
-from stimuli.comparison.measuring import measure_eyes, usable_pixels
 from stimuli.comparison.pictures import Eye, read_picture
 from stimuli.comparison.regions import Region
 from stimuli.comparison.regions_file import RegionsFile, read_regions
@@ -31,9 +31,17 @@ from stimuli.comparison.results import CompareOptions, Comparison, EyeComparison
 from stimuli.comparison.sparkles import SparkleArea, sparkle_area
 from stimuli.comparison.verdict import Limits, Verdict, together
 from stimuli.errors import StimulusError
-from stimuli.measures import SeenPicture, difference_map, measures_for
+from stimuli.measures import (
+    LONGEST_PX,
+    MeasureTable,
+    PicturePair,
+    SeenPicture,
+    difference_map,
+    measure_pairs,
+    measures_for,
+)
 from stimuli.measures.scielab import remarks_on_observer
-from stimuli.pictures.rows import Floats, Mask, ScaledRows
+from stimuli.pictures.rows import Mask, ScaledRows
 
 _MOST_REASONS = 5
 
@@ -325,3 +333,28 @@ def _verdict(eyes: Mapping[Eye, EyeComparison], depth: DepthComparison | None, l
         return next(iter(eyes.values())).verdict
     verdicts = {f"{eye} eye": result.verdict for eye, result in eyes.items()}
     return together({**verdicts, "both eyes": judge(Evidence(eyes=depth.evidence), limits)})
+
+
+def measure_eyes(eyes: Mapping[Eye, EyeComparison], options: CompareOptions, step: Progress) -> MeasureTable | None:
+    """Return the measures that were asked for, None for none: of the pixels that count, with one white for both eyes.
+
+    Raises
+    ------
+    StimulusError
+        If a measure cannot take these pictures.
+    """
+    if not options.measures or options.viewing is None:
+        return None
+    white = np.array(next(iter(eyes.values())).table.white_XYZ)
+    viewing = replace(options.viewing, lab_white_XYZ=white, observer=options.reading.observer)
+    pairs = {eye: PicturePair(one.photo, one.rendering, *(one.masks or ())) for eye, one in eyes.items()}
+    return measure_pairs(pairs, options.measures, viewing, map_longest_px=LONGEST_PX, progress=step)
+
+
+def usable_pixels(pair: EyePair) -> Mask:
+    """Return where both pictures of a pair can be used, (height, width): within the rendering, and not saturated."""
+    usable = pair.within.copy()
+    for full in (pair.photo.saturated, pair.saturated):
+        if full is not None:
+            usable &= ~full
+    return usable

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from documents import in_threads
+from documents.arrays import Floats, Floats32
 from documents.text import json_fields
 from stimuli.align.homography import mapped
 from stimuli.align.warping import warp
@@ -21,12 +22,12 @@ from stimuli.comparison.areas import inside, window
 from stimuli.comparison.displacements import move
 from stimuli.comparison.eye_evidence import EyesEvidence, eyes_reasons
 from stimuli.comparison.eye_identity import EyeIdentity, identify_eyes
+from stimuli.comparison.luminance import Views
 from stimuli.comparison.pictures import Eye, EyeView, Picture
 from stimuli.comparison.regions import Region
 from stimuli.comparison.two_eyes import TwoEyes, measure_two_eyes
 from stimuli.comparison.verdict import Limits
-from stimuli.comparison.views import Views
-from stimuli.pictures.rows import Floats, Floats32, Mask, RowFile, block_means
+from stimuli.pictures.rows import Mask, RowFile, block_means
 
 # The middle of larger pictures is measured.
 _SIDE_PX = 2048

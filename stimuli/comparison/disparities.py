@@ -11,13 +11,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from documents.arrays import Floats
 from stimuli.align.disparity import FALSE_ALARM, DisparityReport, Spread, measure_disparity
 from stimuli.align.phase import correlation, find_peak, hann
 from stimuli.align.roll_scale import fit_roll_scale
 from stimuli.comparison.eye_identity import local_contrast
 from stimuli.comparison.jackknife import EyesPair, jackknife
-from stimuli.comparison.views import Views
-from stimuli.pictures.rows import Floats, Mask
+from stimuli.comparison.luminance import Views
+from stimuli.pictures.rows import Mask
 
 Place = tuple[float, float]
 # The disparity of a square across and down, and the variance of both together.

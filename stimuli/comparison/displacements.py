@@ -13,12 +13,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from documents import Finding
+from documents.arrays import Floats, Floats32
 from documents.text import significant
 from stimuli.align.homography import mapped
 from stimuli.align.warping import warp
 from stimuli.comparison.sharpness import blur_between, blurred
 from stimuli.errors import StimulusError
-from stimuli.pictures.rows import Floats, Floats32, RowFile, block_means
+from stimuli.pictures.rows import RowFile, block_means
 
 # Features are trusted within this; more is another picture size, which resampling by points would alias.
 MOST_SCALE = 1.1

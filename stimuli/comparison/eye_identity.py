@@ -16,9 +16,9 @@ from typing import Literal
 import numpy as np
 
 from documents import in_threads
+from documents.arrays import Floats, Floats32
 from documents.text import JsonResult
 from stimuli.align.phase import correlation, find_peak, hann
-from stimuli.pictures.rows import Floats, Floats32
 
 Way = Literal["own", "exchanged", "left twice", "right twice"]
 

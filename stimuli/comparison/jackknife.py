@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stimuli.pictures.rows import Floats
+from documents.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,6 +11,7 @@ import numpy as np
 from devices.chart import COLORCHECKER, ChartLayout, patch_quadrangles
 from devices.readings import colorchecker_xyY
 from documents import Finding
+from documents.arrays import Floats
 from stimuli.comparison.areas import crosses_itself
 from stimuli.comparison.regions_file import (
     ColorCheckerSpec,
@@ -21,7 +22,6 @@ from stimuli.comparison.regions_file import (
     RegionsFile,
 )
 from stimuli.errors import StimulusError
-from stimuli.pictures.rows import Floats
 
 Kind = Literal["patch", "rectangle", "polygon", "plate", "cell"]
 Spec = ColorCheckerSpec | RectangleSpec | PolygonSpec | PlateSpec | GridSpec

@@ -15,6 +15,7 @@ from functools import partial
 import numpy as np
 
 from documents import Finding
+from documents.arrays import Floats
 from documents.text import significant
 from stimuli.align.homography import homography_from_points, mapped
 from stimuli.comparison.alignment import STILL_PX, Alignment, resample, resample_flags
@@ -35,7 +36,7 @@ from stimuli.comparison.regions import PlacedRegions, corner_pairs, place_region
 from stimuli.comparison.regions_file import RegionsFile
 from stimuli.comparison.results import CompareOptions, RegistrationMode
 from stimuli.errors import StimulusError
-from stimuli.pictures.rows import Floats, Mask, RowFile
+from stimuli.pictures.rows import Mask, RowFile
 
 # Called with what is being done, how much of it is done, and of how much.
 Progress = Callable[[str, int, int], None]

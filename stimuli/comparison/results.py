@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from documents import Finding
+from documents.arrays import Floats
 from documents.text import json_value
 from stimuli.comparison.alignment import Alignment
 from stimuli.comparison.by_pixel import DifferenceOverview, DifferenceSummary
@@ -29,7 +30,7 @@ from stimuli.comparison.verdict import (
 )
 from stimuli.errors import StimulusError
 from stimuli.measures import MeasureTable, ViewingConditions
-from stimuli.pictures.rows import Floats, Mask, RowFile, ScaledRows
+from stimuli.pictures.rows import Mask, RowFile, ScaledRows
 
 RegistrationMode = Literal["auto", "none", "corners"]
 

@@ -9,11 +9,11 @@ from __future__ import annotations
 import numpy as np
 
 from documents import in_threads
+from documents.arrays import Floats
 from stimuli.comparison.disparities import LEAST_SQUARES, Place
 from stimuli.comparison.eye_identity import LOCAL_MEAN_PX, local_contrast
 from stimuli.comparison.jackknife import EyesPair, jackknifed
-from stimuli.comparison.views import Views
-from stimuli.pictures.rows import Floats
+from stimuli.comparison.luminance import Views
 
 
 def rivalry_measures(

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from documents.arrays import Floats, Floats32
 from stimuli.align.phase import hann
 from stimuli.align.planes import texture
-from stimuli.pictures.rows import Floats, Floats32
 
 _RINGS = 96
 # Frequencies are used where the blurrier picture has so many times the power of the highest ones, which is noise.

@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents import in_threads
+from documents.arrays import Floats, Floats32
 from stimuli.comparison.disparities import Place
 from stimuli.comparison.jackknife import EyesPair, jackknifed
-from stimuli.comparison.views import Views
+from stimuli.comparison.luminance import Views
 from stimuli.errors import StimulusError
-from stimuli.pictures.rows import Floats, Floats32, Mask
+from stimuli.pictures.rows import Mask
 from stimuli.sparkle.measures.find import Threshold, find_peaks
 
 # With fewer in both eyes together, nothing is known of them.

@@ -13,6 +13,7 @@ from typing import ClassVar
 import numpy as np
 
 from documents import in_threads
+from documents.arrays import Floats32
 from documents.text import JsonResult
 from stimuli.comparison.alignment import Alignment
 from stimuli.comparison.areas import inside, window
@@ -20,7 +21,7 @@ from stimuli.comparison.evidence import SparklePair
 from stimuli.comparison.eye_identity import local_contrast
 from stimuli.comparison.regions import Region
 from stimuli.comparison.sharpness import blurred
-from stimuli.pictures.rows import Floats32, Mask, RowFile, bands
+from stimuli.pictures.rows import Mask, RowFile, bands
 from stimuli.sparkle.measures.find import Peaks, Threshold
 from stimuli.sparkle.measures.measure import Estimate, SparkleMeasures, measure_sparkles, mutual_nearest
 

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from devices.colour import delta_e_2000, delta_e_2000_parts, xyY_from_XYZ, xyz_to_lab
+from documents.arrays import Floats
 from documents.text import JsonResult, significant
 from stimuli.comparison.areas import AreaMean
 from stimuli.comparison.luminance import LuminanceFactor, LuminanceMode, luminance_factor
 from stimuli.comparison.regions import Kind, Region
-from stimuli.pictures.rows import Floats
 
 Triple = tuple[float, float, float]
 

@@ -15,13 +15,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from documents import in_threads
+from documents.arrays import Floats
 from stimuli.align.disparity import DisparityReport
 from stimuli.comparison.disparities import depth_measures, filled_in, kept_squares, register_views, squares_of
 from stimuli.comparison.jackknife import EyesPair
+from stimuli.comparison.luminance import Views
 from stimuli.comparison.rivalry import rivalry_measures
 from stimuli.comparison.sparkle_depth import SparkleDepth, sparkle_measures
-from stimuli.comparison.views import Views
-from stimuli.pictures.rows import Floats, Mask
+from stimuli.pictures.rows import Mask
 
 # Squares have a fifth of the shorter side up to the usual, and a twentieth of larger pictures, within these bounds.
 _SHARE, _USUAL_PX, _MOST_ACROSS, _SQUARE_PX = 5, 64, 20, (48, 96)

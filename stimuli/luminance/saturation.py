@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.display import DisplayModel, EyeModels
+from documents.arrays import Floats
 from stimuli.errors import StimulusError
 from stimuli.luminance.scale import factor_to, max_luminance_cd_m2, scaled_picture
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
@@ -34,7 +35,6 @@ from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 LIMIT_PERCENT = 0.3
 _EYES: tuple[Eye, Eye] = ("left", "right")
 
-Floats = NDArray[np.float64]
 # Pixels transformed at a time.
 _BLOCK = 1 << 18
 # A factor this far beyond the one at which additive channels would saturate is none.

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from documents.arrays import Floats32
 from stimuli.measures.difference_map import difference_map
 from stimuli.measures.measure import MapMeasure
 from stimuli.measures.scielab import SeenPicture
 from stimuli.measures.viewing import ViewingConditions
-from stimuli.pictures.rows import Floats32, Rows
+from stimuli.pictures.rows import Rows
 
 
 class DeltaE2000(MapMeasure):

@@ -13,10 +13,11 @@ from typing import Any
 
 import numpy as np
 
+from documents.arrays import Floats32
 from stimuli.errors import StimulusError
 from stimuli.measures.measure import EyeMeasured, Measure
 from stimuli.measures.viewing import ViewingConditions
-from stimuli.pictures.rows import Floats32, Rows, bands
+from stimuli.pictures.rows import Rows, bands
 
 # The range of light that the metric is made for; what lies outside takes its ends.
 LEAST_CD_M2, MOST_CD_M2 = 0.005, 10_000.0

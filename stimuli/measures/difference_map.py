@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from devices.colour import delta_e_2000_of_xyz
+from documents.arrays import Floats32
 from stimuli.errors import StimulusError
-from stimuli.pictures.rows import Floats32, Rows, RowsDone, over_bands
+from stimuli.pictures.rows import Rows, RowsDone, over_bands
 
 
 def difference_map(

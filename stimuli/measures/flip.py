@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.colour import linear_srgb_matrix
+from documents.arrays import Floats, Floats32
 from stimuli.errors import StimulusError
 from stimuli.measures.measure import EyeMeasured, MapMeasure
 from stimuli.measures.viewing import ViewingConditions
-from stimuli.pictures.rows import Floats, Floats32, Rows, bands, bands_with_margin
+from stimuli.pictures.rows import Rows, bands, bands_with_margin
 
 # Beyond this the filters, which run over pixels, take minutes for a picture of a million.
 MOST_PIXELS_PER_DEGREE = 2000.0

@@ -11,8 +11,9 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from documents.arrays import Floats32
 from stimuli.measures.viewing import ViewingConditions
-from stimuli.pictures.rows import Floats32, Rows
+from stimuli.pictures.rows import Rows
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -24,8 +24,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from devices.colour import WHITE_POINTS_XYZ
 from devices.colour_matching import DEFAULT_OBSERVER
+from documents.arrays import Floats, Floats32
 from stimuli.errors import StimulusError
-from stimuli.pictures.rows import Floats, Floats32, Rows, over_bands
+from stimuli.pictures.rows import Rows, over_bands
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array, csr_array

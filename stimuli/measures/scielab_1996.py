@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.colour import xyz_to_lab
+from documents.arrays import Floats, Floats32
 from stimuli.errors import StimulusError
 from stimuli.measures.measure import EyeMeasured, MapMeasure
 from stimuli.measures.viewing import ViewingConditions
-from stimuli.pictures.rows import Floats, Floats32, Rows, bands_with_margin
+from stimuli.pictures.rows import Rows, bands_with_margin
 
 # Rows: black-white, red-green and blue-yellow, of XYZ of the 2° observer.
 OPPONENT_FROM_XYZ = np.array(

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from documents.arrays import Floats
 from stimuli.errors import StimulusError
-from stimuli.pictures.rows import Floats
 
 if TYPE_CHECKING:
     from devices.display import AskMonitor

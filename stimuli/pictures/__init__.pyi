@@ -17,7 +17,6 @@ from .region import Part as Part
 from .region import Region as Region
 from .resampling import resample_picture as resample_picture
 from .resolution import display_resolution as display_resolution
-from .rows import Floats as Floats
 from .rows import RowFile as RowFile
 from .rows import Rows as Rows
 from .rows import block_means as block_means

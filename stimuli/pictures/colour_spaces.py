@@ -14,16 +14,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from devices.colour import D65_XY, DISPLAY_P3_PRIMARIES_XY, SRGB_PRIMARIES_XY, rgb_to_xyz_matrix, srgb_decoded
 from devices.errors import DeviceError
+from documents.arrays import Floats
 from stimuli.errors import StimulusError
 
 if TYPE_CHECKING:
     pass
 
-Floats = NDArray[np.float64]
 Curve = Callable[[ArrayLike], Floats]
 NamedSpace = Literal["srgb", "display-p3", "adobe-rgb", "rec2020"]
 NAMED_SPACES: tuple[NamedSpace, ...] = get_args(NamedSpace)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents import in_threads
+from documents.arrays import Floats
 from stimuli.errors import StimulusError
 from stimuli.pictures.stereo_image import StereoImage, XYZImage
 
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 Filter = Literal["area", "linear", "cubic"]
-Floats = NDArray[np.float64]
 MAX_PIXELS = 16384  # along one axis; no display has more
 MAX_AREA_PX = 100_000_000  # more than `stimuli.pictures.exr_views` reads
 # Of a display's pixel; a smaller picture is a mistake, and its weights fill the memory.

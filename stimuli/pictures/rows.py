@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents import in_threads
+from documents.arrays import Floats32
 
-Floats = NDArray[np.float64]
-Floats32 = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 # Called with how many rows of how many are done.
 RowsDone = Callable[[int, int], None]

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents import in_threads
+from documents.arrays import Floats
 from stimuli.sparkle.cull import TILE_PX, tiles_of
 from stimuli.sparkle.light import Light
 from stimuli.sparkle.optics import Sparkles
@@ -29,8 +30,6 @@ _BLOCK = 8192
 _TILES = 64
 
 WAVELENGTH_NM = 555.0
-
-Floats = NDArray[np.float64]
 
 
 def splat(sparkles: Sparkles, plate: Plate, camera: Camera, tile_px: int = TILE_PX) -> tuple[NDArray[np.float32], int]:

@@ -32,12 +32,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from documents.arrays import Floats
 from stimuli.sparkle.flakes import Flakes
 from stimuli.sparkle.lamplight import lamp_directions, most_illuminance_lx, nearest_mm
 from stimuli.sparkle.optics import half_way, refract, view_directions, widest_lobe_sd
 from stimuli.sparkle.scene import Camera, Lamp, Plate
 
-Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 # Dropped flakes send the eye less than this share of their lobe's peak. On the grey plate in configs/stimuli that is

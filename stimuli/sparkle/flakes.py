@@ -7,9 +7,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
+from documents.arrays import Floats32
 from stimuli.sparkle.scene import Clusters, Plate
-
-Floats32 = NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from documents.arrays import Floats
 from stimuli.sparkle.scene import Lamp
-
-Floats = NDArray[np.float64]
 
 
 def lamp_directions(lamp: Lamp, x_mm: Floats, y_mm: Floats) -> Floats:

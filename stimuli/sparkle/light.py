@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from devices.colour import XYZ_from_xyY, xyY_from_XYZ
 from devices.colour_matching import DEFAULT_OBSERVER
+from documents.arrays import Floats
 from stimuli.errors import StimulusError
 from stimuli.pictures.resampling import area_weights, resample
 from stimuli.sparkle.lamplight import illuminance_lx
@@ -24,8 +25,6 @@ from stimuli.sparkle.optics import mirror
 from stimuli.sparkle.scene import Camera, Lamp, Plate, Row, Spectrum, wavelengths_nm
 
 Map = NDArray[np.float32]
-
-Floats = NDArray[np.float64]
 
 
 # Places along an axis at which a field is computed at least, and how many per stretch over which it changes.

@@ -14,11 +14,10 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
+from documents.arrays import Floats
 from stimuli.sparkle.flakes import Flakes
 from stimuli.sparkle.lamplight import angular_radius, illuminance_lx, lamp_directions, nearest_mm
 from stimuli.sparkle.scene import Lamp, Plate
-
-Floats = NDArray[np.float64]
 
 # The Gaussian that fits the centre of a disc's diffraction pattern best has this standard deviation, in wavelengths
 # per diameter; the rings around it are left out.

@@ -10,12 +10,11 @@ from itertools import pairwise
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import AfterValidator, Field, model_validator
 
+from documents.arrays import Floats
 from documents.yaml import NotNegative, Number, Positive, Strict
 
-Floats = NDArray[np.float64]
 Row = tuple[float, float, float]
 Spectrum = tuple[float, ...]
 FIRST_NM, LAST_NM, STEP_NM = 380, 780, 5

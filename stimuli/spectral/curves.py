@@ -6,14 +6,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from documents import Finding
+from documents.arrays import Floats
 from documents.tables import Column, Form, Table
 from stimuli.errors import StimulusError
 from stimuli.spectral.picture import MUST_COVER_NM
-
-Floats = NDArray[np.float64]
 
 WAVELENGTH = "wavelength_nm"
 SENSITIVITY = ("red", "green", "blue")

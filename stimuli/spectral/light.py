@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.readings import xyz_from_spectra
+from documents.arrays import Floats
 from documents.text import JsonResult
 from stimuli.errors import StimulusError
 from stimuli.spectral.curves import read_illuminant
 from stimuli.spectral.picture import SpectralPicture, seen_bands
 
-Floats = NDArray[np.float64]
 # Beyond these numbers overflow, or nothing is left of them.
 LEAST, MOST = 1e-30, 1e30
 

@@ -10,11 +10,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from documents.arrays import Floats
 from documents.text import counted
 from stimuli.errors import StimulusError
 
 Quantity = Literal["radiance", "reflectance"]
-Floats = NDArray[np.float64]
 
 MAX_PIXELS = 200_000_000
 MAX_BANDS = 4096

@@ -27,13 +27,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.colour_matching import DEFAULT_OBSERVER, colorimetric_observer, xyz_from_lms
+from documents.arrays import Floats
 from stimuli.errors import StimulusError
 from stimuli.pictures.stereo_image import StereoImage
 from stimuli.vision_tests.optotypes import in_ring
 from stimuli.vision_tests.random_dots import Side
 from stimuli.vision_tests.shown_range import ShownRange
 
-Floats = NDArray[np.float64]
 # Each dot's light, as a multiple of the mean: six steps, as far apart as 0.6 to 1.4.
 SCALES = tuple(0.6 + 0.16 * step for step in range(6))
 GROUND_SHARE = 0.45  # of the range from black to white

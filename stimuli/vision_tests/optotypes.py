@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from documents.arrays import Floats
 from stimuli.pictures.stereo_image import StereoImage
 from stimuli.vision_tests.random_dots import TOWARDS, Side
 
-Floats = NDArray[np.float64]
 _SAMPLES = 600  # along an axis of the ring, at least
 
 

@@ -16,12 +16,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from documents.arrays import Floats
 from stimuli.errors import StimulusError
 from stimuli.pictures.stereo_image import StereoImage, XYZImage
 
-Floats = NDArray[np.float64]
 Side = Literal["up", "down", "left", "right"]
 SIDES: tuple[Side, ...] = ("up", "down", "left", "right")
 TOWARDS: dict[Side, tuple[int, int]] = {"up": (0, -1), "down": (0, 1), "left": (-1, 0), "right": (1, 0)}

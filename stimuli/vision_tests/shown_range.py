@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from devices.display import EyeModels
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 # Room that is left below each channel's light at code 1, and what is let pass at either end: float32 pictures round.
 _MARGIN, _ROUNDING = 1e-5, 5e-7
 _GRID = 4096

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from devices.display import disparity_arcmin
+from documents.arrays import Floats, Floats32
 from stimuli.align import Viewing, align_pair, measure_disparity, register
 from stimuli.align.interpolate import Interpolation, cut, sampled, transfer, weights
 from stimuli.align.phase import correlation, find_peak, hann
@@ -23,8 +23,6 @@ from stimuli.recipes import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
 from stimuli.sparkle import Studio
 
-Floats = NDArray[np.float64]
-Floats32 = NDArray[np.float32]
 ROOT = Path(__file__).parents[2]
 WITHIN_PX = 0.02  # promised
 PITCH_MM = 0.277

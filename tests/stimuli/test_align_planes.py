@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from documents.arrays import Floats, Floats32
 from stimuli.align import Viewing, align_pair, focal_px, homography_from_points, rectify_toe_in, register, warp
 from stimuli.align.homography import mapped
 from stimuli.align.toe_in import keystone, toe_in_homography
@@ -15,8 +15,6 @@ from stimuli.errors import StimulusError
 from stimuli.pictures import Eye
 from tests.compiled_loops import not_in_numpy
 
-Floats = NDArray[np.float64]
-Floats32 = NDArray[np.float32]
 SIZE_PX = (320, 240)
 EYES: tuple[Eye, Eye] = ("left", "right")
 MATRIX = np.array([[1.02, 0.015, -3.0], [-0.01, 0.99, 4.0], [2e-5, -1e-5, 1.0]])

@@ -9,15 +9,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from documents.arrays import Floats32
 from stimuli.align import align_pair, measure_disparity, straighten
 from stimuli.align.roll_scale import fit_roll_scale
 from stimuli.errors import StimulusError
 
-Floats = NDArray[np.float64]
-Floats32 = NDArray[np.float32]
 SIDE = 288
 # What interpolating between the rounds adds to noise: a hundredth of a pixel at the edge.
 ROUNDS_DEG = float(np.degrees(0.01 / (SIDE / 2)))

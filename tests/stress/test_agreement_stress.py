@@ -20,10 +20,10 @@ from analysis.agreement import (
     correlation_interval,
 )
 from analysis.agreement.observed_means import of_means
+from documents.arrays import Floats
 from tests.analysis.agreement.test_interval import contained
 
 pytestmark = pytest.mark.stress
-Floats = NDArray[np.float64]
 OBSERVERS = (5, 10, 15, 30)
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 from scipy.special import ndtr
 
+from documents.arrays import Floats
 from stimuli.align import align_pair, measure_disparity, register, straighten
 from stimuli.align.registration import Registration
 from stimuli.errors import StimulusError
@@ -18,7 +19,6 @@ from tests.stress.memory import run_alone
 pytestmark = pytest.mark.stress
 
 
-Floats = NDArray[np.float64]
 Maker = Callable[[np.random.Generator], Floats]
 SIDE = 128
 

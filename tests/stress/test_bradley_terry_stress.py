@@ -6,13 +6,11 @@ from itertools import product
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from analysis.scaling import fit, probabilities
 from analysis.scaling.fitting import fit_batch, fit_sparse
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 pytestmark = pytest.mark.stress
 

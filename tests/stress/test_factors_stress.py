@@ -7,14 +7,12 @@ from itertools import combinations, product
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.factors import factor_effects
 from analysis.scaling import fit
+from documents.arrays import Floats
 from tests.stress.answered import answered
-
-Floats = NDArray[np.float64]
 
 pytestmark = pytest.mark.stress
 

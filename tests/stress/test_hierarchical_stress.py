@@ -6,7 +6,6 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from analysis.comparisons import Answer, from_answers
 from analysis.hierarchical import fit_observers
@@ -14,9 +13,9 @@ from analysis.hierarchical.fitting import _answers
 from analysis.hierarchical.spread import Profile, _explore, _interpolated, _weights, flattening
 from analysis.scaling import LOGISTIC, fit_model
 from benchmarks.hierarchical import comparisons_of, simulated, spreads
+from documents.arrays import Floats
 
 pytestmark = pytest.mark.stress
-Floats = NDArray[np.float64]
 
 
 def hamiltonian(

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 from scipy.special import log_ndtr, ndtr
 
 from analysis.jod.fits import fit_jod
 from analysis.scaling import compared_groups
 from analysis.scaling.separation import strong_groups
+from documents.arrays import Floats
 
 pytestmark = pytest.mark.stress
-Floats = NDArray[np.float64]
 
 
 def objective(q: Floats, wins: Floats) -> float:

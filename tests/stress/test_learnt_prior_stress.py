@@ -7,15 +7,14 @@ import time
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from analysis.scaling import learnt_posterior
+from documents.arrays import Floats
 from runner.blocks.pair_choice import PairChooser
 from tests.stress.how_many import how_many
 from tests.stress.test_pooled_pairs_stress import endless, reported
 
 pytestmark = pytest.mark.stress
-Floats = NDArray[np.float64]
 STOPS = (5, 10, 30)
 
 

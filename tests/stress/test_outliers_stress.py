@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from devices.characterise.example_displays import noisy
 from devices.characterise.patches import patches
+from documents.arrays import Floats
 from tests.devices.characterise.test_outliers import CODES, DISPLAYS, doubted_rows
 from tests.stress.how_many import how_many
 
 pytestmark = pytest.mark.stress
 
-Floats = NDArray[np.float64]
 # A reading that is off by so much is to be found.
 SEEN_DELTA_E = 3.0
 

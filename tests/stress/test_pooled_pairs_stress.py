@@ -6,19 +6,18 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from analysis.comparisons import Answer, from_answers
 from analysis.covariance import contrast_variances
 from analysis.report import estimate_scores
 from analysis.scaling import learnt_posterior
+from documents.arrays import Floats
 from runner.blocks.incomplete_pairs import designs
 from runner.reports.pooled_studies import pooled_study
 from tests.stress.how_many import how_many
 
 pytestmark = pytest.mark.stress
-Floats = NDArray[np.float64]
 STIMULI, OBSERVERS, TRIALS_PER_STIMULUS, SPREAD_NATS = 60, 15, 10, 2.0
 STUDIES = how_many(8, 24)
 

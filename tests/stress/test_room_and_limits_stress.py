@@ -16,11 +16,11 @@ from devices.diagnostics.light_of_readings import in_light_of
 from devices.display import EYES, Crosstalk, DisplayModel, EyeModels, ToneCurve, check_leakage
 from devices.errors import DeviceError
 from devices.readings import Measurements
+from documents.arrays import Floats
 from tests.displays import display_models, eye_models
 
 pytestmark = pytest.mark.stress
 
-Floats = NDArray[np.float64]
 MANY = settings(max_examples=300, suppress_health_check=list(HealthCheck), deadline=None)
 SOME = settings(MANY, max_examples=60)
 # cd/m²: none, less than a float32 resolves beside white, dusk, sunlight on the panel.

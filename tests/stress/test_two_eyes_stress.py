@@ -13,9 +13,9 @@ import pytest
 
 from stimuli.comparison.eye_evidence import EyesEvidence, eyes_reasons
 from stimuli.comparison.eye_identity import identify_eyes
+from stimuli.comparison.luminance import Views
 from stimuli.comparison.two_eyes import measure_two_eyes
 from stimuli.comparison.verdict import Limits, Reason
-from stimuli.comparison.views import Views
 from tests.stimuli.comparison.two_eye_scenes import Pair, Relief, Sparkles, contrasted
 from tests.stress.how_many import how_many
 

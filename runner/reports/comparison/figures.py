@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.colour import xyY_from_XYZ
+from documents.arrays import Floats
 from documents.figures import DEEP, FAINT, INK, NARROW_IN, WIDE_IN, drawing, rows_only, short, svg_of
 from stimuli.comparison import (
     HIGHEST,
@@ -24,7 +25,7 @@ from stimuli.comparison import (
     RegionTable,
 )
 from stimuli.measures import LONGEST_PX, MeasureRow
-from stimuli.pictures import Floats, Rows, block_means
+from stimuli.pictures import Rows, block_means
 
 MOST_PROFILES = 6
 # The patches of a ColorChecker that its grey scale begins and ends with.

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
+
 Luminance = NDArray[np.float32]
 # How far above its neighbours a window is no background.
 _OUTLIER = 1.5

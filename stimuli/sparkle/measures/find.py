@@ -12,10 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from documents.arrays import Floats
 from documents.compiled import loops
 from documents.text import counted
 from stimuli.errors import StimulusError
-from stimuli.sparkle.measures.background import Background, Floats, Luminance, local_background
+from stimuli.sparkle.measures.background import Background, Luminance, local_background
 
 # The least distance of two peaks.
 SEPARATION_PX = 2

@@ -12,9 +12,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from documents.arrays import Floats
 from documents.text import JsonResult
 from stimuli.errors import StimulusError
-from stimuli.sparkle.measures.background import Floats, Luminance
+from stimuli.sparkle.measures.background import Luminance
 from stimuli.sparkle.measures.find import SEPARATION_PX, Peaks, Threshold, find_peaks
 from stimuli.sparkle.measures.moments import FWHM_PER_SD, Moments, sparkle_moments
 from stimuli.sparkle.measures.profile import Profile, radial_profile

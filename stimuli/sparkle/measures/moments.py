@@ -15,8 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from documents.arrays import Floats
 from documents.compiled import loops
-from stimuli.sparkle.measures.background import Floats, Luminance
+from stimuli.sparkle.measures.background import Luminance
 from stimuli.sparkle.measures.find import Peaks
 
 # Full width at half maximum of a Gaussian, in standard deviations.

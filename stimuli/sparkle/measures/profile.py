@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from documents.arrays import Floats
 from documents.compiled import loops
-from stimuli.sparkle.measures.background import Floats, Luminance
+from stimuli.sparkle.measures.background import Luminance
 from stimuli.sparkle.measures.find import Peaks
 from stimuli.sparkle.measures.moments import Moments, patches
 

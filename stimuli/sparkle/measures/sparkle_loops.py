@@ -7,13 +7,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from documents.arrays import Flags, Floats, Floats32
 from documents.compiled import loop
 from stimuli.sparkle.measures import find, moments, profile
 
-Floats = NDArray[np.float64]
-Floats32 = NDArray[np.float32]
 Integers = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 _REACH, _SIDE = moments.REACH, 2 * moments.REACH + 1
 _ROUNDS, _WIDEST, _LEAST_WEIGHT, _FARTHEST = moments.ROUNDS, moments.WIDEST, moments.LEAST_WEIGHT, moments.FARTHEST

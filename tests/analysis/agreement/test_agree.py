@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from rich.console import Console
 
 from analysis.agreement import (
@@ -21,10 +20,10 @@ from analysis.agreement import (
 from analysis.agreement.observed_means import of_means
 from analysis.errors import ResultsError
 from analysis.records import Header
+from documents.arrays import Floats
 from tests.kept import known
 from tests.pages import policy_of
 
-Floats = NDArray[np.float64]
 HEADER = Header("plates <b>", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, (), {}, {}, {}, {}, {})
 
 

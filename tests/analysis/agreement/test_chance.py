@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from analysis.agreement import chance, chance_of_agreement, correlation
 from analysis.agreement.chance import least_p
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 
 def rank_agreement(scores: Floats, values: Floats) -> Callable[[NDArray[np.intp]], Floats]:

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from analysis.agreement import KINDS, CorrelationKind, correlation, correlation_interval
 from analysis.agreement.interval import Observed, mean_interval
+from documents.arrays import Floats
 from tests.choice import nightly
-
-Floats = NDArray[np.float64]
 
 
 def study(

@@ -9,8 +9,7 @@ from scipy import stats
 
 from analysis.agreement import Drawn, ObservedGroup, calibrate
 from analysis.agreement.limits import best_limits
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 
 def group(same: list[bool], drawn: list[list[bool]] | None = None, observers: int = 10) -> ObservedGroup:

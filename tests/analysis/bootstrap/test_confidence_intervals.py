@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy import stats
 
 from analysis.bootstrap import intervals, resample, tails
@@ -18,8 +17,8 @@ from analysis.bootstrap.replicates import NAMES, Name, Quantity
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
 from analysis.scaling import fit
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 Study = Callable[..., Comparisons]
 STRENGTHS = (-0.8, -0.2, 0.1, 0.9)
 

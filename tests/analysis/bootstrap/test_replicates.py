@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from analysis.bootstrap import resample
 from analysis.bootstrap.replicates import Replicates
@@ -17,8 +16,8 @@ from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
 from analysis.scaling import Counts, are_connected, fit, maximise
 from analysis.scaling.penalty import FIRTH
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 Study = Callable[..., Comparisons]
 STRENGTHS = (-0.8, -0.2, 0.1, 0.9)
 

@@ -8,15 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy import stats
 
 from analysis.classes.multiplicity import adjusted_p, benjamini_hochberg, clustered_single_step, holm, single_step
 from analysis.covariance import Clustered, Spread, shrink
 from analysis.errors import ResultsError
+from documents.arrays import Floats
 from tests.choice import nightly
-
-Floats = NDArray[np.float64]
 
 P_VALUES = st.lists(st.floats(0, 1), min_size=1, max_size=20).map(np.array)
 

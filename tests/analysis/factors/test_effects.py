@@ -6,19 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.comparisons.comparisons import without_observers
 from analysis.errors import ResultsError
 from analysis.factors import FactorEffects, factor_effects
 from analysis.scaling import fit
+from documents.arrays import Floats
 from tests.analysis.conftest import answers_of
 from tests.analysis.slow_profiles import SlowProfile
 from tests.choice import nightly
 from tests.kept import known
 
-Floats = NDArray[np.float64]
 Factors = Mapping[str, Mapping[str, str | float]]
 Drawer = Callable[..., Comparisons]
 Regression = Callable[[Comparisons, Floats], tuple[Floats, float]]

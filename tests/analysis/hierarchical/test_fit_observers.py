@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from analysis.comparisons import Answer, Comparisons, from_answers
@@ -17,10 +16,10 @@ from analysis.hierarchical.fitting import _answers
 from analysis.hierarchical.propagation import alike, propagate
 from analysis.scaling import LAWS, Model, fit_model
 from documents import threads
+from documents.arrays import Floats
 from tests.choice import nightly
 
 Maker = Callable[..., Comparisons]
-Floats = NDArray[np.float64]
 
 PAIRS = np.triu_indices(3, 1)
 TINY = np.finfo(np.float64).tiny

@@ -6,14 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from analysis.jod.fits import fit_jod
 from analysis.scaling import LAWS, DistancePrior
 from analysis.scaling.distance_prior import PRIORS, all_pairs
+from documents.arrays import Floats
 from tests.choice import nightly
 
-Floats = NDArray[np.float64]
 Scenes = dict[str, tuple[Floats, Floats]]
 
 # pwcmp's third example [Pwcmp]: how often 18 observers preferred each of seven tone mappers (row) over each other one,

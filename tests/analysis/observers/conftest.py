@@ -7,11 +7,10 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from analysis.comparisons import Answer, Comparisons, from_answers
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 Study = Callable[..., Comparisons]
 
 

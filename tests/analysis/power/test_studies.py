@@ -8,7 +8,6 @@ from itertools import product
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from analysis.bootstrap import intervals
 from analysis.bootstrap.replicates import resample_counts
@@ -25,10 +24,10 @@ from analysis.scaling import fit, probabilities
 from analysis.scaling.result import COVARIANCE_CHOICES, Method
 from benchmarks.simulated_studies import Design
 from documents import counted_work
+from documents.arrays import Floats
 from tests.choice import nightly
 from tests.kept import known
 
-Floats = NDArray[np.float64]
 MakePlan = Callable[..., Plan]
 EXACT: tuple[Adjust, ...] = ("none", "holm", "bh")
 STRENGTHS = (-1.5, -0.4, 0.1, 0.2, 1.6)

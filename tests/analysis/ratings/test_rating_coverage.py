@@ -12,15 +12,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from analysis.ratings import summarise_ratings
 from analysis.records import Header, SessionLog
 from analysis.series.observer_means import bounded_means
+from documents.arrays import Floats
 from tests.answers import new_answer
 from tests.stress.how_many import how_many
 
-Floats = NDArray[np.float64]
 # In points: the middle of what an observer answers, that of answers about it and of observers about it; how many each.
 MIDDLES = (0.6, 1.0, 1.5, 2.0, 3.0, 4.5, 5.4)
 SPREADS = (0.3, 0.6, 1.0, 1.6)

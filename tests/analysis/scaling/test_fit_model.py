@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 from scipy.special import ndtr
 from scipy.stats import chi2, norm
@@ -19,9 +18,9 @@ from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
 from analysis.scaling import MODELS, Model, Probit, fit, fit_model
 from analysis.scaling.laws import Davidson, Law, Logistic, RaoKupper
+from documents.arrays import Floats
 from tests.choice import nightly
 
-Floats = NDArray[np.float64]
 Drawer = Callable[..., Comparisons]
 LAWS: dict[Model, Law] = {
     "bradley-terry": Logistic(),

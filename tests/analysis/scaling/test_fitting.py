@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 from scipy.special import log_expit
 
@@ -16,8 +15,7 @@ from analysis.errors import ResultsError
 from analysis.scaling import LOGISTIC, Counts, fit, probabilities
 from analysis.scaling.fitting import fit_batch
 from analysis.scaling.penalty import FIRTH
-
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 # Agresti's citation counts and a separated table, fitted in R (BradleyTerry2, brglm2).
 CITATIONS = np.array([[0, 730, 498, 221], [33, 0, 68, 17], [320, 813, 0, 142], [284, 276, 325, 0]], dtype=float)

@@ -8,7 +8,6 @@ from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
@@ -22,8 +21,8 @@ from analysis.scaling import (
     score,
     score_groups,
 )
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 GROUPS = ("church", "beach", "night")
 ITEMS = "abcd"
 

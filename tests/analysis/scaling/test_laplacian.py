@@ -8,13 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from analysis.covariance import laplacian
 from analysis.scaling import Counts
+from documents.arrays import Floats
 from documents.blas_threads import set_blas_threads
-
-Floats = NDArray[np.float64]
 
 
 def graphs(n: int, batch: int, low: float, high: float) -> st.SearchStrategy[Floats]:

@@ -8,15 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from analysis.scaling import Counts, fit, learnt_posterior, updated_posterior
 from analysis.scaling.expectation_propagation import approximate
 from analysis.scaling.learnt_prior import WIDTH_OF_SPREADS, posterior
+from documents.arrays import Floats
 from runner.blocks.pair_choice import PairChooser
 from tests.choice import nightly
-
-Floats = NDArray[np.float64]
 
 
 def _wins(count: int, seed: int, most: int = 5) -> Floats:

@@ -7,7 +7,6 @@ from itertools import combinations, pairwise, permutations, product
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.stats import binomtest, norm
 from scipy.stats import t as student
 
@@ -21,6 +20,7 @@ from analysis.scaling.jeffreys import Jeffreys
 from analysis.scaling.penalty import FIRTH
 from analysis.scaling.profile import climbed, exchange_p, signed_roots
 from analysis.scaling.terminal import summary_lines
+from documents.arrays import Floats
 from tests.analysis.slow_profiles import SlowProfile, of_law, of_pair
 from tests.choice import nightly
 
@@ -44,7 +44,6 @@ LOGISTF = {
     "EH": (-2.60416387, -4.3651832, -1.23272106),
     "intercept": (3.77455951, 1.0825371, 7.20928050),
 }
-Floats = NDArray[np.float64]
 OBSERVERS = (5, 8, 10, 15, 30)
 DAILY = [("thurstone", False), ("rao-kupper", True)]
 LAWS = [*DAILY, *nightly(*(case for case in product(MODELS, (False, True)) if case not in DAILY))]

@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from numpy.typing import NDArray
 
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.factors import factor_effects
@@ -28,10 +27,10 @@ from analysis.scaling.robust_tests import (
     score_test,
 )
 from analysis.series.just_noticeable import observer_test as step_test
+from documents.arrays import Floats
 from runner.cli.main import group as command
 from tests.choice import nightly
 
-Floats = NDArray[np.float64]
 Drawer = Callable[..., Comparisons]
 # Of 80 studies at the level 0.05, more are false once in 3000 runs.
 STUDIES, MOST_FALSE = 80, 11

@@ -7,7 +7,6 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.covariance import Clustered, Spread, shrink
@@ -17,8 +16,8 @@ from analysis.scaling import fit_model, score
 from analysis.scaling import sandwich as sandwich_module
 from analysis.scaling.laws import Logistic
 from benchmarks.simulated_studies import Design, decisions
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 Drawer = Callable[..., Comparisons]
 THETA = np.array([0.9, 0.3, 0.0, -0.2, -1.0])
 

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from analysis.scaling import Counts, are_connected, fit, maximise, start
+from documents.arrays import Floats
 from documents.blas_threads import set_blas_threads
 
-Floats = NDArray[np.float64]
 SLOW = 200  # steps; a limit makes the iteration begin near the log odds
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.stats import t as student
 
@@ -12,8 +11,6 @@ from analysis.bootstrap import tails
 from analysis.report.summary import wilson_interval
 from analysis.series.observer_means import bounded_means, means, shares
 from tests.choice import nightly
-
-Floats = NDArray[np.float64]
 
 
 def _wilson_by_search(share: float, answers: float, quantile: float) -> tuple[float, float]:

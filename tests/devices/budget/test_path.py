@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from devices.budget import Cost, Encoding, ErrorBudget, Mixed, OwnPixels, Pair, SmoothScene, Step, joined_differences
 from devices.budget.path import half_floats
@@ -30,7 +29,6 @@ from devices.display import (
 )
 from tests.displays import corrections, eye_models
 
-Floats = NDArray[np.float64]
 MODELS = read_display(Path(__file__).parents[3] / "configs/displays/asus_vg248qe.yaml").models("side-by-side")
 EIGHT_BITS = Encoding(255, ENTRIES, dithered=False)
 SIZE_PX = (96, 64)

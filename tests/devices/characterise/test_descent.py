@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.optimize import isotonic_regression, least_squares
 
 from devices.characterise import parametric, table_c1_codes, thesis_display
@@ -14,8 +13,8 @@ from devices.characterise.example_displays import liquid_crystal_XYZ, noisy
 from devices.characterise.parametric import fit_parametric
 from devices.characterise.patches import patches
 from devices.characterise.table_fit import rising_averages
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 CODES = table_c1_codes()
 
 

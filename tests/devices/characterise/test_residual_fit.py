@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from devices.characterise import residual_fit, table_c1_codes
 from devices.characterise.choose import characterise
@@ -19,7 +18,6 @@ from devices.display import Plvc
 from devices.readings import Measurements
 from tests.devices.display.test_residual import smooth
 
-Floats = NDArray[np.float64]
 CODES = np.concatenate([table_c1_codes(), np.random.default_rng(0).integers(0, 256, (40, 3)) / 255])
 FRESH = np.random.default_rng(9).uniform(0, 1, (300, 3))
 

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.compensation import (
@@ -37,9 +36,9 @@ from devices.display import (
 )
 from devices.display.gain_map import Normalise
 from devices.errors import DeviceError
+from documents.arrays import Floats
 
 ASUS = Path(__file__).parents[3] / "configs/displays/asus_vg248qe.yaml"
-Floats = NDArray[np.float64]
 
 LEFT_PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
 RIGHT_PRIMARIES = LEFT_PRIMARIES * np.array([0.95, 1.02, 0.9]) + 0.1

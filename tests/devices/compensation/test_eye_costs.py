@@ -9,18 +9,17 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from numpy.typing import NDArray
 from PIL import Image
 
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.compensation.eye_costs import mixed_costs
 from devices.display import DisplayModel, EyeModels, ToneCurve
+from documents.arrays import Floats
 from runner.cli.main import group
 from runner.presenter import ModeOptions, find_mode
 from stimuli.pictures import StereoImage, read_exr
 
 Study = Any  # tests/conftest.py
-Floats = NDArray[np.float64]
 PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
 BLACK = np.array([0.03, 0.03, 0.04])
 RED, CYAN = (0.90, 0.05, 0.02), (0.03, 0.75, 0.80)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from devices.display import DisplayModel, ToneCurve
 from devices.readings import Measurements, PatchEye, find_patches, steps
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 Light = Callable[[Floats], Floats]
 
 NOISE = 0.002

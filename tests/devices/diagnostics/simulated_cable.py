@@ -7,7 +7,6 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.colour import rgb_to_xyz_matrix
 from devices.diagnostics import Diagnosis
@@ -18,7 +17,6 @@ from devices.diagnostics.signal_path import code_steps, frame_rate_control, last
 from devices.display import MIXTURES, NODES, DisplayModel, EyeModels, Plvc, TableCurve, ToneCurve
 from devices.readings import Faults, Measurements, Showing, Simulated, SimulatedDisplay, Step, find_sets, steps
 
-Floats = NDArray[np.float64]
 Examination = Callable[[Measurements], Diagnosis]
 EACH_S = 10.0
 CHECKS: tuple[Examination, ...] = (

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from devices.characterise import fit_display
 from devices.colour import delta_e_2000, xyz_to_lab
@@ -15,9 +14,9 @@ from devices.diagnostics import estimate_drift
 from devices.diagnostics.stability import drift
 from devices.diagnostics.time_trend import trend_in_time
 from devices.readings import Measurements
+from documents.arrays import Floats
 from tests.devices.diagnostics.simulated import MODEL, characterisation
 
-Floats = NDArray[np.float64]
 Course = Callable[[Floats], Floats]
 NOISE = 0.002
 DAYLIGHT = np.array([0.95, 1.0, 1.08])

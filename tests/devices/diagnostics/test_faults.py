@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from devices.diagnostics import Diagnosis
@@ -21,10 +20,8 @@ from devices.diagnostics.stability import drift, repeatability
 from devices.diagnostics.warm_up import warm_up
 from devices.display import DisplayModel, ToneCurve
 from devices.readings import Measurements
+from documents.arrays import Floats
 from tests.devices.diagnostics.simulated import MODEL, characterisation, one_patch, readings, spectra
-
-Floats = NDArray[np.float64]
-
 
 CLEAN = characterisation()
 

@@ -7,14 +7,13 @@ from collections.abc import Mapping
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from devices.diagnostics.readings import tag
 from devices.diagnostics.settling import place_departures
 from devices.diagnostics.warm_up import warm_up
 from devices.readings import Measurements
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 LEVELS = {(2, 1): 0.9, (2, 2): 1.0, (2, 3): 0.95}
 ALIKE = dict.fromkeys(LEVELS, 480.0)
 

@@ -7,15 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
-from numpy.typing import NDArray
 
 from devices.characterise.display_yaml import model_lines
 from devices.display import Plvc, Residual, TableCurve, kernels_at_black
 from devices.display.model_spec import ModelSpec
 from devices.display.residual import kernels, kernels_and_slopes, place_of
 from devices.errors import DeviceError
+from documents.arrays import Floats
 
-Floats = NDArray[np.float64]
 PRIMARIES = np.array([[40.0, 35, 18], [20, 70, 7], [2, 11, 95]])
 
 

@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from devices.characterise.display_yaml import model_lines
@@ -30,6 +29,7 @@ from devices.display import (
 )
 from devices.errors import DeviceError
 from documents import InputError
+from documents.arrays import Floats
 
 CURVES = st.builds(
     ToneCurve,
@@ -49,7 +49,6 @@ modes:
     curve: {curve}
     source: the panel's standard
 """
-Floats = NDArray[np.float64]
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 
 

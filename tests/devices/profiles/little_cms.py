@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import PIL
 import pytest
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Floats = NDArray[np.float64]
+from documents.arrays import Floats
 
 RELATIVE_COLORIMETRIC = 1
 _DOUBLE = 1 << 22 | 3 << 3

@@ -6,14 +6,13 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from devices.errors import DeviceError
 from devices.profiles.curves import curve_at, curves_at
 from devices.profiles.tag_table import Tag
+from documents.arrays import Floats
 from tests.devices.profiles.profile_bytes import curv, para
 
-Floats = NDArray[np.float64]
 X = np.linspace(0, 1, 301)
 
 

@@ -9,13 +9,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from analysis.scaling import Posterior, learnt_posterior, updated_posterior
 from analysis.scaling.learnt_prior import posterior
+from documents.arrays import Floats
 from runner.blocks.pair_choice import Gain, PairChooser, best_matching, entropy_gain, gains, variance_gain
-
-Floats = NDArray[np.float64]
 
 
 def _entropy(p: Floats) -> Floats:

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from analysis.scaling import updated_posterior
@@ -21,7 +20,6 @@ from runner.ports import PooledAnswers
 from runner.reports.pooled_studies import pooled_study
 from tests.runner.every_kind import experiment
 
-Floats = NDArray[np.float64]
 NAMES = tuple(f"p{number:02d}" for number in range(20))
 ALL = (tuple(range(20)),)
 

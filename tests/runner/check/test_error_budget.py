@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from numpy.typing import NDArray
 
 from devices.budget import Encoding, ErrorBudget, OwnPixels, Step
 from devices.characterise import fit_display, table_c1_codes, thesis_display
@@ -19,6 +18,7 @@ from devices.compensation import Correction
 from devices.compensation.crosstalk_cancel import seen_XYZ
 from devices.display import ENTRIES, EYES, Crosstalk, Eye, EyeModels, GainMap, PanelSpec, Rig, read_display, read_rig
 from devices.readings import Measurements
+from documents.arrays import Floats
 from runner.check import CheckOptions, check_file, rig_budget
 from runner.check.error_budget import SCENE_PX, _scene
 from runner.cli.main import group
@@ -27,7 +27,6 @@ from runner.presenter.surfaces.egl import EglSurface
 from tests.choice import nightly
 
 Study = Any  # tests/conftest.py
-Floats = NDArray[np.float64]
 RIG = Path(__file__).parents[3] / "configs/rigs/asus_vg248qe_3dvision.yaml"
 LEAKS = Crosstalk(0.03 * np.eye(3), 0.02 * np.eye(3))
 

@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
-from numpy.typing import NDArray
 
 from devices.readings import (
     Kept,
@@ -26,12 +25,12 @@ from devices.readings import (
     steps,
 )
 from documents import InputError
+from documents.arrays import Floats
 from runner.cli.main import group
 from runner.measuring.judge import Judge
 from runner.presenter import open_surface
 from tests.choice import nightly
 
-Floats = NDArray[np.float64]
 Fault = Callable[[Floats, Showing], Floats]
 DISPLAY = """\
 schema_version: 1

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from devices.compensation import Correction, Mixture, cancel_crosstalk
 from devices.display import EYES, Eye, EyeModels
+from documents.arrays import Floats
 from runner import Picture, Scene
 from runner.presenter import Codes, ColourPass, Presenter, Surface
 from runner.presenter.arithmetic_choice import VARIABLE
@@ -26,7 +27,6 @@ SIZE_PX = (48, 36)
 WORDS: tuple[str, ...] = ("doubles", "two-floats")
 # Codes: half for rounding, and a thousandth for what is computed.
 WITHIN_CODES = 0.501
-Floats = NDArray[np.float64]
 
 
 def worst_of_an_eye(

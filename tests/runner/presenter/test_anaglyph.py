@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from devices.compensation import Mixture
 from devices.display import DisplayModel, EyeModels, ToneCurve
+from documents.arrays import Floats
 from runner import Picture, Scene
 from runner.presenter import ModeOptions, PresentationError, Presenter, Surface, find_mode
 from runner.presenter.surfaces.egl import EglSurface
@@ -21,7 +22,6 @@ from stimuli.pictures import StereoImage
 from tests.runner.families import by_family
 from tests.runner.presenter.conftest import on_surfaces
 
-Floats = NDArray[np.float64]
 Stereo = Callable[..., StereoImage]
 Ramps = Callable[[DisplayModel], NDArray[np.float32]]
 MakeModel = Callable[..., DisplayModel]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from devices.compensation import Correction, least_squares
 from devices.display import Crosstalk, DisplayModel, EyeModels, GainMap, TableCurve, ToneCurve
+from documents.arrays import Floats
 from runner.presenter import ColourPass, GraphicsError, arithmetic_choice
 from runner.presenter.arithmetic import Arithmetic, Real, Real3, Real3x3, as_floats
 from runner.presenter.arithmetic_choice import TOLERANCE, VARIABLE, arithmetic_errors, arithmetic_of
@@ -24,7 +25,6 @@ from tests.choice import nightly
 # and doubles are what is off.
 EQUAL_CODES = 1e-3
 EQUAL_AT_NO_LIGHT_CODES = 2e-3
-Floats = NDArray[np.float64]
 Codes = Callable[[DisplayModel], NDArray[np.float32]]
 
 

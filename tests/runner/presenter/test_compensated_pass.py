@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from devices.compensation import Correction, PixelGrid, cancel_crosstalk, dither_thresholds
 from devices.compensation.dither import dither_tables, tabled_dither_codes
 from devices.display import EYES, Crosstalk, DisplayModel, Eye, EyeModels, GainMap
+from documents.arrays import Floats
 from runner.presenter import Dithering
 from runner.presenter.bands import to_the_end
 from runner.presenter.code_pass import release_codes
@@ -19,7 +20,6 @@ from runner.presenter.depth import Bits
 from runner.presenter.surfaces.egl import EglSurface
 from tests.choice import nightly
 
-Floats = NDArray[np.float64]
 View = NDArray[np.float32]
 Ramps = Callable[[DisplayModel], View]
 Make = Callable[..., DisplayModel]

@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.display import EYES, DisplayModel, Eye, EyeModels
+from documents.arrays import Floats
 from runner import Picture, Scene
 from runner.presenter import MODES, Codes, ModeOptions, Presenter, Surface, find_mode
 from runner.presenter.surfaces.egl import EglSurface
@@ -20,7 +21,6 @@ from tests.choice import nightly
 from tests.runner.families import by_family
 from tests.runner.presenter.conftest import on_surfaces
 
-Floats = NDArray[np.float64]
 MakeModel = Callable[..., DisplayModel]
 Ramps = Callable[[DisplayModel], NDArray[np.float32]]
 Stereo = Callable[..., StereoImage]

@@ -16,6 +16,7 @@ from devices.colour import delta_e_2000, xyz_to_lab
 from devices.compensation import Masks, channel_split, dither_thresholds
 from devices.compensation.dither import dither_tables, tabled_dither_codes
 from devices.display import EYES, DisplayModel, Eye, EyeModels, read_display
+from documents.arrays import Floats
 from runner.presenter import ColourPass, Dithering, PresentationError
 from runner.presenter.colour_pass import MixedPass
 from runner.presenter.dithering import light_table
@@ -25,7 +26,6 @@ from tests.choice import nightly
 pytestmark = pytest.mark.usefixtures("each_arithmetic")
 
 Codes = NDArray[np.int64]
-Floats = NDArray[np.float64]
 Views = NDArray[np.float32]
 
 ASUS = Path(__file__).parents[3] / "configs/displays/asus_vg248qe.yaml"

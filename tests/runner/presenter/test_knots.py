@@ -12,6 +12,7 @@ from devices.characterise.choose import characterise
 from devices.compensation import Mixture, dither_codes, dither_thresholds
 from devices.display import Curve, DisplayModel, TableCurve, ToneCurve, code_tables, knotted_codes, table_codes
 from devices.readings import read_csv
+from documents.arrays import Floats
 from runner.presenter import ColourPass, Dithering
 from runner.presenter.colour_pass import MixedPass
 from runner.presenter.surfaces.egl import EglSurface
@@ -22,7 +23,6 @@ pytestmark = pytest.mark.usefixtures("each_arithmetic")
 PRIMARIES = np.array([[40.0, 35, 18], [20, 70, 7], [2, 11, 95]])
 CODES = np.linspace(0.0, 1.0, 31)
 GAMMA = ToneCurve(gamma=2.2)
-Floats = NDArray[np.float64]
 
 
 def tabled(root: Floats) -> TableCurve:

@@ -20,6 +20,7 @@ from devices.display import (
     table_codes,
 )
 from devices.errors import DeviceError
+from documents.arrays import Floats
 from runner.presenter import MODES, ColourPass, Dithering, PresentationError, find_mode
 from runner.presenter.colour_pass import ChannelInteraction, channel_interaction
 from runner.presenter.surfaces.egl import EglSurface
@@ -28,7 +29,6 @@ from tests.choice import nightly
 pytestmark = pytest.mark.usefixtures("each_arithmetic")
 
 PRIMARIES = np.array([[40.0, 35, 18], [20, 70, 7], [2, 11, 95]])
-Floats = NDArray[np.float64]
 
 
 def plvc(seed: int = 1, black: float = 0.05, bend: float = 0.05, mixed: float = 0.02) -> Plvc:

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.display import EYES, read_display
+from documents.arrays import Floats
 from runner import Picture, Scene
 from runner.presenter import MODES, Dithering, EyeArea, PresentationError, Presenter, open_surface
 from stimuli.pictures import StereoImage
 from tests.runner.families import by_family
 
-Floats = NDArray[np.float64]
 ASUS = Path(__file__).parents[3] / "configs/displays/asus_vg248qe.yaml"
 MODELS = read_display(ASUS).models("side-by-side")
 SIZE_PX = (320, 240)

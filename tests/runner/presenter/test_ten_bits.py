@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.display import EYES, DisplayModel, EyeModels, read_display
+from documents.arrays import Floats
 from runner import Picture, Scene
 from runner.presenter import (
     Buffer,
@@ -32,7 +33,6 @@ from stimuli.pictures import StereoImage
 from tests.choice import nightly
 from tests.runner.presenter.conftest import AskedRamps
 
-Floats = NDArray[np.float64]
 MakeModel = Callable[..., DisplayModel]
 Stereo = Callable[..., StereoImage]
 

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from documents.arrays import Floats
 from tests.stimuli.develop.dng import Tag, exposure_tags, save_dng
 
 BLACK, WHITE = 600, 15520
 SPAN = WHITE - BLACK
 FULL_E, READ_E = 30000.0, 6.0
 TIMES = ((1, 250), (1, 125), (1, 60), (1, 30), (1, 15), (1, 8))  # thesis Section 5.3
-Floats = NDArray[np.float64]
 
 
 def record(light: Floats, time: float, seed: int, full_e: float = FULL_E, read_e: float = READ_E) -> Floats:

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from devices.camera import Correspondences, Exposure, ReferenceColours, fit_camera
 from devices.errors import DeviceError
+from documents.arrays import Floats
 from stimuli.chart import fit_camera_to_chart
 from stimuli.chart.pooled import ChartShot, pool_shots
 from stimuli.develop import CameraImage, write_camera_exr
@@ -18,7 +18,6 @@ from stimuli.errors import StimulusError
 MATRIX = np.array([[220.0, 37.0, 3.0], [84.0, 146.0, -46.0], [12.0, -35.0, 220.0]])
 AT = Exposure(1 / 15, 8.0, 800.0)
 CORNERS = [[0, 0], [120, 0], [120, 80], [0, 80]]
-Floats = NDArray[np.float64]
 
 
 def shot(

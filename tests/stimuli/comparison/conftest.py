@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from devices.chart import COLORCHECKER, patch_quadrangles
 from devices.colour import XYZ_from_xyY
 from devices.readings import colorchecker_xyY
+from documents.arrays import Floats
 from stimuli.comparison import read_regions
 from stimuli.comparison.areas import inside, window
 from stimuli.comparison.regions_file import RegionsFile
-from stimuli.pictures import Floats
 
 CORNERS = [[40.0, 30.0], [330.0, 44.0], [318.0, 240.0], [28.0, 220.0]]
 SHAPE = (270, 360, 3)

@@ -16,9 +16,9 @@ from scipy.special import ndtr
 from devices.chart import COLORCHECKER, perspective, project
 from devices.colour import XYZ_from_xyY
 from devices.readings import colorchecker_xyY
+from documents.arrays import Floats32
 from stimuli.pictures import StereoImage, write_exr
 
-Floats32 = NDArray[np.float32]
 Cyclopean = Callable[..., CompletedProcess[str]]
 
 ROOT = Path(__file__).parents[3]

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from devices.camera import CameraModel, Exposure, write_camera
 from devices.colour_matching import DEFAULT_OBSERVER, colorimetric_observer
+from documents.arrays import Floats
 from stimuli.comparison import RegionsSpec, compare_regions, place_regions, read_regions
 from stimuli.comparison.areas import area_means
 from stimuli.comparison.by_region import ComparedRegions
@@ -27,8 +27,6 @@ from tests.stimuli.comparison.scenes import (
     written,
 )
 from tests.stimuli.spectral.pictures import save_exr
-
-Floats = NDArray[np.float64]
 
 MATRIX = np.array([[180.0, 60.0, 30.0], [80.0, 190.0, -20.0], [10.0, -30.0, 210.0]])
 EXPOSURE = Exposure(1 / 15, 8.0, 800.0)

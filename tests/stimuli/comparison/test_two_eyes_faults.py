@@ -13,9 +13,9 @@ from stimuli.comparison import CompareOptions, Comparison, compare_pictures
 from stimuli.comparison.eye_evidence import EyesEvidence, eyes_reasons
 from stimuli.comparison.eye_identity import identify_eyes
 from stimuli.comparison.jackknife import EyesPair
+from stimuli.comparison.luminance import Views
 from stimuli.comparison.two_eyes import measure_two_eyes
 from stimuli.comparison.verdict import Limits
-from stimuli.comparison.views import Views
 from tests.kept import kept
 from tests.stimuli.comparison.scenes import PLATE, Cyclopean, coloured, compared, said, written
 from tests.stimuli.comparison.two_eye_scenes import Pair, Relief, Scene, Sparkles, contrasted, rendered

@@ -7,12 +7,11 @@ from functools import cache
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.special import ndtr
 
-Floats = NDArray[np.float64]
-Floats32 = NDArray[np.float32]
+from documents.arrays import Floats, Floats32
+
 Pair = tuple[Floats32, Floats32]
 _BEYOND = 40
 

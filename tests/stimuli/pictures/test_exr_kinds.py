@@ -11,13 +11,13 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.colour import rgb_to_xyz_matrix
+from documents.arrays import Floats
 from stimuli.comparison.pictures import what_it_holds
 from stimuli.errors import StimulusError
 from stimuli.pictures import REC709, Region, read_exr
 from stimuli.pictures.exr_header import XYZ
 from tests.stimuli.pictures.exr_bytes import Part, decimated, floats, strings, write_bytes
 
-Floats = NDArray[np.float64]
 REC2020 = np.array([[0.708, 0.292], [0.170, 0.797], [0.131, 0.046], [0.3127, 0.3290]])
 STEREO = ("multiView", "stringvector", strings("left", "right"))
 

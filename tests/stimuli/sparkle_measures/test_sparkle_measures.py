@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 from scipy.special import ndtr
 
+from documents.arrays import Floats
 from stimuli.errors import StimulusError
 from stimuli.sparkle import PixelScale, SparkleMeasures, Threshold, measure_sparkles, shared_sparkles
 from stimuli.sparkle.measures import moments
@@ -22,7 +23,6 @@ from stimuli.sparkle.measures.find import find_peaks
 from stimuli.sparkle.measures.moments import FWHM_PER_SD, sparkle_moments
 from tests.compiled_loops import not_in_numpy
 
-Floats = NDArray[np.float64]
 BASE = 10.0
 
 

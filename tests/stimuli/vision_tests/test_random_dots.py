@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from documents.arrays import Floats
 from stimuli.errors import StimulusError
 from stimuli.vision_tests import SIDES, DotField, Side, stereogram
 from stimuli.vision_tests.random_dots import spots, views
 
-Floats = NDArray[np.float64]
 FIELD = DotField(240, 64.0, 72.0, (1.0, 1.0), 2400)
 GROUND, DOT = np.array([2.0, 2.1, 2.5]), np.array([19.0, 20.0, 24.0])
 

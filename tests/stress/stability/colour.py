@@ -22,7 +22,7 @@ from devices.colour import (
 )
 from devices.errors import DeviceError
 from stimuli.measures import pu21_decoded, pu21_encoded
-from stimuli.measures.pu21 import _P
+from stimuli.measures.pu_measures import _P
 from tests.stress.stability import sixty_digits as s
 from tests.stress.stability.routine import Routine, gives, refuses
 

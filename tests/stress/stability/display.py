@@ -8,7 +8,6 @@ from decimal import Decimal
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.compensation import code_lights, least_squares
 from devices.compensation.dither import adjacent_codes
@@ -31,11 +30,11 @@ from devices.display import (
 from devices.display.code_table import looked_up_codes
 from devices.display.plvc import CROSS, PAIRS
 from devices.errors import DeviceError
+from documents.arrays import Floats
 from tests.stress.stability import sixty_digits as s
 from tests.stress.stability.routine import Routine, gives, refuses
 
 D = Decimal
-Floats = NDArray[np.float64]
 RNG = np.random.default_rng(61)
 CODES = np.concatenate([10.0 ** RNG.uniform(-6, 0, 150), [0.0, 1.0]])[:, np.newaxis]
 LIGHT = np.concatenate([10.0 ** RNG.uniform(-9, 0, 150), [1.0]])[:, np.newaxis]

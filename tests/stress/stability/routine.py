@@ -8,11 +8,10 @@ from decimal import Decimal
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from documents.arrays import Floats
 from tests.stress.stability.sixty_digits import exact
 
-Floats = NDArray[np.float64]
 Answer = Callable[[Floats], Any]
 Reference = Callable[[list[Decimal]], Sequence[Decimal]]
 _NUDGE = Decimal(10) ** -25

@@ -8,7 +8,6 @@ from functools import partial
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from analysis.agreement import correlation
@@ -18,6 +17,7 @@ from analysis.comparisons import Answer, from_answers
 from analysis.scaling import Model, Probit, fit, fit_model
 from analysis.scaling.fitting import fit_sparse
 from analysis.scaling.laws import Davidson, Law, Logistic, RaoKupper, iso_20462_jnd
+from documents.arrays import Floats
 from stimuli.align import homography_from_points
 from stimuli.errors import StimulusError
 from stimuli.measures.scielab import gaussian_kernel
@@ -25,7 +25,6 @@ from tests.stress.stability import sixty_digits as s
 from tests.stress.stability.routine import Routine, gives, refuses
 
 D = Decimal
-Floats = NDArray[np.float64]
 LogLikelihood = Callable[[Sequence[Decimal]], Decimal]
 RNG = np.random.default_rng(62)
 _STEP = D(10) ** -25

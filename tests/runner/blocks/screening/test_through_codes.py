@@ -8,16 +8,15 @@ from functools import partial
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from devices.display import EYES, DisplayModel, Eye, EyeModels, ToneCurve
+from documents.arrays import Floats
 from runner import Picture, Scene
 from runner.blocks.screening.acuity import FINEST_PX, StereoAcuitySpec, finest_arcsec
 from runner.blocks.screening.vision_test import Screen
 from runner.presenter import PresentationError, Presenter, find_mode, open_surface
 from stimuli.pictures import StereoImage
 
-Floats = NDArray[np.float64]
 CURVE = ToneCurve(gamma=2.2)
 MODEL = DisplayModel(
     np.array([0.02, 0.02, 0.03]),
