@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
+from documents.arrays import Floats32
 from stimuli.comparison import CompareOptions, Comparison, compare_pictures
 from stimuli.comparison.registering import align
 from stimuli.comparison.sharpness import blur_between
 from stimuli.comparison.sparkles import SparkleArea
 from stimuli.measures import ViewingConditions
 from stimuli.pictures import RowFile
-from tests.stimuli.comparison.scenes import PLATE, SIZE, Floats32, coloured, few, spots, written
+from tests.stimuli.comparison.scenes import PLATE, SIZE, coloured, few, spots, written
 
 
 def blurred(picture: Floats32, sd_px: float) -> Floats32:

@@ -11,7 +11,7 @@ import pytest
 
 from devices.camera import CameraModel, Exposure, write_camera
 from devices.colour_matching import DEFAULT_OBSERVER, colorimetric_observer
-from documents.arrays import Floats
+from documents.arrays import Floats, Floats32
 from stimuli.comparison import RegionsSpec, compare_regions, place_regions, read_regions
 from stimuli.comparison.areas import area_means
 from stimuli.comparison.by_region import ComparedRegions
@@ -20,7 +20,6 @@ from tests.stimuli.comparison.scenes import (
     CORNERS,
     PLATE,
     Cyclopean,
-    Floats32,
     chart,
     compared,
     patch_XYZ,
