@@ -262,7 +262,7 @@ def resample_counts(
     people = len(observers)
     weights = draw_observers(people, replicates, seed) if weights is None else weights
     each = [fit_each(wins, method) for wins in blocks(by_observer, weights)]
-    others = [fit_each(wins, method) for wins in blocks(by_observer, 1 - np.eye(people))]
+    others = [fit_each(wins, method) for wins in blocks(by_observer, None)]
     drawn, left_out = _joined(each), _joined(others)
     return Replicates(
         items=tuple(items),
@@ -303,13 +303,21 @@ def draw_observers(people: int, replicates: int, seed: int) -> Floats:
     return random.multinomial(people, np.full(people, 1 / people), replicates).astype(np.float64)
 
 
-def blocks(by_observer: Floats, weights: Floats) -> Iterator[Floats]:
-    """Yield the counts of the replicates, shape (block, n, n), at most ``BLOCK_NUMBERS`` numbers at a time."""
+def blocks(by_observer: Floats, weights: Floats | None) -> Iterator[Floats]:
+    """Yield the counts of the replicates, shape (block, n, n), at most ``BLOCK_NUMBERS`` numbers at a time.
+
+    ``weights`` (R, S) are how often each observer counts in each replicate; None leaves each observer out in turn.
+    """
     people, n, _ = by_observer.shape
-    size = max(1, BLOCK_NUMBERS // n**2)
+    size = max(1, BLOCK_NUMBERS // max(n**2, people))
     flat = by_observer.reshape(people, n * n)
-    for start in range(0, len(weights), size):
-        yield (weights[start : start + size] @ flat).reshape(-1, n, n)
+    for start in range(0, people if weights is None else len(weights), size):
+        if weights is None:
+            rows = np.arange(start, min(start + size, people))
+            own = (np.arange(people) != rows[:, None]).astype(np.float64)
+        else:
+            own = weights[start : start + size]
+        yield (own @ flat).reshape(-1, n, n)
 
 
 def _joined(each: list[Fits]) -> Fits:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from analysis.errors import ResultsError
 from documents import Finding
 
+MOST_NUMBERS = 250_000_000  # of 8 bytes
 MOST_ITEMS = 5000
 NO_GROUP = -1
 
@@ -126,8 +127,19 @@ class Comparisons:
         return total
 
     def wins_by_observer(self, rows: slice = slice(None)) -> NDArray[np.float64]:
-        """Return the counts of each observer of ``rows``, shape (observers, n, n); those of all sum to ``wins``."""
+        """Return the counts of each observer of ``rows``, shape (observers, n, n); those of all sum to ``wins``.
+
+        Raises
+        ------
+        ResultsError
+            Where that takes more than 2 GB.
+        """
         n, (start, stop, _) = len(self.items), rows.indices(len(self.observers))
+        if (stop - start) * n * n > MOST_NUMBERS:
+            size = f"{8e-9 * (stop - start) * n * n:.1f} GB"
+            what = f"draws of {stop - start} observers of {n} items need {size} of memory"
+            remedy = "with so many, standard errors by observers say the same: ask for no draws; or leave out items"
+            raise ResultsError(Finding(what, remedy=remedy))
         own = (self.observer >= start) & (self.observer < stop)
         flat = ((self.observer[own] - start) * n + self.winner[own]) * n + self.loser[own]
         counts = np.bincount(flat, weights=self.count[own], minlength=(stop - start) * n * n)

@@ -49,6 +49,14 @@ def test_the_left_out_are_the_fits_to_the_other_observers(study: Study) -> None:
     assert found.left_out.theta == pytest.approx(np.array(one_by_one(comparisons, 1 - np.eye(12))), abs=1e-9)
 
 
+def test_draws_that_no_memory_holds_are_refused(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
+    comparisons = study(STRENGTHS)
+    monkeypatch.setattr("analysis.comparisons.comparisons.MOST_NUMBERS", 12 * 16 - 1)
+    with pytest.raises(ResultsError, match="12 observers of 4 items"):
+        resample(comparisons)
+    assert comparisons.wins_by_observer(slice(0, 11)).shape == (11, 4, 4)
+
+
 def test_blocks_change_nothing_and_a_seed_gives_the_same_again(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
     comparisons = study(STRENGTHS)
     whole = resample(comparisons, replicates=100)
@@ -57,6 +65,7 @@ def test_blocks_change_nothing_and_a_seed_gives_the_same_again(study: Study, mon
         blocks = resample(comparisons, replicates=100)
     other = resample(comparisons, replicates=100, seed=1)
     assert (whole.weights == blocks.weights).all()
+    assert blocks.left_out.theta == pytest.approx(whole.left_out.theta, abs=1e-12)
     assert whole.theta == pytest.approx(blocks.theta, abs=1e-12)
     assert (whole.weights != other.weights).any()
     assert (whole.weights.sum(axis=1) == 12).all()
