@@ -83,7 +83,7 @@ def run(studies: int = sized(300, 4)) -> dict[str, Any]:
         )
         rows += _covered(name, slow, times)
     decided, climbed = [*_decided(studies)], [*_climbed(studies)]
-    rows += [*decided, *climbed, *_by_law(studies)]
+    rows += [*decided, *climbed, *_at_the_edge(studies), *_by_law(studies)]
     return {"title": TITLE, "rows": rows, "promises": _promises(decided, climbed)}
 
 
@@ -150,6 +150,18 @@ def _climbed(studies: int) -> Iterator[Row]:
             cells.append(("auto", name, Design(theta, people, share=share, **fields), "auto", studies))
     for (kind, name, _, _, many), found in zip(cells, in_two_processes(_decide, cells), strict=True):
         yield _decision(kind, name, found, many) | {"series": "ladders, holm, auto"}
+
+
+def _at_the_edge(studies: int) -> Iterator[Row]:
+    """Yield false differences of three equal items between two that nearly all answers put above and below them."""
+    cells: list[tuple[str, str, Design, CovarianceChoice, int]] = []
+    for kind, people, step in product(("auto", "scaled"), CLIMBERS, sized((2.0, 4.0), (2.0,))):
+        theta = step * np.array([1.0, 0, 0, 0, -1.0])
+        for population in LADDER_POPULATIONS[: sized(3, 1) : 2]:
+            name = f"3 equal items between two {step:g} nats away, {people} observers, {population}"
+            cells.append((kind, name, Design(theta, people, **POPULATIONS[population]), kind, studies))
+    for (kind, name, _, _, many), found in zip(cells, in_two_processes(_decide, cells), strict=True):
+        yield _decision(kind, name, found, many) | {"series": f"edges, holm, {kind}"}
 
 
 def _by_law(studies: int) -> Iterator[Row]:
