@@ -100,8 +100,6 @@ def intervals(
         The kind of interval; the default keeps its coverage for few observers.
     level
         The coverage, between 0 and 1.
-    block_numbers
-        Replicates are sorted together while they are at most so many numbers.
 
     Returns
     -------
