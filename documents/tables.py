@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from documents.arrays import Floats
-from documents.files.regular import read_regular
+from documents.files.regular_files import read_regular
 from documents.findings import Finding, InputError
 from documents.text.words import did_you_mean, nearest
 

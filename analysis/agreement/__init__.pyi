@@ -1,5 +1,5 @@
-from .beside import agree as agree
 from .chance import chance_of_agreement as chance_of_agreement
+from .comparison import agree as agree
 from .correlations import KINDS as KINDS
 from .correlations import CorrelationKind as CorrelationKind
 from .correlations import correlation as correlation

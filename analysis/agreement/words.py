@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from analysis.agreement.beside import VERDICT_BY
+from analysis.agreement.comparison import VERDICT_BY
 from analysis.agreement.limits import Calibration, Rate
 from analysis.agreement.pairs import PairAccuracy
 from analysis.agreement.result import Agreement, Correlation, MeasureResult

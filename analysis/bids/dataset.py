@@ -17,7 +17,7 @@ from analysis.bids.text import escape, write_json, write_table
 from analysis.errors import ResultsError
 from analysis.records.answered_by import WhoAnswered
 from documents import Finding
-from documents.files import read_kept_json, whole_folder
+from documents.files import read_cached_json, whole_folder
 from documents.text import counted
 
 BIDS_VERSION = "1.10.0"
@@ -208,7 +208,7 @@ def check_replaceable(folder: Path) -> None:
 
 def _is_export(folder: Path) -> bool:
     try:
-        made = read_kept_json(folder / "dataset_description.json")
+        made = read_cached_json(folder / "dataset_description.json")
         return bool(made["GeneratedBy"][0]["Name"] == GENERATOR)
     except (KeyError, IndexError, TypeError):
         return False

@@ -14,8 +14,8 @@ from analysis.classes.conclusions import Conclusion, verdict_of
 from analysis.comparisons.comparisons import Comparisons, without_observers
 from analysis.inference.answers import ReviewAnswer
 from analysis.inference.chances import PairProbabilities
-from analysis.inference.choices import Multiverse, observer_parts
 from analysis.inference.differences import differences
+from analysis.inference.multiverse import Multiverse, observer_parts
 from analysis.inference.tost import Equivalence
 from analysis.scaling.scores import Scores
 

@@ -19,7 +19,7 @@ from analysis.classes.classes import check_level
 from analysis.classes.conclusions import verdict_of
 from analysis.classes.multiplicity import corrected, two_sided_p
 from analysis.errors import ResultsError
-from analysis.inference.pulls import Pulls, by_unordered_pair, pulls
+from analysis.inference.answer_residuals import AnswerResiduals, answer_residuals, by_unordered_pair
 from analysis.scaling.scores import Scores
 from documents import Finding
 from documents.arrays import Floats, Indices
@@ -143,7 +143,7 @@ def pair_residuals(
         raise ResultsError(
             Finding(f"residuals have no correction '{adjust}'", remedy="expected one of: none, holm, bh")
         )
-    own = pulls(scores)
+    own = answer_residuals(scores)
     low, high, place, sign = by_unordered_pair(own.counts)
     size = len(low)
 
@@ -190,7 +190,7 @@ def pair_residuals(
     return PairResiduals(tuple(lines), phi, alpha, adjust)
 
 
-def _model_variance(own: Pulls, place: Indices, sign: Floats, size: int) -> tuple[Floats, Floats]:
+def _model_variance(own: AnswerResiduals, place: Indices, sign: Floats, size: int) -> tuple[Floats, Floats]:
     """Return the variance of each pair's residual if answers are independent, and that without leverage."""
     plain = np.bincount(place, own.total * own.variance, size).astype(np.float64)
     slopes = np.zeros((size, own.inverse.shape[0]))
@@ -198,7 +198,7 @@ def _model_variance(own: Pulls, place: Indices, sign: Floats, size: int) -> tupl
     return plain - (slopes @ own.inverse * slopes).sum(axis=1), plain
 
 
-def _between_observers(own: Pulls, residual: Floats, place: Indices, sign: Floats, size: int) -> Floats:
+def _between_observers(own: AnswerResiduals, residual: Floats, place: Indices, sign: Floats, size: int) -> Floats:
     """Return the variance of each pair's residual from the spread between observers; NaN where fewer than 3 saw it."""
     people = len(own.by_observer)
     if people < FEWEST_OBSERVERS:

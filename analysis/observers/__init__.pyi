@@ -1,6 +1,6 @@
+from .fast_answers import FastAnswers as FastAnswers
 from .filters import Filter as Filter
 from .filters import keep as keep
-from .haste import Haste as Haste
 from .screening import check_tests as check_tests
 from .screening import failed_tests as failed_tests
 from .screening import outcomes as outcomes

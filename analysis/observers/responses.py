@@ -17,7 +17,7 @@ from analysis.comparisons.comparisons import Comparisons
 from analysis.comparisons.session_comparisons import is_comparison
 from analysis.kinds.all_pairs import AllPairsRecord
 from analysis.kinds.pair import PairRecord
-from analysis.observers.haste import TOO_FAST_S
+from analysis.observers.fast_answers import TOO_FAST_S
 from analysis.records.results import sessions_by_observer
 from analysis.records.session_record import SessionLog
 from documents.arrays import Floats

@@ -13,8 +13,8 @@ from analysis.comparisons.session_comparisons import from_sessions, is_compariso
 from analysis.kinds.screening import OutcomeRecord
 from analysis.observers.concordance import SHUFFLES, Concordance, kendall_u
 from analysis.observers.consistency import Consistency, consistencies
+from analysis.observers.fast_answers import TOO_FAST_S
 from analysis.observers.fit_to_rest import LEVEL, FitToRest, fits_to_rest
-from analysis.observers.haste import TOO_FAST_S
 from analysis.observers.responses import (
     CatchAnswers,
     ResponseTimes,

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from documents import InputError
-from documents.files import inside, read_kept_json
+from documents.files import inside, read_cached_json
 
 CONFIGURATION_LIST = "configuration.json"
 _FOLDER = "configuration"
@@ -47,7 +47,7 @@ def kept_files(log: Path) -> dict[str, Path]:
 
 
 def _listed(place: Path) -> dict[str, Any]:
-    listed = read_kept_json(place)
+    listed = read_cached_json(place)
     return listed if isinstance(listed, dict) else {}
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from analysis.records.configuration import CONFIGURATION_LIST, configuration_folder
 from analysis.records.session_record import SessionLog
-from documents.files import read_kept_json
+from documents.files import read_cached_json
 
 _MANIFEST = "stimuli.json"
 _NAMED = 8
@@ -103,5 +103,5 @@ def _list(held: object) -> list[Any]:
 
 
 def _read(file: Path) -> Mapping[str, Any]:
-    held = read_kept_json(file) if file.is_file() else {}
+    held = read_cached_json(file) if file.is_file() else {}
     return held if isinstance(held, dict) else {}

@@ -8,7 +8,7 @@ from dataclasses import astuple
 from itertools import chain
 
 from analysis.comparisons.comparisons import Comparisons
-from analysis.observers.haste import Haste
+from analysis.observers.fast_answers import FastAnswers
 from analysis.observers.responses import catch_results
 from analysis.power.smallest import SmallestDifference
 from analysis.ratings.preferences import preferences
@@ -21,7 +21,7 @@ from analysis.records.versions import Changes, Version
 from analysis.report.estimate import Estimate
 from analysis.report.seen import filters_notes
 from analysis.report.words import counted, listed, some
-from analysis.scaling.departure import OneScale
+from analysis.scaling.lack_of_fit import OneScale
 from documents.files import unprotected
 
 FEWEST_FOR_CHOSEN_PAIRS = 5
@@ -141,7 +141,7 @@ def _on_stops(sessions: Sequence[SessionLog]) -> Iterator[str]:
 def _on_presses_and_windows(sessions: Sequence[SessionLog]) -> Iterator[str]:
     """Yield which sessions were answered faster than anyone looks, and what became of marks and windows meanwhile."""
     for session in sessions:
-        if not session.header.simulated and (haste := Haste.of(session.trials)).striking:
+        if not session.header.simulated and (haste := FastAnswers.of(session.trials)).striking:
             yield f"In session {session.header.session} of observer {session.header.observer} {haste.words}."
     unsent = sum(
         any(mark.failed is not None for mark in trial.timing_marks) for session in sessions for trial in session.trials

@@ -9,12 +9,12 @@ from analysis.classes.conclusions import Conclusion
 from analysis.errors import ResultsError
 from analysis.inference.answers import ReviewAnswer, answer_tables
 from analysis.inference.chances import PairProbabilities, PairProbability, pair_probabilities
-from analysis.inference.choices import Multiverse, multiverse
 from analysis.inference.conclusions import pair_conclusions
+from analysis.inference.cross_validation import compare_models
 from analysis.inference.fit_of_pairs import pair_residuals
-from analysis.inference.folds import compare_models
+from analysis.inference.multiverse import Multiverse, multiverse
 from analysis.inference.tost import Equivalence, equivalence
-from analysis.inference.triples import transitivity
+from analysis.inference.transitivity import transitivity
 from analysis.report.grouped import GroupedSummary
 from analysis.report.summary import Summary
 from documents.pages import Block, Cell, Column, Facts, Paragraph, Section, Shown, Table

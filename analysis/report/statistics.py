@@ -9,12 +9,12 @@ from analysis.bootstrap.replicates import SEED as BOOTSTRAP_SEED
 from analysis.classes.multiplicity import ADJUSTMENT_NAMES, MAXZ_SEED, maxz_draws
 from analysis.inference.chances import PairProbabilities
 from analysis.inference.conclusions import pair_conclusions
+from analysis.inference.cross_validation import SEED as FOLDS_SEED
+from analysis.inference.cross_validation import ModelComparison
 from analysis.inference.fit_of_pairs import PairResiduals
-from analysis.inference.folds import SEED as FOLDS_SEED
-from analysis.inference.folds import ModelComparison
 from analysis.inference.tost import Equivalence
-from analysis.inference.triples import SEED as TRIPLES_SEED
-from analysis.inference.triples import Transitivity
+from analysis.inference.transitivity import SEED as TRIPLES_SEED
+from analysis.inference.transitivity import Transitivity
 from analysis.kinds.threshold import ThresholdRecord
 from analysis.observers.concordance import SEED as SHUFFLES_SEED
 from analysis.ratings.ratings import RatingSummary

@@ -23,7 +23,7 @@ from analysis.records.answered_by import WhoAnswered, who_answered
 from analysis.records.session_record import Header, SessionLog
 from analysis.report.estimate import Estimate, estimate_scores
 from analysis.report.notes import notes_on
-from analysis.scaling.departure import OneScale, one_scale
+from analysis.scaling.lack_of_fit import OneScale, one_scale
 from analysis.scaling.result import COVARIANCE_CHOICES, TWO_SIDED_95
 from analysis.scaling.scores import Scores, score
 from analysis.series.observer_means import shares

@@ -26,7 +26,7 @@ class Goodness(JsonResult):
         Free numbers of the answers less the parameters of the law.
     p_deviance, p_pearson
         Chance of as much or more if the law is right, by the χ² distribution: it takes all answers for independent.
-        None where ``df`` is zero. Judge by `analysis.scaling.departure.one_scale`, which does not where it can.
+        None where ``df`` is zero. Judge by `analysis.scaling.lack_of_fit.one_scale`, which does not where it can.
     smallest_expected
         Smallest expected count E.
     share_small

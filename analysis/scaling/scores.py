@@ -13,8 +13,8 @@ from analysis.choices import Adjust, CovarianceChoice
 from analysis.classes.classes import Classes, best_first, check_level, classes_if_few
 from analysis.classes.multiplicity import check_adjustment
 from analysis.comparisons.comparisons import Comparisons
-from analysis.scaling.departure import departure
 from analysis.scaling.fitting import DEFAULT_PRIOR_SD, fit_model
+from analysis.scaling.lack_of_fit import lack_of_fit
 from analysis.scaling.laws import LAWS, Model
 from analysis.scaling.profile import profiles_of, why_by_standard_errors
 from analysis.scaling.result import Fit, ModelMethod
@@ -105,7 +105,7 @@ class Scores:
             "why": list(separation.sentences) if separation else [],
         }
         if values["goodness_of_fit"]:
-            tested = departure(self.comparisons, self.fit)
+            tested = lack_of_fit(self.comparisons, self.fit)
             values["goodness_of_fit"]["by_observers"] = tested.to_json() if tested else None
         if self.quasi is not None:
             quasi = self.quasi.to_json()

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from analysis.scaling.clustered import ByObserver
 from analysis.scaling.counts import count_pairs
-from analysis.scaling.departure import one_scale
+from analysis.scaling.lack_of_fit import one_scale
 from analysis.scaling.laws import LAWS, Model
 from analysis.scaling.profile import why_by_standard_errors
 from analysis.scaling.result import ModelMethod, Parameter

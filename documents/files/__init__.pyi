@@ -3,6 +3,7 @@ from .atomic import remove_left as remove_left
 from .atomic import whole_file as whole_file
 from .atomic import whole_folder as whole_folder
 from .atomic import write_whole as write_whole
+from .cached_json import read_cached_json as read_cached_json
 from .chain import RESTORE as RESTORE
 from .chain import ChainReader as ChainReader
 from .chain import LogState as LogState
@@ -16,7 +17,6 @@ from .hashes import sha256_of_json as sha256_of_json
 from .json_lines import MOST_LOG_BYTES as MOST_LOG_BYTES
 from .json_lines import DamagedLineError as DamagedLineError
 from .json_lines import read_lines as read_lines
-from .kept import read_kept_json as read_kept_json
 from .log_rescue import LogDisturbedError as LogDisturbedError
 from .mirror import CopyCheck as CopyCheck
 from .mirror import Mirror as Mirror
@@ -29,11 +29,11 @@ from .paths import looked_for as looked_for
 from .paths import no_file_name as no_file_name
 from .paths import tidy as tidy
 from .paths import with_slashes as with_slashes
-from .regular import inside as inside
-from .regular import open_regular as open_regular
-from .regular import read_regular as read_regular
-from .regular import read_regular_text as read_regular_text
-from .regular import unreadable as unreadable
-from .room import unwritable as unwritable
-from .room import what_stopped as what_stopped
-from .room import writing as writing
+from .regular_files import inside as inside
+from .regular_files import open_regular as open_regular
+from .regular_files import read_regular as read_regular
+from .regular_files import read_regular_text as read_regular_text
+from .regular_files import unreadable as unreadable
+from .write_errors import unwritable as unwritable
+from .write_errors import what_stopped as what_stopped
+from .write_errors import writing as writing

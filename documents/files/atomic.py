@@ -18,7 +18,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from documents.files.access import make_private, opener, restrict
-from documents.files.regular import refuse_to_replace
+from documents.files.regular_files import refuse_to_replace
 from documents.findings import InputError
 from documents.platform import is_alive, rename
 

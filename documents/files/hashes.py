@@ -6,7 +6,7 @@ import hashlib
 import json
 from pathlib import Path
 
-from documents.files.regular import open_regular
+from documents.files.regular_files import open_regular
 
 
 def sha256_of_file(path: Path) -> str:

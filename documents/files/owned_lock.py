@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING
 
 from documents.files.access import opener
 from documents.files.atomic import draft_of
-from documents.files.regular import read_regular
+from documents.files.regular_files import read_regular
 from documents.findings import InputError
 from documents.platform import boot_id, is_alive, process_space, process_start, rename
 

@@ -11,7 +11,7 @@ from typing import Any
 import yaml
 
 from documents.files.paths import with_slashes
-from documents.files.regular import read_regular
+from documents.files.regular_files import read_regular
 from documents.findings import Finding, InputError
 from documents.text.words import hidden_character
 from documents.yaml.loaders import MAX_NODES, Loader, QuickLoader, can_be_quick

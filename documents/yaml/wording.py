@@ -12,9 +12,7 @@ from pydantic_core import ErrorDetails
 
 from documents.findings import Finding
 from documents.text.words import counted, did_you_mean, nearest
-from documents.yaml.ranges import LEAST
-from documents.yaml.source import Path_, YamlSource
-from documents.yaml.wanted import (
+from documents.yaml.expected import (
     ALLOWED,
     Location,
     Node,
@@ -32,6 +30,8 @@ from documents.yaml.wanted import (
     shorter_or_longer,
     written,
 )
+from documents.yaml.ranges import LEAST
+from documents.yaml.source import Path_, YamlSource
 
 _SHOWN = 60
 _NUMBER = re.compile(r"\s*([-+]?\d+)(?:([.,])(\d+))?\s*([^\d\s.,].{0,20})?")

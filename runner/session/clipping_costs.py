@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from devices.compensation import Compensation, Correction, Mixture, eye_clip_costs
-from documents.files import read_kept_json, sha256_of_json, write_whole
+from documents.files import read_cached_json, sha256_of_json, write_whole
 from runner.protocol.experiment import Experiment
 from runner.session.header import hashes
 from stimuli.build import StimulusSet, cache_folder
@@ -222,7 +222,7 @@ class CostCache:
     def find(self, depends_on: Mapping[str, Any]) -> dict[str, Any] | None:
         """Return what was kept for ``depends_on``, None if nothing was or it is not as it was kept."""
         try:
-            kept = read_kept_json(self._file(depends_on))
+            kept = read_cached_json(self._file(depends_on))
             if kept["depends_on"] != _plain(depends_on) or kept["sha256"] != sha256_of_json(kept["cost"]):
                 return None
             cost = kept["cost"]

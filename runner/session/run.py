@@ -14,7 +14,7 @@ from types import FrameType
 
 from analysis.errors import ResultsError
 from analysis.kinds import Trial
-from analysis.observers import Haste, failed_tests, screened_out
+from analysis.observers import FastAnswers, failed_tests, screened_out
 from analysis.records import FILE_NAME, SessionLog, WindowEvent, check_log, read_session
 from documents import Finding
 from documents.files import LogDisturbedError, in_use
@@ -255,7 +255,7 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
     stopped = running = None  # a long log would be in memory twice
     log = read_session(file)
     failed = failed_tests([log]).get(observer, ())
-    haste = Haste.of(log.trials)
+    haste = FastAnswers.of(log.trials)
     doubt = haste.words if haste.striking and not log.header.simulated else ""
     return SessionResult(ending, status.answered, status.trials, folder, failed, screened_out(log), doubt, work)
 

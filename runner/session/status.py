@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from analysis.kinds import Trial
-from analysis.observers import Haste
+from analysis.observers import FastAnswers
 from analysis.records import WindowEvent
 from documents.text import visible
 
@@ -50,7 +50,7 @@ class SessionStatus:
     _answered: dict[int, set[int]] = field(default_factory=dict)
     _pace: deque[float] = field(default_factory=lambda: deque(maxlen=_PACE_OF))
     _last: deque[str] = field(default_factory=lambda: deque(maxlen=_SHOWN))
-    _haste: Haste = field(default_factory=Haste)
+    _haste: FastAnswers = field(default_factory=FastAnswers)
     _window: str = ""
     _unmarked: str = ""
     _block: int = 0

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from documents import Finding, InputError
-from documents.files import read_kept_json, sha256_of_file, unwritable, write_whole
+from documents.files import read_cached_json, sha256_of_file, unwritable, write_whole
 from documents.platform import rename
 from stimuli.build.cache import OTHER_CACHE
 from stimuli.build.stimulus_set import MANIFEST, SUFFIXES, digest_of, known_hashes
@@ -58,7 +58,7 @@ class UnfinishedSet:
         entries = {}
         for key in keys:
             try:
-                entry = read_kept_json(self._entry_file(key))
+                entry = read_cached_json(self._entry_file(key))
                 if hashes.sha256(self.picture(key, entry["suffix"])) == entry["sha256"]:
                     entries[key] = entry
             except (OSError, InputError, ValueError, KeyError, TypeError):
@@ -103,7 +103,7 @@ def pictures_of_sets(cache: Path, keys: Collection[str]) -> Iterator[tuple[str, 
         if not left:
             return
         try:
-            entries = read_kept_json(manifest)["stimuli"]
+            entries = read_cached_json(manifest)["stimuli"]
             hashes = known_hashes(manifest.parent)
             for entry in entries:
                 key, picture = entry.get("key"), manifest.with_name(str(entry["file"]))

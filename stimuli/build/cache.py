@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from documents import Finding, InputError
-from documents.files import read_kept_json, system_fault
+from documents.files import read_cached_json, system_fault
 from documents.platform import user_folder
 from documents.text import JsonResult
 from stimuli.build.stimulus_set import MANIFEST, SUFFIXES, StimulusSet, read_stimulus_set
@@ -106,7 +106,7 @@ def cached_sets() -> Iterator[CachedSet]:
     """
     for manifest in _manifests():
         try:
-            known = read_kept_json(manifest)
+            known = read_cached_json(manifest)
             cached = CachedSet(
                 manifest.parent,
                 known.get("digest"),
@@ -144,7 +144,7 @@ def find_cached(digest: str, recipe_path: Path) -> StimulusSet | None:
     True
     """
     for manifest in _manifests():
-        known = read_kept_json(manifest)
+        known = read_cached_json(manifest)
         if isinstance(known, dict) and known.get("digest") == digest:
             return read_stimulus_set(manifest.parent, recipe_path)
     return None

@@ -14,7 +14,7 @@ import json
 import time
 from pathlib import Path
 
-from documents.files import read_kept_json, sha256_of_file, write_whole
+from documents.files import read_cached_json, sha256_of_file, write_whole
 
 _STILL_NS = 2_000_000_000
 
@@ -62,7 +62,7 @@ def _fingerprint(path: Path) -> list[int]:
 
 
 def _read(record: Path) -> dict[str, list[object]]:
-    known = read_kept_json(record)
+    known = read_cached_json(record)
     if not isinstance(known, dict):
         return {}
     return {name: facts for name, facts in known.items() if isinstance(facts, list) and len(facts) == 5}

@@ -20,7 +20,7 @@ from devices.colour import srgb, white_point
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.display import Rig
 from documents import Finding, InputError, in_threads
-from documents.files import read_kept_json, sha256_of_json, unwritable, whole_folder, write_whole, writing
+from documents.files import read_cached_json, sha256_of_json, unwritable, whole_folder, write_whole, writing
 from stimuli.build.cache import cache_folder
 from stimuli.build.export import export_exr
 from stimuli.build.recipe_to_set import build_set
@@ -229,7 +229,7 @@ def saturated_percent(
 
     key = sha256_of_json([built.digest, setup.range_json(), _COUNTED])[:16]
     record = built.folder.with_name(f".{built.folder.name}-saturated-{key}.json")
-    kept = read_kept_json(record)
+    kept = read_cached_json(record)
     if isinstance(kept, dict) and kept.keys() == set(built.names):
         return kept
     percent: dict[str, Saturated] = {}

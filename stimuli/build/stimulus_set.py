@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from documents import Finding, InputError
-from documents.files import read_kept_json, sha256_of_json
+from documents.files import read_cached_json, sha256_of_json
 from documents.text import did_you_mean
 from stimuli.build.known_hashes import KnownHashes
 from stimuli.errors import StimulusError
@@ -119,7 +119,7 @@ def read_stimulus_set(
     `stimuli.build.known_hashes`.
     """
     try:
-        manifest = read_kept_json(folder / MANIFEST)
+        manifest = read_cached_json(folder / MANIFEST)
         entries = manifest["stimuli"]
         if any(Path(entry["file"]).name != entry["file"] for entry in entries):
             return None

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.observers import Haste
+from analysis.observers import FastAnswers
 
 Person = Any  # tests/conftest.py
 pytestmark = [pytest.mark.stress, pytest.mark.window]
@@ -62,5 +62,5 @@ def test_a_storm_of_presses_does_not_complete_a_session_unnoticed(person: Person
     person._xdotool("key", "--delay", str(delay_ms), *["Up", "Down"] * pairs)
     answered = person.answers()
     print(f"{2 * pairs} presses, one every {delay_ms} ms: {answered} of 300 answered")
-    haste = Haste.of(person.log().trials)
+    haste = FastAnswers.of(person.log().trials)
     assert answered < 10 or haste.striking

@@ -25,7 +25,7 @@ from filelock import FileLock, Timeout
 
 from devices.display import GammaTable
 from devices.errors import DeviceError
-from documents.files import read_kept_json, unwritable, whole_file
+from documents.files import read_cached_json, unwritable, whole_file
 from documents.platform import boot_id, state_folder, sync_folder
 from runner.presenter.errors import PresentationError
 from runner.presenter.surfaces.gamma_tables import Entries, LoadedTable
@@ -185,7 +185,7 @@ class _Place:
     def _kept(self) -> Entries | None:
         """Return the table to restore; None if it was kept before the machine was started, or cannot be read."""
         try:
-            kept = read_kept_json(self.file)
+            kept = read_cached_json(self.file)
             table = GammaTable(np.array(kept["entries"], dtype=np.int64))
             return table.entries if kept["boot"] == boot_id() else None
         except (OSError, ValueError, KeyError, TypeError, DeviceError):
@@ -198,7 +198,7 @@ def _places() -> list[_Place]:
     folder = tables_folder()
     for file in sorted(folder.glob("*.json")) if folder.is_dir() else ():
         try:
-            kept = read_kept_json(file)
+            kept = read_cached_json(file)
             place = _Place(str(kept["monitor"]))
         except (OSError, ValueError, KeyError, TypeError):
             continue

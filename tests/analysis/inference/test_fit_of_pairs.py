@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
 from analysis.inference import pair_residuals
-from analysis.inference.pulls import pulls
+from analysis.inference.answer_residuals import answer_residuals
 from analysis.scaling import Model, score
 from tests.analysis.conftest import answers_of
 
@@ -58,7 +58,7 @@ def test_drawn_residuals_beside_refitted_ones(make: Maker, model: Model, order: 
     k = 0.4 if model in ("davidson", "rao-kupper") else 0.0
     comparisons = make(THETA[:4], 30, model=model, k=k, repeats=4)
     scores = score(comparisons, model, order_effect=order)
-    own = pulls(scores)
+    own = answer_residuals(scores)
     assert own.by_observer.sum(axis=0) == pytest.approx(own.residual, abs=1e-8)
     drawn = own.drawn(4000, np.random.default_rng(1))
     variance = own.total * own.variance

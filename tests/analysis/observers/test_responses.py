@@ -15,7 +15,7 @@ from scipy.stats import binomtest, linregress, spearmanr
 
 from analysis.comparisons import Answer, from_answers
 from analysis.kinds import Trial
-from analysis.observers import Haste
+from analysis.observers import FastAnswers
 from analysis.observers.responses import response_times, self_agreements, side_biases
 from analysis.records import SessionLog
 from tests.answers import changed, new_answer
@@ -149,8 +149,8 @@ def _trials(count: int, seconds: float, ignored: int) -> list[Trial]:
 
 
 def test_half_of_ten_trials_with_ignored_presses_or_fast_answers_are_striking() -> None:
-    assert Haste.of(_trials(10, 1.0, 5)).striking
-    assert not Haste.of(_trials(10, 1.0, 4)).striking
-    assert Haste.of(_trials(300, 0.15, 0)).striking
-    assert not Haste.of(_trials(9, 0.15, 9)).striking
-    assert "5 of 10 trials" in Haste.of(_trials(10, 1.0, 5)).words
+    assert FastAnswers.of(_trials(10, 1.0, 5)).striking
+    assert not FastAnswers.of(_trials(10, 1.0, 4)).striking
+    assert FastAnswers.of(_trials(300, 0.15, 0)).striking
+    assert not FastAnswers.of(_trials(9, 0.15, 9)).striking
+    assert "5 of 10 trials" in FastAnswers.of(_trials(10, 1.0, 5)).words

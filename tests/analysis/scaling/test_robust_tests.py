@@ -16,7 +16,7 @@ from click.testing import CliRunner
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.factors import factor_effects
 from analysis.scaling import LAWS, Model, ObserverTest, fit_model, robust_tests, score_groups
-from analysis.scaling.departure import departure, one_scale
+from analysis.scaling.lack_of_fit import lack_of_fit, one_scale
 from analysis.scaling.robust_tests import (
     DRAWS,
     DRAWS_OF_MANY,
@@ -133,7 +133,7 @@ def test_the_statistic_of_departure_is_pearsons(model: Model, order_effect: bool
     ties = 0.2 if model in ("davidson", "rao-kupper") else 0.0
     comparisons = simulated(np.random.default_rng(6), 7, 4, taste=0.7, ties=ties)
     fitted = fit_model(comparisons, model, order_effect=order_effect)
-    tested, goodness = departure(comparisons, fitted), fitted.goodness
+    tested, goodness = lack_of_fit(comparisons, fitted), fitted.goodness
     assert tested is not None
     assert goodness is not None
     assert tested.statistic == pytest.approx(goodness.pearson, rel=1e-8)
@@ -169,9 +169,9 @@ def test_few_answers_to_each_pair_are_no_departure_from_a_scale_and_circles_are(
     false = found = 0
     for _ in range(STUDIES):
         even = simulated(random, 6, 6, taste=0.7)
-        test = departure(even, fit_model(even, covariance="model"))
+        test = lack_of_fit(even, fit_model(even, covariance="model"))
         round_ = simulated(random, 6, 6, intransitive=circle)
-        planted = departure(round_, fit_model(round_, covariance="model"))
+        planted = lack_of_fit(round_, fit_model(round_, covariance="model"))
         assert test is not None
         assert planted is not None
         false, found = false + (test.p <= 0.05), found + (planted.p <= 0.05)
@@ -260,7 +260,7 @@ def observer_tests(comparisons: Comparisons) -> list[ObserverTest | None]:
     matches = step_test(took - chances, observer, len(observer) * chances, slopes)
     orders = [fit.order_test.by_observers for fit in fits if fit.order_test]
     added = [*(test.by_observers for test in effects.tests), *(test.by_observers for test in effects.interactions)]
-    return [*(departure(comparisons, fit) for fit in fits), *orders, *added, matches]
+    return [*(lack_of_fit(comparisons, fit) for fit in fits), *orders, *added, matches]
 
 
 def test_of_many_observers_no_matrix_of_all_two_is_made_and_the_tests_are_the_same(
@@ -294,7 +294,7 @@ def test_the_memory_of_a_test_of_one_scale_grows_with_the_observers_alone(observ
     comparisons = from_answers(answers)
     fitted = fit_model(comparisons)
     tracemalloc.start()
-    tested = departure(comparisons, fitted)
+    tested = lack_of_fit(comparisons, fitted)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert tested is not None

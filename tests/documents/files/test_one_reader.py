@@ -13,7 +13,7 @@ READS = {"read_text", "read_bytes", "loadmat", "fromfile", "memmap", "loadtxt", 
 OPENS = {"open", "fdopen", "imread"}
 # What is read there and why it may be. Other calls of these files are looked at as those of all others.
 ALLOWED = {
-    "documents/files/regular.py": "it is the place",
+    "documents/files/regular_files.py": "it is the place",
     "documents/files/access.py": "files that are written",
     "documents/files/faults.py": "to its end, for the error alone, after a library failed",
     "documents/files/atomic.py": "folders",

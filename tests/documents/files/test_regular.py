@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from documents import InputError
-from documents.files import inside, open_regular, read_regular, read_regular_text, regular
+from documents.files import inside, open_regular, read_regular, read_regular_text
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such files")
 
@@ -53,7 +53,7 @@ def test_a_file_is_read_up_to_its_limit_and_no_further(tmp_path: Path) -> None:
 def test_a_file_that_grows_while_it_is_read_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = tmp_path / "table.csv"
     file.write_bytes(b"x" * 50)
-    open_file = regular.open_regular
+    open_file = regular_files.open_regular
 
     def growing(*args: object, **kwargs: object) -> object:
         stream = open_file(*args, **kwargs)  # type: ignore[arg-type]  # passed on as they are
@@ -61,7 +61,7 @@ def test_a_file_that_grows_while_it_is_read_is_refused(tmp_path: Path, monkeypat
             more.write(b"x" * 51)
         return stream
 
-    monkeypatch.setattr(regular, "open_regular", growing)
+    monkeypatch.setattr(regular_files, "open_regular", growing)
     assert refused(file) == "the table is larger than 100 bytes"
 
 
@@ -119,7 +119,7 @@ def test_what_is_put_in_a_files_place_as_it_is_opened_is_refused(
 ) -> None:
     file = tmp_path / "table.csv"
     file.touch()
-    look = regular._refuse_others
+    look = regular_files._refuse_others
 
     def replaced(*args: object) -> None:
         look(*args)  # type: ignore[arg-type]  # passed on as they are
@@ -127,7 +127,7 @@ def test_what_is_put_in_a_files_place_as_it_is_opened_is_refused(
             file.unlink()
             os.mkfifo(file)
 
-    monkeypatch.setattr(regular, "_refuse_others", replaced)
+    monkeypatch.setattr(regular_files, "_refuse_others", replaced)
     done: list[str] = []
     attempt = threading.Thread(target=lambda: done.append(refused(file)), daemon=True)
     attempt.start()

@@ -68,7 +68,7 @@ def one_scale(comparisons: Comparisons, fit: Fit) -> OneScale | None:
 
     None where there is no maximum, no degrees of freedom are left, or a prior was used.
     """
-    tested, goodness = departure(comparisons, fit), fit.goodness
+    tested, goodness = lack_of_fit(comparisons, fit), fit.goodness
     if tested is not None:
         return OneScale(tested.statistic, tested.df, tested.p, by_observers=True, caveat=None)
     if goodness is None or goodness.p_pearson is None or fit.method == "map":
@@ -77,7 +77,7 @@ def one_scale(comparisons: Comparisons, fit: Fit) -> OneScale | None:
     return OneScale(goodness.pearson, goodness.df, goodness.p_pearson, by_observers=False, caveat=caveat)
 
 
-def departure(comparisons: Comparisons, fit: Fit) -> ObserverTest | None:
+def lack_of_fit(comparisons: Comparisons, fit: Fit) -> ObserverTest | None:
     """Test whether ``comparisons`` depart from the one scale that ``fit`` gave them.
 
     Returns

@@ -29,7 +29,7 @@ MOST_ITEMS = 300
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Pulls:
+class AnswerResiduals:
     """Residuals of the answers to P pairs by G observers.
 
     Attributes
@@ -103,7 +103,7 @@ class Pulls:
         return np.asarray((weights - weights.mean(axis=1, keepdims=True)) @ self.by_observer)
 
 
-def pulls(scores: Scores) -> Pulls:
+def answer_residuals(scores: Scores) -> AnswerResiduals:
     """Return the residuals of the answers that ``scores`` were fitted to.
 
     Raises
@@ -142,7 +142,7 @@ def pulls(scores: Scores) -> Pulls:
     y, moved = own.sum(axis=0), observer_slopes(counts, answers, law, point) @ inverse
     for rows in parts(people, pairs):
         own[rows] -= answered[rows] * mean + moved[rows] @ (total[:, None] * mean_slopes).T
-    return Pulls(
+    return AnswerResiduals(
         counts=counts,
         mean=mean,
         variance=variance,

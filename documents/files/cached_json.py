@@ -6,13 +6,13 @@ import json
 from pathlib import Path
 from typing import Any
 
-from documents.files.regular import read_regular
+from documents.files.regular_files import read_regular
 from documents.findings import InputError
 
 _MOST_BYTES = 100_000_000
 
 
-def read_kept_json(path: Path) -> Any:
+def read_cached_json(path: Path) -> Any:
     """Return what the JSON file at ``path`` holds; None where it is missing, unreadable, damaged or no regular file.
 
     Parameters
@@ -27,7 +27,7 @@ def read_kept_json(path: Path) -> Any:
 
     Examples
     --------
-    >>> read_kept_json(Path("configs/no_such_file.json")) is None
+    >>> read_cached_json(Path("configs/no_such_file.json")) is None
     True
     """
     try:

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from analysis.classes.classes import check_level
 from analysis.classes.conclusions import verdict_of
 from analysis.errors import ResultsError
-from analysis.inference.pulls import by_unordered_pair, pulls
+from analysis.inference.answer_residuals import answer_residuals, by_unordered_pair
 from analysis.scaling.scores import Scores
 from documents import Finding
 from documents.arrays import Floats, Indices
@@ -187,7 +187,7 @@ def transitivity(
     check_level(alpha)
     if replicates < 1:
         raise ResultsError(Finding(f"{replicates} replicates were asked for", remedy=f"ask for {REPLICATES}"))
-    own = pulls(scores)
+    own = answer_residuals(scores)
     low, high, place, sign = by_unordered_pair(own.counts)
     size, n = len(low), own.counts.n
 

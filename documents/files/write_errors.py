@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from documents.files.faults import system_fault
-from documents.files.regular import NotAFileError
+from documents.files.regular_files import NotAFileError
 from documents.findings import Finding, InputError
 
 _FULL = {errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)}

@@ -14,7 +14,7 @@ STRIKING_SHARE = 0.5
 
 
 @dataclass(slots=True)
-class Haste:
+class FastAnswers:
     """Of a session's ``trials``: in how many presses were ``ignored``, and how many were answered too ``fast``."""
 
     trials: int = 0
@@ -22,7 +22,7 @@ class Haste:
     fast: int = 0
 
     @classmethod
-    def of(cls, trials: Iterable[Trial]) -> Haste:
+    def of(cls, trials: Iterable[Trial]) -> FastAnswers:
         """Return the counts of ``trials``."""
         haste = cls()
         for trial in trials:
