@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from documents import InputError
-from documents.files import inside, open_regular, read_regular, read_regular_text
+from documents.files import inside, open_regular, read_regular, read_regular_text, regular_files
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such files")
 
