@@ -9,10 +9,10 @@ from .cross_validation import ModelComparison as ModelComparison
 from .cross_validation import compare_models as compare_models
 from .fit_of_pairs import PairResiduals as PairResiduals
 from .fit_of_pairs import pair_residuals as pair_residuals
-from .multiverse import Multiverse as Multiverse
-from .multiverse import multiverse as multiverse
+from .multiverse_analysis import Multiverse as Multiverse
+from .multiverse_analysis import multiverse as multiverse
 from .tost import Equivalence as Equivalence
 from .tost import equivalence as equivalence
 from .tost import parse_margin as parse_margin
-from .transitivity import Transitivity as Transitivity
-from .transitivity import transitivity as transitivity
+from .transitivity_tests import Transitivity as Transitivity
+from .transitivity_tests import transitivity as transitivity

@@ -9,9 +9,9 @@ from analysis.classes.conclusions import verdict_of
 from analysis.inference.chances import PairProbabilities, pair_probabilities
 from analysis.inference.cross_validation import ModelComparison, compare_models
 from analysis.inference.fit_of_pairs import PairResiduals, pair_residuals
-from analysis.inference.multiverse import Multiverse, multiverse
+from analysis.inference.multiverse_analysis import Multiverse, multiverse
 from analysis.inference.tost import Equivalence, equivalence
-from analysis.inference.transitivity import Transitivity, transitivity
+from analysis.inference.transitivity_tests import Transitivity, transitivity
 from analysis.scaling.scores import Scores
 from documents.pages import Block, Column, Paragraph, Table, print_blocks
 from documents.text import counted

@@ -15,7 +15,7 @@ from analysis.comparisons.comparisons import Comparisons, without_observers
 from analysis.inference.answers import ReviewAnswer
 from analysis.inference.chances import PairProbabilities
 from analysis.inference.differences import differences
-from analysis.inference.multiverse import Multiverse, observer_parts
+from analysis.inference.multiverse_analysis import Multiverse, observer_parts
 from analysis.inference.tost import Equivalence
 from analysis.scaling.scores import Scores
 

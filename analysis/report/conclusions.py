@@ -19,7 +19,7 @@ from analysis.comparisons.comparisons import Comparisons
 from analysis.errors import ResultsError
 from analysis.factors.result import FactorEffects
 from analysis.inference.conclusions import MOST_REFITS, neighbour_conclusions, without_each
-from analysis.inference.multiverse import observer_parts
+from analysis.inference.multiverse_analysis import observer_parts
 from analysis.ratings.preferences import Preferences
 from analysis.report.factors import effects_in
 from analysis.report.ratings import share_for_stereo, sign_test

@@ -12,9 +12,9 @@ from analysis.inference.chances import PairProbabilities, PairProbability, pair_
 from analysis.inference.conclusions import pair_conclusions
 from analysis.inference.cross_validation import compare_models
 from analysis.inference.fit_of_pairs import pair_residuals
-from analysis.inference.multiverse import Multiverse, multiverse
+from analysis.inference.multiverse_analysis import Multiverse, multiverse
 from analysis.inference.tost import Equivalence, equivalence
-from analysis.inference.transitivity import transitivity
+from analysis.inference.transitivity_tests import transitivity
 from analysis.report.grouped import GroupedSummary
 from analysis.report.summary import Summary
 from documents.pages import Block, Cell, Column, Facts, Paragraph, Section, Shown, Table

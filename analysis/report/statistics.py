@@ -13,8 +13,8 @@ from analysis.inference.cross_validation import SEED as FOLDS_SEED
 from analysis.inference.cross_validation import ModelComparison
 from analysis.inference.fit_of_pairs import PairResiduals
 from analysis.inference.tost import Equivalence
-from analysis.inference.transitivity import SEED as TRIPLES_SEED
-from analysis.inference.transitivity import Transitivity
+from analysis.inference.transitivity_tests import SEED as TRIPLES_SEED
+from analysis.inference.transitivity_tests import Transitivity
 from analysis.kinds.threshold import ThresholdRecord
 from analysis.observers.concordance import SEED as SHUFFLES_SEED
 from analysis.ratings.ratings import RatingSummary

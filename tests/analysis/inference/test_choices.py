@@ -11,7 +11,7 @@ import pytest
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
 from analysis.inference import multiverse
-from analysis.inference.multiverse import NOBODY
+from analysis.inference.multiverse_analysis import NOBODY
 from analysis.scaling import fit_model, score
 from analysis.scaling.scores import classes_of
 from tests.analysis.conftest import answers_of
