@@ -196,6 +196,7 @@ def by_elimination(weights: Floats, right: Floats) -> Floats:
     n = len(weight)
     pivots: list[Floats] = [np.empty(0)]
     for k in range(n - 1, 0, -1):
+        # The pivot is the sum of what is left, never a difference [Grassmann1985]; k's links pass on.
         pivot = weight[k, :k].sum(axis=0)
         share = weight[:k, k] / pivot
         weight[:k, :k] += share[:, None] * weight[k, None, :k]
@@ -203,6 +204,7 @@ def by_elimination(weights: Floats, right: Floats) -> Floats:
         pivots.insert(1, pivot)
     solution = np.zeros_like(flow)
     for k in range(1, n):
+        # Item 0 is the ground: the potentials follow outwards from it.
         inflow = (weight[k, :k, None] * solution[:k]).sum(axis=0)
         solution[k] = (flow[k] + inflow) / pivots[k]
     centred: Floats = solution - solution.mean(axis=0)
@@ -216,6 +218,7 @@ def split(flow: Floats, terms: int) -> tuple[Floats, Floats]:
     flow between two groups survives.
     """
     largest = np.abs(flow).max(initial=np.finfo(np.float64).tiny)
+    # σ of [Rump2008]: adding and subtracting it rounds to multiples of its last bit.
     unit = np.exp2(np.ceil(np.log2(largest)) + np.ceil(np.log2(2 * terms)))
     high = (unit + flow) - unit
     return high, flow - high

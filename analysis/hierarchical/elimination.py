@@ -104,12 +104,15 @@ class Blocks:
         n = self.nodes
         mean, variance, covariance = np.zeros(n + 1), np.zeros(n + 1), np.zeros(self.all_pairs + 1)
         for dense in self.dense:
+            # What no round took: the inverse itself.
             inverse = np.linalg.inv(_matrix(dense, ground, w))
             mean[dense.node] = (inverse @ h[dense.node][:, :, None])[:, :, 0]
             variance[dense.node] = np.diagonal(inverse, axis1=1, axis2=2)
             covariance[dense.pair] = inverse.reshape(-1)[dense.place]
         mean[n] = variance[n] = 0.0
         for rank, pivot in zip(reversed(self.rounds), reversed(pivots), strict=True):
+            # Back through the rounds. With t_k = w_k / D: x = h / D + Σ t_k x_k, and [Takahashi1973]
+            # cov(x, m) = Σ_k t_k cov(k, m), var(x) = 1 / D + Σ_m t_m cov(x, m).
             x, toward = rank.node, w[rank.pair] / pivot
             among = np.empty((len(toward), *toward.shape))
             for k, neighbour in enumerate(rank.neighbour):
@@ -187,6 +190,7 @@ class Blocks:
                 own, row = self.block[x] - start, item[x]
                 toward = w[rank.pair[:, some]] / pivot[some]
                 neighbours = item[rank.neighbour[:, some]]
+                # A row of T D⁻½: the neighbours' rows by t_k, and its own 1 / √D.
                 root[row, own] = sum(to[:, None] * root[y, own] for to, y in zip(toward, neighbours, strict=True))
                 root[row, own, column[x]] = 1 / np.sqrt(pivot[some])
             root[:, :, width] = 0.0
@@ -200,11 +204,14 @@ class Blocks:
         pivots = []
         for rank in self.rounds:
             x, to_each = rank.node, w[rank.pair]
+            # D = Σ w_k + c.
             pivot = to_each.sum(axis=0) + ground[x]
             toward = to_each / pivot
             for (k, m), between in zip(rank.corners, rank.between, strict=True):
+                # Star to mesh: between two neighbours + w_k w_m / D.
                 np.add.at(w, between, toward[k] * to_each[m])
             for share, y in zip(toward, rank.neighbour, strict=True):
+                # From a neighbour to the ground + w_k c / D; the right side flows on likewise, + w_k h / D.
                 np.add.at(ground, y, share * ground[x])
                 np.add.at(h, y, share * h[x])
             pivots.append(pivot)
@@ -272,6 +279,7 @@ def _rounds(nodes: int, first: Indices, second: Indices) -> tuple[list[Round], _
         filled = high < nodes
         old = np.minimum(a, b) * nodes + np.maximum(a, b)
         new = low[filled] * nodes + high[filled]
+        # Pairs that were there keep their numbers; those that elimination makes get the next ones.
         keys, index = np.unique(np.concatenate([old, new]), return_inverse=True)
         merged = np.full(len(keys), NONE)
         merged[index[: len(old)]] = number

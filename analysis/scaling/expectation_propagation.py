@@ -81,6 +81,7 @@ def approximate(counts: Counts, prior_sd: float, start: Sites | None = None) -> 
         sites = better if moved < last else _halfway(sites, better)  # sites that move together may overshoot
         last = moved
     flow = counts.net_flows(sites.shift[None], exact=False)[0]
+    # log Z = Σ log Ẑ_ij + ½ (log |Σ| − (n − 1) log σ² + νᵀ Σ ν), ν summed over the items' pairs; νᵀ Σ ν = ν · θ.
     log_widths = _log_determinant(covariance) - 2 * (counts.n - 1) * np.log(prior_sd)
     evidence = float(log_masses.sum() + (log_widths + flow @ theta) / 2)
     return Approximation(theta, covariance, evidence, sites, sweep, bool(moved < TOLERANCE))
@@ -104,10 +105,13 @@ def _update(
     mean, variance = _of_pairs(counts, theta, covariance)
     # What is left without the site. The prior alone says at least so much.
     precision = np.maximum(1 / variance - sites.precision, 1 / (2 * prior_sd**2))
+    # The cavity: the marginal of d divided by the site, in natural parameters (precision, precision × mean).
     shift = mean / variance - sites.shift
     log_mass, own_mean, own_variance = _tilted(counts.won[0], counts.lost[0], shift / precision, 1 / precision, mean)
+    # log Ẑ_ij takes the site's own integral out again, so that the sum over pairs counts each answer once.
     kept = precision + sites.precision
     log_mass += (np.log(kept / precision) - (shift + sites.shift) ** 2 / kept + shift**2 / precision) / 2
+    # Moment matching [Minka2001]: the new site is the tilted law's natural parameters less the cavity's.
     moved = _largest((own_mean - mean) / np.sqrt(variance), np.log(own_variance / variance) / 2)
     least = _LEAST_PRECISION / prior_sd**2
     return log_mass, Sites(np.maximum(1 / own_variance - precision, least), own_mean / own_variance - shift), moved
@@ -127,6 +131,7 @@ def _tilted(won: Floats, lost: Floats, mean: Floats, variance: Floats, near: Flo
     ``near`` is where the search for its mode begins.
     """
     total = won + lost
+    # The mode solves (d − mean) / variance = W − N p(d), whose right side falls with d.
     reach = mean + variance * (won - total * _logistic(mean))  # the mode is between here and the mean
     low, high = np.minimum(mean, reach), np.maximum(mean, reach)
     mode = np.clip(near, low, high)
@@ -134,19 +139,23 @@ def _tilted(won: Floats, lost: Floats, mean: Floats, variance: Floats, near: Flo
         p = _logistic(mode)
         slope, curvature = won - total * p - (mode - mean) / variance, total * p * (1 - p) + 1 / variance
         low, high = np.where(slope > 0, mode, low), np.where(slope < 0, mode, high)
+        # A Newton step, or half of the bracket where it would leave it.
         ahead = mode + slope / curvature
         mode = np.where((ahead >= low) & (ahead <= high), ahead, (low + high) / 2)
         if _largest(slope / np.sqrt(curvature)) < _MODE_TOLERANCE:
             break
     nodes, log_weights = _rule()
     p = _logistic(mode)
+    # Gauss-Hermite nodes about the mode, as wide as the curvature there says (Laplace's width).
     width = 1 / np.sqrt(total * p * (1 - p) + 1 / variance)
     d = mode + width * nodes[:, None]
+    # W log p + L log(1 − p) with p = 1 / (1 + e^−d), without overflow on either side.
     log_mass = won * np.minimum(d, 0) - lost * np.maximum(d, 0) - total * np.log1p(np.exp(-np.abs(d)))
     log_mass += log_weights[:, None] - (d - mean) ** 2 / (2 * variance)
     top = log_mass.max(axis=0)
     mass = np.exp(log_mass - top)
     whole = mass.sum(axis=0)
+    # Moments of the tilted law, in widths from the mode.
     off = nodes @ mass / whole
     spread = np.maximum(nodes**2 @ mass / whole - off**2, 1e-12)
     return np.log(whole) + top + np.log(width) - np.log(variance) / 2, mode + width * off, width**2 * spread

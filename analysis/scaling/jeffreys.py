@@ -70,6 +70,7 @@ class Jeffreys:
         information += RIDGE * size * np.eye(self.parameters)  # far out some weights are no longer distinguished from 0
         if self.basis is not None:
             return np.asarray(self.basis @ np.linalg.inv(self.basis.T @ information @ self.basis) @ self.basis.T)
+        # H + c·11ᵀ is regular, and its inverse less 1 / (c n²) · 11ᵀ is H's pseudo-inverse.
         information[:, :n, :n] += size / n
         inverse = np.linalg.inv(information)
         inverse[:, :n, :n] -= 1 / (size * n)
@@ -82,10 +83,12 @@ class Jeffreys:
         slopes = self.law.slopes(counts, d, k)
         variance = np.diagonal(inverse, axis1=1, axis2=2)
         first, second = counts.first, counts.second
+        # V_dd of each pair's difference d = θ_i − θ_j, with the order effect where there is one.
         apart = variance[:, first] + variance[:, second] - 2 * inverse[:, first, second]
         if counts.ordered:
             apart = apart + variance[:, -1:] + 2 * (inverse[:, first, -1] - inverse[:, second, -1])
         if self.law is LOGISTIC:
+            # w = N p (1 − p), so ∂w/∂d = w (1 − 2p) = −w tanh(d / 2).
             by_d = slopes.d - slopes.dd * apart / 2 * np.tanh(d / 2)
             flows = counts.net_flows(by_d, exact=False)
             return np.c_[flows, by_d.sum(axis=1)] if counts.ordered else flows
@@ -97,6 +100,7 @@ class Jeffreys:
                 with_k = with_k + inverse[:, own, -1:]
 
         def bent(ahead: Slopes, behind: Slopes) -> Floats:
+            # ½ (∂w V_dd + 2 ∂c V_dk + ∂u V_kk), each ∂ by a central difference.
             both = zip(ahead[1:], behind[1:], (apart, None, 2 * with_k, of_k), strict=True)
             changes = [(one - other) * size for one, other, size in both if size is not None]
             return np.asarray(sum(changes) / (4 * BESIDE))

@@ -175,6 +175,8 @@ def joint_covariance(
     if not (law.parameter or counts.ordered):
         return inverse
     border, corner, _ = border_of(counts, law, slopes)
+    # The inverse of [[H, B], [Bᵀ, C]] by blocks, S = C − Bᵀ H⁺ B being the Schur complement:
+    # its corner S⁻¹, its border −H⁺ B S⁻¹, and H⁺ + H⁺ B S⁻¹ Bᵀ H⁺.
     across = inverse @ border
     own = np.linalg.inv(corner - border.transpose(0, 2, 1) @ across)
     block = -across @ own
@@ -203,18 +205,21 @@ def _iterated(counts: Counts, law: Law, penalty: Penalty, design: Design, theta:
     active = np.arange(batch)
     before: Floats | float = np.nan
     for iteration in range(1, steps + 1):
+        # H s = g, then θ ← θ + s, halved where the objective falls.
         step = _step(counts, law, penalty, design, state)
         largest = np.maximum.reduce(np.abs(step.theta), axis=1)
         if bordered:
             largest = np.maximum(largest, np.maximum(np.abs(step.k), np.abs(step.order))[:, 0])
         longest = float(largest[0] if len(largest) == 1 else largest.max())
         if not math.isfinite(longest):
+            # No step from equations that could not be solved: such a set of counts ends as not converged.
             lost = ~np.isfinite(largest)
             step.theta[lost], step.k[lost], step.order[lost] = 0.0, 0.0, 0.0
         state = _climb(counts, law, penalty, state, step, longest)
         if longest > SHORT_STEP and iteration < steps and (batch == 1 or largest.min() > SHORT_STEP):
             before = largest
             continue
+        # Relative to the largest strength, which rounding grows with.
         scale = np.maximum.reduce(np.abs(state.point.theta), axis=1, initial=1.0)
         settled = penalty.has_settled(largest / scale, before / scale)
         done = settled if math.isfinite(longest) else settled | lost
@@ -246,12 +251,15 @@ def _step(counts: Counts, law: Law, penalty: Penalty, design: Design, state: _St
     weight = slopes.dd
     ratio = pair_span(weight)
     exact = bordered or counts.n * ratio > WIDEST_FOR_PLAIN_SUMS
+    # g_i = Σ_j r_ij, less what a normal prior pulls back, θ_i / σ².
     gradient = counts.net_flows(slopes.d, exact=exact)
     if penalty.precision:
         gradient = gradient - penalty.precision * point.theta
     if not bordered:
         theta = design.solve(counts, weight, penalty.precision, gradient[:, :, None], ratio)[:, :, 0]
         return Point(theta, point.k, point.order)  # both 0, and stay so
+    # With the border B: H (toward, across) = (g, B); the Schur complement C − Bᵀ H⁺ B gives the further step from its
+    # right side g_k − Bᵀ H⁺ g, and θ's own step is then toward − across · further.
     border, corner, own = border_of(counts, law, slopes)
     right = np.concatenate([gradient[:, :, None], border], axis=2)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -296,6 +304,7 @@ def _climb(counts: Counts, law: Law, penalty: Penalty, state: _State, step: Poin
     terms, added = state.terms(counts, law), state.added(counts, law, penalty)
     slack = penalty.slack(np.abs(added) - terms.sum(axis=1))  # no term is above 0
     for _ in range(MOST_HALVINGS):
+        # Differences of single terms, not of sums: a gain far below the likelihood itself is not lost in rounding.
         gained = (ahead.terms(counts, law) - terms).sum(axis=1) + (ahead.added(counts, law, penalty) - added)
         falls = gained < -slack
         if not falls.any():

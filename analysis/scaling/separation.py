@@ -194,6 +194,7 @@ def find_separation(counts: Counts, items: Sequence[str], *, ties: bool, prior: 
         if len(apart) > 1:
             return Separation(apart, _never_compared(apart, items))
         if not counts.ordered and not ties:
+            # Ford's condition: wins link all items both ways.
             groups = strong_groups(wins)
             if len(groups) == 1:
                 return None
@@ -288,6 +289,7 @@ def recession(counts: Counts, columns: Floats | csr_array, *, ties: bool = False
         pairs = vstack([side * csr_array(apart)[np.flatnonzero(chosen)] for chosen, side, _ in kinds])
         agreeing = hstack([pairs, csr_array(np.vstack(further))], format="csr")
     number, width = agreeing.shape
+    # The linear programme in (x, u): maximise Σ u with u − A x ≤ 0 and 0 ≤ u ≤ 1; x free, a tie parameter not negative.
     cost = np.concatenate([np.zeros(width), -np.ones(number)])
     free: tuple[float | None, float | None] = (None, None)
     beside = [(0.0, None) if ties else (0.0, 0.0), free if counts.ordered else (0.0, 0.0)]

@@ -31,6 +31,7 @@ def log_odds(counts: Counts, law: Law, penalty: Penalty, design: Design) -> Floa
     shared = (counts.tied + 1) / 2 if law.parameter else 0.5
     first, second = counts.won + shared, counts.lost + shared
     both = first + second
+    # N p (1 − p) with p = first / both, of all but the answer that was added.
     weight = first / both * second * ((both - 1) / both)
     odds = np.log(first / second) * (law.jnd / NATS_PER_JND)
     right = counts.net_flows(weight * odds, exact=False)[:, :, None]
@@ -61,6 +62,7 @@ def plain_maximum(wins: Floats) -> tuple[Floats, int] | None:
     for steps in range(1, MOST_PLAIN_STEPS + 1):
         strength = np.exp(theta)
         behind = strength / np.add.outer(strength, strength)
+        # g_i = Σ_j W_ij q_ij − W_ji q_ji; v_ij = N_ij q_ij q_ji.
         answers = wins * behind
         gradient = np.add.reduce(answers, axis=1) - np.add.reduce(answers, axis=0)
         weight = np.multiply(behind, total, out=answers)
