@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pandas as pd
 
-from analysis.observers import Filter
 from documents.options import made, taking
 from runner.reports import ReportOptions
-
-if TYPE_CHECKING:
-    pass
 
 
 def read_results(*places: str | Path) -> pd.DataFrame:
@@ -150,8 +145,7 @@ def export_bids(*places: str | Path, folder: str | Path, name: str = "", with_si
     return export_dataset(results, Path(folder), About(name=name), with_simulated=with_simulated).folder
 
 
-@taking(Filter)
-@taking(ReportOptions, "rule")
+@taking(ReportOptions)
 def report(*places: str | Path, output: str | Path | None = None, **options: Any) -> Path:
     """Write the HTML report on the results of one experiment, as `cyclopean report` does and with the same options.
 
@@ -178,9 +172,7 @@ def report(*places: str | Path, output: str | Path | None = None, **options: Any
     from runner.reports import report_results
 
     page = None if output is None else Path(output)
-    of_rule = {name: options.pop(name) for name in list(options) if name in Filter.__dataclass_fields__}
-    asked = replace(made(ReportOptions, options), rule=Filter(**of_rule))
-    return report_results([Path(place) for place in places], page, asked).page
+    return report_results([Path(place) for place in places], page, made(ReportOptions, options)).page
 
 
 def _by_role(trial: dict[str, Any]) -> dict[str, Any]:

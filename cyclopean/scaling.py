@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from cyclopean.result import Result
 from documents import Finding, InputError
 from documents.options import made, taking
-from runner.reports import ScoresOptions
+from runner.reports import PowerOptions, ScoresOptions
 
 if TYPE_CHECKING:
     from analysis.comparisons import Coded, CodedTable, Comparisons
@@ -181,16 +181,9 @@ def observers(answers: Answers, *, with_simulated: bool = False, keep_na: bool =
     return Result(table, rows, f"{len(rows)} observers")
 
 
-def power(
-    experiment: str | Path,
-    numbers_of_observers: Sequence[int],
-    *,
-    scores: str | Path | None = None,
-    replicates: int = 1000,
-    seed: int = 1,
-    keep_na: bool = False,
-) -> Result[PowerStudy]:
-    """Simulate studies, to plan how many observers to ask.
+@taking(PowerOptions, "observers")
+def power(experiment: str | Path, numbers_of_observers: Sequence[int], **options: Any) -> Result[PowerStudy]:
+    """Simulate studies, to plan how many observers to ask, as `cyclopean power` does and with the same options.
 
     Parameters
     ----------
@@ -198,16 +191,10 @@ def power(
         An experiment file with a block of all pairs; its stimuli need not be built.
     numbers_of_observers
         The numbers to try.
-    scores
-        A file of simulated observers, results or a table of a pilot study, which also say how much observers differ, or
-        what `cyclopean scores --json` printed; even steps over two nats if None. Without results or a table, observers
-        are assumed to differ by 0.7 nats.
-    replicates
-        Number of studies simulated for each number of observers.
-    seed
-        Random seed of the simulation.
-    keep_na
-        As for `scores`, of a table.
+    **options
+        Those of `runner.reports.PowerOptions` by their names, such as ``replicates=100``, ``observer_sd=0.5``, or
+        ``scores=``: a file of simulated observers, results or a table of a pilot study, or what
+        `cyclopean scores --json` printed.
 
     Returns
     -------
@@ -225,13 +212,10 @@ def power(
     >>> study.to_frame()["observers"].tolist()
     [20]
     """
-    from runner.reports import PowerOptions, study_power
+    from runner.reports import study_power
 
-    assumed = None if scores is None else Path(scores)
-    options = PowerOptions(
-        tuple(numbers_of_observers), scores=assumed, replicates=replicates, seed=seed, keep_na=keep_na
-    )
-    study = study_power(Path(experiment), options)
+    asked = made(PowerOptions, {**options, "observers": tuple(numbers_of_observers)})
+    study = study_power(Path(experiment), asked)
     answer = study.to_json()
     sizes = [
         ({"group": group["name"]} if "name" in group else {})

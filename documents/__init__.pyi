@@ -4,6 +4,7 @@ from .files.durable_log import DurableLog as DurableLog
 from .files.hashes import sha256_of_file as sha256_of_file
 from .findings import Finding as Finding
 from .findings import InputError as InputError
+from .findings import WorkError as WorkError
 from .text.json_values import json_fields as json_fields
 from .text.words import counted as counted
 from .text.words import did_you_mean as did_you_mean

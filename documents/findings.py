@@ -41,6 +41,10 @@ def _short(text: str) -> str:
     return text if len(text) <= _SHOWN else f"{text[: _SHOWN - 1]}…"
 
 
+class WorkError(RuntimeError):
+    """The input was right but the work could not be done; exit status 1."""
+
+
 class InputError(Exception):
     """Something a person supplied is wrong; carries every finding, in the order they stand in the file."""
 

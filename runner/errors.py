@@ -1,13 +1,13 @@
 """What can go wrong in a session."""
 
-from documents import Finding, InputError
+from documents import Finding, InputError, WorkError
 
 
 class SessionError(InputError):
     """A session was asked for that cannot be run as it was asked for."""
 
 
-class SessionStoppedError(RuntimeError):
+class SessionStoppedError(WorkError):
     """A session stopped: an answer could not be written, or the gamma table changed; all before it is on disk."""
 
 

@@ -9,7 +9,7 @@ from .limits import Calibration as Calibration
 from .limits import calibrate as calibrate
 from .observed import Drawn as Drawn
 from .observed import ObservedGroup as ObservedGroup
-from .page import print_agreement as print_agreement
+from .page import agreement_blocks as agreement_blocks
 from .page import write_agreement_csv as write_agreement_csv
 from .page import write_agreement_page as write_agreement_page
 from .pairs import PairAccuracy as PairAccuracy

@@ -6,57 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from analysis.choices import Filter as Filter
 from analysis.errors import ResultsError
 from analysis.observers.responses import catch_answers
-from analysis.observers.screening import Unscreened, failed_tests, passed_screening
+from analysis.observers.screening import failed_tests, passed_screening
 from analysis.records.answered_by import pool
 from analysis.records.results import sessions_by_observer
 from analysis.records.session_record import SessionLog
 from documents import Finding
-
-
-@dataclass(frozen=True, slots=True)
-class Filter:
-    """The rule by which observers are left out; without arguments, nobody is.
-
-    Attributes
-    ----------
-    without
-        Observers to leave out by hand, by their codes.
-    most_missed
-        How many obvious catch trials an observer may miss, over all their sessions; None: any number. Observers
-        without catch trials are kept.
-    screening
-        Vision tests that an observer must have passed, in their last session with these tests; None requires nothing,
-        an empty tuple every test that was taken.
-    unscreened
-        Whether to keep observers who did not take these tests.
-    with_simulated
-        Whether simulated observers count beside people. Where nobody else answered, they always count.
-    """
-
-    without: tuple[str, ...] = ()
-    most_missed: int | None = None
-    screening: tuple[str, ...] | None = None
-    unscreened: Unscreened = "keep"
-    with_simulated: bool = False
-
-    @property
-    def sentence(self) -> str:
-        """The rule in words, for a Methods paragraph."""
-        rules = []
-        if self.without:
-            who = "observer" if len(self.without) == 1 else "observers"
-            rules.append(f"{who} {', '.join(self.without)} left out by hand")
-        if self.most_missed is not None:
-            trials = f"{self.most_missed} obvious catch trial{'' if self.most_missed == 1 else 's'}"
-            rules.append(f"observers who missed more than {trials} left out")
-        if self.screening is not None:
-            tests = f" ({', '.join(self.screening)})" if self.screening else ""
-            others = "kept" if self.unscreened == "keep" else "left out"
-            rules.append(f"observers who failed the vision screening{tests} left out, unscreened ones {others}")
-        text = "; ".join(rules) or "no observer left out"
-        return f"{text[0].upper()}{text[1:]}."
 
 
 @dataclass(frozen=True, slots=True)

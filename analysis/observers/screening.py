@@ -7,16 +7,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Literal
 
+from analysis.choices import Unscreened
 from analysis.errors import ResultsError
 from analysis.kinds.screening import OutcomeRecord, ScreenedOutRecord
 from analysis.records.results import sessions_by_observer
 from analysis.records.session_record import SessionLog
 from analysis.records.times import in_time
 from documents import Finding
-
-Unscreened = Literal["keep", "leave_out"]
 
 
 def outcomes(log: SessionLog) -> tuple[OutcomeRecord, ...]:

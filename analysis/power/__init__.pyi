@@ -17,5 +17,5 @@ from .smallest import TYPICAL_SD as TYPICAL_SD
 from .smallest import SmallestDifference as SmallestDifference
 from .smallest import smallest_difference as smallest_difference
 from .smallest import smallest_in as smallest_in
-from .tables import print_power as print_power
+from .tables import power_blocks as power_blocks
 from .tables import write_csv as write_csv

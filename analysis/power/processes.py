@@ -16,6 +16,7 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from typing import Any, TypeVar
 
+from documents import WorkError
 from documents.platform import interrupts_held
 from documents.text import counted
 
@@ -28,7 +29,7 @@ END_S = 5.0  # how long a process without work may take to end
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
-class ComputeError(Exception):
+class ComputeError(WorkError):
     """Blocks could not be computed: no scheduler, no worker, or workers that die again and again."""
 
 

@@ -5,16 +5,12 @@ from __future__ import annotations
 import csv
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
+from typing import TextIO
 
 from analysis.power.groups import GroupsNeeded, parts_of
 from analysis.power.results import Needed
 from documents.files import whole_file
-from documents.pages import Block, Column, Heading, Paragraph, Shown, Table, print_blocks
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
+from documents.pages import Block, Column, Heading, Paragraph, Shown, Table
 
 COLUMNS = ("observers", "quantity", "item", "other", "value", "standard_error")
 
@@ -112,28 +108,23 @@ def write_csv(needed: Needed | GroupsNeeded, file: TextIO | Path) -> None:
         writer.writerows((name, *row) for row in csv_rows(own))
 
 
-def print_power(needed: Needed | GroupsNeeded, console: Console | None = None) -> None:
-    """Print a line per number of observers, then the answer; on standard output if ``console`` is None.
+def power_blocks(needed: Needed | GroupsNeeded) -> tuple[Block, ...]:
+    """Return a line for each number of observers, then the answer.
 
     Parameters
     ----------
     needed
         The number of observers needed, with the power that it follows from; or that of an experiment with groups.
-    console
-        Where to print; standard output if None.
 
     Examples
     --------
-    >>> import io
-    >>> from rich.console import Console
     >>> import numpy as np
     >>> from analysis.power import Plan, observers_needed, simulate_power
     >>> plan = Plan(("a", "b"), np.array([1.0, -1.0]), times=np.array([1]), differs=np.array([True]))
     >>> needed = observers_needed(simulate_power(plan, [2, 100], replicates=50, workers=1))
-    >>> console = Console(file=io.StringIO(), width=120)
-    >>> print_power(needed, console)
-    >>> "Hardest pair" in console.file.getvalue()
-    True
+    >>> table, legend, sentence = power_blocks(needed)
+    >>> len(table.rows)
+    2
     """
     blocks: list[Block] = []
     for name, own in parts_of(needed):
@@ -144,4 +135,4 @@ def print_power(needed: Needed | GroupsNeeded, console: Console | None = None) -
         "±: standard error of the simulation."
     )
     doubt = [Paragraph(needed.doubt, small=True)] if needed.doubt else []
-    print_blocks([*blocks, Paragraph(legend, small=True), Paragraph(needed.sentence), *doubt], console)
+    return (*blocks, Paragraph(legend, small=True), Paragraph(needed.sentence), *doubt)

@@ -12,6 +12,9 @@ from .correspondences import Correspondences as Correspondences
 from .exposure import Exposure as Exposure
 from .exposure import parse_exposure as parse_exposure
 from .fit import CameraFit as CameraFit
+from .fit import FittedPatch as FittedPatch
 from .fit import fit_camera as fit_camera
 from .geometry import CameraGeometry as CameraGeometry
+from .geometry import plan_geometry as plan_geometry
+from .options import GeometryOptions as GeometryOptions
 from .solve import Loss as Loss

@@ -51,9 +51,13 @@ class Exposure(JsonResult):
         """Return whether the same luminance gives the same signal at both, within what metadata round."""
         return abs(self.relative_to(other) - 1.0) <= SAME
 
+    @property
+    def time_text(self) -> str:
+        """The time in seconds as cameras show it: 1.3 or 1/15."""
+        return f"{self.time_s:.3g}" if self.time_s >= 0.3 else f"1/{1.0 / self.time_s:.4g}"
+
     def __str__(self) -> str:
-        time = f"{self.time_s:.3g}" if self.time_s >= 0.3 else f"1/{1.0 / self.time_s:.4g}"
-        return f"{time} s, f/{self.f_number:g}, ISO {self.iso:g}"
+        return f"{self.time_text} s, f/{self.f_number:g}, ISO {self.iso:g}"
 
 
 def parse_exposure(text: str) -> Exposure:

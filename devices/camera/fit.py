@@ -91,6 +91,19 @@ class CameraFit:
         """The patches that the matrix was not fitted to."""
         return tuple(patch for patch in self.patches if patch.left_out_reason)
 
+    @property
+    def sentence(self) -> str:
+        """The outcome in a sentence or two."""
+        count, gone = len(self.patches), len(self.left_out)
+        if self.held_out is None:
+            words = "No patch could be held out, so it is not known how well others are predicted."
+        else:
+            words = (
+                f"A patch that the fit has not seen is off by {self.held_out.mean:.2f} ΔE00 on average, "
+                f"{self.held_out.max:.2f} at most."
+            )
+        return words + (f" {gone} of {count} patches {'was' if gone == 1 else 'were'} left out." if gone else "")
+
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON."""
         model = self.model

@@ -8,18 +8,16 @@ centimetre come from 36 × 24 mm, 50 mm and 700 mm. A thin lens focused there gi
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import ClassVar
 
 import numpy as np
 
+from devices.camera.options import GeometryOptions, Lens, Origin, Pair
 from devices.errors import DeviceError
 from documents import Finding
 from documents.text import JsonResult
-
-Lens = Literal["thin", "pinhole"]
-Origin = Literal["lens", "sensor"]
-Pair = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +38,8 @@ class CameraGeometry(JsonResult):
         Where the distance ends: ``lens`` or ``sensor``, which cameras mark with ⊖.
     lens
         ``thin`` is a lens focused on the plane; ``pinhole`` neglects that it moves away from the sensor for that.
+    sample_mm
+        Width and height of something on the plane; None for nothing.
 
     Raises
     ------
@@ -63,6 +63,8 @@ class CameraGeometry(JsonResult):
     distance_mm: float
     origin: Origin = "lens"
     lens: Lens = "thin"
+    sample_mm: Pair | None = None
+    json_optional: ClassVar = ("sample_mm", "sample_px")
     json_keys: ClassVar = {"origin": "distance_from"}
     json_also: ClassVar = (
         "lens_distance_mm",
@@ -73,6 +75,7 @@ class CameraGeometry(JsonResult):
         "field_mm",
         "field_of_view_deg",
         "pixels_per_degree",
+        "sample_px",
     )
 
     def __post_init__(self) -> None:
@@ -97,68 +100,22 @@ class CameraGeometry(JsonResult):
                 )
             )
 
-    @classmethod
-    def at_resolution(
-        cls,
-        sensor_mm: Pair,
-        size_px: tuple[int, int],
-        pixels_per_mm: float,
-        *,
-        focal_mm: float | None = None,
-        distance_mm: float | None = None,
-        origin: Origin = "lens",
-        lens: Lens = "thin",
-    ) -> CameraGeometry:
-        """Return the camera whose width has ``pixels_per_mm`` of the plane: its distance, or the lens it needs.
-
-        One of ``focal_mm`` and ``distance_mm`` is given, and the other found.
-
-        Raises
-        ------
-        DeviceError
-            As the class does, or if the resolution is not above 0.
-        ValueError
-            If both or neither are given.
-
-        Examples
-        --------
-        >>> needed = CameraGeometry.at_resolution((36.0, 24.0), (7360, 4912), 14.6, focal_mm=50.0)
-        >>> round(needed.distance_mm, 1)
-        750.2
-        >>> back = CameraGeometry.at_resolution((36.0, 24.0), (7360, 4912), 14.6, distance_mm=needed.distance_mm)
-        >>> round(back.focal_mm, 6)
-        50.0
-        """
-        if (focal_mm is None) == (distance_mm is None):
-            raise ValueError("give focal_mm or distance_mm, one of the two")
-        _check_sensor(sensor_mm, size_px)
-        _above_zero("resolution", pixels_per_mm, "pixels per mm")
-        m = pixels_per_mm * sensor_mm[0] / size_px[0]
-        # The distance in focal lengths.
-        times = {
-            ("thin", "lens"): 1 + 1 / m,
-            ("thin", "sensor"): 2 + m + 1 / m,
-            ("pinhole", "lens"): 1 / m,
-            ("pinhole", "sensor"): 1 + 1 / m,
-        }[lens, origin]
-        if focal_mm is not None:
-            _above_zero("focal length", focal_mm, "mm")
-            distance_mm = focal_mm * times
-        elif distance_mm is not None:
-            _above_zero("distance", distance_mm, "mm")
-            focal_mm = distance_mm / times
-        assert focal_mm is not None
-        assert distance_mm is not None
-        if (lens, origin) == ("thin", "sensor") and m > 1:
-            raise DeviceError(
-                Finding(
-                    f"{pixels_per_mm:g} pixels per mm is larger than life on this sensor, and two distances from the "
-                    "sensor give it",
-                    remedy="give the distance from the lens",
-                )
-            )
-        # At life size the distance is 4 f but for rounding.
-        return cls(sensor_mm, size_px, focal_mm, max(distance_mm, _least_mm(focal_mm, lens, origin)), origin, lens)
+    def told(self) -> Iterator[str]:
+        """Yield what the camera images, a line each."""
+        across, down = self.pixels_per_mm
+        width, height = self.field_mm
+        angles = self.field_of_view_deg
+        yield f"Resolution: {across:.4g} pixels per mm across, {down:.4g} down"
+        yield f"One pixel: {self.pixel_um[0]:.1f} × {self.pixel_um[1]:.1f} µm of the plane"
+        yield f"Picture: {width:.1f} × {height:.1f} mm of the plane"
+        yield f"Field of view: {angles[0]:.1f}° × {angles[1]:.1f}°, {angles[2]:.1f}° along the diagonal"
+        yield f"Lens: {self.focal_mm:.4g} mm, {self.lens_distance_mm:.1f} mm from the plane"
+        yield f"Plane to sensor: {self.lens_distance_mm + self.image_distance_mm:.1f} mm"
+        yield f"Magnification: {self.magnification:.4g}"
+        yield f"As seen from the lens: {self.pixels_per_degree:.1f} pixels per degree"
+        if self.sample_mm and self.sample_px:
+            width, height = self.sample_px
+            yield f"A sample of {self.sample_mm[0]:g} × {self.sample_mm[1]:g} mm: {width:.0f} × {height:.0f} pixels"
 
     @property
     def magnification(self) -> float:
@@ -215,14 +172,65 @@ class CameraGeometry(JsonResult):
         """Pixels across for a degree about the optical axis, as seen from the lens."""
         return float(self.size_px[0] / self.sensor_mm[0] * self.image_distance_mm * np.tan(np.radians(1.0)))
 
-    def size_in_px(self, size_mm: Pair) -> Pair:
-        """Return the width and height in pixels of what has ``size_mm`` on the plane."""
+    @property
+    def sample_px(self) -> Pair | None:
+        """Width and height in pixels of the sample; None without one."""
         across, down = self.pixels_per_mm
-        return size_mm[0] * across, size_mm[1] * down
+        return None if self.sample_mm is None else (self.sample_mm[0] * across, self.sample_mm[1] * down)
 
 
-def _least_mm(focal_mm: float, lens: Lens, origin: Origin) -> float:
-    return 4 * focal_mm if (lens, origin) == ("thin", "sensor") else 0.0
+def plan_geometry(options: GeometryOptions) -> CameraGeometry:
+    """Return the camera of which two of lens, distance and resolution are given; the third follows.
+
+    Raises
+    ------
+    DeviceError
+        As `CameraGeometry` does; if not two are given, or the resolution is not above 0.
+
+    Examples
+    --------
+    >>> needed = plan_geometry(GeometryOptions((36.0, 24.0), (7360, 4912), focal_mm=50.0, px_per_mm=14.6))
+    >>> round(needed.distance_mm, 1)
+    750.2
+    """
+    focal_mm, distance_mm = options.focal_mm, options.distance_mm
+    if sum(value is not None for value in (focal_mm, distance_mm, options.px_per_mm)) != 2:
+        what = "of focal length, distance and pixels per mm, two are needed; the third follows"
+        raise DeviceError(Finding(what, remedy="give two of them"))
+    if options.px_per_mm is not None:
+        focal_mm, distance_mm = _at_resolution(options, options.px_per_mm)
+    assert focal_mm is not None
+    assert distance_mm is not None
+    sensor_mm, size_px, sample_mm = options.sensor_mm, options.pixels, options.size_mm
+    return CameraGeometry(sensor_mm, size_px, focal_mm, distance_mm, options.origin, options.lens, sample_mm)
+
+
+def _at_resolution(options: GeometryOptions, pixels_per_mm: float) -> Pair:
+    """Return focal length and distance in mm of the camera whose width has ``pixels_per_mm`` of the plane."""
+    _check_sensor(options.sensor_mm, options.pixels)
+    _above_zero("resolution", pixels_per_mm, "pixels per mm")
+    m = pixels_per_mm * options.sensor_mm[0] / options.pixels[0]
+    if (options.lens, options.origin) == ("thin", "sensor") and m > 1:
+        raise DeviceError(
+            Finding(
+                f"{pixels_per_mm:g} pixels per mm is larger than life on this sensor, and two distances from the "
+                "sensor give it",
+                remedy="give the distance from the lens",
+            )
+        )
+    # The distance in focal lengths: at life size it is 4 from a sensor, but for rounding.
+    times = {
+        ("thin", "lens"): 1 + 1 / m,
+        ("thin", "sensor"): max(2 + m + 1 / m, 4.0),
+        ("pinhole", "lens"): 1 / m,
+        ("pinhole", "sensor"): 1 + 1 / m,
+    }[options.lens, options.origin]
+    if options.focal_mm is not None:
+        _above_zero("focal length", options.focal_mm, "mm")
+        return options.focal_mm, options.focal_mm * times
+    assert options.distance_mm is not None
+    _above_zero("distance", options.distance_mm, "mm")
+    return options.distance_mm / times, options.distance_mm
 
 
 def _check_sensor(sensor_mm: Pair, size_px: tuple[int, int]) -> None:

@@ -19,6 +19,8 @@ class JsonResult:
         Keys of fields that are called otherwise in JSON; None leaves a field out.
     json_also
         Names of properties that follow the fields, such as ``share`` or ``conclusion.verdict``.
+    json_optional
+        Names of those that are left out where they say nothing.
 
     Examples
     --------
@@ -40,10 +42,12 @@ class JsonResult:
     __slots__ = ()
     json_keys: ClassVar[Mapping[str, str | None]] = {}
     json_also: ClassVar[tuple[str, ...]] = ()
+    json_optional: ClassVar[tuple[str, ...]] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON by the names of the fields; null where a number is not finite."""
-        return json_fields(self, *self.json_also)
+        found = json_fields(self, *self.json_also)
+        return {key: value for key, value in found.items() if value is not None or key not in self.json_optional}
 
 
 def json_fields(result: Any, *properties: str, omit: Collection[str] = ()) -> dict[str, Any]:

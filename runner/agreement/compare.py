@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,16 +14,19 @@ from analysis.agreement import (
     ObservedGroup,
     Predicted,
     agree,
+    agreement_blocks,
     observed_groups,
     write_agreement_csv,
     write_agreement_page,
 )
-from analysis.choices import Adjust
 from analysis.comparisons import factors_of
 from analysis.errors import ResultsError
-from analysis.observers import Filter, keep
+from analysis.observers import keep
 from analysis.records import Header, SessionLog, read_results, what_eyes_saw, who_answered
-from documents import Finding, did_you_mean
+from documents import Finding, WorkError, did_you_mean
+from documents.files import writing
+from documents.pages import Block
+from runner.agreement.options import AgreementOptions
 from runner.agreement.photographs import photographs_of
 from runner.agreement.shown import ShownPictures, shown_pictures
 from runner.reports.comparison.report import check_page
@@ -35,47 +38,18 @@ LIMITS: Mapping[str, float] = {"delta-e-2000": 1.4}
 MOST_LISTED = 5
 
 
-@dataclass(frozen=True, slots=True)
-class AgreementOptions:
-    """How measures are compared with observers, and what is written.
-
-    Attributes
-    ----------
-    photographs
-        The stimuli that the others are measured against, by name or as ``FACTOR=LEVEL``; none takes the experiment's
-        reference picture.
-    limits
-        Limits of measures by name, beside or in place of `LIMITS`.
-    task
-        As `analysis.agreement.observed_groups`.
-    rule
-        Which observers to leave out.
-    alpha, adjust
-        Level of the tests of pairs and of agreement, and correction of the former; None takes those of the experiment.
-    experiment
-        The experiment's file; None looks for it.
-    page, csv_folder
-        The HTML page and the folder of the tables to write; None for none.
-    """
-
-    photographs: tuple[str, ...] = ()
-    limits: Mapping[str, float] = field(default_factory=dict)
-    task: str | None = None
-    rule: Filter = field(default_factory=Filter)
-    alpha: float | None = None
-    adjust: Adjust | None = None
-    experiment: Path | None = None
-    page: Path | None = None
-    csv_folder: Path | None = None
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class WrittenAgreement:
-    """The results, the ``header`` of a session, and ``facts`` on the pictures: pairs of a term and its value."""
+    """The results, the ``header`` of a session, and ``facts`` on the pictures: pairs of a term and its value.
+
+    ``page`` and ``csv_folder`` were written, if they were asked for.
+    """
 
     agreement: Agreement
     header: Header
     facts: tuple[tuple[str, str], ...]
+    page: Path | None = None
+    csv_folder: Path | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
@@ -86,11 +60,17 @@ class WrittenAgreement:
             **self.agreement.to_json(),
         }
 
+    def told(self) -> Iterator[str | Block]:
+        """Yield the results, and what was written."""
+        yield from agreement_blocks(self.agreement)
+        files = (("The page", self.page), ("Its tables", self.csv_folder))
+        yield from (f"{what}: {file}" for what, file in files if file is not None)
+
 
 def compare_with_observers(
     results: Sequence[Path],
     measures: Sequence[str],
-    options: AgreementOptions = AgreementOptions(),
+    options: AgreementOptions | None = None,
     progress: Progress = no_progress,
 ) -> WrittenAgreement:
     """Compare measures of the pictures that an experiment showed with what its observers said.
@@ -117,7 +97,7 @@ def compare_with_observers(
         If results are missing, damaged or of several experiments, the pictures are not those that were shown, no
         stimulus is known to be the photograph, a measure is unknown or not installed, or a group has fewer than three
         stimuli. Nothing is then written.
-    OSError
+    WorkError
         If the page or a table cannot be written.
 
     Examples
@@ -133,6 +113,7 @@ def compare_with_observers(
     >>> found.agreement.photographs, found.agreement.groups[0].observers
     (('2.1-stereo',), 5)
     """
+    options = options or AgreementOptions()
     chosen = measures_named(measures)
     _check_limits(options.limits, [measure.name for measure in chosen])
     if options.page is not None:
@@ -148,11 +129,12 @@ def compare_with_observers(
     level = options.alpha if options.alpha is not None else float(header.analysis.get("alpha", 0.05))
     notes = (*kept.notes, *_session_notes(sessions), *notes, *_mixed(shown, groups, photographs))
     agreement = agree(groups, photographs, predicted, alpha=level, notes=notes)
-    written = WrittenAgreement(agreement, header, _facts(shown, agreement))
-    if options.page is not None:
-        write_agreement_page(agreement, header, options.page, written.facts)
-    if options.csv_folder is not None:
-        write_agreement_csv(agreement, options.csv_folder)
+    written = WrittenAgreement(agreement, header, _facts(shown, agreement), options.page, options.csv_folder)
+    with writing(options.page or results[0], "comparison", WorkError):
+        if options.page is not None:
+            write_agreement_page(agreement, header, options.page, written.facts)
+        if options.csv_folder is not None:
+            write_agreement_csv(agreement, options.csv_folder)
     return written
 
 

@@ -77,7 +77,7 @@ def command(
     """
     from runner.check.files import check_file
     from runner.check.report import TRIED_OBSERVERS, ScreenCheck
-    from runner.cli.progress import progress_bar
+    from runner.cli.output import progress_bar
 
     looking: dict[bool | None, ScreenCheck] = {None: "if present", True: "required", False: "skip"}
     options = replace(options, screen=looking[screen], observers=options.observers or TRIED_OBSERVERS)

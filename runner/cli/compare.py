@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from runner.cli.number_types import NUMBER, POSITIVE, several
-from runner.cli.threads_option import threads_option
+from runner.cli.options import NUMBER, POSITIVE, several
+from runner.cli.options import threads as threads_option
 
 if TYPE_CHECKING:
     import numpy as np
@@ -126,10 +126,9 @@ def command(context: click.Context, /, photo: str, rendering: str, as_json: bool
     import tempfile
     from pathlib import Path
 
+    from documents import WorkError
     from documents.files import writing
-    from runner.cli.main import WorkError
-    from runner.cli.progress import progress_bar
-    from runner.cli.work_done import work_done
+    from runner.cli.output import progress_bar, work_done
     from runner.reports.comparison.report import report_comparison
 
     if options["experiment_name"] is not None and not options["rig"]:

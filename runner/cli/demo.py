@@ -33,7 +33,7 @@ def command(observers: int, window: bool, results: Path, as_json: bool) -> None:
     from dataclasses import asdict
 
     from analysis.report import print_report
-    from runner.cli.progress import progress_bar
+    from runner.cli.output import progress_bar
     from runner.reports.demo import run_demo
 
     began_s = time.monotonic()

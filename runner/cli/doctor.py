@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from runner.cli.monitor_option import monitor_option
-from runner.cli.number_types import Within
+from runner.cli.options import Within
 
 if TYPE_CHECKING:
     from runner.check.doctor import MachineReport
@@ -133,7 +133,7 @@ def _print(report: MachineReport, meanings: Mapping[str, str]) -> None:
 def _timing(seconds: float, rig_file: Path | None, monitors: tuple[str, ...], as_json: bool) -> None:
     from devices.display import read_rig
     from runner.check.doctor import examine_timing
-    from runner.cli.progress import progress_bar
+    from runner.cli.output import progress_bar
     from runner.presenter.surfaces.screens import primary_monitor
 
     rig = read_rig(rig_file, ask_monitor=primary_monitor) if rig_file else None

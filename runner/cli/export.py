@@ -43,9 +43,9 @@ def command(
     import json
 
     from analysis.bids import About, export_dataset
+    from documents import WorkError
     from documents.files import writing
-    from runner.cli.main import WorkError
-    from runner.cli.progress import progress_bar
+    from runner.cli.output import progress_bar
     from runner.reports import given_facts
 
     def facts(header: Header, versions: Collection[str], log: Path) -> Mapping[str, str]:

@@ -16,9 +16,9 @@ from click.shell_completion import CompletionItem
 
 from documents.blas_threads import prefer_one_blas_thread
 from runner.cli.examples import EXAMPLES
-from runner.cli.work_done import count_from_here
+from runner.cli.output import count_from_here, say
 
-# A command's module is runner.cli.<name>; the text is its line in the group's help.
+# The text is a command's line in the group's help.
 COMMANDS = {
     "new": "Write a study of your own pictures, ready to run.",
     "check": "Check an experiment file and everything it names.",
@@ -45,10 +45,14 @@ COMMANDS = {
 }
 
 
-class LazyGroup(click.Group):
-    """Commands by name, each the ``command`` of the module of its name in ``package``.
+# The module of a command, where it is not runner.cli.<name>.
+MODULES: dict[str, str] = {}
 
-    ``commands_help`` gives each command's line in the help; a command whose module does not exist is none.
+
+class LazyGroup(click.Group):
+    """Commands by name, each the ``NAME_command`` of the module of its name in ``package``, or of that itself.
+
+    ``commands_help`` gives each command's line in the help.
     """
 
     def __init__(self, *args: Any, package: str, commands_help: Mapping[str, str], **kwargs: Any) -> None:
@@ -64,7 +68,10 @@ class LazyGroup(click.Group):
         """Load a command, or return None if there is no such one."""
         if cmd_name not in self._commands_help:
             return None
-        command: click.Command = importlib.import_module(f"{self._package}.{cmd_name}").command
+        module = importlib.import_module(self._package)
+        if not hasattr(module, f"{cmd_name}_command"):
+            module = importlib.import_module(f"{self._package}.{MODULES.get(cmd_name, cmd_name)}")
+        command: click.Command = getattr(module, f"{cmd_name}_command", None) or module.command
         called = f"{self.name} {cmd_name}" if self.name in COMMANDS else cmd_name
         if (examples := EXAMPLES.get(called)) and not command.epilog:
             command.epilog = "\b\nExamples:\n" + "\n".join(f"  {line}" for line in examples)
@@ -116,21 +123,6 @@ def _refuse_given_twice(command: click.Command, ctx: click.Context, args: list[s
     for option in single:
         if single.count(option) > 1:
             raise click.UsageError(f"{max(option.opts, key=len)} is given twice, and takes one value.", ctx)
-
-
-class WorkError(click.ClickException):
-    """The input was right but the work could not be done; exit status 1."""
-
-    exit_code = 1
-
-    def __init__(self, why: object) -> None:
-        super().__init__(str(why))
-
-    def show(self, file: object = None) -> None:
-        """Print the reason on the error stream."""
-        from documents.text import visible
-
-        click.echo(f"cyclopean: {visible(self.format_message())}", err=True)
 
 
 @click.group(
@@ -216,24 +208,22 @@ def main() -> None:
         group(prog_name="cyclopean")
     except Exception as error:
         # Only now: these bring pydantic, which the help text must not wait for.
-        from documents import InputError
+        from documents import InputError, WorkError
         from documents.files import system_fault
         from documents.text import visible
-        from runner.errors import SessionStoppedError
-        from runner.presenter.errors import GraphicsError
 
         if isinstance(error, InputError):
             for finding in error.findings:
-                click.echo(f"error: {finding}", err=True)
+                say(f"error: {finding}")
             sys.exit(2)
-        if isinstance(error, GraphicsError | SessionStoppedError):
-            click.echo(f"cyclopean: {visible(str(error))}", err=True)
+        if isinstance(error, WorkError):
+            say(f"cyclopean: {visible(str(error))}")
             sys.exit(1)
         if fault := system_fault(error):
             name = getattr(error, "filename", None)
-            click.echo(f"cyclopean: {visible(f'{name}: ' if name else '')}{fault} ({fault.remedy})", err=True)
+            say(f"cyclopean: {visible(f'{name}: ' if name else '')}{fault} ({fault.remedy})")
             sys.exit(1)
         if isinstance(error, PermissionError) and error.filename:
-            click.echo(f"error: {visible(str(error.filename))}: you may not open this (ask for the right)", err=True)
+            say(f"error: {visible(str(error.filename))}: you may not open this (ask for the right)")
             sys.exit(2)
         raise

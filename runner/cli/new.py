@@ -73,9 +73,9 @@ def _refuse_others(pictures: tuple[Path, ...]) -> None:
 
 
 def _write(folder: Path, pictures: tuple[Path, ...], options: StudyOptions, as_json: bool) -> None:
+    from documents import WorkError
     from documents.files import writing
-    from runner.cli.main import WorkError
-    from runner.cli.progress import progress_bar
+    from runner.cli.output import progress_bar
     from runner.studies import new_study
 
     with writing(folder, "study", WorkError), progress_bar(quiet=as_json) as step:
@@ -103,8 +103,8 @@ def _list(as_json: bool) -> None:
 
 
 def _copy(name: str, folder: Path, as_json: bool) -> None:
+    from documents import WorkError
     from documents.files import writing
-    from runner.cli.main import WorkError
     from runner.studies import copy_shipped
 
     with writing(folder, "study", WorkError):

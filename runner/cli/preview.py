@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from documents.text import counted
-from runner.cli.number_types import NATURAL
+from runner.cli.options import NATURAL
 
 
 @click.command(short_help="Write what each eye sees in every trial, as PNG.")
@@ -46,7 +46,7 @@ def command(
     puts all screens on pages of small pictures instead. With --clipping, red marks pixels that ask a channel for more
     light than it has, blue those that ask for less than none, magenta both.
     """
-    from runner.cli.progress import progress_bar
+    from runner.cli.output import progress_bar
     from runner.reports.screens import preview
 
     with progress_bar(quiet=as_json) as step:

@@ -47,7 +47,7 @@ def command(
     """
     from contextlib import ExitStack
 
-    from runner.cli.progress import progress_bar
+    from runner.cli.output import progress_bar
     from runner.errors import UsedCodeError
     from runner.session.options import session_command
     from runner.session.run import run_session

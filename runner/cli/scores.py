@@ -8,7 +8,7 @@ import click
 
 from documents.files import writing
 from runner.cli.options import takes
-from runner.cli.work_done import work_done
+from runner.cli.output import work_done
 from runner.reports.options import ScoresOptions
 
 
@@ -28,7 +28,7 @@ def command(table: str, as_json: bool, options: ScoresOptions) -> None:
     import sys
 
     from analysis.comparisons import read_any
-    from runner.cli.main import WorkError
+    from documents import WorkError
     from runner.reports.scores import refuse_together, score_table
 
     refuse_together(options)  # before the table is read

@@ -30,9 +30,9 @@ def command(results: Path | None, replace: bool, key: Path | None, new_key: Path
         raise click.UsageError("Missing argument 'RESULTS'.")
     import json
 
+    from documents import WorkError
     from documents.files import writing
     from documents.text import counted
-    from runner.cli.main import WorkError
     from runner.session import seal_results
 
     with writing(results, "seal", WorkError):
@@ -54,8 +54,8 @@ def _make_key(file: Path, as_json: bool) -> None:
     import json
 
     from analysis.records import new_key
+    from documents import WorkError
     from documents.files import writing
-    from runner.cli.main import WorkError
 
     with writing(file, "key", WorkError):
         key = new_key(file)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Literal
 import click
 
 from runner.cli.monitor_option import monitor_option
-from runner.cli.number_types import NUMBER
+from runner.cli.options import NUMBER
 
 if TYPE_CHECKING:
     from runner.presenter.show import ShownPicture
@@ -100,7 +100,7 @@ def command(
     compensated. Where both eyes see the same pixels, the flat version is shown.
     Of a screenshot of 10 bits, the upper 10 of each 16-bit value are the code.
     """
-    from runner.cli.main import WorkError
+    from documents import WorkError
     from runner.presenter.errors import GraphicsError
     from runner.presenter.show import ShowOptions, show_picture
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from runner.cli.number_types import Within
+from runner.cli.options import Within
 
 
 @click.command(name="watch")

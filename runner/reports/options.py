@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
-from analysis.choices import REPLICATES, SEED, TARGET, Adjust, CovarianceChoice, DistancePrior, Interval, Model
+from analysis.choices import REPLICATES, SEED, TARGET, Adjust, CovarianceChoice, DistancePrior, Filter, Interval, Model
 from documents.options import Typed
-
-if TYPE_CHECKING:
-    from analysis.observers import Filter
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +18,7 @@ class ReportOptions:
     Attributes
     ----------
     rule
-        Which observers to leave out; None leaves out nobody.
+        Which observers to leave out.
     alpha
         Significance level for a difference between two stimuli. Default: the experiment's.
     adjust
@@ -42,7 +39,7 @@ class ReportOptions:
         With --figures, replace figures that are there already.
     """
 
-    rule: Filter | None = None
+    rule: Filter = field(default_factory=Filter)
     alpha: float | None = None
     adjust: Adjust | None = None
     covariance: CovarianceChoice | None = None
@@ -54,6 +51,34 @@ class ReportOptions:
     replace: bool = False
 
 
+_MOST_NUMBERS, _MOST_OBSERVERS = 1000, 100_000
+
+
+def numbers_of(text: str) -> tuple[int, ...]:
+    """Return numbers of observers, ascending, each once: 30, or 10,20,40, or 10:60:5 for 10 to 60 in steps of 5.
+
+    Raises
+    ------
+    ValueError
+        If the text is anything else, or too many are asked for.
+    """
+    chosen: set[int] = set()
+    for part in text.split(","):
+        ends = part.split(":")
+        if not all(end.strip().isdecimal() for end in ends) or len(ends) > 3:
+            raise ValueError(f"'{part}' is neither a number nor a range such as 10:60:5")
+        if any(len(end.strip()) > len(str(_MOST_OBSERVERS)) for end in ends):
+            raise ValueError(f"there are {_MOST_OBSERVERS} observers at most")
+        numbers = [int(end) for end in ends]
+        first, last, step = numbers[0], numbers[min(1, len(ends) - 1)], numbers[2] if len(ends) == 3 else 1
+        if first < 1 or not first <= last <= _MOST_OBSERVERS or step < 1:
+            raise ValueError(f"'{part}' is not a number of observers")
+        if (last - first) // step >= _MOST_NUMBERS:
+            raise ValueError(f"'{part}' has more than {_MOST_NUMBERS} numbers")
+        chosen |= set(range(first, last + 1, step))
+    return tuple(sorted(chosen))
+
+
 @dataclass(frozen=True, slots=True)
 class PowerOptions:
     """What is assumed about stimuli and observers, and how studies are simulated and tested.
@@ -61,7 +86,7 @@ class PowerOptions:
     Attributes
     ----------
     observers
-        Numbers of observers to try.
+        Numbers of observers: 30, or first:last:step.  [default: 10:60:5]
     replicates
         Number of simulated studies for each number of observers.
     scores
@@ -100,9 +125,15 @@ class PowerOptions:
         Address of a Dask scheduler, such as tcp://10.0.0.5:8786.
     workers
         Number of local processes. Default: as many as are useful.
+    page
+        HTML page to write, with curves and tables.
+    table
+        CSV file to write, with every value; a dash for the terminal.
     """
 
-    observers: tuple[int, ...] = tuple(range(10, 61, 5))
+    observers: Annotated[Sequence[int], Typed(metavar="NUMBERS", read="runner.reports.options.numbers_of")] = tuple(
+        range(10, 61, 5)
+    )
     replicates: Annotated[int, Typed(least=2)] = REPLICATES
     scores: Path | None = None
     simulate: Path | None = None
@@ -121,6 +152,8 @@ class PowerOptions:
     seed: Annotated[int, Typed(least=0, most=1e40)] = SEED
     scheduler: Annotated[str | None, Typed(metavar="ADDRESS")] = None
     workers: Annotated[int | None, Typed(least=1)] = None
+    page: Annotated[Path | None, Typed("-o --output")] = None
+    table: Annotated[Path | None, Typed("--csv")] = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import io
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,9 +17,14 @@ from analysis.power import (
     check_target,
     chosen_pairs,
     observers_needed,
+    power_blocks,
     simulate_power,
+    write_csv,
+    write_page,
 )
-from documents import Finding
+from documents import Finding, WorkError
+from documents.files import writing
+from documents.pages import Block
 from runner.protocol.experiment import read_experiment
 from runner.reports.options import PowerOptions
 from runner.reports.power_assumed import ObserverSpread, assume, observer_spread_of
@@ -35,6 +41,8 @@ class PowerStudy:
         How much observers were taken to differ, and why.
     by_observer_sd
         Standard deviations between observers, and what is needed with each; empty where it was given.
+    page, table
+        The page and the table that were asked for; a dash is the terminal.
     """
 
     experiment: str
@@ -42,6 +50,20 @@ class PowerStudy:
     notes: tuple[str, ...]
     observers: ObserverSpread
     by_observer_sd: tuple[tuple[float, Needed | GroupsNeeded], ...]
+    page: Path | None = None
+    table: Path | None = None
+
+    def told(self) -> Iterator[str | Block]:
+        """Yield the answer and its notes, or the table where it goes to the terminal."""
+        if str(self.table) == "-":
+            stream = io.StringIO(newline="")
+            write_csv(self.needed, stream)
+            yield stream.getvalue().replace("\r\n", "\n").removesuffix("\n")
+            return
+        yield from power_blocks(self.needed)
+        yield from self.notes
+        if self.page is not None:
+            yield f"The page: {self.page}"
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
@@ -87,8 +109,8 @@ def study_power(
     ------
     InputError
         If a file is wrong, the experiment compares no pairs of a fixed number, or an option is out of range.
-    ComputeError
-        As `analysis.power.compute.compute`.
+    WorkError
+        If blocks of work cannot be computed, or a file cannot be written.
 
     Examples
     --------
@@ -97,6 +119,7 @@ def study_power(
     >>> study.needed.observers, study.needed.power.separates.shape
     (None, (2, 45))
     """
+    _refuse_together(options)
     design = read_experiment(experiment)
     pairs = pair_design(design)
     assumed = assume(
@@ -154,7 +177,26 @@ def study_power(
     places = sorted(range(len(spreads)), key=spreads.__getitem__)
     by_sd = tuple((spreads[place], answers[place]) for place in places) if observers.others else ()
     notes = (*assumed.notes, *observers.notes, *_compared(by_sd, options.observers), *left_out, *assumed_notes(plan))
-    return PowerStudy(design.spec.name, needed, notes, observers, by_sd)
+    study = PowerStudy(design.spec.name, needed, notes, observers, by_sd, options.page, options.table)
+    if options.page is not None:
+        with writing(options.page, "page", WorkError):
+            write_page(needed, options.page, study.experiment, notes)
+    if options.table is not None and str(options.table) != "-":
+        with writing(options.table, "table", WorkError):
+            write_csv(needed, options.table)
+    return study
+
+
+def _refuse_together(options: PowerOptions) -> None:
+    """Raise ResultsError if options were given that do not go together."""
+    for names in (
+        ("scores", "simulate", "spread_nats"),
+        ("observer_sd", "observers_from"),
+        ("scheduler", "workers"),
+    ):
+        given = [name for name in names if getattr(options, name) is not None]
+        if len(given) > 1:
+            raise ResultsError(Finding(f"{' and '.join(given)} do not go together", remedy="give one of them"))
 
 
 Pairs = tuple[tuple[str, str], ...]

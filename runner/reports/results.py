@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from analysis.errors import ResultsError
-from analysis.observers import Filter, check_tests
+from analysis.observers import check_tests
 from analysis.records import Header, kept_experiments, pool, read_results
 from analysis.report import Report, write_report
 from documents import Finding, InputError
@@ -102,11 +102,15 @@ def report_results(
     ('2 simulated observers, 90 comparisons of 10 stimuli', 'report.html')
     """
     options = options or ReportOptions()
+    if options.replace and options.figure_folder is None:
+        raise InputError("replace goes with figures: name their folder")
+    if options.rule.unscreened == "leave_out" and options.rule.screening is None:
+        raise InputError("screened goes with passed: name the test of vision")
     sessions = read_results(*results)
     first = results[0]
     page = output or (first if first.is_dir() else first.parent) / "report.html"
-    check_tests(sessions, (options.rule or Filter()).screening or ())
-    header = pool(sessions, with_simulated=(options.rule or Filter()).with_simulated).sessions[0].header
+    check_tests(sessions, options.rule.screening or ())
+    header = pool(sessions, with_simulated=options.rule.with_simulated).sessions[0].header
     folder = page.parent if output is None else first
     pictures = stimulus_pictures(header, options.experiment, progress, folder) if options.pictures else {}
     versions = {str(digest) for session in sessions if (digest := session.header.hashes.get("experiment"))}
@@ -117,7 +121,7 @@ def report_results(
         alpha=options.alpha,
         adjust=options.adjust,
         covariance=options.covariance,
-        rule=(options.rule or Filter()),
+        rule=options.rule,
         thumbnails=pictures,
         csv_folder=options.csv_folder,
         figure_folder=options.figure_folder,

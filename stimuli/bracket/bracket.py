@@ -3,56 +3,36 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.camera import Exposure
 from documents import Finding, InputError
 from documents.files import unwritable
+from documents.pages import Table
 from documents.text import counted
 from stimuli.bracket.checks import check_alike, check_scene, exposure_notes, relative_exposures, where_moved
 from stimuli.bracket.consistency import compare_neighbours, moved_blocks
 from stimuli.bracket.merge import merge_exposures
 from stimuli.bracket.noise import NoiseModel, estimate_noise
+from stimuli.bracket.options import BracketOptions
 from stimuli.bracket.shots import Shot, by_photosite
 from stimuli.develop.calibration_frames import Calibration
 from stimuli.develop.camera_image import CameraImage
-from stimuli.develop.photograph import DevelopedPhotograph, DevelopOptions, write_developed
+from stimuli.develop.photograph import DevelopedPhotograph, calibration_of, write_developed
 from stimuli.develop.raw_files import read_sensor_image
 from stimuli.develop.sensor_image import SensorImage, make_picture
 from stimuli.errors import StimulusError
 
-Ghosts = Literal["refuse", "keep-reference"]
-Ratios = Literal["measured", "stated"]
+Progress = Callable[[str, int, int], None]
 _COLOURS = ("red", "green", "blue")
 # A value that is not two standard errors above black is called dark.
 _DARK = 2.0
 _ERRORS_AT = 2_000_000
-
-
-@dataclass(frozen=True, slots=True)
-class BracketOptions:
-    """How a bracket is merged.
-
-    ``develop`` is how each photograph is read, and what becomes of the picture. ``exposures`` are those of the
-    photographs in their order, in place of their files'. ``noise`` is the sensor's, found in the photographs where it
-    is None. ``ghosts`` says what is done where something moved: ``refuse``, or ``keep-reference``, whose light alone
-    counts there. ``reference`` is the photograph that gives the level of the light; None takes one at the camera file's
-    exposure, else the one in the middle. ``ratios`` are those that the photographs show, or those of the stated
-    exposures.
-    """
-
-    develop: DevelopOptions = field(default_factory=DevelopOptions)
-    exposures: tuple[Exposure, ...] = ()
-    noise: NoiseModel | None = None
-    ghosts: Ghosts = "refuse"
-    reference: Path | None = None
-    ratios: Ratios = "measured"
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,13 +47,38 @@ class BracketReport:
         """Return the facts as JSON."""
         return {**self.developed.to_json(), "said": list(self.notes)}
 
+    def told(self) -> Iterator[str | Table]:
+        """Yield a table of the exposures, the noise of each colour, the light, notes, and what was written."""
+        headings = ("photograph", "time", "stated", "measured")
+        yield Table.of_texts("Exposures beside the shortest", headings, map(_cells, self.merge["photographs"]))
+        for colour in _COLOURS:
+            noise, error = self.merge["noise"][colour], self.merge["relative_standard_error"][colour]
+            if noise and noise["full_scale_electrons"] and error:
+                yield (
+                    f"Noise in {colour}: {noise['full_scale_electrons']:.0f} electrons at full scale, "
+                    f"{noise['read_noise_electrons']:.2g} of read noise; standard error {100 * error['median']:.2g} % "
+                    f"(median), {100 * error['p95']:.2g} % (95th percentile)"
+                )
+        if light := self.developed.luminance:
+            yield f"Luminance: mean {light.mean_cd_m2:.4g}, max {light.max_cd_m2:.4g} cd/m²"
+        yield from (f"Note: {note}." for note in self.notes)
+        yield f"Written: {self.developed.output}, {self.developed.width_px}×{self.developed.height_px}"
+
+
+def _cells(photograph: dict[str, Any]) -> tuple[str, ...]:
+    time_s, error = photograph["exposure"]["time_s"], photograph["standard_error"]
+    time = f"{time_s:.3g} s" if time_s >= 0.3 else f"1/{1 / time_s:.4g} s"
+    measured = f"{photograph['measured_relative_exposure']:.4g}"
+    told = "unchecked" if error is None else f"{measured} ± {error:.1g}" if error else measured
+    return photograph["file"], time, f"{photograph['stated_relative_exposure']:.4g}", told
+
 
 def bracket_photographs(
-    photos: Sequence[Path],
-    output: Path,
+    photos: Sequence[str | Path],
+    output: str | Path,
     options: BracketOptions | None = None,
     *,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Progress = lambda what, done, total: None,
 ) -> BracketReport:
     """Merge photographs of one scene at several exposures, and write the picture and its steps.
 
@@ -86,7 +91,7 @@ def bracket_photographs(
     options
         The camera file, the demosaicing, dark frames and flat fields, and what is done where something moved.
     progress
-        Called with how many photographs are read, and how many there are.
+        Called with what is being done, how many photographs are read, and how many there are.
 
     Returns
     -------
@@ -115,11 +120,11 @@ def bracket_photographs(
     {'red': 0, 'green': 0, 'blue': 0}
     """
     options = options or BracketOptions()
-    photos, output = [Path(photo) for photo in photos], Path(output)
-    _check_paths(photos, output, options)
-    calibration = options.develop.calibration()
+    files, output = [Path(photo) for photo in photos], Path(output)
+    _check_paths(files, output, options)
+    calibration = calibration_of(options.develop)
     try:
-        image, step, notes = merge_photographs(photos, options, calibration, progress=progress)
+        image, step, notes = merge_photographs(files, options, calibration, progress=progress)
     except OSError as error:
         elsewhere = "name another folder in the environment variable TMPDIR"
         place = Path(tempfile.gettempdir())
@@ -133,7 +138,7 @@ def merge_photographs(
     options: BracketOptions,
     calibration: Calibration,
     *,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Progress = lambda what, done, total: None,
 ) -> tuple[CameraImage, dict[str, Any], tuple[str, ...]]:
     """Return the merged picture, the step that says how, and notes in sentences; errors as `bracket_photographs`."""
     shots = _read(photos, options, calibration, progress)
@@ -220,21 +225,21 @@ def _read(
     photos: Sequence[Path],
     options: BracketOptions,
     calibration: Calibration,
-    progress: Callable[[int, int], None],
+    progress: Progress,
 ) -> list[Shot]:
     """Return the photographs without their dark frames, the shortest exposure first."""
     develop = options.develop
     shots: list[Shot] = []
     dark = Calibration(calibration.dark)
     for number, photo in enumerate(photos):
-        progress(number, len(photos))
+        progress("Reading", number, len(photos))
         given = options.exposures[number] if options.exposures else None
         sensor = read_sensor_image(
             photo,
             levels=develop.levels,
-            rotate=develop.rotate,
+            rotate=not develop.as_stored,
             exposure=given,
-            assume_linear=develop.assume_linear,
+            assume_linear=develop.linear,
         )
         if sensor.exposure is None:
             raise StimulusError.at(
@@ -247,7 +252,7 @@ def _read(
         if calibration.flat is not None and number == 0:
             Calibration(flat=calibration.flat).applied(sensor)  # what does not go together is refused at once
         shots.append(Shot(dark.applied(sensor), sensor.exposure))
-    progress(len(photos), len(photos))
+    progress("Reading", len(photos), len(photos))
     return sorted(shots, key=lambda shot: shot.exposure.light)
 
 

@@ -69,6 +69,16 @@ class NoiseModel:
         }
 
 
+def parse_noise(text: str) -> NoiseModel:
+    """Return the noise written as ``45000,3``, electrons at full scale and of read noise; else StimulusError."""
+    try:
+        full_scale, read = map(float, text.split(","))
+    except ValueError:
+        remedy = "write electrons at full scale and of read noise: 45000,3"
+        raise StimulusError.of(f"the noise is '{text}'", remedy) from None
+    return NoiseModel.of_electrons(full_scale, read)
+
+
 def estimate_noise(
     samples: Sequence[Floats],
     full: Sequence[NDArray[np.bool_]],

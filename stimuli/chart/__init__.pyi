@@ -1,2 +1,3 @@
+from .camera_fit import ChartFit as ChartFit
 from .camera_fit import fit_camera_to_chart as fit_camera_to_chart
-from .camera_fit import is_table as is_table
+from .options import ChartOptions as ChartOptions

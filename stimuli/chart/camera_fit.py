@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,9 +13,7 @@ from numpy.typing import ArrayLike
 from devices.camera import (
     CameraFit,
     Correspondences,
-    Exposure,
-    Form,
-    Loss,
+    FittedPatch,
     ReferenceColours,
     fit_camera,
     read_correspondences,
@@ -27,8 +25,10 @@ from devices.errors import DeviceError
 from devices.readings import colorchecker_XYZ
 from documents import Finding
 from documents.arrays import Floats
+from documents.pages import Table
 from documents.text import visible
 from stimuli.chart.find import find_corners, turn_upright
+from stimuli.chart.options import ChartOptions, Triple
 from stimuli.chart.pooled import ChartShot, Pooled, PooledChart, pool_shots
 from stimuli.chart.sample import Bools, PatchValues, Picture, sample_patches
 from stimuli.develop.calibration_frames import read_calibration
@@ -161,7 +161,6 @@ def check_corners(corners_px: ArrayLike, shape: tuple[int, ...], file: str | Non
     return corners
 
 
-Triple = tuple[float, float, float]
 _TABLES = (".csv", ".txt")
 
 
@@ -170,7 +169,8 @@ class ChartFit:
     """A camera fitted to a chart: the ``fit``, and how the ``chart`` was read, None if its values came in a table.
 
     ``notes`` are remarks on reading the chart, a sentence each. Of several photographs ``chart`` is the first, and
-    ``charts`` says of each chart and exposure how the fit does on it.
+    ``charts`` says of each chart and exposure how the fit does on it. ``written`` and ``page`` are the camera file and
+    the page on it, if they were written.
     """
 
     file: str
@@ -178,12 +178,43 @@ class ChartFit:
     chart: PhotographedChart | None
     notes: tuple[str, ...]
     charts: tuple[PooledChart, ...] = ()
+    written: Path | None = None
+    page: Path | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON."""
         chart = None if self.chart is None else {**self.chart.to_json(), "said": list(self.notes)}
         charts = {"charts": [pooled.to_json() for pooled in self.charts]} if self.charts else {}
-        return {"file": self.file, "chart": chart, **charts, **self.fit.to_json()}
+        written = {"written": self.written, "report": self.page}
+        files = {key: file and str(file) for key, file in written.items()}
+        return {"file": self.file, "chart": chart, **charts, **self.fit.to_json(), **files}
+
+    def told(self) -> Iterator[str | Table]:
+        """Yield a table of the patches, the model, its figures, what was left out, and what was written."""
+        fit = self.fit
+        headings = ("patch", "X", "Y", "Z", "X est.", "Y est.", "Z est.", "ΔE00", "left out")
+        yield Table.of_texts("", headings, [_cells(patch) for patch in fit.patches])
+        model, zone = fit.model, fit.model.safe_luminance_cd_m2
+        for axis, row, offset in zip("XYZ", model.matrix.tolist(), model.offset_XYZ.tolist(), strict=True):
+            shift = f" {offset:+.5g}" if model.form == "affine" else ""
+            yield f"{axis} = {row[0]:.5g} R {row[1]:+.5g} G {row[2]:+.5g} B{shift}"
+        if model.exposure:
+            yield f"Exposure: {model.exposure} (EV {model.exposure.ev:.2f})"
+        yield f"Condition number: {fit.condition:.1f}"
+        if zone:
+            yield f"Safe luminance zone: {zone[0]:.4g} to {zone[1]:.4g} cd/m²"
+        yield from (f"Left out: {patch.name}: {patch.left_out_reason}" for patch in fit.left_out)
+        yield from (f"Note: {note}." for note in (*self.notes, *fit.notes))
+        yield fit.sentence
+        yield from (f"Chart: {pooled}." for pooled in self.charts)
+        yield from (f"{what}: {file}" for what, file in (("Camera file", self.written), ("Report", self.page)) if file)
+
+
+def _cells(patch: FittedPatch) -> list[str]:
+    held = patch.held_out_delta_e
+    numbers = (f"{value:.4g}" for value in (*patch.XYZ, *patch.estimated_XYZ))
+    left_out = "not fitted" if patch.left_out_reason else "–" if held is None else f"{held:.2f}"
+    return [patch.name, *numbers, f"{patch.delta_e:.2f}", left_out]
 
 
 def is_table(chart: str | Path) -> bool:
@@ -209,20 +240,7 @@ def is_table(chart: str | Path) -> bool:
 
 def fit_camera_to_chart(
     chart: str | Path | Sequence[str | Path],
-    *,
-    reference: str | Path | Sequence[str | Path] | None = None,
-    white_XYZ_cd_m2: Triple | None = None,
-    corners_px: ArrayLike | None = None,
-    exposure: Exposure | None = None,
-    form: Form = "linear",
-    loss: Loss = "xyz",
-    black_rgb: Triple = (0.0, 0.0, 0.0),
-    saturated: float | None = None,
-    assume_linear: bool = False,
-    name: str = "",
-    observer: str | None = None,
-    dark: Sequence[str | Path] = (),
-    flat: Sequence[str | Path] = (),
+    options: ChartOptions | None = None,
 ) -> ChartFit:
     """Fit a camera model to a photographed colour chart, or to several photographs of charts together.
 
@@ -234,34 +252,8 @@ def fit_camera_to_chart(
     chart
         A table ``R,G,B,X,Y,Z[,name]`` (``.csv``, ``.txt``), or a photograph of a 24-patch ColorChecker: raw, or TIFF or
         OpenEXR of linear camera RGB; or several photographs.
-    reference
-        The measured patches of a photographed chart, a table ``X,Y,Z[,name]`` in cd/m²; of several photographs one for
-        all, or one for each.
-    white_XYZ_cd_m2
-        The measured white patch, in place of ``reference``; the other patches are those of the published chart.
-    corners_px
-        The outer corners of the patches in the photograph, shape (4, 2), in order around the chart; None finds them.
-    exposure
-        The exposure of the photograph, or of all; None takes the files' own.
-    form
-        ``linear``, or ``affine`` with an offset, for one exposure only.
-    loss
-        What is minimised: the squares in ``xyz``, or those of ΔE00 (``delta-e``).
-    black_rgb
-        The black level to subtract first, in shares of full scale.
-    saturated
-        The sensor level from which a photosite counts as saturated; None takes the file's white.
-    assume_linear
-        Whether a TIFF or OpenEXR file is read as linear, whatever it declares.
-    name
-        The name of the camera.
-    observer
-        The colorimetric observer of the measured XYZ, such as ``CIE 2015 10``; the camera file names it. None takes
-        the one that the table names (``# observer: CIE 2015 10``), else CIE 1931 2°.
-    dark
-        Dark frames of the photographs, or folders of them.
-    flat
-        Flat fields, or folders of them.
+    options
+        What is known of the chart and the photographs, and how the model is fitted.
 
     Returns
     -------
@@ -286,20 +278,20 @@ def fit_camera_to_chart(
     >>> fitted.chart is None, fitted.notes
     (True, ())
     """
+    options = options or ChartOptions()
     charts = [Path(chart)] if isinstance(chart, str | Path) else [Path(one) for one in chart]
-    _check_charts(charts)
-    observer = None if observer is None else colorimetric_observer(observer).name
+    _check_charts(charts, options)
+    observer = None if options.observer is None else colorimetric_observer(options.observer).name
+    exposure = options.exposure
     first: PhotographedChart | None = None
     pooled: Pooled | None = None
     notes: tuple[str, ...] = ()
     if is_table(charts[0]):
         colours = read_correspondences(charts[0])
     else:
-        references = _references(reference, white_XYZ_cd_m2, observer, len(charts))
-        levels = Levels(saturated=saturated)
-        calibration = read_calibration(
-            [Path(frame) for frame in dark], [Path(frame) for frame in flat], levels=levels, assume_linear=assume_linear
-        )
+        references = _references(options, observer, len(charts))
+        levels = Levels(saturated=options.saturated)
+        calibration = read_calibration(options.dark, options.flat, levels=levels, assume_linear=options.linear)
         shots: list[ChartShot] = []
         for photo, patches in zip(charts, references, strict=True):
             # Bilinear demosaicing leaves the mean of a patch of one colour what it is, and the picture its size.
@@ -308,10 +300,10 @@ def fit_camera_to_chart(
                 demosaic="bilinear",
                 levels=levels,
                 exposure=exposure,
-                assume_linear=assume_linear,
+                assume_linear=options.linear,
                 calibration=calibration,
             )
-            read = read_chart(image.rgb, image.saturated, patches, corners_px, file=str(photo))
+            read = read_chart(image.rgb, image.saturated, patches, options.corners_px, file=str(photo))
             first = first or read
             said = (*read.notes, *image.full_early())
             notes += said if len(charts) == 1 else tuple(f"{photo.name}: {note}" for note in said)
@@ -322,15 +314,22 @@ def fit_camera_to_chart(
             colours, notes = pooled.colours, (*notes, *pooled.notes)
             exposure = None
     what = visible(charts[0].name) + (f" and {len(charts) - 1} more" if len(charts) > 1 else "")
-    source = f"{form} form, least squares in {'ΔE00' if loss == 'delta-e' else 'XYZ'}, {what}"
+    by = "ΔE00" if options.loss == "delta-e" else "XYZ"
     fit = fit_camera(
-        colours, form, loss, black_rgb=black_rgb, exposure=exposure, name=name, source=source, observer=observer
+        colours,
+        options.form,
+        options.loss,
+        black_rgb=options.black_rgb,
+        exposure=exposure,
+        name=options.camera_name,
+        source=f"{options.form} form, least squares in {by}, {what}",
+        observer=observer,
     )
     by_chart = () if pooled is None else pooled.residuals(fit)
     return ChartFit(str(charts[0]), _with_figures(fit), first, notes, by_chart)
 
 
-def _check_charts(charts: Sequence[Path]) -> None:
+def _check_charts(charts: Sequence[Path], asked: ChartOptions) -> None:
     if not charts:
         raise StimulusError.of("there is no chart to fit to", "give a table, or photographs of a chart")
     tables = [chart for chart in charts if is_table(chart)]
@@ -339,40 +338,42 @@ def _check_charts(charts: Sequence[Path]) -> None:
         raise StimulusError.at(tables[0], message, "put all rows into one table, or give photographs alone")
     if len({chart.resolve() for chart in charts}) < len(charts):
         raise StimulusError.of("a photograph is named twice", "name it once: it would count as a repeated shot")
+    of_photographs = ("reference", "white_XYZ_cd_m2", "corners_px", "saturated", "dark", "flat", "linear")
+    given = [getattr(asked, name) for name in of_photographs]
+    if tables and any(np.size(value) and value is not None and value is not False for value in given):
+        remedy = "leave out reference, white, corners, saturated, dark, flat and linear"
+        raise StimulusError.at(tables[0], "options of a photograph are given with a table", remedy)
 
 
-def _references(
-    reference: str | Path | Sequence[str | Path] | None,
-    white_XYZ_cd_m2: Triple | None,
-    observer: str | None,
-    count: int,
-) -> list[ReferenceColours]:
+def _references(asked: ChartOptions, observer: str | None, count: int) -> list[ReferenceColours]:
     """Return the reference of each photograph."""
-    if reference is None or isinstance(reference, str | Path):
-        return [_reference(reference, white_XYZ_cd_m2, observer)] * count
-    if len(reference) not in (1, count):
-        what = f"{len(reference)} references are given for {count} photographs"
+    if bool(asked.reference) == (asked.white_XYZ_cd_m2 is not None):
+        remedy = "give the chart's measured patches or its white patch, and one of them"
+        raise StimulusError(Finding("a photograph of a chart says nothing of its colours", remedy=remedy))
+    if asked.white_XYZ_cd_m2 is not None:
+        return [_published(asked.white_XYZ_cd_m2, observer)] * count
+    if len(asked.reference) not in (1, count):
+        what = f"{len(asked.reference)} references are given for {count} photographs"
         raise StimulusError.of(what, "give one for all, or one for each in their order")
-    read = [_reference(one, white_XYZ_cd_m2, observer) for one in reference]
+    read = [_measured(one, observer) for one in asked.reference]
     if len({one.observer for one in read}) > 1:
         raise StimulusError.of("the references are for different observers", "give XYZ of one observer")
     return read * count if len(read) == 1 else read
 
 
-def _reference(reference: str | Path | None, white_XYZ_cd_m2: Triple | None, observer: str | None) -> ReferenceColours:
-    if (reference is None) == (white_XYZ_cd_m2 is None):
-        remedy = "give the chart's measured patches or its white patch, and one of them"
-        raise StimulusError(Finding("a photograph of a chart says nothing of its colours", remedy=remedy))
-    if reference is not None:
-        measured = read_reference(reference)
-        if None not in (observer, measured.observer) and observer != measured.observer:
-            what = f"its XYZ are for the observer {measured.observer}; {observer} is wanted"
-            raise StimulusError(Finding(what, measured.file, remedy="leave the observer out, or give XYZ for it"))
-        return measured
+def _measured(reference: Path, observer: str | None) -> ReferenceColours:
+    measured = read_reference(reference)
+    if None not in (observer, measured.observer) and observer != measured.observer:
+        what = f"its XYZ are for the observer {measured.observer}; {observer} is wanted"
+        raise StimulusError(Finding(what, measured.file, remedy="leave the observer out, or give XYZ for it"))
+    return measured
+
+
+def _published(white_XYZ_cd_m2: Triple, observer: str | None) -> ReferenceColours:
     if observer not in (None, DEFAULT_OBSERVER):
         what = f"the chart's published colours are for {DEFAULT_OBSERVER}, and the camera file is to be for {observer}"
         raise StimulusError(Finding(what, remedy="measure the patches' spectra, and give their XYZ with --reference"))
-    names, XYZ = colorchecker_XYZ(white_XYZ_cd_m2 or ())
+    names, XYZ = colorchecker_XYZ(white_XYZ_cd_m2)
     return ReferenceColours(XYZ, names)
 
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from stimuli.pictures.exr_read import ColourSpace
     from stimuli.pictures.ordinary import Decoding
     from stimuli.spectral.light import Illumination
-    from stimuli.spectral.picture import Quantity
+    from stimuli.spectral.options import Quantity
 
 Holds = Literal["xyz", "rec709", "camera-rgb", "spectral"]
 Eye = Literal["both", "left", "right"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +14,9 @@ from devices.colour_matching import DEFAULT_OBSERVER
 from documents import Finding
 from documents.text import counted
 from stimuli.develop.camera_image import CameraImage
+from stimuli.develop.options import Negative
 from stimuli.errors import StimulusError
 
-Negative = Literal["clip", "refuse"]
 _BAND_PIXELS = 1 << 19
 
 

@@ -3,45 +3,29 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
-from devices.camera import CameraModel, Exposure
+from devices.camera import Exposure
 from documents import Finding, InputError
 from documents.files import unwritable, write_whole, writing
+from documents.pages import Table
+from documents.text import JsonResult
 from stimuli.develop.calibration_frames import Calibration, read_calibration
 from stimuli.develop.camera_image import CameraImage
-from stimuli.develop.camera_to_xyz import Negative, XYZRows
-from stimuli.develop.levels import Levels
+from stimuli.develop.camera_to_xyz import XYZRows
 from stimuli.develop.linear_files import write_camera_exr
-from stimuli.develop.raw_files import DEFAULT_DEMOSAIC, Demosaic
+from stimuli.develop.options import DevelopOptions
 from stimuli.develop.read import read_camera_image
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_write import write_exr_rows
 
 
-@dataclass(frozen=True, slots=True)
-class DevelopOptions:
-    """How photographs are developed: see `read_camera_image` and `to_xyz`; without ``camera`` they stay camera RGB.
-
-    ``dark`` and ``flat`` are dark frames and flat fields, or folders of them: see `calibration_frames`.
-    """
-
-    camera: CameraModel | None = None
-    demosaic: Demosaic = DEFAULT_DEMOSAIC
-    levels: Levels | None = None
-    rotate: bool = True
-    exposure: Exposure | None = None
-    assume_linear: bool = False
-    negative: Negative = "clip"
-    dark: tuple[Path, ...] = ()
-    flat: tuple[Path, ...] = ()
-
-    def calibration(self) -> Calibration:
-        """Return the dark frames and flat fields, read and pooled; StimulusError if they are none."""
-        return read_calibration(self.dark, self.flat, levels=self.levels, assume_linear=self.assume_linear)
+def calibration_of(options: DevelopOptions) -> Calibration:
+    """Return the dark frames and flat fields, read and pooled; StimulusError if they are none."""
+    return read_calibration(options.dark, options.flat, levels=options.levels, assume_linear=options.linear)
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,38 +89,73 @@ class DevelopedPhotograph:
 
 
 @dataclass(frozen=True, slots=True)
-class DevelopReport:
+class DevelopReport(JsonResult):
     """The photographs that were developed, and findings on those that were not."""
 
     photographs: tuple[DevelopedPhotograph, ...]
     findings: tuple[Finding, ...]
+    json_only: ClassVar = "photographs"
+
+    @property
+    def failure(self) -> InputError | None:
+        """What is wrong with those that were not developed; None where all were."""
+        return InputError(self.findings) if self.findings else None
+
+    def told(self) -> Iterator[str | Table]:
+        """Yield a table of the photographs, and notes on them."""
+        if not self.photographs:
+            return
+        title = "Saturated pixels of R, G, B"
+        has_xyz = self.photographs[0].luminance is not None
+        if has_xyz:
+            title += "; luminance in cd/m²; pixels outside the camera's safe zone; pixels below 0, set to 0"
+        headings = ("photograph", "size", "exposure", "saturated %", *(("mean", "max", "unsafe %", "< 0") * has_xyz))
+        yield Table.of_texts(title, headings, [_cells(photograph) for photograph in self.photographs])
+        for photograph in self.photographs:
+            for note in photograph.notes:
+                yield f"Note: {photograph.photo}: {note}."
+            if photograph.luminance and photograph.luminance.exposure_was_characterised is False:
+                yield f"Note: {photograph.photo}: the camera file was not tested at this exposure."
+
+
+def _cells(photograph: DevelopedPhotograph) -> list[str]:
+    exposure, light = photograph.exposure, photograph.luminance
+    size = f"{photograph.width_px}×{photograph.height_px}"
+    saturated = " ".join(f"{100 * share:.3g}" for share in photograph.saturated_share)
+    shown = "not known"
+    if exposure is not None:
+        shown = f"{exposure.time_text} f/{exposure.f_number:g} {exposure.iso:g}"
+    cells = [photograph.photo, size, shown, saturated]
+    if light is not None:
+        unsafe = light.below_safe_pixels + light.above_safe_pixels
+        percent = 100 * unsafe / (photograph.width_px * photograph.height_px)
+        cells += [f"{light.mean_cd_m2:.4g}", f"{light.max_cd_m2:.4g}"]
+        cells += ["–" if light.safe_cd_m2 is None else f"{percent:.3g}", str(light.negative_pixels)]
+    return cells
 
 
 def develop_photographs(
     photos: Sequence[Path],
-    output: Path,
-    options: DevelopOptions,
+    output: str | Path,
+    options: DevelopOptions | None = None,
     *,
-    into_folder: bool = False,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Callable[[str, int, int], None] = lambda what, done, total: None,
 ) -> DevelopReport:
     """Develop ``photos`` to the OpenEXR file or into the folder ``output``; see `develop_photograph`.
 
-    One photograph goes into the file ``output``, unless that is a folder or ``into_folder`` asks for one; several go
-    into a folder, which is made. One that cannot be developed is reported, and the others are written.
+    One photograph goes into the file ``output``, unless that is a folder or ends in a slash; several go into a folder,
+    which is made. One that cannot be developed is reported, and the others are written.
 
     Parameters
     ----------
     photos
         Raw photographs.
     output
-        An OpenEXR file, or a folder.
+        An OpenEXR file, or a folder; with a slash at its end, one is made for one photograph too.
     options
         The camera, the demosaicing, and what is done with light that the camera cannot measure.
-    into_folder
-        Whether ``output`` is a folder even for one photograph.
     progress
-        Called with how many photographs are done, and how many there are.
+        Called with what is being done, how many photographs are done, and how many there are.
 
     Returns
     -------
@@ -157,21 +176,22 @@ def develop_photographs(
     ...     photos = [Path(folder, name) for name in ("one.exr", "two.exr")]
     ...     for photo in photos:
     ...         write_camera_exr(photo, CameraImage(rgb, rgb >= 1, None, photo.name, ()))
-    ...     report = develop_photographs(photos, Path(folder, "developed"), DevelopOptions())
+    ...     report = develop_photographs(photos, Path(folder, "developed"))
     >>> [photograph.width_px for photograph in report.photographs], report.findings
     ([6, 6], ())
     """
-    calibration = options.calibration()
-    places = _places(photos, output, into_folder)
+    options = options or DevelopOptions()
+    calibration = calibration_of(options)
+    places = _places(photos, Path(output), str(output).endswith("/"))
     developed: list[DevelopedPhotograph] = []
     findings: list[Finding] = []
     for done, (photo, place) in enumerate(places.items()):
-        progress(done, len(places))
+        progress("Developing", done, len(places))
         try:
             developed.append(develop_photograph(photo, place, options, calibration))
         except InputError as error:
             findings += [finding if finding.file else replace(finding, file=str(photo)) for finding in error.findings]
-    progress(len(places), len(places))
+    progress("Developing", len(places), len(places))
     return DevelopReport(tuple(developed), tuple(findings))
 
 
@@ -218,10 +238,10 @@ def develop_photograph(
         photo,
         demosaic=options.demosaic,
         levels=options.levels,
-        rotate=options.rotate,
+        rotate=not options.as_stored,
         exposure=options.exposure,
-        assume_linear=options.assume_linear,
-        calibration=options.calibration() if calibration is None else calibration,
+        assume_linear=options.linear,
+        calibration=calibration_of(options) if calibration is None else calibration,
     )
     return write_developed(image, photo.name, output, options)
 

@@ -18,9 +18,9 @@ from stimuli.develop.levels import Levels
 from stimuli.develop.libraw import RawContent, read_by_libraw
 from stimuli.develop.linear_files import read_linear
 from stimuli.develop.metadata import camera_name, exif_exposure
-from stimuli.develop.sensor_image import DEFAULT_DEMOSAIC as DEFAULT_DEMOSAIC
+from stimuli.develop.options import DEFAULT_DEMOSAIC as DEFAULT_DEMOSAIC
+from stimuli.develop.options import Demosaic
 from stimuli.develop.sensor_image import DEMOSAICS as DEMOSAICS
-from stimuli.develop.sensor_image import Demosaic as Demosaic
 from stimuli.develop.sensor_image import SensorImage, make_picture
 from stimuli.errors import StimulusError
 from stimuli.pictures.picture_input import refuse_no_picture

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 from devices.camera import Exposure
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.levels import Levels
+from stimuli.develop.options import DEFAULT_DEMOSAIC, Demosaic
 from stimuli.develop.raw_files import read_sensor_image
-from stimuli.develop.sensor_image import DEFAULT_DEMOSAIC, DEMOSAICS, Demosaic, make_picture
+from stimuli.develop.sensor_image import DEMOSAICS, make_picture
 from stimuli.errors import StimulusError
 
 if TYPE_CHECKING:

@@ -23,13 +23,11 @@ from stimuli.develop.demosaic import (
     quantum,
 )
 from stimuli.develop.metadata import exposure_step
+from stimuli.develop.options import DEFAULT_DEMOSAIC, Demosaic
 from stimuli.errors import StimulusError
 from stimuli.pictures.picture_pixels import turned, unturned
 
-Demosaic = Literal["superpixel", "bilinear", "malvar", "vng", "ppg", "ahd"]
 DEMOSAICS: tuple[Demosaic, ...] = get_args(Demosaic)
-# It is linear, so that mean light and the ratio of exposures stay: docs/decisions/0012-demosaicing.md.
-DEFAULT_DEMOSAIC: Demosaic = "malvar"
 
 
 @dataclass(frozen=True, eq=False, slots=True)

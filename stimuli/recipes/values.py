@@ -12,7 +12,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from documents.files import no_file_name, with_slashes
 from documents.yaml import NotNegative, Positive, Strict
-from stimuli.develop.raw_files import DEFAULT_DEMOSAIC, Demosaic
+from stimuli.develop.options import DEFAULT_DEMOSAIC, Demosaic
 from stimuli.luminance.scale import greyscale, scaled
 from stimuli.pictures.stereo_image import View, XYZImage
 from stimuli.sparkle.measures.find import Threshold

@@ -28,7 +28,8 @@ from stimuli.pictures.picture_input import (
     refuse_undecoded,
     text_of,
 )
-from stimuli.spectral.picture import Quantity, SpectralPicture
+from stimuli.spectral.options import Quantity
+from stimuli.spectral.picture import SpectralPicture
 
 if TYPE_CHECKING:
     import OpenImageIO

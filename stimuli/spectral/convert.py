@@ -7,7 +7,7 @@ metamerism included.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -27,7 +27,8 @@ from stimuli.pictures.stereo_image import StereoImage
 from stimuli.spectral.bands import read_spectral
 from stimuli.spectral.curves import read_sensitivities
 from stimuli.spectral.light import LEAST, MOST, Illumination, observer_weights, spectral_step, weighted
-from stimuli.spectral.picture import Quantity, SpectralPicture
+from stimuli.spectral.options import Quantity, SpectralOptions
+from stimuli.spectral.picture import SpectralPicture
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -141,15 +142,6 @@ def spectral_to_camera(
 
 
 @dataclass(frozen=True, slots=True)
-class VirtualCamera:
-    """A sensor's ``sensitivities`` (CSV), the luminance that fills it, and the exposure to keep with its picture."""
-
-    sensitivities: Path
-    full_scale_luminance_cd_m2: float
-    exposure: Exposure | None = None
-
-
-@dataclass(frozen=True, slots=True)
 class SpectralReport:
     """A spectral picture that was converted: to XYZ with its luminance, or to camera RGB with its saturated share."""
 
@@ -172,18 +164,23 @@ class SpectralReport:
         known = {} if self.mean_luminance_cd_m2 is None else light
         return {"file": self.file, "output": self.output, **size, **known, **steps}
 
+    def told(self) -> Iterator[str]:
+        """Yield what was written, and notes."""
+        if self.saturated_share is not None:
+            shares = " ".join(f"{100 * share:.2f} %" for share in self.saturated_share)
+            result = f"camera RGB, saturated R, G, B {shares}"
+        else:
+            mean, highest = self.mean_luminance_cd_m2, self.max_luminance_cd_m2
+            result = f"XYZ, mean {mean:.4g} cd/m², largest {highest:.4g} cd/m²"
+        step = self.step
+        bands = f"{step['bands']} bands over {step['first_nm']:g}..{step['last_nm']:g} nm"
+        size = f"{self.width_px} × {self.height_px} pixels of {bands}"
+        yield f"{self.output}: {size}, {self.quantity}; {result}."
+        yield from (f"Note: {note}." for note in self.notes)
 
-def convert_spectral(
-    file: Path,
-    output: Path,
-    light: Illumination | None = None,
-    *,
-    quantity: Quantity | None = None,
-    camera: VirtualCamera | None = None,
-    negative: Literal["clip", "refuse"] = "refuse",
-    observer: str = DEFAULT_OBSERVER,
-) -> SpectralReport:
-    """Write the spectral picture ``file`` to ``output`` (.exr), in absolute XYZ or as a virtual ``camera`` records it.
+
+def convert_spectral(file: str | Path, output: str | Path, options: SpectralOptions | None = None) -> SpectralReport:
+    """Write the spectral picture ``file`` to ``output`` (.exr), in absolute XYZ or as a virtual camera records it.
 
     Parameters
     ----------
@@ -191,16 +188,8 @@ def convert_spectral(
         The spectral picture: OpenEXR (.exr) with a channel for each wavelength, or ENVI (.hdr, or the data beside it).
     output
         The OpenEXR file (.exr) to write.
-    light
-        The illuminant of a picture of reflectance, and the scale of its values.
-    quantity
-        ``radiance`` in W/(sr m² nm) or ``reflectance``, where the file does not declare it.
-    camera
-        The virtual camera that records the picture; without one it is written in XYZ in cd/m².
-    negative
-        What to do with XYZ below 0: ``refuse`` the picture, or ``clip`` to 0.
-    observer
-        The colorimetric observer of the XYZ, such as ``CIE 2015 10``; the file declares it.
+    options
+        The light, the observer or the camera, and what the values are.
 
     Returns
     -------
@@ -211,24 +200,30 @@ def convert_spectral(
     Raises
     ------
     InputError
-        If ``output`` is no .exr file or is ``file`` itself, or the picture cannot be read, converted or written.
+        If options do not go together, ``output`` is no .exr file or is ``file`` itself, or the picture cannot be read,
+        converted or written.
     """
+    options = options or SpectralOptions()
+    _refuse_together(options)
+    file, output = Path(file), Path(output)
     if output.suffix.lower() != ".exr":
         raise StimulusError(Finding("the output is no .exr file", str(output), remedy="name one"))
     if output.exists() and file.exists() and output.samefile(file):
         remedy = "name another output"
         raise StimulusError(Finding("the spectral picture would be written over", str(output), remedy=remedy))
-    picture = read_spectral(file, quantity)
+    picture = read_spectral(file, options.quantity)
+    light = Illumination(options.illuminant, options.white_luminance_cd_m2, options.scale)
     report = SpectralReport(
         str(file), str(output), picture.width_px, picture.height_px, picture.quantity, picture.notes, {}
     )
-    if camera is not None:
-        full_scale = camera.full_scale_luminance_cd_m2
-        image = spectral_to_camera(picture, camera.sensitivities, full_scale, light, exposure=camera.exposure)
+    if options.sensitivities is not None and options.full_scale_cd_m2 is not None:
+        image = spectral_to_camera(
+            picture, options.sensitivities, options.full_scale_cd_m2, light, exposure=options.exposure
+        )
         write_camera_exr(output, image)
         return replace(report, step=image.steps[-1], saturated_share=image.saturated_share)
-    observed = spectral_to_xyz(picture, light, negative=negative, observer=observer)
-    write_exr(output, StereoImage.flat(observed.xyz), observer)
+    observed = spectral_to_xyz(picture, light, negative=options.negative, observer=options.observer)
+    write_exr(output, StereoImage.flat(observed.xyz), options.observer)
     luminance = observed.xyz[..., 1]
     return replace(
         report,
@@ -236,3 +231,17 @@ def convert_spectral(
         mean_luminance_cd_m2=float(luminance.mean(dtype=float)),
         max_luminance_cd_m2=float(luminance.max()),
     )
+
+
+def _refuse_together(asked: SpectralOptions) -> None:
+    """Raise StimulusError if options were given that do not go together."""
+    of_camera = asked.sensitivities is not None
+    if of_camera != (asked.full_scale_cd_m2 is not None):
+        raise StimulusError.of("sensitivities and full scale go together", "give both, or leave both out")
+    if asked.exposure is not None and not of_camera:
+        raise StimulusError.of("an exposure goes with sensitivities: XYZ has none", "leave it out")
+    if of_camera and colorimetric_observer(asked.observer).name != DEFAULT_OBSERVER:
+        raise StimulusError.of(
+            "the observer is that of XYZ, and with sensitivities camera RGB is written",
+            "leave it out; the camera file names the observer of its XYZ: cyclopean camera fit --observer",
+        )

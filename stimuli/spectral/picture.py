@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +12,7 @@ from numpy.typing import NDArray
 from documents.arrays import Floats
 from documents.text import counted
 from stimuli.errors import StimulusError
-
-Quantity = Literal["radiance", "reflectance"]
+from stimuli.spectral.options import Quantity
 
 MAX_PIXELS = 200_000_000
 MAX_BANDS = 4096

@@ -126,7 +126,7 @@ def test_six_raw_files_of_thirty_six_megapixels(tmp_path: Path) -> None:
         "import sys, time; from pathlib import Path; from devices.camera import read_camera;"
         "from stimuli.bracket import BracketOptions, bracket_photographs; from stimuli.develop import DevelopOptions;"
         "start = time.perf_counter(); camera = read_camera('configs/cameras/nikon_d800.yaml');"
-        "options = BracketOptions(DevelopOptions(camera=camera));"
+        "options = BracketOptions(develop=DevelopOptions(camera=camera));"
         f"bracket_photographs([Path(p) for p in sys.argv[1:]], Path({str(tmp_path / 'a.exr')!r}), options);"
         "peak = int(open('/proc/self/status').read().split('VmHWM:')[1].split()[0]);"
         "print(peak / 1e6, time.perf_counter() - start)"

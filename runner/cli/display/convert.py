@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from runner.cli.number_types import POSITIVE, Whole
+from runner.cli.options import POSITIVE, Whole
 
 if TYPE_CHECKING:
     from devices.display import Eye

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from runner.cli.number_types import POSITIVE, SEED
+from runner.cli.options import POSITIVE, SEED
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

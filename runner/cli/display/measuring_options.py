@@ -96,7 +96,7 @@ def duration(seconds: float) -> str:
 
 def raise_unless_complete(outcome: Outcome, file: Path) -> None:
     """Raise WorkError if patches are missing, saying how to resume."""
-    from runner.cli.main import WorkError
+    from documents import WorkError
 
     safe = f"{counted(outcome.taken, 'reading is', 'readings are')} safe in {file}"
     if outcome.set_aside:

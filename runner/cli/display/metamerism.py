@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from runner.cli.number_types import NUMBER, SEED, several
+from runner.cli.options import NUMBER, SEED, several
 
 if TYPE_CHECKING:
     from devices.diagnostics import ObserverMetamerism

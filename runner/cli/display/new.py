@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from runner.cli.number_types import NOT_NEGATIVE, POSITIVE
+from runner.cli.options import NOT_NEGATIVE, POSITIVE
 
 # As devices.display.nominal.NominalKind has them; repeated here so that help appears at once.
 KINDS = ("srgb", "gamma2.2", "bt1886", "display-p3")

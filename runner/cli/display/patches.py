@@ -9,7 +9,7 @@ import click
 
 from documents.files import writing
 from runner.cli.display.measuring_options import patch_options, show_options
-from runner.cli.number_types import POSITIVE
+from runner.cli.options import POSITIVE
 from runner.measuring.options import PatchOptions, ShowOptions
 
 
@@ -48,9 +48,9 @@ def command(
     and the previous patch, space pauses, Escape stops. The order is shuffled by the seed; black and white come again
     throughout.
     """
+    from documents import WorkError
     from documents.files import write_whole
     from runner.cli.display.measuring_options import dialogue, duration, note, say
-    from runner.cli.main import WorkError
     from runner.measuring.show_patches import Shown, plan_patches, show_plan
 
     if show.backend != "window" and each_s is None and not list_only:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from runner.cli.number_types import POSITIVE
+from runner.cli.options import POSITIVE
 
 if TYPE_CHECKING:
     from devices.diagnostics import Verdicts
@@ -56,9 +56,9 @@ def command(
     import json
 
     from devices.diagnostics import judge_display
+    from documents import WorkError
     from documents.files import writing
     from documents.pages import write_page
-    from runner.cli.main import WorkError
     from runner.reports.display.page import page_of
 
     if mode is not None and display is None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from runner.cli.display.measuring_options import instrument_options, show_options
-from runner.cli.number_types import NOT_NEGATIVE
+from runner.cli.options import NOT_NEGATIVE
 from runner.measuring.options import InstrumentOptions, ShowOptions
 
 if TYPE_CHECKING:
@@ -56,8 +56,8 @@ def command(
     differences are in ΔE00 against the display's white. Beside them stands what the display file alone predicts of the
     codes shown.
     """
+    from documents import WorkError
     from runner.cli.display.measuring_options import dialogue, raise_unless_complete
-    from runner.cli.main import WorkError
     from runner.measuring.verification import verify_display
 
     report = verify_display(

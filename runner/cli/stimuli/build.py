@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from runner.cli.number_types import NUMBER
-from runner.cli.threads_option import threads_option
+from runner.cli.options import NUMBER
+from runner.cli.options import threads as threads_option
 
 if TYPE_CHECKING:
     from stimuli.build import BuildReport, BuiltStimulus
@@ -58,7 +58,7 @@ def command(
     from pathlib import Path
 
     from devices.display import read_rig
-    from runner.cli.progress import progress_bar
+    from runner.cli.output import progress_bar
     from runner.presenter.surfaces.screens import primary_monitor
     from stimuli.build import build_report
 

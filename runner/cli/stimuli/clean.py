@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from runner.cli.number_types import NOT_NEGATIVE
+from runner.cli.options import NOT_NEGATIVE
 
 
 @click.command(name="clean", short_help="Remove leftovers of killed builds from the cache.")

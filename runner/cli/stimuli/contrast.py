@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from documents.files import writing
-from runner.cli.number_types import NUMBER, Within
+from runner.cli.options import NUMBER, Within
 
 
 @click.command(name="contrast", short_help="Contrast of sparkles over the exposure of their photographs.")
@@ -46,8 +46,8 @@ def command(
     from pathlib import Path
 
     from devices.display import read_rig
-    from runner.cli.main import WorkError
-    from runner.cli.progress import progress_bar
+    from documents import WorkError
+    from runner.cli.output import progress_bar
     from runner.presenter.surfaces.screens import primary_monitor
     from runner.reports.contrast import check_figure, contrast_of_set, lines, write_figure
     from stimuli.build import build_set

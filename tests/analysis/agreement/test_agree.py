@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from io import StringIO
 from pathlib import Path
 
 import numpy as np
 import pytest
-from rich.console import Console
 
 from analysis.agreement import (
     ObservedGroup,
     Predicted,
     agree,
-    print_agreement,
+    agreement_blocks,
     write_agreement_csv,
     write_agreement_page,
 )
@@ -21,6 +19,7 @@ from analysis.agreement.observed_means import of_means
 from analysis.errors import ResultsError
 from analysis.records import Header
 from documents.arrays import Floats
+from documents.pages import Heading, Paragraph
 from tests.kept import known
 from tests.pages import policy_of
 
@@ -145,10 +144,9 @@ def test_the_terminal_the_page_and_the_tables(tmp_path: Path) -> None:
     blur = measure(BLUR, BLUR, limit=0.5)
     ratio = measure(*[np.array([np.inf, 50.0, 40, 30, 20, 10])] * 2, name="ratio", better="higher")
     found = agree(groups, ["church <i>photo", "beach photo"], [blur, ratio], notes=["Observers are <simulated>."])
-    out = StringIO()
-    print_agreement(found, Console(file=out, width=200))
-    assert "Blur agrees with observers" in out.getvalue()
-    assert "Within the limit of 0.5 px" in out.getvalue()
+    said = [block.text for block in agreement_blocks(found) if isinstance(block, Heading | Paragraph)]
+    assert any("Blur agrees with observers" in text for text in said)
+    assert any("Within the limit of 0.5 px" in text for text in said)
     write_agreement_page(found, HEADER, tmp_path / "page.html", (("Pictures", "<as shown>"),))
     page = (tmp_path / "page.html").read_text(encoding="utf-8")
     assert policy_of(page)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.camera import CameraGeometry
+from devices.camera import CameraGeometry, GeometryOptions, plan_geometry
 from devices.camera.geometry import Lens, Origin
 from devices.errors import DeviceError
 
@@ -16,13 +18,13 @@ SENSOR, PIXELS = (36.0, 24.0), (7360, 4912)
 
 def test_the_thesis_s_numbers_as_printed() -> None:
     """Section 4.3.1: 50 mm at 70 cm on a full-frame sensor."""
-    camera = CameraGeometry(SENSOR, PIXELS, 50.0, 700.0, lens="pinhole")
+    camera = CameraGeometry(SENSOR, PIXELS, 50.0, 700.0, lens="pinhole", sample_mm=(150.0, 100.0))
     assert [round(side / 10, 1) for side in camera.field_mm] == [50.4, 33.6]
     per_cm = [round(10 * number) for number in camera.pixels_per_mm]
     assert per_cm == [146, 146]
     # The size in pixels is that resolution times the plate's, both as printed.
     assert [15 * per_cm[0], 10 * per_cm[1]] == [2190, 1460]
-    assert camera.size_in_px((150.0, 100.0)) == pytest.approx((2190, 1460), abs=2)
+    assert camera.sample_px == pytest.approx((2190, 1460), abs=2)
     across, down, _ = camera.field_of_view_deg
     assert 39.5 < across < 40  # "nearly 40 degrees"
     assert round(down) == 27
@@ -70,12 +72,11 @@ def test_resolution_distance_and_focal_length_follow_from_each_other(
     sensor, grid = (width_mm, 10.0), (columns, 100)
     camera = CameraGeometry(sensor, grid, focal_mm, times * focal_mm, origin, lens)
     wanted = camera.pixels_per_mm[0]
-    placed = CameraGeometry.at_resolution(sensor, grid, wanted, focal_mm=focal_mm, origin=origin, lens=lens)
+    asked = GeometryOptions(sensor, grid, px_per_mm=wanted, origin=origin, lens=lens)
+    placed = plan_geometry(replace(asked, focal_mm=focal_mm))
     # At life size the distance from the sensor stands still, and rounding moves the magnification by its root.
     assert placed.distance_mm == pytest.approx(camera.distance_mm, rel=1e-9)
-    with_lens = CameraGeometry.at_resolution(
-        sensor, grid, wanted, distance_mm=camera.distance_mm, origin=origin, lens=lens
-    )
+    with_lens = plan_geometry(replace(asked, distance_mm=camera.distance_mm))
     assert with_lens.focal_mm == pytest.approx(focal_mm, rel=1e-9)
     for found in (placed, with_lens):
         assert found.pixels_per_mm[0] == pytest.approx(wanted, rel=1e-6)
@@ -87,7 +88,7 @@ def test_life_size_from_the_sensor_is_four_focal_lengths() -> None:
     camera = CameraGeometry(SENSOR, PIXELS, 105.0, 420.0, "sensor")
     assert camera.magnification == 1
     assert camera.lens_distance_mm == camera.image_distance_mm == 210
-    found = CameraGeometry.at_resolution(SENSOR, PIXELS, 7360 / 36, focal_mm=105.0, origin="sensor")
+    found = plan_geometry(GeometryOptions(SENSOR, PIXELS, 105.0, None, 7360 / 36, "sensor"))
     assert found.distance_mm == pytest.approx(420)
 
 
@@ -109,9 +110,10 @@ def test_what_gives_no_image_is_refused(camera: dict[str, object], words: str) -
 
 
 def test_a_resolution_that_cannot_be_asked_for_is_refused() -> None:
-    with pytest.raises(ValueError, match="one of the two"):
-        CameraGeometry.at_resolution(SENSOR, PIXELS, 14.6)
-    with pytest.raises(DeviceError, match="the resolution is -1 pixels per mm"):
-        CameraGeometry.at_resolution(SENSOR, PIXELS, -1.0, focal_mm=50.0)
-    with pytest.raises(DeviceError, match="larger than life"):
-        CameraGeometry.at_resolution(SENSOR, PIXELS, 500.0, focal_mm=50.0, origin="sensor")
+    for asked, words in (
+        (GeometryOptions(SENSOR, PIXELS, px_per_mm=14.6), "two are needed"),
+        (GeometryOptions(SENSOR, PIXELS, 50.0, None, -1.0), "the resolution is -1 pixels per mm"),
+        (GeometryOptions(SENSOR, PIXELS, 50.0, None, 500.0, "sensor"), "larger than life"),
+    ):
+        with pytest.raises(DeviceError, match=words):
+            plan_geometry(asked)

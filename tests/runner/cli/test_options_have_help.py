@@ -9,7 +9,7 @@ import click
 import pytest
 
 from runner.cli.main import group
-from runner.cli.number_types import COUNT, NUMBER, POSITIVE, SEED, Whole, Within, several
+from runner.cli.options import COUNT, NUMBER, POSITIVE, SEED, Whole, Within, several
 from tests.runner.cli.every_command import commands
 
 

@@ -10,7 +10,7 @@ import pytest
 from devices.camera import Correspondences, Exposure, ReferenceColours, fit_camera
 from devices.errors import DeviceError
 from documents.arrays import Floats
-from stimuli.chart import fit_camera_to_chart
+from stimuli.chart import ChartOptions, fit_camera_to_chart
 from stimuli.chart.pooled import ChartShot, pool_shots
 from stimuli.develop import CameraImage, write_camera_exr
 from stimuli.errors import StimulusError
@@ -100,28 +100,28 @@ def test_photographs_are_read_and_pooled(tmp_path: Path, reference: ReferenceCol
     table = tmp_path / "chart.csv"
     np.savetxt(table, reference.XYZ, delimiter=",", header="X,Y,Z", comments="")
     photos = [photograph(tmp_path / f"{number}.exr", rgb, number) for number in range(3)]
-    fitted = fit_camera_to_chart(photos, reference=table, corners_px=CORNERS)
+    fitted = fit_camera_to_chart(photos, ChartOptions(reference=(table,), corners_px=CORNERS))
     np.testing.assert_allclose(fitted.fit.model.matrix, MATRIX, atol=0.5)
     assert [len(chart.files) for chart in fitted.charts] == [3]
     assert fitted.to_json()["charts"][0]["files"] == ["0.exr", "1.exr", "2.exr"]
     assert "and 2 more" in fitted.fit.model.source
-    by_each = fit_camera_to_chart(photos, reference=[table] * 3, corners_px=CORNERS)
+    by_each = fit_camera_to_chart(photos, ChartOptions(reference=(table,) * 3, corners_px=CORNERS))
     np.testing.assert_array_equal(by_each.fit.model.matrix, fitted.fit.model.matrix)
     flat = tmp_path / "flat.exr"
     write_camera_exr(
         flat, CameraImage(np.full((80, 120, 3), 0.5, np.float32), np.zeros((80, 120, 3), bool), AT, "flat")
     )
-    even = fit_camera_to_chart(photos, reference=table, corners_px=CORNERS, flat=[flat])
+    even = fit_camera_to_chart(photos, ChartOptions(reference=(table,), corners_px=CORNERS, flat=(flat,)))
     np.testing.assert_allclose(even.fit.model.matrix, fitted.fit.model.matrix, rtol=1e-5)
 
     for charts, references, words in (
-        ([photos[0], table], table, "a table is given beside other charts"),
-        ([photos[0], photos[0]], table, "named twice"),
-        (photos, [table] * 2, "2 references are given for 3 photographs"),
-        ([], table, "no chart"),
+        ([photos[0], table], (table,), "a table is given beside other charts"),
+        ([photos[0], photos[0]], (table,), "named twice"),
+        (photos, (table,) * 2, "2 references are given for 3 photographs"),
+        ([], (table,), "no chart"),
     ):
         with pytest.raises(StimulusError, match=words):
-            fit_camera_to_chart(charts, reference=references, corners_px=CORNERS)
+            fit_camera_to_chart(charts, ChartOptions(reference=references, corners_px=CORNERS))
 
 
 @pytest.mark.nightly

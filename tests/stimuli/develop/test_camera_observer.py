@@ -14,7 +14,7 @@ from devices.readings import xyz_from_spectra
 from documents import InputError
 from runner.cli.main import group
 from stimuli.build import build_set
-from stimuli.chart import fit_camera_to_chart
+from stimuli.chart import ChartOptions, fit_camera_to_chart
 from stimuli.comparison import CompareOptions, ReadOptions, compare_pictures
 from stimuli.develop import CameraImage, DevelopOptions, write_camera_exr
 from stimuli.develop.photograph import develop_photograph
@@ -120,14 +120,14 @@ def test_a_table_that_names_its_observer_is_taken_at_its_word(tmp_path: Path) ->
     plain, ten = _table(tmp_path / "plain.csv", "CIE 1931 2"), _table(tmp_path / "chart.csv", TEN)
     ten.write_text("# observer: 2012_10\n" + ten.read_text())
     assert fit_camera_to_chart(ten).fit.model.observer == TEN
-    assert fit_camera_to_chart(ten, observer=TEN).fit.model.observer == TEN
+    assert fit_camera_to_chart(ten, ChartOptions(observer=TEN)).fit.model.observer == TEN
     assert fit_camera_to_chart(plain).fit.model.observer == "CIE 1931 2"
     with pytest.raises(InputError, match=r"chart.csv: .* CIE 2015 10; CIE 1931 2") as caught:
-        fit_camera_to_chart(ten, observer="CIE 1931 2")
+        fit_camera_to_chart(ten, ChartOptions(observer="CIE 1931 2"))
     assert len(caught.value.findings) == 1
     assert read_reference(ten).observer == TEN
     with pytest.raises(InputError, match="CIE 1964 10 is wanted"):
-        fit_camera_to_chart(_photo(tmp_path / "p.exr"), reference=ten, observer="1964_10")
+        fit_camera_to_chart(_photo(tmp_path / "p.exr"), ChartOptions(reference=(ten,), observer="1964_10"))
     ten.write_text(ten.read_text().replace("2012_10", "me"))
     with pytest.raises(InputError, match=r"chart.csv:1: .*'me'"):
         fit_camera_to_chart(ten)
@@ -179,6 +179,5 @@ def test_a_comparison_refuses_a_photograph_and_a_rendering_of_two_observers(tmp_
 def test_camera_rgb_of_a_spectral_picture_takes_no_observer(tmp_path: Path) -> None:
     words = ["camera", "spectral", "p.exr", "-o", str(tmp_path / "o.exr"), "--sensitivities", "s.csv"]
     result = CliRunner().invoke(group, [*words, "--full-scale", "100", "--observer", TEN])
-    assert result.exit_code == 2
-    assert "--observer" in result.output
-    assert "camera file" in result.output
+    assert isinstance(result.exception, InputError)
+    assert "--observer" in str(result.exception)

@@ -18,7 +18,7 @@ from stimuli.errors import StimulusError
 from stimuli.measures import ViewingConditions
 from stimuli.pictures import StereoImage, read_exr, write_exr
 from stimuli.recipes import DisplaySetup
-from stimuli.spectral import convert_spectral
+from stimuli.spectral import SpectralOptions, convert_spectral
 from tests.stimuli.spectral.pictures import save_envi
 
 TEN = "CIE 2015 10"
@@ -130,7 +130,7 @@ def test_spectral_pictures_become_xyz_for_the_observer_that_is_asked(tmp_path: P
     waves = np.arange(380.0, 781.0, 10)
     values = np.random.default_rng(2).uniform(0.001, 0.01, (180, 240, len(waves))).astype(np.float32)
     spectral = save_envi(tmp_path / "s.hdr", values, waves)
-    report = convert_spectral(spectral, tmp_path / "s.exr", quantity="radiance", observer="2012_10")
+    report = convert_spectral(spectral, tmp_path / "s.exr", SpectralOptions("radiance", observer="2012_10"))
     assert report.step["observer"] == TEN
     truth = xyz_from_spectra(values.reshape(-1, len(waves)), waves, TEN).reshape(180, 240, 3)
     np.testing.assert_allclose(read_exr(tmp_path / "s.exr", observer=TEN).left, truth, rtol=1e-3)

@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 from documents import InputError
-from runner.cli.camera import command as group
+from runner.cli.camera import camera_command as group
 from stimuli.develop import read_camera_image
 from tests.stimuli.bracket.sensor import TIMES, bracket, scene
 
@@ -41,7 +41,7 @@ def test_json_holds_every_step(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--noise", "3"], "--noise is '3'"),
+        (["--noise", "3"], "the noise is '3'"),
         (["--exposure", "1/8,8,200"], "1 exposures are given for 3 photographs"),
         (["--dark", "no/such/frame.dng"], "there is no such file"),
     ],

@@ -11,8 +11,8 @@ from click.testing import CliRunner
 
 from devices.camera import CameraModel, Exposure, write_camera
 from documents import InputError
-from runner.cli.camera import command as group
-from runner.cli.camera.develop import command as develop_command
+from runner.cli.camera import camera_command as group
+from runner.cli.camera import develop_command
 from stimuli.develop import read_camera_image
 from stimuli.develop.raw_files import DEFAULT_DEMOSAIC, DEMOSAICS
 from stimuli.pictures import read_exr

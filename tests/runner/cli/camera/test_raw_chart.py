@@ -15,7 +15,7 @@ from devices.camera import read_camera
 from devices.colour import XYZ_from_xyY
 from devices.readings import colorchecker_xyY
 from documents import InputError
-from runner.cli.camera import command as group
+from runner.cli.camera import camera_command as group
 from stimuli.pictures import read_exr
 from tests.stimuli.develop.dng import coded, exposure_tags, save_dng
 

@@ -1,17 +1,24 @@
-"""The report on a fitted camera: its matrix, its figures, and each patch."""
+"""A camera fitted to a chart and written, and the page on it: its matrix, its figures, and each patch."""
 
 from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.camera import CameraFit
+from devices.camera import CameraFit, refuse_existing, write_camera
 from devices.colour import srgb, xyY_from_XYZ
 from devices.diagnostics import Colour, Line, Panel, locus_line, numbers
-from documents.pages import Beside, Cell, Column, Facts, Figure, Page, Paragraph, Section, Shown, Table
+from documents import WorkError
+from documents.files import writing
+from documents.pages import Beside, Cell, Column, Facts, Figure, Page, Paragraph, Section, Shown, Table, write_page
 from documents.text import fixed, with_error
 from runner.reports.display.figure import draw_panel
 from runner.reports.display.page import short
+from stimuli.chart import ChartFit, ChartOptions, fit_camera_to_chart
 
 _SWATCH_SHARE = 0.9  # of the page's white, for the brightest patch
 _PATCHES_WORDS = (
@@ -29,6 +36,47 @@ _PATCHES = (
 _AXES: tuple[tuple[str, Colour], ...] = (("X", "red"), ("Y", "green"), ("Z", "blue"))
 
 
+def characterise_camera(
+    charts: Sequence[Path],
+    options: ChartOptions | None = None,
+    *,
+    output: Path | None = None,
+    replace: bool = False,
+    page: Path | None = None,
+) -> ChartFit:
+    """Fit a camera to a chart as `stimuli.chart.fit_camera_to_chart` does, and write a camera file and a page on it.
+
+    Parameters
+    ----------
+    charts
+        A table, or photographs of a chart.
+    options
+        What is known of the chart and the photographs, and how the model is fitted.
+    output, page
+        The camera file and the HTML page to write; None for none.
+    replace
+        Whether to overwrite a camera file that is there.
+
+    Raises
+    ------
+    InputError
+        As of `stimuli.chart.fit_camera_to_chart`; if the camera file is there already.
+    WorkError
+        If a file cannot be written.
+    """
+    result = fit_camera_to_chart(charts, options)
+    if output and not replace:  # what is wrong with the table comes first: it has to be mended anyway
+        refuse_existing(output)
+    if page:
+        with writing(page, "page", WorkError):
+            notes = (*result.notes, *(f"Chart {pooled}" for pooled in result.charts))
+            write_page(page_of(result.fit, result.fit.model.name or Path(charts[0]).name, notes), page)
+    if output:
+        with writing(output, "camera", WorkError):
+            write_camera(result.fit.model, output)
+    return dataclasses.replace(result, written=output, page=page)
+
+
 def page_of(fit: CameraFit, title: str, notes: tuple[str, ...] = ()) -> Page:
     """Return what the page says; ``notes`` stand above what the fit itself says."""
     figures = tuple(
@@ -39,7 +87,7 @@ def page_of(fit: CameraFit, title: str, notes: tuple[str, ...] = ()) -> Page:
         kind="Camera report",
         title=title,
         of="camera report",
-        sentences=(sentence(fit),),
+        sentences=(fit.sentence,),
         notes=tuple(f"{note[:1].upper()}{note[1:]}." for note in (*notes, *fit.notes)),
         sections=(
             Section("model", "Model", (Paragraph(_formula(fit)), _matrix(fit), Facts(_facts(fit)))),
@@ -106,19 +154,6 @@ def _patches(fit: CameraFit) -> Table:
         rows.append((f"{number} {patch.name}", looks, rgb, *XYZ, patch.delta_e, held_out))
     gone = [place for place, patch in enumerate(fit.patches) if patch.left_out_reason]
     return Table("patches", "", _PATCHES, tuple(rows), shaded=gone)
-
-
-def sentence(fit: CameraFit) -> str:
-    """Return the outcome in a sentence or two."""
-    count, gone = len(fit.patches), len(fit.left_out)
-    if fit.held_out is None:
-        words = "No patch could be held out, so it is not known how well others are predicted."
-    else:
-        words = (
-            f"A patch that the fit has not seen is off by {fit.held_out.mean:.2f} ΔE00 on average, "
-            f"{fit.held_out.max:.2f} at most."
-        )
-    return words + (f" {gone} of {count} patches {'was' if gone == 1 else 'were'} left out." if gone else "")
 
 
 def _swatch(XYZ: NDArray[np.float64], white: NDArray[np.float64]) -> str:
