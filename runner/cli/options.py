@@ -83,10 +83,12 @@ def several(text: str, between: str) -> tuple[float, ...]:
     return numbers
 
 
-def _reader(one: Within | Whole, count: int, typed: Typed) -> Callable[[str], tuple[float, ...]]:
+def _reader(one: Within | Whole, count: int, typed: Typed) -> Callable[[Any], tuple[float, ...]]:
     """Return what reads so many numbers in one word, each of ``one`` type; it raises BadParameter for any other."""
 
-    def numbers(text: str) -> tuple[float, ...]:
+    def numbers(text: str | tuple[float, ...]) -> tuple[float, ...]:
+        if isinstance(text, tuple):
+            return text  # the default
         parts = (text.lower().replace("×", "x") if typed.between == "x" else text).split(typed.between)
         try:
             if len(parts) != count:
