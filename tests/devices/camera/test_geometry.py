@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from devices.camera import CameraGeometry, GeometryOptions, plan_geometry
-from devices.camera.geometry import Lens, Origin
+from devices.camera.options import Lens, Origin
 from devices.errors import DeviceError
 
 SENSOR, PIXELS = (36.0, 24.0), (7360, 4912)

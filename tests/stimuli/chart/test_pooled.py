@@ -17,7 +17,7 @@ from stimuli.errors import StimulusError
 
 MATRIX = np.array([[220.0, 37.0, 3.0], [84.0, 146.0, -46.0], [12.0, -35.0, 220.0]])
 AT = Exposure(1 / 15, 8.0, 800.0)
-CORNERS = [[0, 0], [120, 0], [120, 80], [0, 80]]
+CORNERS = ((0, 0), (120, 0), (120, 80), (0, 80))
 
 
 def shot(
