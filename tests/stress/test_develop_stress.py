@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stimuli.develop import Levels, read_camera_image
-from stimuli.develop.options import Demosaic
+from stimuli.develop import Demosaic, Levels, read_camera_image
 from stimuli.develop.raw_files import DEMOSAICS
 from stimuli.errors import StimulusError
 from stimuli.spectral import read_spectral

@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from devices.camera import Exposure
-from stimuli.develop import Levels, read_camera_image
+from stimuli.develop import Demosaic, Levels, read_camera_image
 from stimuli.develop.demosaic import REACH_PX
-from stimuli.develop.options import Demosaic
 from stimuli.develop.raw_files import DEMOSAICS
 from stimuli.errors import StimulusError
 from tests.stimuli.develop.dng import coded, exposure_tags, save_dng, smooth, write_dng
