@@ -11,7 +11,7 @@ from promises import Promise
 
 from analysis.bids.export import export_dataset
 from analysis.kinds import new_trial
-from analysis.records.session_record import FILE_NAME, Header, read_session, session_files
+from analysis.records.session_record import FILE_NAME, new_header, read_session, session_files
 
 STIMULI = tuple(f"s{index}" for index in range(10))
 COST = {f"percent_{what}": 0.5 for what in ("red", "green", "blue", "any", "above_full")} | {"delta_e_00_mean": 0.1}
@@ -23,7 +23,7 @@ def _leave(folder: Path, sessions: int, trials: int) -> None:
     for number in range(sessions):
         label = f"o{number}"
         described = tuple({"name": name, "factors": {}} for name in STIMULI)
-        header = Header("bench", label, f"s{number}", started, 0, "Which?", True, described, {}, {}, {}, {}, {})
+        header = new_header("bench", label, f"s{number}", started, question="Which?", simulated=True, stimuli=described)
         file = folder / f"sub-{label}" / FILE_NAME
         file.parent.mkdir(parents=True)
         with open(file, "w", encoding="utf-8") as stream:

@@ -27,7 +27,7 @@ from promises import Promise
 
 import cyclopean
 from analysis.kinds import new_trial
-from analysis.records import FILE_NAME, Header
+from analysis.records import FILE_NAME, new_header
 from analysis.scaling import fit_model
 from cyclopean.scaling import comparisons
 from runner.session import simulate
@@ -89,7 +89,7 @@ def write_sessions(folder: Path, observers: int, stimuli: int, repeats: int) -> 
     with without_syncs():
         for person in range(observers):
             code, rng = f"{person:03d}", random.Random(person)
-            header = Header("large", code, "s1", UTC, 0, "Which?", True, shown, {}, {}, {}, {}, {})
+            header = new_header("large", code, "s1", UTC, question="Which?", simulated=True, stimuli=shown)
             with Recorder.create(folder / f"sub-{code}" / "ses-s1", header) as recorder:
                 pairs = [pair for _ in range(repeats) for pair in combinations(range(stimuli), 2)]
                 rng.shuffle(pairs)

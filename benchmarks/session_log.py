@@ -15,7 +15,7 @@ from curves import program, sized
 from promises import Promise
 
 from analysis.kinds import Trial, new_trial
-from analysis.records import FILE_NAME, Header, check_log, read_session
+from analysis.records import FILE_NAME, check_log, new_header, read_session
 from documents.files.chain import EMPTY, sealed
 from runner.session.folders import Recorder
 
@@ -23,7 +23,7 @@ TRIALS = sized(20_000, 200)
 MOST_CHECKSUM_US, MOST_READING_S = 20.0, 4.0
 UTC = "2026-01-02T03:00:00.000+00:00"
 COST = {f"percent_{what}": 0.5 for what in ("red", "green", "blue", "any", "above_full")} | {"delta_e_00_mean": 0.1}
-HEADER = Header("bench", "01", "s", UTC, 0, "Which?", True, ({"name": "a"}, {"name": "b"}), {}, {}, {}, {}, {})
+HEADER = new_header("bench", "01", "s", UTC, question="Which?", simulated=True, stimuli=({"name": "a"}, {"name": "b"}))
 
 
 def _trial(number: int) -> Trial:

@@ -20,7 +20,7 @@ from curves import program, sized
 from promises import Promise
 
 from analysis.kinds import new_trial
-from analysis.records import FILE_NAME, Header
+from analysis.records import FILE_NAME, new_header
 from runner.session.watching import Watch
 
 SESSIONS, TRIALS = sized(20, 3), sized(300, 20)
@@ -51,7 +51,7 @@ def run() -> dict[str, Any]:
 
 def _write(folder: Path, observer: str) -> Path:
     planned = ({"kind": "all_pairs", "trials": 2 * TRIALS, "expected_s": 10.0 * TRIALS},)
-    header = Header("views", observer, "s1", "2026-01-31T09:30:00Z", 1, "?", False, STIMULI, {}, {}, {}, {}, {})
+    header = new_header("views", observer, "s1", "2026-01-31T09:30:00Z", seed=1, stimuli=STIMULI)
     lines: list[dict[str, Any]] = [header.to_json() | {"planned": planned}]
     for number in range(TRIALS):
         utc = f"2026-01-31T{9 + number // 3600:02}:{30 + number // 60 % 30:02}:{number % 60:02}Z"

@@ -12,7 +12,7 @@ import pytest
 
 from analysis.errors import ResultsError
 from analysis.kinds import KINDS, Trial, new_trial
-from analysis.records import SessionLog, read_session
+from analysis.records import Header, SessionLog, new_header, read_session
 
 PAIRS = ("all_pairs", "active_pairs", "preference")
 _QUESTION = {"name": "q", "question": "?", "answer": "fine", "answered_by": "text"}
@@ -49,6 +49,11 @@ def changed(record: Trial, *, data: Mapping[str, Any] | None = None, **placed: A
     kept = {name: line[name] for name in names} | placed
     needs = {"batch": 0} if kept["kind"] == "active_pairs" else {}
     return _read(data={**needs, **(record.details() if data is None else data)}, **kept)
+
+
+def altered(header: Header, **fields: Any) -> Header:
+    """Return ``header`` with other fields, as JSON has them."""
+    return new_header(**{**header.to_json(), **fields})
 
 
 def refusal(session: SessionLog, folder: Path, **damage: Any) -> ResultsError:

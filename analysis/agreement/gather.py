@@ -54,11 +54,12 @@ def observed_groups(
     --------
     >>> from pathlib import Path
     >>> from analysis.kinds import new_trial
-    >>> from analysis.records import Header, SessionLog
+    >>> from analysis.records import SessionLog, new_header
     >>> stimuli = ({"name": "a"}, {"name": "b"})
-    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, stimuli, {}, {}, {}, {}, {})
-    >>> rated = [new_trial(0, n, "rating", (), 1.0, "", {"stimulus": name, "ratings": {"depth": n}}) for n, name in
-    ...     enumerate("ab")]
+    >>> header = new_header("views", "01", "s1", "2026-01-31T09:30:00Z", seed=1, stimuli=stimuli)
+    >>> utc, times = "2026-01-31T09:31:00Z", {"depth": 1.0}
+    >>> said = [{"stimulus": name, "ratings": {"depth": n}, "rating_times_s": times} for n, name in enumerate("ab")]
+    >>> rated = [new_trial(0, n, "rating", (), 1.0, utc, data) for n, data in enumerate(said)]
     >>> groups, _ = observed_groups([SessionLog(Path("session.jsonl"), header, tuple(rated), complete=True)])
     >>> groups[0].name, groups[0].scores.tolist()
     ('depth', [0.0, 1.0])

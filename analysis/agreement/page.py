@@ -9,7 +9,7 @@ from analysis.agreement.correlations import KINDS
 from analysis.agreement.figures import draw_limits, draw_scores, score_intervals
 from analysis.agreement.limits import LimitTable
 from analysis.agreement.result import Agreement, GroupResult, MeasureResult, same_class
-from analysis.records.session_record import Header
+from analysis.records.lines import Header
 from documents.figures import NARROW_IN, WIDE_IN
 from documents.pages import (
     Block,
@@ -56,10 +56,11 @@ def write_agreement_page(agreement: Agreement, header: Header, output: Path, fac
     --------
     >>> import tempfile
     >>> import numpy as np
+    >>> from analysis.records import new_header
     >>> from analysis.agreement import ObservedGroup, Predicted, agree
     >>> group = ObservedGroup("", "ratings", "points", tuple("abcd"), np.arange(4.0), np.eye(4) < 1, 1, None)
     >>> found = agree([group], ["photo"], [Predicted("blur", "Blur", "px", "lower", (np.arange(4.0),))])
-    >>> header = Header("plates", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, (), {}, {}, {}, {}, {})
+    >>> header = new_header("plates", "01", "s1", "2026-01-31T09:30:00Z", seed=1)
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     write_agreement_page(found, header, Path(folder, "agreement.html"))
     ...     "Do measures" in Path(folder, "agreement.html").read_text(encoding="utf-8")

@@ -22,7 +22,8 @@ from analysis.bids.text import MISSING, cell, write_json, write_table
 from analysis.errors import ResultsError
 from analysis.records.answered_by import WhoAnswered
 from analysis.records.configuration import kept_files
-from analysis.records.session_record import Header, SessionLog, read_session
+from analysis.records.lines import Header
+from analysis.records.session_record import SessionLog, read_session
 from analysis.records.times import Record, SessionTimes
 from documents import Finding
 from documents.files import MOST_LOG_BYTES, read_regular
@@ -140,7 +141,7 @@ def export_dataset(
         task.first = task.first or (log.header, source.file)
         task.versions.add(str(log.header.hashes.get("experiment")))
         collector = task.collector
-        stimuli = _names(log)
+        stimuli = frozenset(log.header.stimulus_names)
         for trial in log.trials:
             collector.add(trial, stimuli)
 
@@ -185,10 +186,6 @@ def export_dataset(
     )
 
 
-def _names(log: SessionLog) -> frozenset[str]:
-    return frozenset(str(stimulus.get("name")) for stimulus in log.header.stimuli)
-
-
 def _copy(source: Source, target: Path) -> SessionLog:
     content = read_regular(source.file, MOST_LOG_BYTES, "results", error=ResultsError)
     if hashlib.sha256(content).hexdigest() != source.digest:
@@ -212,7 +209,7 @@ def _copy_configuration(source: Source, part: Path) -> None:
 def _write_session(source: Source, log: SessionLog, task: _Task, part: Path) -> int:
     place = part / source.folder
     place.mkdir(parents=True, exist_ok=True)
-    rows = answer_rows(log, task.columns, _names(log), task.whole)
+    rows = answer_rows(log, task.columns, frozenset(log.header.stimulus_names), task.whole)
     trials = write_table(place / f"{source.name}_beh.tsv", answer_columns(task.columns), rows)
     write_json(place / f"{source.name}_beh.json", session_sidecar(source, log))
     events = event_rows(log)

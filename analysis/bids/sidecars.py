@@ -225,26 +225,19 @@ def _known(column: Column) -> _Known:
 def presentation(log: SessionLog) -> dict[str, Any]:
     """Return the ``StimulusPresentation`` of BIDS: software, screen and distance, as far as they were recorded."""
     header = log.header
-    panel = _mapping(header.display.get("panel"))
+    display, panel = header.display, header.display.panel
     known: dict[str, Any] = {"SoftwareName": "cyclopean"}
-    for key, value in (
-        ("SoftwareVersion", header.software.get("cyclopean")),
-        ("OperatingSystem", header.software.get("system")),
-    ):
-        if isinstance(value, str):
-            known[key] = value
-    distance_mm = _number(header.display.get("distance_mm"))
-    if distance_mm is not None:
-        known["ScreenDistance"] = round(distance_mm / 1000, 6)
-    refresh_hz = _number(panel.get("refresh_hz"))
-    if refresh_hz is not None:
-        known["ScreenRefreshRate"] = refresh_hz
-    resolution = panel.get("resolution_px")
-    if isinstance(resolution, list) and len(resolution) == 2 and all(type(n) is int for n in resolution):
-        known["ScreenResolution"] = resolution
-        pitch_mm = _number(panel.get("pixel_pitch_mm"))
-        if pitch_mm is not None:
-            known["ScreenSize"] = [round(n * pitch_mm / 1000, 6) for n in resolution]
+    for key, name in (("SoftwareVersion", "cyclopean"), ("OperatingSystem", "system")):
+        if name in header.software:
+            known[key] = header.software[name]
+    if display.distance_mm is not None:
+        known["ScreenDistance"] = round(display.distance_mm / 1000, 6)
+    if panel.refresh_hz is not None:
+        known["ScreenRefreshRate"] = panel.refresh_hz
+    if panel.resolution_px is not None:
+        known["ScreenResolution"] = [*panel.resolution_px]
+        if panel.pixel_pitch_mm is not None:
+            known["ScreenSize"] = [round(n * panel.pixel_pitch_mm / 1000, 6) for n in panel.resolution_px]
     return known
 
 
@@ -259,7 +252,7 @@ def task_sidecar(source: Source, log: SessionLog) -> dict[str, Any]:
 
 def session_sidecar(source: Source, log: SessionLog) -> dict[str, Any]:
     """Return the sidecar of a session's table, without the definitions of the columns."""
-    header = log.header
+    header, nominal = log.header, log.header.display.nominal
     return {
         **task_sidecar(source, log),
         "SessionStarted": header.started_utc,
@@ -269,16 +262,16 @@ def session_sidecar(source: Source, log: SessionLog) -> dict[str, Any]:
         **({"Station": header.station} if header.station else {}),
         "Question": header.question,
         "WhatEyesSaw": Seen.of(log).to_json(),
-        "StereoMode": header.display.get("mode"),
-        "Glasses": header.display.get("glasses"),
-        "DisplayCharacterisation": dict(header.display),
-        **({"NominalDisplay": f"nominal, not measured: {header.nominal.get('words', '')}"} if header.nominal else {}),
-        "Stimuli": [dict(stimulus) for stimulus in header.stimuli],
+        "StereoMode": header.display.mode,
+        "Glasses": header.display.glasses,
+        "DisplayCharacterisation": header.display.given(),
+        **({"NominalDisplay": f"nominal, not measured: {nominal.words or ''}"} if nominal else {}),
+        "Stimuli": [stimulus.given() for stimulus in header.stimuli],
         "SHA256": dict(header.hashes),
         "OrderSeed": header.seed,
-        "AnalysisPlan": dict(header.analysis),
+        "AnalysisPlan": header.analysis.given(),
         "Software": dict(header.software),
-        "GraphicsSystem": dict(header.presentation),
+        "GraphicsSystem": header.presentation.given(),
         "Remarks": list(header.remarks),
         "RecordSchemaVersion": header.schema_version,
         "RawRecord": {"URI": f"bids::{source.raw}", "SHA256": source.digest},
@@ -291,11 +284,3 @@ def _stops(log: SessionLog) -> dict[str, Any]:
     stops = [{"Onset": stop.onset_s, "Gap": stop.gap_s, "ClockBehind": stop.clock_behind_s} for stop in times.stops]
     moved = {"TimesMovedBy": times.moved_s} if times.moved_s else {}
     return ({"Resumptions": stops} if stops else {}) | moved
-
-
-def _mapping(value: object) -> Mapping[str, Any]:
-    return value if isinstance(value, Mapping) else {}
-
-
-def _number(value: object) -> float | None:
-    return value if isinstance(value, int | float) and not isinstance(value, bool) else None

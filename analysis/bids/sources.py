@@ -191,9 +191,6 @@ def _content(file: Path) -> bytes:
 
 def _source(log: SessionLog, digest: str) -> Source:
     header, file = log.header, log.file
-    mappings = (header.display, header.analysis, header.hashes, header.software, header.presentation, *header.stimuli)
-    if not all(isinstance(value, dict) for value in mappings):
-        raise ResultsError(Finding("the header is not that of a session", str(file), 1, 1, "restore the file"))
     return Source(
         file,
         digest,

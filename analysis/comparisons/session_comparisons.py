@@ -48,9 +48,9 @@ def from_sessions(sessions: Sequence[SessionLog]) -> Comparisons:
     --------
     >>> from pathlib import Path
     >>> from analysis.kinds import new_trial
-    >>> from analysis.records import Header, SessionLog
+    >>> from analysis.records import SessionLog, new_header
     >>> pair = ({"name": "a"}, {"name": "b"})
-    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, pair, {}, {}, {}, {}, {})
+    >>> header = new_header("views", "01", "s1", "2026-01-31T09:30:00Z", seed=1, stimuli=pair)
     >>> answer = {"first": "a", "second": "b", "answer": "first", "chosen": "a", "rejected": "b"}
     >>> trial = new_trial(0, 0, "all_pairs", (), 1.2, "2026-01-31T09:31:00Z", answer)
     >>> log = SessionLog(Path("session.jsonl"), header, (trial,), complete=True)
@@ -83,9 +83,9 @@ def grouped_comparisons(sessions: Sequence[SessionLog]) -> tuple[Comparisons, Se
     --------
     >>> from pathlib import Path
     >>> from analysis.kinds import new_trial
-    >>> from analysis.records import Header, SessionLog
+    >>> from analysis.records import SessionLog, new_header
     >>> stimuli = tuple({"name": name, "factors": {"scene": name[0]}} for name in ("a1", "a2", "b1", "b2"))
-    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, stimuli, {}, {}, {}, {}, {})
+    >>> header = new_header("views", "01", "s1", "2026-01-31T09:30:00Z", seed=1, stimuli=stimuli)
     >>> def data(scene):
     ...     one, other = f"{scene}1", f"{scene}2"
     ...     pair = {"first": one, "second": other, "answer": "first", "chosen": one, "rejected": other}
@@ -98,7 +98,6 @@ def grouped_comparisons(sessions: Sequence[SessionLog]) -> tuple[Comparisons, Se
     """
     refuse_mixtures(sessions)
     header = sessions[0].header
-    names = [str(stimulus["name"]) for stimulus in header.stimuli]
     compared = [
         (trial, _answer(session.header.observer, trial))
         for session in sessions
@@ -117,7 +116,7 @@ def grouped_comparisons(sessions: Sequence[SessionLog]) -> tuple[Comparisons, Se
         raise ResultsError(
             Finding(f"the results have no paired comparison{why}", files, remedy="answer some trials first")
         )
-    return from_answers(answers, names, groups.names if groups else ()), groups
+    return from_answers(answers, header.stimulus_names, groups.names if groups else ()), groups
 
 
 def _answer(observer: str, trial: PairRecord) -> Answer:

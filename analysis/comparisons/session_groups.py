@@ -14,7 +14,7 @@ from typing import TypeAlias
 
 from analysis.comparisons.comparisons import Answer
 from analysis.kinds.pair import PairRecord
-from analysis.records.session_record import Header
+from analysis.records.lines import Header
 
 MOST_NAMED = 5
 
@@ -91,9 +91,8 @@ def _linked_sets(header: Header, compared: Compared) -> list[list[str]]:
         first, *others = items
         for other in others:
             root[top(other)] = top(first)
-    order = [str(stimulus["name"]) for stimulus in header.stimuli]
     sets: dict[str, list[str]] = {}
-    for item in dict.fromkeys([name for name in order if name in root] + list(root)):
+    for item in dict.fromkeys([name for name in header.stimulus_names if name in root] + list(root)):
         sets.setdefault(top(item), []).append(item)
     return list(sets.values())
 
@@ -112,11 +111,8 @@ def _telling_factor(header: Header, sets: Sequence[Sequence[str]], first: Iterab
 def factors_of(header: Header) -> dict[str, dict[str, str]]:
     """Return the factors of each stimulus by name, their levels as words."""
     return {
-        str(stimulus["name"]): {
-            str(key): f"{level:.12g}" if isinstance(level, int | float) else str(level)
-            for key, level in dict(stimulus.get("factors") or {}).items()
-        }
-        for stimulus in header.stimuli
+        name: {key: f"{level:.12g}" if isinstance(level, int | float) else level for key, level in levels.items()}
+        for name, levels in header.factors.items()
     }
 
 

@@ -123,17 +123,16 @@ def session_factors(sessions: Sequence[SessionLog]) -> dict[str, dict[str, Value
     Examples
     --------
     >>> from pathlib import Path
-    >>> from analysis.records import Header
+    >>> from analysis.records import new_header
     >>> stimuli = ({"name": "a", "factors": {"view": "stereo", "exposure": 0.5}},)
-    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, stimuli, {}, {}, {}, {}, {})
+    >>> header = new_header("views", "01", "s1", "2026-01-31T09:30:00Z", seed=1, stimuli=stimuli)
     >>> session_factors([SessionLog(Path("session.jsonl"), header, (), complete=True)])
     {'a': {'view': 'stereo', 'exposure': 0.5}}
     """
     factors: dict[str, dict[str, Value]] = {}
     source: dict[str, SessionLog] = {}
     for session in sessions:
-        for stimulus in session.header.stimuli:
-            name, mine = str(stimulus["name"]), dict(stimulus.get("factors") or {})
+        for name, mine in session.header.factors.items():
             if factors.setdefault(name, mine) != mine:
                 what = f"this session and {source[name].file} give different factors of '{name}'"
                 raise ResultsError(Finding(what, str(session.file), 1, 1, "analyse them separately"))

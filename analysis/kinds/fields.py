@@ -7,11 +7,11 @@ import math
 import re
 from collections.abc import Mapping
 from datetime import datetime
-from typing import Annotated, Any, ClassVar, TypeVar, get_args
+from typing import Annotated, Any, ClassVar, Literal, TypeVar, get_args
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, ValidationError
 
-SCHEMA_VERSION = 1  # of a session's log
+SCHEMA_VERSION: Literal[1] = 1  # of a session's log
 _LONGEST = 1e9  # s: longer than anybody sits
 _MOST = 2**53
 _DEEPEST = 24
@@ -74,6 +74,7 @@ NotNegative = Annotated[float, Field(ge=0, le=1e12)]
 Number = Annotated[float, Field(ge=-1e12, le=1e12)]
 # Levels of factors, such as a date and time in digits; what has room for 24 typed digits; what a session counted.
 Level = Annotated[float, Field(ge=-1e18, le=1e18)]
+WholeLevel = Annotated[int, Field(ge=-(10**18), le=10**18)]
 Typed = Annotated[float, Field(ge=-1e24, le=1e24)]
 TypedWhole = Annotated[int, Field(ge=-(10**24), le=10**24)]
 Work = Annotated[float, Field(ge=0, le=1e18)]
@@ -93,15 +94,23 @@ class Fields(BaseModel):
     nested: ClassVar[tuple[str, ...]] = ()
     """The names of those that are, or have in them, fields of their own."""
 
+    def given(self) -> dict[str, Any]:
+        """Return what was given as plain values of JSON, in the order of the fields."""
+        return self.model_dump(mode="json", by_alias=True, exclude_unset=True, warnings=False)
+
     def to_json(self) -> dict[str, Any]:
         """Return what a line has, every field of it, in the order of the fields; of what is within, what was given."""
-        held = self.model_dump(by_alias=True, exclude_unset=True, warnings=False)
-        return {name: held.pop(name, getattr(self, name)) for name in type(self).model_fields} | held
+        held = self.given()
+        return {name: held.pop(name, _plain(getattr(self, name))) for name in type(self).model_fields} | held
 
     @classmethod
     def __pydantic_init_subclass__(cls, **more: Any) -> None:
         super().__pydantic_init_subclass__(**more)
         cls.nested = tuple(name for name, known in cls.model_fields.items() if _has_fields(known.annotation))
+
+
+def _plain(value: Any) -> Any:
+    return value.given() if isinstance(value, Fields) else value
 
 
 def _has_fields(annotation: Any) -> bool:

@@ -74,8 +74,8 @@ def keep(sessions: Sequence[SessionLog], rule: Filter) -> Kept:
     --------
     >>> from pathlib import Path
     >>> from dataclasses import replace
-    >>> from analysis.records import Header
-    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, (), {}, {}, {}, {}, {})
+    >>> from analysis.records import new_header
+    >>> header = new_header("views", "01", "s1", "2026-01-31T09:30:00Z", seed=1)
     >>> first = SessionLog(Path("1.jsonl"), header, (), complete=True)
     >>> second = replace(first, header=replace(header, observer="02", session="s2"))
     >>> keep([first, second], Filter(without=("02",))).sentence

@@ -34,8 +34,8 @@ def outcomes(log: SessionLog) -> tuple[OutcomeRecord, ...]:
     --------
     >>> from pathlib import Path
     >>> from analysis.kinds import new_trial
-    >>> from analysis.records import Header, SessionLog
-    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, (), {}, {}, {}, {}, {})
+    >>> from analysis.records import SessionLog, new_header
+    >>> header = new_header("views", "01", "s1", "2026-01-31T09:30:00Z", seed=1)
     >>> series = {"near": {"passed": True, "threshold": 40.0, "presentations": 8, "right": 8}}
     >>> result = {"passed": True, "threshold": 40, "estimate": 35.2, "pass_mark": 60, "unit": "arcsec"}
     >>> result["controls_seen"] = True
@@ -114,8 +114,8 @@ def screened(
     --------
     >>> from pathlib import Path
     >>> from analysis.kinds import new_trial
-    >>> from analysis.records import Header, SessionLog
-    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, (), {}, {}, {}, {}, {})
+    >>> from analysis.records import SessionLog, new_header
+    >>> header = new_header("views", "01", "s1", "2026-01-31T09:30:00Z", seed=1)
     >>> series = {"near": {"passed": True, "threshold": 40.0, "presentations": 8, "right": 8}}
     >>> result = {"passed": True, "threshold": 40, "estimate": 35.2, "pass_mark": 60, "unit": "arcsec"}
     >>> result["controls_seen"] = True
@@ -154,8 +154,8 @@ def failed_tests(sessions: Sequence[SessionLog]) -> dict[str, tuple[OutcomeRecor
     --------
     >>> from pathlib import Path
     >>> from analysis.kinds import new_trial
-    >>> from analysis.records import Header, SessionLog
-    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, (), {}, {}, {}, {}, {})
+    >>> from analysis.records import SessionLog, new_header
+    >>> header = new_header("views", "01", "s1", "2026-01-31T09:30:00Z", seed=1)
     >>> series = {"near": {"passed": False, "threshold": 200.0, "presentations": 8, "right": 4}}
     >>> result = {"passed": False, "threshold": 200, "estimate": None, "pass_mark": 140, "unit": "arcsec"}
     >>> result["controls_seen"] = True
@@ -191,8 +191,8 @@ def screened_out(log: SessionLog) -> bool:
     --------
     >>> from pathlib import Path
     >>> from analysis.kinds import new_trial
-    >>> from analysis.records import Header, SessionLog
-    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, (), {}, {}, {}, {}, {})
+    >>> from analysis.records import SessionLog, new_header
+    >>> header = new_header("views", "01", "s1", "2026-01-31T09:30:00Z", seed=1)
     >>> ended = new_trial(0, 0, "screening", (), 1.2, "2026-01-31T09:31:00Z", {"test": "t", "screened_out": True})
     >>> screened_out(SessionLog(Path("session.jsonl"), header, (ended,), complete=True))
     True

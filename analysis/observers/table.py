@@ -161,8 +161,8 @@ def observers_in_sessions(
     Examples
     --------
     >>> from pathlib import Path
-    >>> from analysis.records import Header
-    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, (), {}, {}, {}, {}, {})
+    >>> from analysis.records import new_header
+    >>> header = new_header("views", "01", "s1", "2026-01-31T09:30:00Z", seed=1)
     >>> log = SessionLog(Path("session.jsonl"), header, (), complete=False)
     >>> [(line.name, line.answers, line.flags) for line in observers_in_sessions([log]).lines]
     [('01', 0.0, ('not completed',))]

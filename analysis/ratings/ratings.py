@@ -139,9 +139,9 @@ def summarise_ratings(sessions: Sequence[SessionLog]) -> RatingSummary:
     --------
     >>> from pathlib import Path
     >>> from analysis.kinds import new_trial
-    >>> from analysis.records import Header, SessionLog
+    >>> from analysis.records import SessionLog, new_header
     >>> stimuli = ({"name": "a"},)
-    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, stimuli, {}, {}, {}, {}, {})
+    >>> header = new_header("views", "01", "s1", "2026-01-31T09:30:00Z", seed=1, stimuli=stimuli)
     >>> data = {"stimulus": "a", "ratings": {"depth": 4}, "rating_times_s": {"depth": 1.2}}
     >>> trial = new_trial(0, 0, "rating", (), 1.2, "2026-01-31T09:31:00Z", data)
     >>> log = SessionLog(Path("session.jsonl"), header, (trial,), complete=True)
@@ -191,7 +191,7 @@ def rating_tables(sessions: Sequence[SessionLog]) -> tuple[RatingTable, ...]:
         As `summarise_ratings`, but for sessions without any rating.
     """
     refuse_mixtures(sessions)
-    stimuli = [str(stimulus["name"]) for stimulus in sessions[0].header.stimuli]
+    stimuli = sessions[0].header.stimulus_names
     # By what was rated and scale, by observer and stimulus: the ratings in the order in which they were given.
     by_scale: dict[tuple[Of, str], dict[str, dict[str, list[float]]]] = {}
     ends: dict[tuple[Of, str], set[tuple[int, int] | None]] = {}
@@ -208,8 +208,7 @@ def rating_tables(sessions: Sequence[SessionLog]) -> tuple[RatingTable, ...]:
 def _ends(session: SessionLog, trial: Trial, scale: str) -> tuple[int, int] | None:
     """Return the ends of the scale as the session began; None if its log does not say."""
     planned = session.header.planned
-    ends = planned[trial.block].get("scales", {}).get(scale) if trial.block < len(planned) else None
-    return None if ends is None else (int(ends[0]), int(ends[1]))
+    return planned[trial.block].scales.get(scale) if trial.block < len(planned) else None
 
 
 def _table(

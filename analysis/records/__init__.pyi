@@ -2,7 +2,6 @@ from .answered_by import Pool as Pool
 from .answered_by import WhoAnswered as WhoAnswered
 from .answered_by import pool as pool
 from .answered_by import who_answered as who_answered
-from .check import LogCheck as LogCheck
 from .check import ResultsCheck as ResultsCheck
 from .check import check_log as check_log
 from .check import check_results as check_results
@@ -15,11 +14,13 @@ from .configuration import kept_files as kept_files
 from .growing_log import GrowingLog as GrowingLog
 from .lines import Change as Change
 from .lines import Clipping as Clipping
+from .lines import Header as Header
 from .lines import Mark as Mark
 from .lines import Note as Note
 from .lines import Resumption as Resumption
 from .lines import StimulusCosts as StimulusCosts
 from .lines import WindowEvent as WindowEvent
+from .lines import new_header as new_header
 from .pooled_batches import PooledBatch as PooledBatch
 from .pooled_batches import wins_digest as wins_digest
 from .results import read_results as read_results
@@ -31,7 +32,6 @@ from .seal import write_seal as write_seal
 from .seen import Seen as Seen
 from .seen import what_eyes_saw as what_eyes_saw
 from .session_record import FILE_NAME as FILE_NAME
-from .session_record import Header as Header
 from .session_record import SessionLog as SessionLog
 from .session_record import read_session as read_session
 from .session_record import session_files as session_files

@@ -118,5 +118,5 @@ def pool(sessions: Sequence[SessionLog], *, with_simulated: bool = False) -> Poo
 def _apart(session: SessionLog) -> SessionLog:
     """Return a simulated observer's session under a code that no person has."""
     code = session.header.observer
-    header = replace(session.header, observer=f"{code} (simulated)")
+    header = session.header.model_copy(update={"observer": f"{code} (simulated)"})
     return replace(session, header=header, recorded_as=session.recorded_as or code)

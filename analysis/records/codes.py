@@ -28,7 +28,7 @@ def by_folder(log: SessionLog) -> SessionLog:
     at_home = folder.name == f"ses-{log.header.session}" and folder.parent.name.startswith("sub-")
     if not at_home or stated == recorded or not (_CODE.fullmatch(stated) and _CODE.fullmatch(recorded)):
         return log
-    return replace(log, header=replace(log.header, observer=stated), recorded_as=recorded)
+    return replace(log, header=log.header.model_copy(update={"observer": stated}), recorded_as=recorded)
 
 
 def plain_code(code: str) -> str:

@@ -9,7 +9,8 @@ from pathlib import Path
 
 from analysis.errors import ResultsError
 from analysis.kinds.trial import Trial
-from analysis.records.session_record import Header, RecordReader, refusal
+from analysis.records.lines import Header
+from analysis.records.session_record import RecordReader, refusal
 from documents import count_work
 from documents.files import MOST_LOG_BYTES, ChainReader, DamagedLineError, open_regular, read_lines, unreadable
 
@@ -27,7 +28,8 @@ class GrowingLog:
     --------
     >>> import json
     >>> import tempfile
-    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, (), {}, {}, {}, {}, {})
+    >>> from analysis.records import new_header
+    >>> header = new_header("views", "01", "s1", "2026-01-31T09:30:00Z", seed=1)
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder, "session.jsonl")
     ...     _ = file.write_text(json.dumps(header.to_json()))  # without its line end

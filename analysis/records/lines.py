@@ -5,6 +5,7 @@ Known fields have their types and ranges, and further ones are allowed: a newer 
 
 from __future__ import annotations
 
+import json
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, ConfigDict, Field, Strict, field_validator
@@ -25,6 +26,7 @@ from analysis.kinds.fields import (
     Text,
     Utc,
     Whole,
+    WholeLevel,
     Work,
     of_whole_characters,
     read_fields,
@@ -33,6 +35,8 @@ from documents.yaml import Seed
 
 _Size = Annotated[tuple[Count, Count], Strict(False)]
 _Share = Annotated[float, Field(gt=0, lt=1)]
+# Whole numbers stay whole: a level names a group as it was written.
+Factor = Text | WholeLevel | Level | bool
 
 
 class EyeCosts(Fields):
@@ -58,6 +62,11 @@ class Crosstalk(Fields):
     left: EyeCosts | None = None
     right: EyeCosts | None = None
 
+    @property
+    def eyes(self) -> list[tuple[str, EyeCosts]]:
+        """Each eye of which it is known, the left one first."""
+        return [(eye, costs) for eye, costs in (("left", self.left), ("right", self.right)) if costs is not None]
+
 
 class Clipping(Crosstalk):
     """What the gamut clip costs a stimulus, by eye."""
@@ -69,10 +78,10 @@ class Stimulus(Fields):
     """A stimulus of the session."""
 
     name: Name
-    factors: dict[Name, Text | Level | bool] = Field(default_factory=dict)
-    flat: bool = False
+    factors: dict[Name, Factor] = Field(default_factory=dict)
     size_px: _Size | None = None
     resampled: Text | None = None
+    flat: bool = False
     clipping: Clipping | None = None
 
 
@@ -93,6 +102,11 @@ class Eyes(Fields):
     left: XYZ | None = None
     right: XYZ | None = None
 
+    @property
+    def known(self) -> list[tuple[float, float, float]]:
+        """That of each eye of which it is known, the left one first."""
+        return [xyz for xyz in (self.left, self.right) if xyz is not None]
+
 
 _Row = Annotated[tuple[Number, Number, Number], Strict(False)]
 _Filter = _Row | Annotated[tuple[_Row, _Row, _Row], Strict(False)]
@@ -111,10 +125,16 @@ class Nominal(Fields):
     """The standard that a display was taken for."""
 
     kind: Name | None = None
-    words: Text | None = None
     white_cd_m2: NotNegative | None = None
     black_cd_m2: NotNegative | None = None
     black_assumed: bool | None = None
+    panel_from: Text | None = None
+    words: Text | None = None
+
+    @property
+    def said(self) -> str:
+        """What the display was taken for, in words."""
+        return self.words or self.kind or ""
 
 
 class Display(Fields):
@@ -126,8 +146,8 @@ class Display(Fields):
     nominal: Nominal | None = None
     source: Text | None = None
     colorimetric_observer: Text | None = None
-    panel: Panel | None = None
-    monitor_settings: dict[Name, Json] | None = None
+    panel: Panel = Field(default_factory=Panel)
+    monitor_settings: dict[Name, Json] = Field(default_factory=dict)
     white_XYZ_cd_m2: Eyes | None = None
     black_XYZ_cd_m2: Eyes | None = None
     ambient_XYZ_cd_m2: Eyes | None = None
@@ -183,21 +203,33 @@ class Presentation(Fields):
     size_px: _Size | None = None
     stereo: bool | None = None
     vsync: bool | None = None
-    remarks: list[Text] | None = None
+    remarks: list[Text] = Field(default_factory=list)
     refresh_hz: NotNegative | None = None
     bits: Count | None = None
-    timing: Timing | None = None
-    timing_marks: list[Json] | None = None
-    gamma_table: GammaTables | None = None
+    gamepads: list[Text] = Field(default_factory=list)
+    gamepad_resolution_ms: NotNegative | None = None
+    arithmetic: Text | None = None
+    monitors: list[Text] = Field(default_factory=list)
+    larger_than_screen: bool | None = None
+    timing: Timing = Field(default_factory=Timing)
+    gamma_table: GammaTables = Field(default_factory=GammaTables)
+    results_mirror: Text | None = None
+    timing_marks: list[Json] = Field(default_factory=list)
 
 
-class Analysis(Fields):
-    """The experiment's options of the analysis."""
+class Classes(Fields):
+    """How perceptual classes are formed."""
 
-    alpha: _Share | None = None
-    adjust: Literal["none", "holm", "bh", "maxz"] | None = None
-    covariance: Literal["auto", "model", "scaled", "sandwich", "shrinkage"] | None = None
+    alpha: _Share = 0.05
+    adjust: Literal["none", "holm", "bh", "maxz"] = "holm"
+    covariance: Literal["auto", "model", "scaled", "sandwich", "shrinkage"] = "auto"
+
+
+class Analysis(Classes):
+    """The experiment's options of the analysis; the report shows classes ``beside`` its own, by other settings."""
+
     margin: Text | None = None
+    beside: Classes | None = None
 
 
 class Appearance(Fields):
@@ -228,11 +260,12 @@ class Font(Fields):
 class Interface(Fields):
     """The language of the session, and what the experiment sets of how it looks and of its keys."""
 
-    language: Name | None = None
-    style: Appearances | None = None
-    keys: Json | None = None
-    words: dict[Name, Text] | None = None
-    fonts: list[Font] | None = None
+    language: Name = "en"
+    style: Appearances = Field(default_factory=Appearances)
+    keys: Json = Field(default_factory=dict)
+    words: dict[Name, Text] = Field(default_factory=dict)
+    keyboard_labels: dict[Name, Text] = Field(default_factory=dict)
+    fonts: list[Font] = Field(default_factory=list)
 
 
 # A pair in JSON is a list; strictly taken, it would be no tuple.
@@ -258,11 +291,16 @@ class Planned(Fields):
         return scales
 
 
-class HeaderRecord(Fields):
-    """The first line."""
+class Header(Fields):
+    """The first line: experiment, observer, stimuli, device and software of a session.
 
-    record: Literal["session"]
-    schema_version: Literal[1] = 1
+    ``station`` is a random name that an account on a machine keeps, ``planned`` has each block as the session began;
+    both are empty in older logs. ``order_rule`` says which neighbouring observers take opposite sides: 2, the numbers 1
+    and 2; 1, as in older logs, 2 and 3. ``sitting`` counts the observer's sessions in the folder from 1, which it is in
+    older logs. ``hashes`` identifies the experiment, stimuli and display by SHA-256.
+    """
+
+    record: Literal["session"] = "session"
     experiment: Name
     observer: Name
     session: Name
@@ -276,15 +314,26 @@ class HeaderRecord(Fields):
     hashes: dict[Name, Text]
     software: dict[Name, Text]
     presentation: Presentation
-    remarks: list[Text] = Field(default_factory=list)
+    remarks: Annotated[tuple[Text, ...], Strict(False)] = ()
     interface: Interface = Field(default_factory=Interface)
     station: Text = ""
     planned: list[Planned] = Field(default_factory=list)
     order_rule: Literal[1, 2] = 1
     sitting: Count = 1
+    schema_version: Literal[1] = SCHEMA_VERSION
+
+    @property
+    def stimulus_names(self) -> list[str]:
+        """The names of the stimuli, in order."""
+        return [stimulus.name for stimulus in self.stimuli]
+
+    @property
+    def factors(self) -> dict[str, dict[str, Factor]]:
+        """The level of each factor of each stimulus, by names."""
+        return {stimulus.name: stimulus.factors for stimulus in self.stimuli}
 
 
-def read_header(line: dict[str, Any]) -> HeaderRecord:
+def read_header(line: dict[str, Any]) -> Header:
     """Return a line as a header.
 
     Raises
@@ -301,12 +350,41 @@ def read_header(line: dict[str, Any]) -> HeaderRecord:
             f"read it with the version that recorded it{f', {by}' if isinstance(by, str) else ''}, or a newer one; "
             "if none did, restore the file from a copy",
         )
-    header = read_fields(HeaderRecord, line)
-    names = [stimulus.name for stimulus in header.stimuli]
+    header = read_fields(Header, line)
+    names = header.stimulus_names
     for index, name in enumerate(names):
         if name in names[:index]:
             raise RecordError(f"two stimuli are called '{name}'")
     return header
+
+
+def new_header(experiment: str, observer: str, session: str, started_utc: str, **fields: Any) -> Header:
+    """Return the header of a session that begins, as it will be read.
+
+    Parameters
+    ----------
+    experiment, observer, session
+        The experiment's name, the observer's code, and the session's label.
+    started_utc
+        When it begins.
+    fields
+        Further fields of `Header`, as JSON has them. What describes stimuli, display and program is empty where it is
+        not given; the seed is then 0.
+
+    Raises
+    ------
+    RecordError
+        If a field is not what it should be.
+
+    Examples
+    --------
+    >>> new_header("views", "01", "s1", "2026-01-31T09:30:00Z", display={"mode": "flat"}).display.mode
+    'flat'
+    """
+    line: dict[str, Any] = {"record": "session", "experiment": experiment, "observer": observer, "session": session}
+    line |= {"started_utc": started_utc, "seed": 0, "question": "", "simulated": False, "stimuli": []}
+    line |= {part: {} for part in ("display", "analysis", "hashes", "software", "presentation")}
+    return read_header(of_whole_characters(json.loads(json.dumps({**line, **fields}))))
 
 
 class Note(Fields):

@@ -10,7 +10,7 @@ from analysis.kinds.trial import PRACTICE, Session, Trial
 from analysis.records.lines import (
     Clipping,
     EndRecord,
-    HeaderRecord,
+    Header,
     Mark,
     Note,
     Resumption,
@@ -30,17 +30,17 @@ class Order:
     """
 
     def __init__(self, line: dict[str, Any], shared: dict[str, Any]) -> None:
-        self.header: HeaderRecord = read_header(line)
+        self.header: Header = read_header(line)
         self.complete = False
-        factors = {stimulus.name: stimulus.factors for stimulus in self.header.stimuli}
-        self._session = Session(factors, own_keys=bool(self.header.interface.keys))
+        self._session = Session(self.header.factors, own_keys=bool(self.header.interface.keys))
         # What the gamut clip costs each stimulus, as it was stated first; None where it was not.
         self.costs: dict[str, Any] = {}
         self._shared = shared
-        for stimulus in line["stimuli"]:
-            if costs := stimulus.get("clipping"):
-                stimulus["clipping"] = self._one_object(stimulus["name"], costs)
-            self.costs[stimulus["name"]] = stimulus.get("clipping")
+        for stimulus, stated in zip(self.header.stimuli, line["stimuli"], strict=True):
+            costs = stated.get("clipping")
+            if stimulus.clipping is not None:
+                costs, stimulus.clipping = self._one_object(stimulus.name, costs, stimulus.clipping)
+            self.costs[stimulus.name] = costs
         self._first: dict[Place, Trial] = {}
         self._attempts: dict[Place, int] = {}
         self._pooled = PooledBatches()
@@ -178,15 +178,20 @@ class Order:
             return stated
         if not (self._resumed or stated is None):
             raise RecordError(f"the clipping of '{name}' is another than in the session's header")
-        read_fields(Clipping, costs)
+        read = read_fields(Clipping, costs)
         if stated is None:
-            self.costs[name] = costs = self._one_object(name, costs)
+            self.costs[name] = costs = self._one_object(name, costs, read)[0]
         return costs
 
-    def _one_object(self, name: str, costs: Any) -> Any:
-        """Return ``costs`` as the object that logs before have, where it is equal."""
-        known = self._shared.setdefault(name, costs)
-        return known if known == costs else costs
+    def cost_of(self, name: str) -> Clipping | None:
+        """Return what clipping costs a stimulus as it was stated first; None where it was not."""
+        costs = self.costs.get(name)
+        return self._one_object(name, costs, read_fields(Clipping, costs))[1] if costs else None
+
+    def _one_object(self, name: str, costs: Any, read: Clipping) -> tuple[Any, Clipping]:
+        """Return ``costs``, and how they were ``read``, as the objects that logs before have, where these are equal."""
+        known = self._shared.setdefault(name, (costs, read))
+        return known if known[0] == costs else (costs, read)
 
 
 def _asked(trial: Trial) -> tuple[Any, ...]:

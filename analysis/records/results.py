@@ -114,7 +114,7 @@ def refuse_mixtures(sessions: Sequence[SessionLog]) -> None:
             Finding("there is no session to read", remedy="name a folder that holds session.jsonl files")
         )
     reference = sessions[0]
-    stimuli = {str(stimulus["name"]) for stimulus in reference.header.stimuli}
+    stimuli = set(reference.header.stimulus_names)
     seen: dict[tuple[str, str, str], SessionLog] = {}
     for session in sessions:
         header = session.header
@@ -124,7 +124,7 @@ def refuse_mixtures(sessions: Sequence[SessionLog]) -> None:
             named = f": name its folder, such as {folder.parents[1]}" if folder.name.startswith("ses-") else ""
             remedy = f"report one experiment at a time{named}"
             raise ResultsError(Finding(what, str(session.file), 1, 1, remedy))
-        differing = stimuli ^ {str(stimulus["name"]) for stimulus in header.stimuli}
+        differing = stimuli ^ set(header.stimulus_names)
         if differing:
             what = f"this session and {reference.file} do not show the same stimuli: '{min(differing)}' is in one only"
             raise ResultsError(Finding(what, str(session.file), 1, 1, "report them separately"))

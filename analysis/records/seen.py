@@ -6,11 +6,12 @@ tables, the table of trials and the BIDS export all read it.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from statistics import fmean
 from typing import Any
 
+from analysis.records.lines import Display, EyeCosts, Eyes, Filters, Stimulus
 from analysis.records.session_record import SessionLog
 
 Both = tuple[float, float]
@@ -46,36 +47,41 @@ class EyeCost:
     filters_max: float | None = None
 
     @classmethod
-    def of(cls, stimulus: str, eye: str, recorded: Mapping[str, Any]) -> EyeCost:
+    def of(cls, stimulus: str, eye: str, recorded: EyeCosts) -> EyeCost:
         """Return what is ``recorded`` of an eye."""
-        keys = "percent_any", "percent_above_full", "delta_e_00_mean", "delta_e_00_max"
-        more = "projection_delta_e_00_mean", "projection_delta_e_00_max"
-        return cls(stimulus, eye, *(recorded.get(key) for key in (*keys, *more)))
+        return cls(
+            stimulus,
+            eye,
+            recorded.percent_any,
+            recorded.percent_above_full,
+            recorded.delta_e_00_mean,
+            recorded.delta_e_00_max,
+            recorded.projection_delta_e_00_mean,
+            recorded.projection_delta_e_00_max,
+        )
 
     def is_as(self, other: EyeCost) -> bool:
         """Return whether the numbers of another eye are the same."""
         return all(getattr(self, one.name) == getattr(other, one.name) for one in fields(self)[2:])
 
 
-def eye_costs(stimuli: Iterable[Mapping[str, Any]], names: Sequence[str] | None = None) -> list[EyeCost]:
+def eye_costs(stimuli: Iterable[Stimulus], names: Sequence[str] | None = None) -> list[EyeCost]:
     """Return one for each of the header's ``stimuli`` and eye, in the order of ``names``; one for both if equal."""
-    known = {str(stimulus["name"]): stimulus.get("clipping") or {} for stimulus in stimuli}
+    known = {stimulus.name: stimulus.clipping.eyes if stimulus.clipping else [] for stimulus in stimuli}
     costs = []
     for name in known if names is None else names:
-        recorded = known.get(name, {})
-        both = [EyeCost.of(name, eye, recorded[eye]) for eye in ("left", "right") if eye in recorded]
+        both = [EyeCost.of(name, eye, recorded) for eye, recorded in known.get(name, [])]
         if len(both) == 2 and both[0].is_as(both[1]):
             both = [replace(both[0], eye="both")]
         costs += both
     return costs
 
 
-def ghosts_recorded(stimuli: Iterable[Mapping[str, Any]]) -> Iterator[tuple[str, str, Mapping[str, Any]]]:
+def ghosts_recorded(stimuli: Iterable[Stimulus]) -> Iterator[tuple[str, str, EyeCosts]]:
     """Yield stimulus, eye and record of the crosstalk that could not be cancelled."""
     for stimulus in stimuli:
-        for eye, cost in ((stimulus.get("clipping") or {}).get("crosstalk") or {}).items():
-            if eye in ("left", "right"):
-                yield str(stimulus["name"]), eye, cost
+        if stimulus.clipping and stimulus.clipping.crosstalk:
+            yield from ((stimulus.name, eye, cost) for eye, cost in stimulus.clipping.crosstalk.eyes)
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,33 +189,31 @@ class Seen:
         """Return what the eyes saw in ``sessions`` of one experiment on one display: costs of all that any records."""
         header = sessions[0].header
         display, stimuli = header.display, _stimuli(sessions)
-        mode = str(display.get("mode") or "")
+        mode, nominal = display.mode or "", display.nominal
         costs = eye_costs(stimuli)
         filters = Cost.over((cost.stimulus, cost.filters_mean, cost.filters_max) for cost in costs)
         has_filters = filters is not None or mode.startswith(_ANAGLYPH)
-        stated = display.get("filters") or {}
-        white = stated if has_filters else display
+        white = display.white_XYZ_cd_m2
+        if has_filters:
+            white = display.filters.white_XYZ_cd_m2 if display.filters else None
         sizes = sorted(_sizes(stimuli, display), key=lambda size: size.width_px * size.height_px)
         return cls(
             mode,
-            "" if header.nominal else str(display.get("characterised_as") or ""),
-            str(display.get("glasses") or ""),
-            str(header.nominal.get("words", header.nominal.get("kind", ""))),
+            "" if nominal else display.characterised_as or "",
+            display.glasses or "",
+            nominal.said if nominal else "",
             has_filters,
-            _filters_are(stated) if has_filters and stated else None,
+            _filters_are(display.filters) if has_filters and display.filters else None,
             filters,
             Cost.over((cost.stimulus, cost.delta_e_00_mean, cost.delta_e_00_max) for cost in costs),
-            Cost.over(
-                (name, cost.get("delta_e_00_mean"), cost.get("delta_e_00_max"))
-                for name, _, cost in ghosts_recorded(stimuli)
-            ),
-            _luminances(white.get("white_XYZ_cd_m2")),
-            _luminances(display.get("surround_XYZ_cd_m2")),
-            share if (share := display.get("gain_map_delivers")) and share < 1.0 else None,
+            Cost.over((name, cost.delta_e_00_mean, cost.delta_e_00_max) for name, _, cost in ghosts_recorded(stimuli)),
+            _luminances(white),
+            _luminances(display.surround_XYZ_cd_m2),
+            share if (share := display.gain_map_delivers) and share < 1.0 else None,
             max((_lift(one) for one in stimuli), default=0.0) or None,
             sizes[0] if sizes else None,
             sizes[-1] if sizes else None,
-            tuple(dict.fromkeys(str(one["resampled"] or "none") for one in stimuli if "resampled" in one)),
+            tuple(dict.fromkeys(one.resampled or "none" for one in stimuli if "resampled" in one.model_fields_set)),
             any(trial.wrong_screen for session in sessions for trial in session.trials),
             _changed(sessions),
         )
@@ -249,7 +253,7 @@ def what_eyes_saw(sessions: Iterable[SessionLog]) -> dict[Seen, int]:
     alike: dict[tuple[object, ...], list[SessionLog]] = {}
     for session in sessions:
         header = session.header
-        key = (header.display.get("mode"), *(header.hashes.get(name) for name in _DECIDES), _changed([session]))
+        key = (header.display.mode, *(header.hashes.get(name) for name in _DECIDES), _changed([session]))
         alike.setdefault(key, []).append(session)
     counts: dict[Seen, int] = {}
     for group in alike.values():
@@ -258,38 +262,38 @@ def what_eyes_saw(sessions: Iterable[SessionLog]) -> dict[Seen, int]:
     return counts
 
 
-def _stimuli(sessions: Sequence[SessionLog]) -> list[Mapping[str, Any]]:
+def _stimuli(sessions: Sequence[SessionLog]) -> list[Stimulus]:
     """Return the stimuli with the costs that any of the sessions records: one that ended early has not all of them."""
-    known: dict[str, Mapping[str, Any]] = {}
+    known: dict[str, Stimulus] = {}
     for session in sessions:
         for stimulus in session.header.stimuli:
-            if not known.get(str(stimulus["name"]), {}).get("clipping"):
-                known[str(stimulus["name"])] = stimulus
+            if stimulus.name not in known or not known[stimulus.name].clipping:
+                known[stimulus.name] = stimulus
     return list(known.values())
 
 
-def _filters_are(stated: Mapping[str, Any]) -> tuple[str, str]:
-    def known(eye: str) -> str:
-        return "assumed" if eye in stated.get("assumed", ()) else "measured" if stated.get(eye) is None else "stated"
+def _filters_are(stated: Filters) -> tuple[str, str]:
+    def known(eye: str, light: object) -> str:
+        return "assumed" if eye in stated.assumed else "measured" if light is None else "stated"
 
-    return known("left"), known("right")
-
-
-def _luminances(eyes: Mapping[str, Any] | None) -> Both | None:
-    left, right = ((eyes or {}).get(eye) for eye in ("left", "right"))
-    return (float(left[1]), float(right[1])) if left and right else None
+    return known("left", stated.left), known("right", stated.right)
 
 
-def _lift(stimulus: Mapping[str, Any]) -> float:
-    return float(((stimulus.get("clipping") or {}).get("crosstalk") or {}).get("lift_share") or 0.0)
+def _luminances(eyes: Eyes | None) -> Both | None:
+    return (eyes.left[1], eyes.right[1]) if eyes and eyes.left and eyes.right else None
 
 
-def _sizes(stimuli: Iterable[Mapping[str, Any]], display: Mapping[str, Any]) -> Iterator[Size]:
+def _lift(stimulus: Stimulus) -> float:
+    crosstalk = stimulus.clipping and stimulus.clipping.crosstalk
+    return (crosstalk and crosstalk.lift_share) or 0.0
+
+
+def _sizes(stimuli: Iterable[Stimulus], display: Display) -> Iterator[Size]:
     from devices.display import visual_angle_deg
 
-    pitch_mm, distance_mm = (display.get("panel") or {}).get("pixel_pitch_mm"), display.get("distance_mm")
+    pitch_mm, distance_mm = display.panel.pixel_pitch_mm, display.distance_mm
     for stimulus in stimuli:
-        if not (size := stimulus.get("size_px")):
+        if not (size := stimulus.size_px):
             continue
         if not (pitch_mm and distance_mm):
             yield Size(*size)

@@ -19,96 +19,25 @@ The reader defines the format; the runner writes it. Each line's last two keys a
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from analysis.errors import ResultsError
-from analysis.kinds.fields import SCHEMA_VERSION, HalfCharacterError, RecordError, of_whole_characters
+from analysis.kinds.fields import HalfCharacterError, RecordError, of_whole_characters
 from analysis.kinds.trial import Trial
-from analysis.records.lines import Mark, Note, Resumption, WindowEvent
+from analysis.records.lines import Header, Mark, Note, Resumption, Stimulus, WindowEvent
 from documents import Finding, count_work
 from documents.files import MOST_LOG_BYTES, RESTORE, DamagedLineError, LogState, open_regular, read_lines, unreadable
 
 if TYPE_CHECKING:  # the models of all records: only who reads a log needs them
-    from analysis.records.lines import HeaderRecord
     from analysis.records.order import Order
     from analysis.records.pooled_batches import PooledBatch
 
 FILE_NAME = "session.jsonl"
 
-Json = Mapping[str, Any]
 Kind = TypeVar("Kind", bound=Trial)
-
-
-@dataclass(frozen=True, slots=True)
-class Header:
-    """Experiment, observer, stimuli, device and software of a session.
-
-    ``stimuli`` holds one mapping per stimulus: ``name``, ``factors`` (such as image and view), ``flat`` and
-    ``clipping`` with, per eye, ``percent_red``, ``percent_green``, ``percent_blue``, ``percent_any``,
-    ``percent_above_full``, ``delta_e_00_mean`` and ``delta_e_00_max``. ``analysis`` holds the experiment's
-    options: ``alpha`` and ``adjust``. ``interface`` holds the ``language``, and the ``style``, ``keys`` and ``words``
-    that the experiment sets. ``station`` is a random name that an account on a machine keeps, empty in older logs.
-    ``planned`` holds each block's ``kind``, its number of ``trials``, ``expected_s`` and the ends of its ``scales``,
-    empty in older logs.
-    ``order_rule`` says which neighbouring observers take opposite sides: 2, the numbers 1 and 2; 1, as in older logs,
-    2 and 3. ``sitting`` counts the observer's sessions in the folder from 1, which it is in older logs. ``hashes``
-    identifies the experiment, stimuli and display by SHA-256.
-    """
-
-    experiment: str
-    observer: str
-    session: str
-    started_utc: str
-    seed: int
-    question: str
-    simulated: bool
-    stimuli: tuple[Json, ...]
-    display: Json
-    analysis: Json
-    hashes: Json
-    software: Json
-    presentation: Json
-    remarks: tuple[str, ...] = ()
-    interface: Json = field(default_factory=dict)
-    station: str = ""
-    planned: tuple[Json, ...] = ()
-    order_rule: int = 1
-    sitting: int = 1
-    schema_version: int = SCHEMA_VERSION
-
-    @property
-    def nominal(self) -> Json:
-        """What a display that was not measured was taken for: ``kind``, ``words`` and luminances; empty if measured."""
-        held = self.display.get("nominal")
-        return held if isinstance(held, Mapping) else {}
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the header as the first line's object."""
-        return {"record": "session", **asdict(self)}
-
-
-def _header(record: HeaderRecord, line: Json) -> Header:
-    free = {key: line[key] for key in ("display", "analysis", "hashes", "software", "presentation")}
-    return Header(
-        record.experiment,
-        record.observer,
-        record.session,
-        record.started_utc,
-        record.seed,
-        record.question,
-        record.simulated,
-        tuple(line["stimuli"]),
-        **free,
-        remarks=tuple(record.remarks),
-        interface=line.get("interface", {}),
-        station=record.station,
-        planned=tuple(line.get("planned", ())),
-        order_rule=record.order_rule,
-        sitting=record.sitting,
-    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -234,7 +163,8 @@ def read_session(file: Path, shared: dict[str, Any] | None = None) -> SessionLog
     --------
     >>> import json
     >>> import tempfile
-    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, (), {}, {}, {}, {}, {})
+    >>> from analysis.records import new_header
+    >>> header = new_header("views", "01", "s1", "2026-01-31T09:30:00Z", seed=1)
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder, FILE_NAME)
     ...     _ = file.write_text(json.dumps(header.to_json()) + "\\n")
@@ -289,14 +219,20 @@ class RecordReader:
 
     def with_costs(self, header: Header) -> Header:
         """Return ``header`` with what the lines after it said of the stimuli's costs, where it does not say it."""
-        costs = self._order.costs if self._order else {}
-        if not any(costs.get(stimulus["name"]) and not stimulus.get("clipping") for stimulus in header.stimuli):
+        if self._order is None:
             return header
-        stimuli = (
-            {**stimulus, "clipping": costs[stimulus["name"]]} if costs[stimulus["name"]] else stimulus
+        lacking = {
+            stimulus.name: costs
             for stimulus in header.stimuli
-        )
-        return replace(header, stimuli=tuple(stimuli))
+            if not stimulus.clipping and (costs := self._order.cost_of(stimulus.name))
+        }
+        if not lacking:
+            return header
+        stimuli = [
+            stimulus.model_copy(update={"clipping": lacking[stimulus.name]}) if stimulus.name in lacking else stimulus
+            for stimulus in header.stimuli
+        ]
+        return header.model_copy(update={"stimuli": stimuli})
 
     def fits(self, number: int) -> None:
         """Take note that the checksum of line ``number``, which is taken next, fits: it is as it was recorded."""
@@ -318,7 +254,7 @@ class RecordReader:
             if kind != "session":
                 raise RecordError("a session begins with its header")
             self._order = Order(line, self._shared)
-            self.header = _header(self._order.header, line)
+            self.header = self._order.header
         elif kind == "session":
             raise RecordError("a second header: the lines of another session follow")
         elif order.complete:
@@ -326,8 +262,8 @@ class RecordReader:
         elif kind == "trial":
             self.records.append(order.trial(line, as_recorded=as_recorded))
             if order.added and self.header is not None:
-                further = ({"name": name, "factors": {}} for name in order.added)
-                self.header = replace(self.header, stimuli=(*self.header.stimuli, *further))
+                further = (Stimulus(name=name) for name in order.added)
+                self.header = self.header.model_copy(update={"stimuli": [*self.header.stimuli, *further]})
                 order.added.clear()
         elif kind in ("note", "mark", "resume"):
             self.records.append(order.between(kind, line))

@@ -81,8 +81,8 @@ class SessionTimes:
         --------
         >>> from pathlib import Path
         >>> from analysis.kinds import new_trial
-        >>> from analysis.records import Header, SessionLog
-        >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, (), {}, {}, {}, {}, {})
+        >>> from analysis.records import SessionLog, new_header
+        >>> header = new_header("views", "01", "s1", "2026-01-31T09:30:00Z", seed=1)
         >>> trial = new_trial(0, 0, "instructions", (), 1.2, "2026-01-31T09:31:00Z")
         >>> log = SessionLog(Path("session.jsonl"), header, (trial,), complete=True)
         >>> SessionTimes.of(log).onset_s(trial)
@@ -140,8 +140,8 @@ def latest_utc(log: SessionLog) -> datetime | None:
     --------
     >>> from pathlib import Path
     >>> from analysis.kinds import new_trial
-    >>> from analysis.records import Header, SessionLog
-    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, (), {}, {}, {}, {}, {})
+    >>> from analysis.records import SessionLog, new_header
+    >>> header = new_header("views", "01", "s1", "2026-01-31T09:30:00Z", seed=1)
     >>> trial = new_trial(0, 0, "instructions", (), 1.2, "2026-01-31T09:31:00Z")
     >>> log = SessionLog(Path("session.jsonl"), header, (trial,), complete=True)
     >>> latest_utc(log).isoformat()

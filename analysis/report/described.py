@@ -77,9 +77,9 @@ def describe(
     --------
     >>> from pathlib import Path
     >>> from analysis.kinds import new_trial
-    >>> from analysis.records import Header, SessionLog
+    >>> from analysis.records import SessionLog, new_header
     >>> pair = ({"name": "a"}, {"name": "b"})
-    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, pair, {}, {}, {}, {}, {})
+    >>> header = new_header("views", "01", "s1", "2026-01-31T09:30:00Z", seed=1, stimuli=pair)
     >>> answer = {"first": "a", "second": "b", "answer": "first", "chosen": "a", "rejected": "b"}
     >>> trial = new_trial(0, 0, "all_pairs", (), 1.2, "2026-01-31T09:31:00Z", answer)
     >>> log = SessionLog(Path("session.jsonl"), header, (trial,), complete=True)

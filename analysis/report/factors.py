@@ -6,7 +6,7 @@ from analysis.comparisons.comparisons import Comparisons
 from analysis.errors import ResultsError
 from analysis.factors.effects import factor_effects
 from analysis.factors.result import FactorEffects
-from analysis.records.session_record import Header
+from analysis.records.lines import Header
 from analysis.report.summary import Answered, Summary
 from analysis.report.words import fixed, percent
 from documents.figures import NARROW_IN, WIDE_IN
@@ -27,7 +27,7 @@ def effects_in(comparisons: Comparisons, header: Header, *, tests_alone: bool = 
 
     With ``tests_alone`` without the effects themselves, as `analysis.factors.effects.factor_effects` has it.
     """
-    factors = {str(stimulus["name"]): stimulus.get("factors") or {} for stimulus in header.stimuli}
+    factors = header.factors
     if not any(factors.get(item) for item in comparisons.items):
         return None
     try:

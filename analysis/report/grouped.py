@@ -9,7 +9,8 @@ from typing import Any
 from analysis.choices import Adjust, CovarianceChoice
 from analysis.comparisons.comparisons import Comparisons, split_groups
 from analysis.comparisons.session_groups import SessionGroups, factors_of
-from analysis.records.session_record import Header, SessionLog
+from analysis.records.lines import Header
+from analysis.records.session_record import SessionLog
 from analysis.report.notes import notes_on_groups
 from analysis.report.summary import (
     AnalysisOptions,
@@ -175,10 +176,10 @@ def common_names(header: Header, groups: SessionGroups) -> dict[str, str]:
     Examples
     --------
     >>> from analysis.comparisons import SessionGroups
-    >>> from analysis.records import Header
+    >>> from analysis.records import Header, new_header
     >>> codecs = [(scene, codec) for scene in ("church", "beach") for codec in ("jpeg", "avif")]
     >>> stimuli = tuple({"name": f"{s}-{c}", "factors": {"scene": s, "codec": c}} for s, c in codecs)
-    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, stimuli, {}, {}, {}, {}, {})
+    >>> header = new_header("views", "01", "s1", "2026-01-31T09:30:00Z", seed=1, stimuli=stimuli)
     >>> common_names(header, SessionGroups({f"{s}-{c}": s for s, c in codecs}, "scene", ""))["beach-avif"]
     'avif'
     """
@@ -191,12 +192,7 @@ def common_names(header: Header, groups: SessionGroups) -> dict[str, str]:
             levels.setdefault(factor, set()).add(level)
     recurring = {factor for (factor, _), found_in in where.items() if len(found_in) > 1 and len(levels[factor]) > 1}
     recurring.discard(groups.factor or "")
-    numbers = {
-        key
-        for stimulus in header.stimuli
-        for key, level in (stimulus.get("factors") or {}).items()
-        if level != str(level)
-    }
+    numbers = {key for levels in header.factors.values() for key, level in levels.items() if level != str(level)}
     kept = {
         item: {key: f"{key} {level}" if key in numbers else level for key, level in own.items() if key in recurring}
         for item, own in factors.items()

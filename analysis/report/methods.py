@@ -14,10 +14,11 @@ from analysis.kinds.questionnaire import QuestionRecord
 from analysis.observers.responses import catch_results
 from analysis.ratings.ratings import RatingSummary
 from analysis.records.answered_by import who_answered
+from analysis.records.lines import Header
 from analysis.records.results import sessions_by_observer
 from analysis.records.seal import notes_on_seals
 from analysis.records.seen import Seen
-from analysis.records.session_record import Header, SessionLog
+from analysis.records.session_record import SessionLog
 from analysis.records.times import SessionTimes, duration
 from analysis.report.checklist import METHODS_ITEMS, Answer, Methods, answer
 from analysis.report.notes import nominal_words, recorded
@@ -207,31 +208,26 @@ def _setting(name: str, value: bool | float | str) -> str:
 def _display(report: Report, cited: Citations) -> str:
     sessions, header = report.sessions, report.sessions[0].header
     display = header.display
-    panel = display.get("panel") or {}
-    if not display.get("file") and not panel:
+    panel = display.panel
+    if not display.file and not panel.given():
         return ""
     words = f"{NO_EYE} " if who_answered(sessions).all_simulated else ""
-    words += f"Stimuli were shown on a display described by {display.get('file', 'an unnamed file')}"
-    panel_facts = (
-        [f"{' × '.join(str(side) for side in panel['resolution_px'])} pixels"] if panel.get("resolution_px") else []
-    )
-    if panel.get("pixel_pitch_mm"):
-        panel_facts.append(f"{panel['pixel_pitch_mm']:g} mm pitch")
-    if panel.get("refresh_hz"):
-        panel_facts.append(f"{panel['refresh_hz']:g} Hz")
-    if panel.get("bits"):
-        panel_facts.append(f"{panel['bits']} bits")
+    words += f"Stimuli were shown on a display described by {display.file or 'an unnamed file'}"
+    panel_facts = [f"{' × '.join(map(str, panel.resolution_px))} pixels"] if panel.resolution_px else []
+    panel_facts += [f"{panel.pixel_pitch_mm:g} mm pitch"] if panel.pixel_pitch_mm else []
+    panel_facts += [f"{panel.refresh_hz:g} Hz"] if panel.refresh_hz else []
+    panel_facts += [f"{panel.bits} bits"] if panel.bits else []
     words += f" ({', '.join(panel_facts)})" if panel_facts else ""
-    words += f", in the stereo mode {display.get('mode', 'that was not recorded')}"
-    words += f", through {display['glasses']} glasses." if display.get("glasses") else "."
-    words += _settings_words(display.get("monitor_settings") or {})
-    renderer = header.presentation.get("renderer")
+    words += f", in the stereo mode {display.mode or 'that was not recorded'}"
+    words += f", through {display.glasses} glasses." if display.glasses else "."
+    words += _settings_words(display.monitor_settings)
+    renderer = header.presentation.renderer
     return f"{words} Frames were drawn by {renderer}." if renderer else words
 
 
 def _viewing(report: Report, cited: Citations) -> str:
     """Say the viewing distance; where sessions differ, each with their number."""
-    distances = Counter(session.header.display.get("distance_mm") for session in report.sessions)
+    distances = Counter(session.header.display.distance_mm for session in report.sessions)
     known = {mm: count for mm, count in distances.items() if mm}
     if not known:
         return ""
@@ -243,8 +239,8 @@ def _viewing(report: Report, cited: Citations) -> str:
 
 
 def _room(report: Report, cited: Citations) -> str:
-    ambient = report.header.display.get("ambient_XYZ_cd_m2") or {}
-    levels = dict.fromkeys(f"{float(xyz[1]):.3g}" for xyz in ambient.values() if any(map(float, xyz)))
+    ambient = report.header.display.ambient_XYZ_cd_m2
+    levels = dict.fromkeys(f"{xyz[1]:.3g}" for xyz in (ambient.known if ambient else ()) if any(xyz))
     return f"The room's light on the screen had {' and '.join(levels)} cd/m², part of the white." if levels else ""
 
 
@@ -252,35 +248,34 @@ def _colours(report: Report, cited: Citations) -> str:
     sessions, display = report.sessions, report.header.display
     if nominal := nominal_words(sessions):
         words = f"The display is nominal, not measured: its colours are those of a standard ({nominal})"
-        every = all(session.header.nominal for session in sessions)
+        every = all(session.header.display.nominal for session in sessions)
         return words + ("." if every else ", in some of the sessions; in the others it was measured.")
-    if not display.get("source"):
+    if not display.source:
         return ""
     words = (
-        f"Colours were reproduced by the display's characterisation in the mode {display.get('characterised_as')} "
-        f"({display['source']})"
+        f"Colours were reproduced by the display's characterisation in the mode {display.characterised_as} "
+        f"({display.source})"
     )
-    if display.get("characterised_as", display.get("mode")) != display.get("mode"):
-        words += f", although the display was not characterised in the mode {display.get('mode')}"
-    white = display.get("white_XYZ_cd_m2") or {}
-    if white:
-        levels = dict.fromkeys(f"{float(xyz[1]):.4g}" for xyz in white.values())
+    if display.characterised_as not in (None, display.mode):
+        words += f", although the display was not characterised in the mode {display.mode}"
+    if white := display.white_XYZ_cd_m2:
+        levels = dict.fromkeys(f"{xyz[1]:.4g}" for xyz in white.known)
         words += f", with a white of {' and '.join(levels)} cd/m²{white_place(Seen.of(sessions[0]))}"
     return f"{words}."
 
 
 def _seen(report: Report, cited: Citations) -> str:
     display, words = report.header.display, []
-    crosstalk = display.get("crosstalk_cancelled")
-    if crosstalk is not None and display.get("mode") != "flat":
+    crosstalk = display.crosstalk_cancelled
+    if crosstalk is not None and display.mode != "flat":
         words.append(f"Crosstalk between the eyes was {'' if crosstalk else 'not '}cancelled.")
-    if display.get("dither", "none") != "none":
-        words.append(f"Codes were dithered ({display['dither']}).")
+    if display.dither not in (None, "none"):
+        words.append(f"Codes were dithered ({display.dither}).")
     return " ".join(filter(None, [*words, methods_words(report.sessions, cited)]))
 
 
 def _timing(report: Report, cited: Citations) -> str:
-    if not any(session.header.presentation.get("timing") for session in report.sessions):
+    if not any(session.header.presentation.timing.given() for session in report.sessions):
         return ""
     facts = dict(timing_facts(report.sessions))
     return f"Swap intervals: {_lower(facts['Swap intervals'])} Onsets: {facts['Onsets']}"
@@ -288,12 +283,11 @@ def _timing(report: Report, cited: Citations) -> str:
 
 def _stimuli(report: Report, cited: Citations) -> str:
     """Say how many stimuli there were, and how many levels each of their factors has."""
-    stimuli = report.header.stimuli
     levels: dict[str, dict[object, None]] = {}
-    for stimulus in stimuli:
-        for name, level in (stimulus.get("factors") or {}).items():
-            levels.setdefault(str(name), {})[level] = None
-    words = f"The number of stimuli is {len(stimuli):,}"
+    for factors in report.header.factors.values():
+        for name, level in factors.items():
+            levels.setdefault(name, {})[level] = None
+    words = f"The number of stimuli is {len(report.header.stimuli):,}"
     differ = [f"{key_words(name)} ({len(own)} levels)" for name, own in levels.items() if len(own) > 1]
     return f"{words}; they differ in {listed(differ)}." if differ else f"{words}."
 
@@ -364,24 +358,24 @@ def _after_choices(ratings: RatingSummary | None) -> Iterator[tuple[str, str]]:
 def _interface(header: Header) -> list[str]:
     """Say the language of the screens, and what the experiment set of their background and text."""
     parts = []
-    language = header.interface.get("language", "en")
+    language, style = header.interface.language, header.interface.style
     if language != "en":
         parts.append(f"The screens were in {_LANGUAGES.get(language, language)}.")
-    style = header.interface.get("style") or {}
-    for name in ("background", "text"):
-        stated = style.get(name) or {}
+    for name, stated in (("background", style.background), ("text", style.text)):
+        if stated is None:
+            continue
         light = []
-        if stated.get("luminance_cd_m2") is not None:
-            light.append(f"{stated['luminance_cd_m2']:g} cd/m²")
-        if stated.get("share_of_white") is not None:
-            light.append(f"{100 * stated['share_of_white']:g} % of the display's white")
-        if stated.get("xy"):
-            light.append("chromaticity x = {:g}, y = {:g}".format(*stated["xy"]))
-        if stated.get("height_arcmin"):
-            light.append(f"capital letters of {stated['height_arcmin']:g} minutes of arc")
+        if stated.luminance_cd_m2 is not None:
+            light.append(f"{stated.luminance_cd_m2:g} cd/m²")
+        if stated.share_of_white is not None:
+            light.append(f"{100 * stated.share_of_white:g} % of the display's white")
+        if stated.xy:
+            light.append("chromaticity x = {:g}, y = {:g}".format(*stated.xy))
+        if stated.height_arcmin:
+            light.append(f"capital letters of {stated.height_arcmin:g} minutes of arc")
         if light:
             parts.append(f"The {name} had {', '.join(light)}.")
-    if fonts := [str(font.get("name")) for font in header.interface.get("fonts") or ()]:
+    if fonts := [font.name for font in header.interface.fonts]:
         parts.append(f"Words were set in DejaVu Sans and {', '.join(fonts)}.")
     return parts
 
@@ -460,9 +454,9 @@ _SAID: Mapping[str, Callable[[Report, Citations], str]] = {
 
 
 def _record(header: Header) -> list[tuple[str, str]]:
-    rows = [(f"Display {key_words(name)}", plain(value)) for name, value in header.display.items()]
-    rows += [(f"Presentation {key_words(name)}", plain(value)) for name, value in header.presentation.items()]
-    rows.append(("Analysis", plain(header.analysis)))
+    rows = [(f"Display {key_words(name)}", plain(value)) for name, value in header.display.given().items()]
+    rows += [(f"Presentation {key_words(name)}", plain(value)) for name, value in header.presentation.given().items()]
+    rows.append(("Analysis", plain(header.analysis.given())))
     rows.append(("Seed", str(header.seed)))
     rows.append(("Software", ", ".join(f"{name} {value}" for name, value in header.software.items()) or "–"))
     return rows + [(f"SHA-256 of the {key_words(name)}", str(value)) for name, value in header.hashes.items()]

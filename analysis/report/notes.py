@@ -95,10 +95,10 @@ def on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
     notes += _on_versions(sessions)
     accepted = {name for session in sessions for stop in session.resumptions for name in stop.accepted_changes}
     notes += [f"The {name} changed while a session was stopped, which was accepted." for name in sorted(accepted)]
-    if len({str(session.header.display.get("mode")) for session in sessions}) > 1:
+    if len({session.header.display.mode for session in sessions}) > 1:
         notes.append("The sessions were shown in different display modes.")
     notes += notes_on_seals(sessions)
-    said = {str(session.header.nominal.get("words")) for session in sessions if session.header.nominal}
+    said = {str(nominal.words) for session in sessions if (nominal := session.header.display.nominal)}
     remarks = dict.fromkeys(str(remark) for session in sessions for remark in session.header.remarks)
     return notes + [remark for remark in remarks if not any(words in remark for words in said)]
 
@@ -166,15 +166,15 @@ _WINDOWS = {
 
 def nominal_words(sessions: Sequence[SessionLog]) -> str:
     """Return what the displays of ``sessions`` that were not measured were taken for; empty if all were measured."""
-    headers = [session.header.nominal for session in sessions]
-    return "; ".join(dict.fromkeys(str(held.get("words", held.get("kind", ""))) for held in headers if held))
+    displays = [session.header.display.nominal for session in sessions]
+    return "; ".join(dict.fromkeys(nominal.said for nominal in displays if nominal))
 
 
 def _on_nominal(sessions: Sequence[SessionLog]) -> Iterator[str]:
     """Yield that displays were not measured: before all else, because every colour depends on it."""
     trials = [trial for session in sessions for trial in session.trials]
     not_measured = sum(trial.nominal is not None for trial in trials)
-    of_headers = sum(bool(session.header.nominal) for session in sessions)
+    of_headers = sum(session.header.display.nominal is not None for session in sessions)
     if not (not_measured or of_headers):
         return
     what = f"The display is nominal, not measured ({nominal_words(sessions) or 'as the trials state'})"

@@ -146,7 +146,7 @@ def sections_of(report: Report, published: Published, thumbnails: Thumbnails) ->
     names = (
         [item.name for item in pairs.scores.items] if pairs else [name for own in in_groups.values() for name in own]
     )
-    rest = [str(stimulus["name"]) for stimulus in report.header.stimuli if str(stimulus["name"]) not in set(names)]
+    rest = [name for name in report.header.stimulus_names if name not in set(names)]
     names += rest
     adjustment = ADJUSTMENT_NAMES[compared.adjust] if compared else ""
     agreement = report.observers.concordance if report.observers else None

@@ -201,7 +201,7 @@ def sign_test(count: int, of: int) -> float:
 
 def _pictures(sessions: Sequence[SessionLog]) -> list[str]:
     """Return the names of the pictures, in the header's order."""
-    place = {str(stimulus["name"]): number for number, stimulus in enumerate(sessions[0].header.stimuli)}
+    place = {name: number for number, name in enumerate(sessions[0].header.stimulus_names)}
     named = {
         _picture(trial): place.get(trial.first, len(place))
         for session in sessions

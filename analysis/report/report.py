@@ -15,8 +15,9 @@ from analysis.power.smallest import SmallestDifference
 from analysis.ratings.preferences import Preferences
 from analysis.ratings.ratings import OF, RatingSummary
 from analysis.records.answered_by import who_answered
+from analysis.records.lines import Header
 from analysis.records.seen import what_eyes_saw
-from analysis.records.session_record import Header, SessionLog
+from analysis.records.session_record import SessionLog
 from analysis.report.checklist import Methods
 from analysis.report.checks import FailedCheck
 from analysis.report.grouped import GroupedSummary

@@ -55,9 +55,9 @@ def review_of(summary: Summary, *, checks: bool = True) -> Review:
             continue
         if answer is not None:
             answers[key] = answer
-    margin = summary.header.analysis.get("margin")
+    margin = summary.header.analysis.margin
     if margin is not None:
-        answers["equivalence"] = equivalence(scores, str(margin), alpha=level)
+        answers["equivalence"] = equivalence(scores, margin, alpha=level)
     return answers
 
 

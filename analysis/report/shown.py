@@ -6,11 +6,11 @@ import base64
 import io
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple
-from typing import Any
 
 from analysis.kinds.trial import TimedScene
+from analysis.records.lines import Header, SwapIntervals
 from analysis.records.seen import eye_costs, ghosts_recorded
-from analysis.records.session_record import Header, SessionLog
+from analysis.records.session_record import SessionLog
 from analysis.records.times import SessionTimes, duration
 from analysis.report.not_reported import unreported
 from analysis.report.words import fixed, some
@@ -124,10 +124,12 @@ def clipping_section(header: Header, names: Sequence[str]) -> Section | None:
 
 def _ghosts(header: Header, names: Sequence[str]) -> tuple[Table | Paragraph, ...]:
     """Return what crosstalk could not be cancelled of each stimulus and eye; nothing where none was measured."""
-    keys = ("percent_negative", "percent_above_full", "delta_e_00_mean", "delta_e_00_max")
     known = [ghost for ghost in ghosts_recorded(header.stimuli) if ghost[0] in names]
     known.sort(key=lambda ghost: names.index(ghost[0]))
-    rows = tuple((name, eye, *(cost.get(key) for key in keys)) for name, eye, cost in known)
+    rows = tuple(
+        (name, eye, cost.percent_negative, cost.percent_above_full, cost.delta_e_00_mean, cost.delta_e_00_max)
+        for name, eye, cost in known
+    )
     if not rows:
         return ()
     columns = (
@@ -176,12 +178,12 @@ def timing_section(sessions: Sequence[SessionLog]) -> Section:
 
 def timing_facts(sessions: Sequence[SessionLog]) -> list[tuple[str, str]]:
     """Return the timing over all sessions, as terms and values."""
-    timing = [session.header.presentation.get("timing") or {} for session in sessions]
-    swaps = [record["swap_intervals"] for record in timing if record.get("swap_intervals")]
+    timing = [session.header.presentation.timing for session in sessions]
+    swaps = [record.swap_intervals for record in timing if record.swap_intervals]
     facts = []
     if swaps:
-        medians = [float(record["median_ms"]) for record in swaps]
-        longest = max(float(record["longest_ms"]) for record in swaps)
+        medians = [record.median_ms for record in swaps]
+        longest = max(record.longest_ms for record in swaps)
         words = f"Median {_span(medians, 2)} ms, longest {fixed(longest, 2)} ms; {_missed_words(swaps)}"
         facts.append(("Swap intervals", f"{words} (measured on black frames before each session)."))
     else:
@@ -195,9 +197,9 @@ def timing_facts(sessions: Sequence[SessionLog]) -> list[tuple[str, str]]:
             else "none missed a frame"
         )
         facts.append(("Timed scenes", f"{len(scenes):,}; {words}."))
-    onsets = dict.fromkeys(str(record.get("verification", "not recorded")) for record in timing)
+    onsets = dict.fromkeys(record.verification or "not recorded" for record in timing)
     facts.append(("Onsets", "; ".join(onsets) + "."))
-    compositors = dict.fromkeys(str(record["compositor"]) for record in timing if record.get("compositor"))
+    compositors = dict.fromkeys(record.compositor for record in timing if record.compositor)
     if compositors:
         facts.append(("Compositor", "; ".join(compositors)))
     asked_again = sum(answer.attempt > 0 for session in sessions for answer in session.answers)
@@ -211,17 +213,16 @@ def timing_facts(sessions: Sequence[SessionLog]) -> list[tuple[str, str]]:
     return facts
 
 
-def _missed(swaps: Mapping[str, Any]) -> int | None:
+def _missed(swaps: SwapIntervals) -> int | None:
     """Return how many refreshes passed without a new frame; None where swaps did not wait for the screen.
 
     Logs written before that was known hold a number of times the median all the same.
     """
-    missed = swaps.get("missed")
-    return int(missed) if missed is not None and float(swaps["median_ms"]) >= _NO_SCREEN_MS else None
+    return swaps.missed if swaps.median_ms >= _NO_SCREEN_MS else None
 
 
-def _missed_words(swaps: Sequence[Mapping[str, Any]]) -> str:
-    counts = [(missed, int(record["frames"])) for record in swaps if (missed := _missed(record)) is not None]
+def _missed_words(swaps: Sequence[SwapIntervals]) -> str:
+    counts = [(missed, record.frames) for record in swaps if (missed := _missed(record)) is not None]
     if not counts:
         return "swaps did not wait for the screen, so that late frames could not be counted"
     missed = sum(count for count, _ in counts)
@@ -234,10 +235,10 @@ def _missed_words(swaps: Sequence[Mapping[str, Any]]) -> str:
 
 def _session_row(session: SessionLog) -> tuple[Cell, ...]:
     header = session.header
-    swaps = (header.presentation.get("timing") or {}).get("swap_intervals") or {}
+    swaps = header.presentation.timing.swap_intervals
     timed = _timed(session)
     state = ("completed" if session.complete else "not completed") + (", simulated" if header.simulated else "")
-    numbers = [*(swaps.get(key) for key in ("median_ms", "p99_ms", "longest_ms")), _missed(swaps)]
+    numbers = [swaps.median_ms, swaps.p99_ms, swaps.longest_ms, _missed(swaps)] if swaps else [None] * 4
     missed = sum(scene.missed_frames for scene in timed) if timed else None
     answers = len(session.trials)
     return header.observer, header.session, header.started_utc, answers, state, *numbers, len(timed) or None, missed

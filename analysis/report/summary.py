@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from statistics import median
 from typing import Any, TypedDict
@@ -12,22 +12,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.choices import Adjust, CovarianceChoice
-from analysis.classes.multiplicity import ADJUSTMENTS
 from analysis.comparisons.comparisons import Comparisons
 from analysis.comparisons.session_comparisons import from_sessions, is_comparison
-from analysis.errors import ResultsError
 from analysis.observers.responses import catch_results, first_choices
 from analysis.power.smallest import SmallestDifference, smallest_in
 from analysis.ratings.preferences import preferences
 from analysis.records.answered_by import WhoAnswered, who_answered
-from analysis.records.session_record import Header, SessionLog
+from analysis.records.lines import Header
+from analysis.records.session_record import SessionLog
 from analysis.report.estimate import Estimate, estimate_scores
 from analysis.report.notes import notes_on
 from analysis.scaling.lack_of_fit import OneScale, one_scale
-from analysis.scaling.result import COVARIANCE_CHOICES, TWO_SIDED_95
+from analysis.scaling.result import TWO_SIDED_95
 from analysis.scaling.scores import Scores, score
 from analysis.series.observer_means import shares
-from documents import Finding
 from documents.text import finite
 
 
@@ -213,7 +211,7 @@ def summarise(
     Raises
     ------
     ResultsError
-        As `analysis.comparisons.session_comparisons.from_sessions`, or if an analysis option in the header is unknown.
+        As `analysis.comparisons.session_comparisons.from_sessions`.
     """
     if comparisons is None:
         comparisons = from_sessions(sessions)
@@ -226,11 +224,10 @@ def summarise(
 
 def _beside(session: SessionLog, scale: Summary) -> Scores | None:
     """Return the scores by the settings that the header names beside its own; None without any, or under a prior."""
-    settings, method = session.header.analysis.get("beside"), scale.estimate.method
-    if not isinstance(settings, Mapping) or method == "learnt_prior":
+    own, method = session.header.analysis.beside, scale.estimate.method
+    if own is None or method == "learnt_prior":
         return None
-    own = {"alpha": _level, "adjust": _adjustment, "covariance": _covariance}
-    options: Any = {name: read(settings, session) for name, read in own.items()}
+    options: Any = {"alpha": own.alpha, "adjust": own.adjust, "covariance": own.covariance}
     return score(scale.comparisons, method=method, **options)
 
 
@@ -249,18 +246,12 @@ def analysis_options(
     adjust: Adjust | None,
     covariance: CovarianceChoice | None,
 ) -> AnalysisOptions:
-    """Return the options; those of the first session's header where None.
-
-    Raises
-    ------
-    ResultsError
-        If an analysis option in the header is unknown.
-    """
-    header, first = sessions[0].header, sessions[0]
+    """Return the options; those of the first session's header where None."""
+    own = sessions[0].header.analysis
     return {
-        "alpha": _level(header.analysis, first) if alpha is None else alpha,
-        "adjust": _adjustment(header.analysis, first) if adjust is None else adjust,
-        "covariance": _covariance(header.analysis, first) if covariance is None else covariance,
+        "alpha": own.alpha if alpha is None else alpha,
+        "adjust": adjust or own.adjust,
+        "covariance": covariance or own.covariance,
         "chosen": any(trial.kind == "active_pairs" for session in sessions for trial in session.trials),
     }
 
@@ -309,30 +300,6 @@ def scale_of(comparisons: Comparisons, fields: AnsweredFields, options: Analysis
     # A penalised fit of separated answers is drawn to the middle: that answers lie further out is no departure.
     fits = one_scale(comparisons, estimate.scores.fit) if estimate.method == "ml" else None
     return Summary(scores=estimate.scores, estimate=estimate, one_scale=fits, notes=(), **fields)
-
-
-def _level(settings: Mapping[str, Any], session: SessionLog) -> float:
-    alpha = settings.get("alpha", 0.05)
-    if isinstance(alpha, bool) or not isinstance(alpha, int | float):
-        raise ResultsError(Finding(f"the header's alpha is {alpha!r}", str(session.file), 1, 1, "give --alpha"))
-    return float(alpha)
-
-
-def _adjustment(settings: Mapping[str, Any], session: SessionLog) -> Adjust:
-    choice = settings.get("adjust", "holm")
-    for known in ADJUSTMENTS:
-        if choice == known:
-            return known
-    raise ResultsError(Finding(f"the header's adjustment is {choice!r}", str(session.file), 1, 1, "give --adjust"))
-
-
-def _covariance(settings: Mapping[str, Any], session: SessionLog) -> CovarianceChoice:
-    choice = settings.get("covariance", "auto")
-    for known in COVARIANCE_CHOICES:
-        if choice == known:
-            return known
-    what = f"the header's covariance is {choice!r}"
-    raise ResultsError(Finding(what, str(session.file), 1, 1, "give --covariance"))
 
 
 def _first_share_interval(comparisons: Comparisons) -> tuple[float, float]:

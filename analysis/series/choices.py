@@ -235,9 +235,7 @@ def gather(
         different pictures in two sessions.
     """
     refuse_mixtures(sessions)
-    factors: dict[str, Factors] = {
-        str(stimulus["name"]): stimulus.get("factors", {}) for stimulus in sessions[0].header.stimuli
-    }
+    factors: dict[str, Factors] = {**sessions[0].header.factors}
     trials = [(session, trial) for session in in_time(sessions) for trial in session.of(BestOfSeriesRecord)]
     if not trials:
         files = ", ".join(str(session.file) for session in sessions[:3])

@@ -164,9 +164,9 @@ def summarise_series(
     --------
     >>> from pathlib import Path
     >>> from analysis.kinds import new_trial
-    >>> from analysis.records import Header
+    >>> from analysis.records import new_header
     >>> pair = ({"name": "a"}, {"name": "b"})
-    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, pair, {}, {}, {}, {}, {})
+    >>> header = new_header("views", "01", "s1", "2026-01-31T09:30:00Z", seed=1, stimuli=pair)
     >>> data = {"series": "s", "stimuli": ["a", "b"], "chosen": "b", "chosen_index": 1, "path": [[1, 0.0]]}
     >>> data |= {"dwell_s": [0.0, 2.5], "ratings": {"similarity": 4}}
     >>> trial = new_trial(0, 0, "best_of_series", (), 2.5, "2026-01-31T09:31:00Z", data)

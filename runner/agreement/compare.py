@@ -126,7 +126,7 @@ def compare_with_observers(
     reference = shown.experiment.stimuli.reference
     groups, photographs = photographs_of(found, factors_of(header), reference, options.photographs)
     predicted = _predict(shown, groups, photographs, [one.name for one in chosen], options.limits, progress)
-    level = options.alpha if options.alpha is not None else float(header.analysis.get("alpha", 0.05))
+    level = options.alpha if options.alpha is not None else header.analysis.alpha
     notes = (*kept.notes, *_session_notes(sessions), *notes, *_mixed(shown, groups, photographs))
     agreement = agree(groups, photographs, predicted, alpha=level, notes=notes)
     written = WrittenAgreement(agreement, header, _facts(shown, agreement), options.page, options.csv_folder)
@@ -245,7 +245,7 @@ def _session_notes(sessions: Sequence[SessionLog]) -> list[str]:
         notes.append(f"{unfinished} of {len(sessions)} sessions were not completed; their answers count.")
     otherwise = dict.fromkeys(seen.otherwise for seen in what_eyes_saw(sessions) if seen.otherwise)
     notes += [f"Each eye saw {what}. Measured is its view by itself, not what it saw." for what in otherwise]
-    if sessions[0].header.nominal:
+    if sessions[0].header.display.nominal:
         notes.append("The display was not measured: luminances and colours of the pictures are nominal.")
     return notes
 

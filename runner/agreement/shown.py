@@ -141,33 +141,30 @@ def viewing_of(sessions: Sequence[SessionLog]) -> ViewingConditions:
                 remedy = "the measures of their pictures differ: compare each station's sessions alone"
                 raise ResultsError(Finding(words, str(session.file), 1, 1, remedy))
     pitch_mm, distance_mm = float(seen["pixel pitch in mm"][0]), float(seen["viewing distance in mm"][0])
-    observer = first.header.display.get("colorimetric_observer")
     return ViewingConditions(
         pixels_per_degree=pixels_per_degree(pitch_mm, distance_mm),
         display_white_XYZ=seen["white in cd/m²"],
         pixel_pitch_mm=pitch_mm,
         distance_mm=distance_mm,
-        observer=None if observer is None else str(observer),
+        observer=first.header.display.colorimetric_observer,
     )
 
 
 def _seen(session: SessionLog) -> dict[str, NDArray[np.float64]]:
     display = session.header.display
-    try:
-        whites = [np.array(display["white_XYZ_cd_m2"][eye], dtype=np.float64) for eye in ("left", "right")]
-        numbers = {
-            "pixel pitch in mm": np.array([display["panel"]["pixel_pitch_mm"]], dtype=np.float64),
-            "viewing distance in mm": np.array([display["distance_mm"]], dtype=np.float64),
-            "white in cd/m²": max(whites, key=lambda white: float(white[1])),
-        }
-    except (KeyError, TypeError, ValueError, IndexError) as error:
+    white, pitch_mm, distance_mm = display.white_XYZ_cd_m2, display.panel.pixel_pitch_mm, display.distance_mm
+    if white is None or len(white.known) < 2 or pitch_mm is None or distance_mm is None:
         what = "the record does not say how the pictures were seen: display, distance and white"
-        raise ResultsError(Finding(what, str(session.file), 1, 1, "restore the file")) from error
-    wrong = [what for what, value in numbers.items() if not (np.isfinite(value).all() and (value > 0).all())]
-    if wrong or numbers["white in cd/m²"].shape != (3,):
-        what = f"the record has no {(wrong or ['white in cd/m²'])[0]} above 0"
         raise ResultsError(Finding(what, str(session.file), 1, 1, "restore the file"))
-    return numbers
+    brightest = max(white.known, key=lambda xyz: xyz[1])
+    if min(brightest) <= 0:
+        what = "the record has no white in cd/m² above 0"
+        raise ResultsError(Finding(what, str(session.file), 1, 1, "restore the file"))
+    return {
+        "pixel pitch in mm": np.array([pitch_mm]),
+        "viewing distance in mm": np.array([distance_mm]),
+        "white in cd/m²": np.array(brightest),
+    }
 
 
 def _words(value: NDArray[np.float64]) -> str:

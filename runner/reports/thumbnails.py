@@ -35,11 +35,8 @@ def find_shown(header: Header, file: Path) -> tuple[Experiment, StimulusSet] | N
     from runner.protocol.experiment import read_experiment
 
     try:
-        mode = header.display.get("mode")
-        panel = PanelSpec.model_validate(header.display.get("panel"))
-        experiment = read_experiment(
-            file, None if mode is None else str(mode), allow_uncharacterised=True, ask_monitor=lambda _: panel
-        )
+        panel = PanelSpec.model_validate(header.display.panel.given())
+        experiment = read_experiment(file, header.display.mode, allow_uncharacterised=True, ask_monitor=lambda _: panel)
     except (InputError, ValueError):
         return None
     now = hashes(experiment, stimuli)

@@ -62,7 +62,7 @@ def changed_since_earlier(
     latest = True
     for log in _latest_first(results / experiment.spec.name, unread):
         header = log.header
-        if header.simulated != simulated or header.display.get("mode") != experiment.rig.mode or not answered(log):
+        if header.simulated != simulated or header.display.mode != experiment.rig.mode or not answered(log):
             continue
         before = Version.of_log(log)
         own = not here or not header.station or header.station == here

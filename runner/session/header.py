@@ -14,7 +14,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from analysis.records import Header, SessionLog, Version
+from analysis.records import Header, SessionLog, Version, new_header
 from documents import Finding, InputError
 from documents.files import read_regular, sha256_of_file, write_whole
 from documents.fonts import font_name, other_fonts
@@ -147,15 +147,20 @@ def make_header(
     simulated: bool,
     remarks: tuple[str, ...] = (),
     started_utc: str | None = None,
+    configuration: str = "",
+    **drawn: Any,
 ) -> Header:
-    """Return the header of a session that begins now, or at ``started_utc`` by the session's own clock."""
+    """Return the header of a session that begins now, or at ``started_utc`` by the session's own clock.
+
+    ``configuration`` is the SHA-256 of the files that are kept beside it; ``drawn`` are further fields.
+    """
     rig = experiment.rig
     panel = rig.display.panel
-    return Header(
-        experiment=experiment.spec.name,
-        observer=observer,
-        session=session,
-        started_utc=started_utc or SteadyClock()(),
+    return new_header(
+        experiment.spec.name,
+        observer,
+        session,
+        started_utc or SteadyClock()(),
         seed=experiment.spec.seed,
         question=experiment.spec.question,
         simulated=simulated,
@@ -189,12 +194,13 @@ def make_header(
             "gain_map_delivers": rig.gain_map.delivered_share if rig.gain_map else None,
         },
         analysis=experiment.spec.analysis.model_dump(mode="json", exclude_none=True),
-        hashes=hashes(experiment, stimuli),
+        hashes=hashes(experiment, stimuli) | ({"configuration": configuration} if configuration else {}),
         software=software(),
         presentation=dict(presentation),
         remarks=remarks,
         interface=_interface(experiment),
         station="" if simulated else station(),
+        **drawn,
     )
 
 

@@ -167,13 +167,13 @@ class ResultsPool:
         spec, known = self.experiment.spec, self.experiment.stimuli.factors
         if header.experiment != spec.name:
             yield _finding(f"this session is of '{header.experiment}', not of '{spec.name}'", file)
-        shown = {str(stimulus["name"]) for stimulus in header.stimuli}
+        shown = set(header.stimulus_names)
         if differing := shown ^ known.keys():
             where = "only in it" if min(differing) in shown else "not in it"
             yield _finding(f"this session of '{spec.name}' shows other stimuli: '{min(differing)}' is {where}", file)
         if header.question != spec.question:
             yield _finding(f"this session of '{spec.name}' asks another question: {header.question!r}", file)
-        kinds = [str(one["kind"]) for one in header.planned]
+        kinds = [one.kind for one in header.planned]
         for index in self._blocks:
             if kinds and kinds[index : index + 1] != ["active_pairs"]:
                 there = f"is '{kinds[index]}'" if index < len(kinds) else "is missing"

@@ -388,8 +388,8 @@ class Station:
         Of stimuli that were taken out of the recipe since there are none.
         """
         said = {name for answer in recorder.answers() for name in answer.clipping or ()}
-        said |= {one["name"] for one in header.stimuli if "clipping" in one}
-        lacking = [name for name in (one["name"] for one in header.stimuli) if name in self.costs and name not in said]
+        said |= {stimulus.name for stimulus in header.stimuli if stimulus.clipping}
+        lacking = [name for name in header.stimulus_names if name in self.costs and name not in said]
         if lacking:
             costs = {name: Clipping.model_validate(cost) for name, cost in self.costs.of(lacking).items()}
             recorder.costs(StimulusCosts(stimuli=costs, utc=clock()))
@@ -465,8 +465,8 @@ class Station:
         parent = observer_folder(self.results, self.experiment.spec.name, observer)
         started_utc = clock()
         label = new_label(parent, datetime.fromisoformat(started_utc))
-        header = self._header(observer, label, simulated, remarks, started_utc)
-        header = replace(header, planned=planned(self.experiment, blocks), order_rule=draw.rule, sitting=draw.sitting)
+        drawn = {"planned": planned(self.experiment, blocks), "order_rule": draw.rule, "sitting": draw.sitting}
+        header = self._header(observer, label, simulated, remarks, started_utc, **drawn)
         self.configuration.keep(parent.parent)
         return Recorder.create(parent / f"ses-{header.session}", header), header
 
@@ -497,7 +497,7 @@ class Station:
 
     def _gamma_change(self, stopped: SessionLog) -> dict[str, dict[str, str | None]]:
         """Return the hash of the gamma table before and now if it changed; refuse that unless it is accepted."""
-        held = stopped.header.presentation.get("gamma_table", {}).get("loaded")
+        held = stopped.header.presentation.gamma_table.loaded
         if not held:
             return {}
         for eye in EYES:
@@ -511,7 +511,7 @@ class Station:
         return {}
 
     def _header(
-        self, observer: str, session: str, simulated: bool, remarks: tuple[str, ...], started_utc: str
+        self, observer: str, session: str, simulated: bool, remarks: tuple[str, ...], started_utc: str, **drawn: Any
     ) -> Header:
         rig = self.experiment.rig
         gamma = {
@@ -525,7 +525,7 @@ class Station:
             facts["results_mirror"] = str(rig.mirror)
         if self.marks:
             facts["timing_marks"] = [marks.spec.facts for marks in self.marks]
-        header = make_header(
+        return make_header(
             self.experiment,
             self.stimuli,
             observer,
@@ -535,8 +535,9 @@ class Station:
             simulated=simulated,
             remarks=self.remarks + remarks,
             started_utc=started_utc,
+            configuration=self.configuration.digest,
+            **drawn,
         )
-        return replace(header, hashes={**header.hashes, "configuration": self.configuration.digest})
 
 
 def _drawable_labels(surface: Surface, experiment: Experiment) -> dict[str, str]:

@@ -144,7 +144,7 @@ class _Block:
 
 def _session(log: SessionLog, idle_s: float) -> WatchedSession:
     header = log.header
-    planned = [(str(one["kind"]), _Block(int(one["trials"]), float(one["expected_s"]))) for one in header.planned]
+    planned = [(one.kind, _Block(one.trials, one.expected_s)) for one in header.planned]
     known = bool(planned)
     if not known:
         most = max((answer.block for answer in log.answers), default=0)

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from analysis.comparisons import Answer, Comparisons
-from analysis.records import Header, SessionLog
+from analysis.records import SessionLog, new_header
 from tests.answers import new_answer
 
 NAMES = ("1.1 mono", "1.1 stereo", "2.1 mono", "2.1 stereo", "3.1 mono", "3.1 stereo")
@@ -117,15 +117,9 @@ def make_session() -> Maker:
             "seed": 7,
             "question": "Which image is closer to the reference plate?",
             "simulated": simulated,
-            "stimuli": tuple(
-                {
-                    "name": name,
-                    "factors": {},
-                    "flat": False,
-                    "clipping": {"left": clip_cost(1.5), "right": clip_cost(2.5)},
-                }
-                for name in names
-            ),
+            "stimuli": [
+                {"name": name, "clipping": {"left": clip_cost(1.5), "right": clip_cost(2.5)}} for name in names
+            ],
             "display": {"file": "asus_vg248qe.yaml", "mode": "side-by-side"},
             "analysis": {"alpha": 0.045, "adjust": "none"},
             "hashes": {"experiment": "ab" * 32},
@@ -133,7 +127,7 @@ def make_session() -> Maker:
             "presentation": {"renderer": "llvmpipe"},
         }
         file = Path(f"results/sub-{observer}/ses-{session}/session.jsonl")
-        return SessionLog(file, Header(**{**values, **header}), tuple(trials), complete)
+        return SessionLog(file, new_header(**{**values, **header}), tuple(trials), complete)
 
     return make
 

@@ -9,14 +9,12 @@ import pytest
 
 from analysis.errors import ResultsError
 from analysis.kinds import Trial
-from analysis.records import Header, SessionLog, read_session
+from analysis.records import SessionLog, new_header, read_session
 from tests.answers import new_answer
 
 NAMES = ("a", "b", "c")
-HEADER = Header(
-    *("views", "01", "s1", "2026-01-31T09:30:00.000+00:00", 1, "?", True, tuple({"name": n} for n in NAMES)),
-    *({}, {}, {}, {}, {}),
-)
+UTC = "2026-01-31T09:30:00.000+00:00"
+HEADER = new_header("views", "01", "s1", UTC, simulated=True, stimuli=[{"name": name} for name in NAMES])
 
 
 def read(folder: Path, *trials: Trial) -> SessionLog:

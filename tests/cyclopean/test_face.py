@@ -18,7 +18,7 @@ import pytest
 import cyclopean
 from analysis.comparisons import from_sessions
 from analysis.observers import observers_in_sessions
-from analysis.records import Header, read_results
+from analysis.records import new_header, read_results
 from analysis.report import describe
 from analysis.scaling import GroupedScores, Scores
 from documents import InputError, counted_work
@@ -337,7 +337,7 @@ def test_results_of_pairs_within_scenes_have_a_pooled_scale_of_what_the_scenes_s
         {"name": f"{scene}-{codec}", "factors": {"scene": scene, "codec": codec}} for scene in "ab" for codec in "xy"
     )
     for number in ("01", "02", "03"):
-        header = Header("views", number, number, "2026-01-31T09:30:00Z", 1, "?", False, stimuli, {}, {}, {}, {}, {})
+        header = new_header("views", number, number, "2026-01-31T09:30:00Z", seed=1, stimuli=stimuli)
         lines = [header.to_json()]
         for place, won in enumerate(["ax", "ay", "ax", "bx", "by", "by"]):
             scene, better = won[0], won[1]

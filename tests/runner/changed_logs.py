@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import random
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +14,14 @@ from analysis.errors import ResultsError
 from analysis.records import FILE_NAME, check_log, read_session
 from runner.session import Session
 from runner.session.folders import Recorder
+from tests.answers import altered
 from tests.runner.every_kind import HEADER, Fickle, Stage, blocks_of
 
 
 def recorded(folder: Path, kind: str, variant: int, observer: str, *, end: bool = True) -> list[bytes]:
     """Return the lines of a session of ``kind`` as it is recorded, up to its end or to before that."""
     place = folder / f"{kind}-{variant}-{observer}"
-    with Recorder.create(place, replace(HEADER, observer=observer)) as recorder:
+    with Recorder.create(place, altered(HEADER, observer=observer)) as recorder:
         session = Session(blocks_of(kind, variant, observer), Stage(), Fickle(int(observer)), recorder)
         session.note("a note — µ", "experimenter")
         session.run()

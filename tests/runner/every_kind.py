@@ -17,7 +17,7 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from analysis.kinds import Trial
-from analysis.records import Header, Mark, Note, PooledBatch
+from analysis.records import Mark, Note, PooledBatch, new_header
 from devices.display import Rig, read_rig
 from runner import Scene
 from runner.blocks import FULL_HD_HALF, AnyBlock, Block, Draft, Setting, Stimuli, Style
@@ -96,7 +96,7 @@ STIMULI = tuple(
     {"name": name, "factors": {"scene": scene, "codec": codec}}
     for name, scene, codec in zip("abcdef", ("beach",) * 3 + ("church",) * 3, (1, 2, 3) * 2, strict=True)
 )
-HEADER = Header("e", "01", "s", "2026-01-01T00:00:00.000+00:00", 0, "Which?", True, STIMULI, {}, {}, {}, {}, {})
+HEADER = new_header("e", "01", "s", "2026-01-01T00:00:00.000+00:00", question="Which?", simulated=True, stimuli=STIMULI)
 # The pages of words record no trial; the number of trials of these hangs on the answers.
 OPEN_ENDED = ("practice", "screening")
 

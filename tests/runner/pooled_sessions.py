@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from analysis.records import FILE_NAME, Header, SessionLog, read_session
+from analysis.records import FILE_NAME, Header, SessionLog, new_header, read_session
 from runner.ports import Ask, KeyPress, Pool
 from runner.protocol import Experiment
 from runner.session import Session
@@ -51,9 +51,7 @@ def header_of(design: Experiment, observer: str, label: str, **more: Any) -> Hea
     plan = planned(design, design.blocks(observer))
     facts = {"planned": plan, **more}
     utc = "2026-01-01T00:00:00.000+00:00"
-    return Header(
-        design.spec.name, observer, label, utc, 0, design.spec.question, False, stimuli, {}, {}, {}, {}, {}, **facts
-    )
+    return new_header(design.spec.name, observer, label, utc, question=design.spec.question, stimuli=stimuli, **facts)
 
 
 def sit(

@@ -27,7 +27,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 from analysis.kinds import Trial
-from analysis.records import FILE_NAME, Header, Resumption, SessionLog, SessionTimes, read_session
+from analysis.records import FILE_NAME, Resumption, SessionLog, SessionTimes, new_header, read_session
 from documents.files import durable_log
 from runner.blocks import Block
 from runner.errors import SessionError
@@ -221,7 +221,7 @@ class SessionMachine(RuleBasedStateMachine):
         self.person = Fickle(seed)
         clock = self.clocks.steady()
         stimuli = tuple({"name": name, "factors": {}, "flat": True} for name in "abcdef")
-        header = Header("e", "01", "s", clock(), 0, "Which?", True, stimuli, {}, {}, {}, {}, {})
+        header = new_header("e", "01", "s", clock(), question="Which?", simulated=True, stimuli=stimuli)
         self._sit(Recorder.create(self.folder, header), clock)
 
     def _sit(self, recorder: Recorder, clock: SteadyClock, log: SessionLog | None = None) -> None:

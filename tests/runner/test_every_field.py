@@ -19,7 +19,7 @@ from analysis.records import SessionLog, WindowEvent
 from analysis.report import describe
 from analysis.report.not_reported import COMMON, unreported
 from analysis.report.page import render
-from tests.answers import changed
+from tests.answers import altered, changed
 from tests.runner import every_kind as EVERY
 from tests.runner.test_report_every_kind import log_of
 
@@ -37,7 +37,7 @@ NEVER = {
 @cache
 def recorded(kind: str, variant: int) -> tuple[SessionLog, ...]:
     logs = [log_of(EVERY.of_kind(kind, variant), code) for code in ("01", "02")]
-    return tuple(replace(log, header=replace(log.header, simulated=False)) for log in logs)
+    return tuple(replace(log, header=altered(log.header, simulated=False)) for log in logs)
 
 
 def told(sessions: Sequence[SessionLog], *, page: bool) -> str:
@@ -215,7 +215,9 @@ LEFT_OUT: Mapping[str, Any] = {"clipping": {"a": {}}, "ignored_more": 5, "interr
 def test_what_the_engine_adds_is_in_the_report_or_listed(field: str, value: Any) -> None:
     away = (WindowEvent(what="lost_focus", block=1, trial=0, utc="2026-01-01T00:00:00Z"),)
     sessions = [replace(log, windows=away) for log in recorded("rating", 0)]
-    more = [replace(log, answers=tuple(_with(one, field, value) for one in log.answers)) for log in sessions]
+    more = [
+        replace(log, answers=tuple(_with(one, field, value) for one in log.answers), records=()) for log in sessions
+    ]
     is_listed = field in {one.field for one in unreported(more)}
     assert is_listed == (field in LEFT_OUT)
     plain = [json.loads(told(each, page=False)) for each in (sessions, more)]

@@ -11,13 +11,13 @@ from pathlib import Path
 
 import pytest
 
-from analysis.records import FILE_NAME, Header
+from analysis.records import FILE_NAME, new_header
 from runner.errors import SessionError
 from runner.session.folders import Recorder
 from tests.answers import new_answer
 
 UTC = "2026-01-01T00:00:01.000+00:00"
-HEADER = Header("e", "01", "s", UTC, 0, "Which?", True, ({"name": "a"}, {"name": "b"}), {}, {}, {}, {}, {})
+HEADER = new_header("e", "01", "s", UTC, question="Which?", simulated=True, stimuli=({"name": "a"}, {"name": "b"}))
 CHOICE = {"first": "a", "second": "b", "answer": "first", "chosen": "a", "rejected": "b"}
 ANSWER = new_answer(0, 0, "all_pairs", (("up", 1.25),), 1.25, UTC, CHOICE)
 

@@ -7,7 +7,7 @@ import html
 import json
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +20,7 @@ from analysis.scaling.robust_tests import DRAWS
 from runner.protocol import read_experiment
 from runner.session import Session
 from runner.session.folders import Recorder
+from tests.answers import altered
 from tests.runner import every_kind
 from tests.runner.every_kind import HEADER, Stage
 
@@ -82,7 +83,7 @@ def record(
         place = results / "every_kind" / f"sub-{observer}" / f"ses-{observer}"
         blocks = [block for one in more for block in every_kind.blocks_of(one, 0, observer)[1:2]]
         blocks += every_kind.blocks_of(kind, variant, observer)[1:2]
-        with Recorder.create(place, replace(HEADER, observer=observer, session=f"s{observer}", **own)) as recorder:
+        with Recorder.create(place, altered(HEADER, observer=observer, session=f"s{observer}", **own)) as recorder:
             Session(tuple(blocks), Stage(), every_kind.Fickle(number), recorder).run()
     return results
 

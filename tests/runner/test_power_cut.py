@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 
 from analysis.errors import ResultsError
-from analysis.records import FILE_NAME, Change, Header, Mark, Note, Resumption, SessionLog, read_session
+from analysis.records import FILE_NAME, Change, Mark, Note, Resumption, SessionLog, new_header, read_session
 from runner.session.folders import Recorder
 from tests.answers import changed, new_answer
 
 UTC = "2026-01-01T00:00:01.000+00:00"
-HEADER = Header("e", "01", "s", UTC, 0, "Which — µ?", True, ({"name": "a"}, {"name": "b"}), {}, {}, {}, {}, {})
+HEADER = new_header("e", "01", "s", UTC, question="Which — µ?", simulated=True, stimuli=({"name": "a"}, {"name": "b"}))
 NOTE = Note(text="dim lamp — ä \u2028 'quoted' \\ 日本", by="experimenter", block=0, trial=0, utc=UTC)
 PAIR = {"first": "a", "second": "b"}
 CHOSEN, OTHER = {"chosen": "a", "rejected": "b"}, {"chosen": "b", "rejected": "a"}

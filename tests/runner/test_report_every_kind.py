@@ -12,7 +12,7 @@ import pytest
 
 from analysis.errors import ResultsError
 from analysis.kinds import KINDS
-from analysis.records import Header, SessionLog
+from analysis.records import SessionLog, new_header
 from analysis.report import describe, write_report
 from runner.protocol import Experiment
 from runner.session import Session
@@ -38,7 +38,7 @@ def log_of(experiment: Experiment, observer: str) -> SessionLog:
     Session(experiment.blocks(observer), stage, EVERY.Fickle(int(observer)), stage).run()
     kept = tuple(changed(trial, data=json.loads(json.dumps(trial.details()))) for trial in stage.trials)
     stimuli = tuple({"name": name, "factors": {}, "flat": True} for name in "abcdef")
-    header = Header("every_kind", observer, "s", "t", 0, "Which?", True, stimuli, {}, {}, {}, {}, {})
+    header = new_header("every_kind", observer, "s", "2026-01-01T00:00:00Z", simulated=True, stimuli=stimuli)
     return SessionLog(Path(f"{observer}.jsonl"), header, kept, complete=True)
 
 

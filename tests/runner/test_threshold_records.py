@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ from analysis.report import write_report
 from runner.observers import BradleyTerryObserver
 from runner.observers.behaviour import BehaviourSpec, PsychometricSpec
 from runner.session import Session
-from tests.answers import changed
+from tests.answers import altered, changed
 from tests.runner.changed_logs import recorded
 from tests.runner.every_kind import HEADER, Stage, blocks_of
 
@@ -98,7 +97,7 @@ def _log(observer: str, threshold: float, variant: int = PLACES) -> SessionLog:
         Session(blocks_of("threshold", variant, f"{observer}-{times}")[1:2], stage, simulated, stage).run()
     trials = tuple(changed(trial, block=number) for number, trial in enumerate(stage.trials))
     stimuli = tuple({"name": name, "factors": {}, "flat": True} for name in "abcdef")
-    return SessionLog(Path(f"{observer}.jsonl"), replace(HEADER, observer=observer, stimuli=stimuli), trials, True)
+    return SessionLog(Path(f"{observer}.jsonl"), altered(HEADER, observer=observer, stimuli=stimuli), trials, True)
 
 
 @pytest.mark.usefixtures("undrawn")

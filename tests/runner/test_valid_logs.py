@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from runner.observers.simulated import plain_key
 from runner.ports import Ask, Browse, KeyPress, Rate
 from runner.session import Session
 from runner.session.folders import Recorder
-from tests.answers import changed, new_answer
+from tests.answers import altered, changed, new_answer
 from tests.runner.every_kind import HEADER, Stage, experiment, written
 
 Read = Callable[[Path], Iterator[SessionLog]]
@@ -53,7 +53,7 @@ def record(folder: Path, block: str, observer: Scripted, more: str = "") -> Path
     """Run a session of ``block``, in an experiment with ``more`` keys, and return its log."""
     design = experiment(folder, block, more=more)
     keys = {key: list(presses) for key, presses in design.spec.keys.items()}
-    header = replace(HEADER, interface={"language": "en", "keys": keys} if keys else {})
+    header = altered(HEADER, interface={"language": "en", "keys": keys} if keys else {})
     with Recorder.create(folder / "s", header) as recorder:
         Session(design.blocks("01"), Stage(), observer, recorder, style=design.style).run()
     return folder / "s" / FILE_NAME
@@ -163,8 +163,8 @@ def test_another_machine_may_state_other_costs_of_clipping(tmp_path: Path, read:
     def costs(mean: float) -> dict[str, Any]:
         return {"left": {"percent_any": 1.0, "delta_e_00_mean": mean}}
 
-    stimuli = tuple({**stimulus, "clipping": costs(0.1)} for stimulus in HEADER.stimuli)
-    header = replace(HEADER, stimuli=stimuli)
+    stimuli = tuple({**stimulus.given(), "clipping": costs(0.1)} for stimulus in HEADER.stimuli)
+    header = altered(HEADER, stimuli=stimuli)
     other = pair(1, "b", "c", clipping={"b": costs(0.10000000000000002)})
     for log in read(write(tmp_path / "one", pair(0, "a", "b"), PLAIN, other, header=header)):
         assert log.trials[1].details()["clipping"]["b"]["left"]["delta_e_00_mean"] != 0.1
@@ -179,7 +179,7 @@ def test_what_was_changed_and_accepted(tmp_path: Path, read: Read) -> None:
         pair(2, "b", "c", group="strand", group_factor="scene"),
     )
     for log in read(write(tmp_path / "one", pair(0, "a", "b"), ACCEPTED, *after)):
-        assert [stimulus["name"] for stimulus in log.header.stimuli] == [*"abcdef", "g"]
+        assert log.header.stimulus_names == [*"abcdef", "g"]
         assert "g" in grouped_comparisons([log])[0].items
     for number, trial in enumerate(after):
         file = write(tmp_path / f"refused-{number}", pair(0, "a", "b"), PLAIN, changed(trial, trial=1))
@@ -189,10 +189,10 @@ def test_what_was_changed_and_accepted(tmp_path: Path, read: Read) -> None:
 
 def test_any_whole_number_is_a_seed_and_digits_of_a_date_are_a_level(tmp_path: Path, read: Read) -> None:
     level = 20260131123000.0
-    stimuli = tuple({**stimulus, "factors": {"taken": level}} for stimulus in HEADER.stimuli)
-    file = write(tmp_path, pair(0, "a", "b"), header=replace(HEADER, seed=10**23, stimuli=stimuli))
+    stimuli = tuple({**stimulus.given(), "factors": {"taken": level}} for stimulus in HEADER.stimuli)
+    file = write(tmp_path, pair(0, "a", "b"), header=altered(HEADER, seed=10**23, stimuli=stimuli))
     for log in read(file):
-        assert (log.header.seed, log.header.stimuli[0]["factors"]["taken"]) == (10**23, level)
+        assert (log.header.seed, log.header.stimuli[0].factors["taken"]) == (10**23, level)
 
 
 def test_only_without_checksums_are_presses_compared(tmp_path: Path, unchained: Callable[[Path], None]) -> None:
@@ -237,7 +237,7 @@ def test_a_further_field_a_letter_from_a_missing_one_is_no_field(
 
 def test_a_code_that_a_person_has_too_is_told_apart_and_kept(tmp_path: Path) -> None:
     logs = [
-        read_session(write(tmp_path / str(simulated), pair(0, "a", "b"), header=replace(HEADER, simulated=simulated)))
+        read_session(write(tmp_path / str(simulated), pair(0, "a", "b"), header=altered(HEADER, simulated=simulated)))
         for simulated in (False, True)
     ]
     person, simulated = pool(logs, with_simulated=True).sessions

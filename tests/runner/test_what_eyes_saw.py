@@ -42,7 +42,7 @@ class Tried:
 
     def costs(self, key: str) -> list[float]:
         """What its log says of each stimulus and eye."""
-        return [one["clipping"][eye][key] for one in self.log.stimuli for eye in ("left", "right")]
+        return [one.given()["clipping"][eye][key] for one in self.log.stimuli for eye in ("left", "right")]
 
 
 @pytest.fixture(scope="module")
@@ -131,16 +131,16 @@ def test_what_filters_cost_is_said_by_all_that_says_what_was_shown(tried: Any, t
 
 def test_the_log_says_what_filters_were_taken_and_what_they_leave_of_white(tried: Any) -> None:
     display = tried(RED_CUP, "anaglyph-red-cyan").log.display
-    filters = display["filters"]
+    filters = display.given()["filters"]
     assert filters["assumed"] == ["left", "right"]
     assert filters["left"] == [0.90, 0.05, 0.02]
     # Luminance of sRGB's red, green and blue, times what the filter passes of each.
     passed = np.array([0.212639, 0.715169, 0.072192]) @ np.array([filters["left"], filters["right"]]).T
     seen = [filters["white_XYZ_cd_m2"][eye][1] for eye in ("left", "right")]
     assert seen == pytest.approx(100.0 * passed, rel=1e-3)
-    assert display["surround_XYZ_cd_m2"]["left"][1] == pytest.approx(0.1 * passed[0], rel=1e-2)
+    assert display.given()["surround_XYZ_cd_m2"]["left"][1] == pytest.approx(0.1 * passed[0], rel=1e-2)
     stimulus = tried(RED_CUP, "anaglyph-red-cyan").log.stimuli[0]
-    assert (stimulus["size_px"], stimulus["resampled"]) == ([48, 36], None)
+    assert (stimulus.size_px, stimulus.resampled) == ((48, 36), None)
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -166,7 +166,7 @@ def test_without_filters_nothing_is_said_of_them(tried: Any, mode: str) -> None:
         assert "filter" not in page[key]
     assert "coloured filter" not in page["methods"]
     assert not any("filter" in str(column) for column in cyclopean.read_results(study.results))
-    assert study.log.display["filters"] is None
+    assert study.log.display.given()["filters"] is None
 
 
 @pytest.mark.parametrize(

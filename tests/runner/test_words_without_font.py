@@ -73,7 +73,9 @@ def test_a_font_of_the_study_or_of_the_machine_draws_them(study: Study, install_
     assert report.facts["fonts"] == ["Squares (squares.ttf)"]
     simulate(study.experiment, study.observers, ["01"], results=study.results)
     (log,) = read_results(study.results)
-    assert log.header.interface["fonts"] == [{"name": "Squares", "file": "squares.ttf", "sha256": sha256_of_file(font)}]
+    assert log.header.interface.given()["fonts"] == [
+        {"name": "Squares", "file": "squares.ttf", "sha256": sha256_of_file(font)}
+    ]
     assert log.header.hashes.get("font") == (sha256_of_file(font) if own else None)
     kept = [file.name for file in study.results.rglob("configuration/*/fonts/*")]
     assert kept == (["squares.ttf"] if own else [])

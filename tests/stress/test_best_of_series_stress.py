@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.records import Header, SessionLog
+from analysis.records import SessionLog, new_header
 from analysis.series import summarise_series
 from analysis.series.just_noticeable import Matches, fit, interval
 from analysis.series.observer_means import bounded_means, means
@@ -86,7 +86,7 @@ def _session(observer: int, series: int, pictures: int) -> SessionLog:
             "rating_times_s": {"similarity": 1.0, "difficulty": 1.0},
         }
         trials.append(new_answer(1, one, "best_of_series", (), float(pictures), "2026-01-02T03:04:05Z", data))
-    header = Header("e", f"{observer:04d}", "s", "2026", 0, "Which?", True, stimuli, {}, {}, {}, {}, {})
+    header = new_header("e", f"{observer:04d}", "s", "2026-01-01T00:00:00Z", simulated=True, stimuli=stimuli)
     return SessionLog(Path(f"{observer}.jsonl"), header, tuple(trials), True)
 
 

@@ -15,7 +15,7 @@ import pytest
 
 from analysis.bids import export_dataset
 from analysis.kinds import Trial
-from analysis.records import FILE_NAME, Header
+from analysis.records import FILE_NAME, new_header
 from tests.answers import new_answer
 
 pytestmark = pytest.mark.stress
@@ -35,7 +35,7 @@ def _leave(folder: Path, number: int, trials: int, **more: Any) -> None:
     described = tuple({"name": name, "factors": {}} for name in STIMULI)
     started = "2026-01-02T03:00:00+00:00"
     label = f"o{number:04d}"
-    header = Header("big", label, f"s{number}", started, 0, "Which?", True, described, {}, {}, {}, {}, {})
+    header = new_header("big", label, f"s{number}", started, question="Which?", simulated=True, stimuli=described)
     file = folder / f"station{number % 7}" / f"sub-{label}" / FILE_NAME
     file.parent.mkdir(parents=True)
     with open(file, "w") as stream:

@@ -4,28 +4,27 @@ from __future__ import annotations
 
 import random
 import time
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from analysis.records import Header
+from analysis.records import new_header
 from runner.errors import SessionError
 from runner.presenter import IntervalSummary
 from runner.session.folders import Recorder, observer_folder, to_resume
-from tests.answers import new_answer
+from tests.answers import altered, new_answer
 
 pytestmark = pytest.mark.stress
 STIMULI = ({"name": "a"}, {"name": "b"})
 CHOICE = {"first": "a", "second": "b", "answer": "first", "chosen": "a", "rejected": "b"}
-HEADER = Header("e", "01", "s", "2026-01-01T00:00:00.000+00:00", 0, "Which?", True, STIMULI, {}, {}, {}, {}, {})
+HEADER = new_header("e", "01", "s", "2026-01-01T00:00:00.000+00:00", question="Which?", simulated=True, stimuli=STIMULI)
 
 
 def test_resuming_nothing_beside_four_hundred_unfinished_sessions_names_some_of_them_soon(tmp_path: Path) -> None:
     for number in range(400):
         name = f"{number:03d}"
         folder = observer_folder(tmp_path, "e", name) / "ses-20260101T000000abcd"
-        with Recorder.create(folder, replace(HEADER, observer=name)) as recorder:
+        with Recorder.create(folder, altered(HEADER, observer=name)) as recorder:
             recorder.append(new_answer(0, 0, "all_pairs", (("up", 1.0),), 1.0, "2026-01-01T00:00:01.000+00:00", CHOICE))
     began_s = time.process_time()
     with pytest.raises(SessionError) as told:

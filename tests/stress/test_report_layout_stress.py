@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from analysis.records import Header, SessionLog
+from analysis.records import SessionLog, new_header
 from analysis.report import Report, write_report
 from runner.reports.results import print_pdf
 from tests.answers import new_answer
@@ -53,8 +53,15 @@ MEASURE = """
 
 def session(observer: str, names: Sequence[str], kind: str, answers: Sequence[dict[str, Any]]) -> SessionLog:
     stimuli = tuple({"name": name, "factors": {"paint": name[:3], "level": place}} for place, name in enumerate(names))
-    header = Header(
-        HOSTILE[0], observer, f"s{observer}", UTC, 1, HOSTILE[1], False, stimuli, {"mode": "flat"}, {}, {}, {}, {}
+    header = new_header(
+        HOSTILE[0],
+        observer,
+        f"s{observer}",
+        UTC,
+        seed=1,
+        question=HOSTILE[1],
+        stimuli=stimuli,
+        display={"mode": "flat"},
     )
     trials = tuple(new_answer(0, number, kind, (), 1.0, UTC, answer) for number, answer in enumerate(answers))
     return SessionLog(Path(f"{observer}.jsonl"), header, trials, complete=True)

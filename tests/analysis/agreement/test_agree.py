@@ -17,13 +17,13 @@ from analysis.agreement import (
 )
 from analysis.agreement.observed_means import of_means
 from analysis.errors import ResultsError
-from analysis.records import Header
+from analysis.records import new_header
 from documents.arrays import Floats
 from documents.pages import Heading, Paragraph
 from tests.kept import known
 from tests.pages import policy_of
 
-HEADER = Header("plates <b>", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, (), {}, {}, {}, {}, {})
+HEADER = new_header("plates <b>", "01", "s1", "2026-01-31T09:30:00Z", seed=1)
 
 
 def rated(quality: Floats, name: str = "", observers: int = 12, seed: int = 1) -> ObservedGroup:

@@ -14,7 +14,7 @@ from analysis.bootstrap import resample
 from analysis.comparisons import from_sessions
 from analysis.errors import ResultsError
 from analysis.kinds import Trial
-from analysis.records import Header, SessionLog
+from analysis.records import SessionLog, new_header
 from analysis.report.summary import summarise
 from tests.answers import new_answer
 from tests.kept import known
@@ -26,9 +26,7 @@ STRENGTH = {"a": 1.5, "b": 0.5, "c": -0.5, "d": -1.5}
 def session(observer: int, *trials: Trial, scenes: bool = False) -> SessionLog:
     factors = {name: {"scene": "one" if name in "ab" else "two"} if scenes else {} for name in NAMES}
     stimuli = tuple({"name": name, "factors": factors[name]} for name in NAMES)
-    header = Header(
-        "plates", f"{observer:02d}", "s", "2026-01-31T09:30:00Z", 1, "?", False, stimuli, {}, {}, {}, {}, {}
-    )
+    header = new_header("plates", f"{observer:02d}", "s", "2026-01-31T09:30:00Z", seed=1, stimuli=stimuli)
     return SessionLog(Path(f"{observer}.jsonl"), header, trials, complete=True)
 
 

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from analysis.kinds import Trial
-from analysis.records import FILE_NAME, Header, Mark, Note, Resumption
+from analysis.records import FILE_NAME, Mark, Note, Resumption, new_header
 from tests.answers import new_answer
 
 STIMULI = ("one", "two", "three")
@@ -86,8 +86,7 @@ class Lab:
             "software": {"cyclopean": "0.1.0", "system": "Linux"},
             "presentation": {"renderer": "llvmpipe"},
         }
-        made = Header(**{**values, "station": recorded_on, **header})
-        lines = [made.to_json()] + [
+        lines = [new_header(**values, station=recorded_on).to_json() | header] + [
             record.to_json() for record in (records if records is not None else [self.pair(n) for n in range(3)])
         ]
         if complete:

@@ -11,7 +11,7 @@ import pytest
 from analysis.comparisons import SessionGroups, from_sessions, grouped_comparisons
 from analysis.kinds import Trial
 from analysis.records import SessionLog
-from tests.answers import changed
+from tests.answers import altered, changed
 
 Maker = Callable[..., SessionLog]
 FACTORS: Mapping[str, Mapping[str, Any]] = {
@@ -32,13 +32,13 @@ def study(
 ) -> SessionLog:
     """Return a session with an answer for each pair; ``labels`` are what the trials say of their groups."""
     session = make_session(names=list(factors), answers=pairs)
-    stimuli = tuple({**stimulus, "factors": factors[stimulus["name"]]} for stimulus in session.header.stimuli)
+    stimuli = tuple({**stimulus.given(), "factors": factors[stimulus.name]} for stimulus in session.header.stimuli)
     trials = []
     for number, trial in enumerate(session.trials):
         label = labels[number] if labels else None
         group = {} if label is None else {"group": label, "group_factor": "scene"}
         trials.append(changed(trial, block=block(number), data={**trial.details(), **group}))
-    return replace(session, header=replace(session.header, stimuli=stimuli), answers=tuple(trials))
+    return replace(session, header=altered(session.header, stimuli=stimuli), answers=tuple(trials))
 
 
 def groups_of(session: SessionLog) -> SessionGroups:

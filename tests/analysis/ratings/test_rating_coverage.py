@@ -14,10 +14,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from analysis.ratings import summarise_ratings
-from analysis.records import Header, SessionLog
+from analysis.records import SessionLog, new_header
 from analysis.series.observer_means import bounded_means
 from documents.arrays import Floats
-from tests.answers import new_answer
+from tests.answers import altered, new_answer
 from tests.stress.how_many import how_many
 
 # In points: the middle of what an observer answers, that of answers about it and of observers about it; how many each.
@@ -88,7 +88,7 @@ def log(observer: int, values: tuple[int, ...], ends: tuple[int, int] | None) ->
     from pathlib import Path
 
     planned = () if ends is None else ({"kind": "rating", "trials": 1, "expected_s": 1.0, "scales": {"q": list(ends)}},)
-    header = Header("e", f"{observer}", "s", "t", 0, "?", False, ({"name": "a"},), {}, {}, {}, {}, {}, planned=planned)
+    header = new_header("e", f"{observer}", "s", "2026-01-01T00:00:00Z", stimuli=({"name": "a"},), planned=planned)
     trials = (
         new_answer(0, number, "rating", (), 1.0, data={"stimulus": "a", "ratings": {"q": value}})
         for number, value in enumerate(values)
@@ -129,6 +129,6 @@ def test_equal_z_have_no_interval() -> None:
         for n, (name, value) in enumerate((("a", 2), ("b", 4)))
     )
     sessions = [
-        replace(base, header=replace(base.header, observer=code, stimuli=stimuli), answers=trials) for code in "123"
+        replace(base, header=altered(base.header, observer=code, stimuli=stimuli), answers=trials) for code in "123"
     ]
     assert [score.z_interval for score in summarise_ratings(sessions).scales[0].scores] == [None, None]

@@ -15,6 +15,7 @@ from analysis.records import SessionLog
 from analysis.report import Report, describe, print_report, write_report
 from analysis.report.page import sections_of
 from documents import counted_work
+from tests.answers import altered
 
 Maker = Callable[..., SessionLog]
 Sessions = Callable[..., list[SessionLog]]
@@ -29,7 +30,7 @@ def described(make_session: Maker) -> tuple[Report, Mapping[str, int]]:
     odd = [make_session(f"odd{number}", names=VIEWS, answers=[(b, a) for a, b in answers]) for number in range(3)]
     factors = {name: dict(zip(("image", "view"), name.split("-"), strict=True)) for name in VIEWS}
     named = [
-        replace(log, header=replace(log.header, stimuli=tuple({"name": n, "factors": factors[n]} for n in VIEWS)))
+        replace(log, header=altered(log.header, stimuli=tuple({"name": n, "factors": factors[n]} for n in VIEWS)))
         for log in (*sessions, *odd)
     ]
     with counted_work() as work:
@@ -108,12 +109,12 @@ def test_main_effects_in_an_interaction_are_averages_and_it_stands_with_their_li
 def test_equivalent_within_a_margin(make_session: Maker) -> None:
     answers = [("a", "b"), ("b", "a")] * 40
     sessions = [make_session(f"{number}", names=("a", "b"), answers=answers) for number in range(6)]
-    named = [replace(log, header=replace(log.header, analysis={"margin": "1jnd"})) for log in sessions]
+    named = [replace(log, header=altered(log.header, analysis={"margin": "1jnd"})) for log in sessions]
     (one,) = describe(named).conclusions
     assert isinstance(one, Conclusion)
     assert one.verdict in ("equivalent", "not distinguished")
     apart = [
-        replace(log, header=replace(log.header, analysis={"margin": "1jnd", "covariance": "model"})) for log in sessions
+        replace(log, header=altered(log.header, analysis={"margin": "1jnd", "covariance": "model"})) for log in sessions
     ]
     (one,) = describe(apart).conclusions
     assert (one.verdict, one.margin, one.stands) == ("equivalent", "1jnd", None)

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from analysis.comparisons import SessionGroups
-from analysis.records import Header, SessionLog
+from analysis.records import SessionLog, new_header
 from analysis.report import Report, common_names, describe
 from analysis.report.figures import draw_group_scores
 from analysis.report.grouped import GroupedSummary
@@ -25,7 +25,7 @@ from analysis.report.page import render, sections_of, tables_of
 from analysis.scaling import fit
 from documents.pages import write_csv_files
 from documents.pages.blocks import file_names
-from tests.answers import new_answer
+from tests.answers import altered, new_answer
 
 CODECS = ("jpeg", "avif", "jxl")
 SCENES = ("beach", "church", "dune")
@@ -54,7 +54,9 @@ def scenes(
             data |= {"group": factors[first]["scene"], "group_factor": "scene"}
             trials.append(new_answer(1, place, "all_pairs", (("up", 1.0),), 1.0, data=data))
         code, began = f"{number:02d}", "2026-01-02T03:04:05Z"
-        header = Header("scenes", code, "s1", began, 1, "Which?", False, stimuli, {"mode": "flat"}, {}, {}, {}, {})
+        header = new_header(
+            "scenes", code, "s1", began, seed=1, question="Which?", stimuli=stimuli, display={"mode": "flat"}
+        )
         sessions.append(SessionLog(Path(f"sub-{code}/session.jsonl"), header, tuple(trials), complete=True))
     return sessions
 
@@ -214,7 +216,7 @@ def test_common_names_are_the_other_factors_that_recur(
     header = scenes()[0].header
     stimuli = [{"name": name, "factors": {"scene": name[0], "view": "flat", **own}} for name, own in factors.items()]
     groups = SessionGroups({name: name[0] for name in factors}, "scene", "")
-    names = common_names(replace(header, stimuli=tuple(stimuli)), groups)
+    names = common_names(altered(header, stimuli=tuple(stimuli)), groups)
     assert names == ({} if expected is None else dict(zip(factors, expected, strict=True)))
 
 

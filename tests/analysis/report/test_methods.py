@@ -16,7 +16,7 @@ from analysis.report.page import sections_of
 from analysis.report.references import REFERENCES
 from analysis.report.words import chance, counted, fixed, listed
 from documents.pages import Facts, Numbered, Paragraph
-from tests.answers import changed
+from tests.answers import altered, changed
 
 Maker = Callable[..., SessionLog]
 Sessions = Callable[..., list[SessionLog]]
@@ -109,7 +109,7 @@ def test_what_the_experiment_set_of_its_screens_is_stated(sessions: list[Session
     assert "The screens" not in methods(sessions)[0]
     style = {"background": {"share_of_white": 0.2, "xy": [0.31, 0.33]}, "text": {"height_arcmin": 24}}
     interface = {"language": "de", "style": style}
-    text, _ = methods([replace(log, header=replace(log.header, interface=interface)) for log in sessions])
+    text, _ = methods([replace(log, header=altered(log.header, interface=interface)) for log in sessions])
     assert "The screens were in German." in text
     assert "20 % of the display's white" in text
     assert "letters of 24 minutes of arc" in text

@@ -20,7 +20,7 @@ from analysis.report import Report, describe, write_report
 from analysis.report.page import render, sections_of
 from analysis.report.ratings import sign_test
 from analysis.report.words import listed
-from tests.answers import changed, new_answer
+from tests.answers import altered, changed, new_answer
 from tests.pages import Page
 
 Maker = Callable[..., SessionLog]
@@ -123,7 +123,7 @@ def test_what_people_wrote_stays_text(make_session: Maker, preferring: Sessions,
     notes = (Note(text=HOSTILE, by=HOSTILE, block=0, trial=0, utc=UTC),)
     spoiled = [
         [
-            replace(one, answers=(*one.answers, question), notes=notes, header=replace(one.header, observer=HOSTILE))
+            replace(one, answers=(*one.answers, question), notes=notes, header=altered(one.header, observer=HOSTILE))
             for one in sessions
         ]
         for sessions in (

@@ -12,16 +12,15 @@ from analysis.records import SessionLog
 from analysis.report.reviewers import review_of, reviewers_section
 from analysis.report.summary import summarise
 from documents.pages import Facts
+from tests.answers import altered
 from tests.kept import known
 
 Maker = Callable[..., SessionLog]
 
 
 def with_margin(sessions: list[SessionLog], margin: str) -> list[SessionLog]:
-    return [
-        replace(session, header=replace(session.header, analysis={**session.header.analysis, "margin": margin}))
-        for session in sessions
-    ]
+    own = sessions[0].header.analysis.given() | {"margin": margin}
+    return [replace(session, header=altered(session.header, analysis=own)) for session in sessions]
 
 
 def test_a_sentence_and_folded_tables_for_each(sessions: list[SessionLog]) -> None:

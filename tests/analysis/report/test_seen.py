@@ -47,11 +47,11 @@ def _pictures(report: Report) -> dict[str, dict[str, bytes]]:
 
     out = io.BytesIO()
     Image.new("RGB", (4, 3)).save(out, "PNG")
-    return {str(one["name"]): {"left": out.getvalue(), "right": out.getvalue()} for one in report.header.stimuli}
+    return {one.name: {"left": out.getvalue(), "right": out.getvalue()} for one in report.header.stimuli}
 
 
 def _stimuli(session: SessionLog, **more: Any) -> tuple[dict[str, Any], ...]:
-    return tuple({**one, **more} for one in session.header.stimuli)
+    return tuple({**one.given(), **more} for one in session.header.stimuli)
 
 
 def test_an_old_log_of_an_anaglyph_says_that_the_cost_of_filters_is_not_recorded(make_session: Maker) -> None:

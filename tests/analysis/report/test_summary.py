@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from analysis.errors import ResultsError
 from analysis.records import SessionLog
 from analysis.report import describe, print_report
 from analysis.report.page import render
@@ -56,8 +55,8 @@ def test_settings_beside_have_classes_of_their_own_and_do_not_lead(make_session:
     "wishes", [{"beside": {"alpha": "small"}}, {"alpha": "small"}, {"alpha": True}, {"adjust": "tukey"}]
 )
 def test_a_header_with_unknown_wishes_is_refused(make_session: Maker, wishes: dict[str, object]) -> None:
-    with pytest.raises(ResultsError, match="header"):
-        summarise([make_session(analysis=wishes)])
+    with pytest.raises(ValueError, match="'analysis"):
+        make_session(analysis=wishes)
 
 
 def test_two_equal_items_have_the_interval_of_a_share(make_session: Maker) -> None:

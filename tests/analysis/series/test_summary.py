@@ -18,7 +18,7 @@ from analysis.report.series import series_sections
 from analysis.series import SeriesSummary, gather, summarise_series
 from analysis.series.picture_scores import picture_scores, weight_of
 from documents.pages import Figure
-from tests.answers import changed
+from tests.answers import altered, changed
 from tests.kept import known
 
 Maker = Callable[..., SessionLog]
@@ -88,7 +88,7 @@ def test_the_order_of_sessions_and_trials_and_observers_names_change_no_digit(ma
     turned = [replace(one, answers=one.answers[::-1]) for one in fifteen[::-1]]
     assert summarise_series(turned).to_json() == plain
     renamed = [
-        replace(one, header=replace(one.header, observer=f"x{99 - number}")) for number, one in enumerate(fifteen)
+        replace(one, header=altered(one.header, observer=f"x{99 - number}")) for number, one in enumerate(fifteen)
     ]
     other = summarise_series(renamed).to_json()
     for key in ("levels", "pictures", "ratings", "kind_tests", "choice_tests", "level_tests", "neighbours"):

@@ -12,7 +12,7 @@ import pytest
 from pydantic import ValidationError
 
 from analysis.comparisons import from_sessions
-from analysis.records import Header, SessionLog
+from analysis.records import SessionLog, new_header
 from analysis.scaling import fit
 from runner.blocks import Stimuli
 from runner.observers import BradleyTerryObserver
@@ -72,7 +72,7 @@ def test_known_scores_come_back_through_the_analysis(play: Play) -> None:
     block = met("active_pairs", PLACE, trials=600)
     whole = play(block, lambda ask: observer.respond(ask, 0.0).key)
     stimuli = tuple({"name": name} for name in NAMES)
-    header = Header("e", "01", "s", "2026-01-01T00:00:00+00:00", 0, "?", True, stimuli, {}, {}, {}, {}, {})
+    header = new_header("e", "01", "s", "2026-01-01T00:00:00+00:00", simulated=True, stimuli=stimuli)
     log = SessionLog(Path("s"), header, tuple(whole.trials), True)
     comparisons = from_sessions([log])
     assert comparisons.items == NAMES

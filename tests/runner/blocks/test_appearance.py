@@ -216,7 +216,7 @@ def test_the_header_states_style_keys_and_words(study: Study) -> None:
         digest = ""
 
     header = make_header(design, Stimuli(), "01", "s", (), {}, simulated=True)  # type: ignore[arg-type]  # no set is built
-    assert header.interface == {
+    assert header.interface.given() == {
         "language": "fr",
         "style": {"text": {"height_arcmin": 20.0}, "progress": "bar"},
         "keys": {"up": ["w"]},

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from analysis.records import Header, read_session
+from analysis.records import new_header, read_session
 from analysis.thresholds import Easier, QuestionSummary, QuestPlus, Staircase, summarise_thresholds
 from runner.blocks import Block, Stimuli
 from runner.blocks.threshold_ladders import ladders
@@ -176,7 +176,7 @@ CASES = {
 def _summary(block: Block, press: Callable[[Ask], str], play: Play, folder: Path) -> QuestionSummary:
     """Play a block, write its log, read it again and return what came of its only question."""
     stimuli = tuple({"name": name, "factors": factors} for name, factors in FACTORS.items())
-    header = Header("e", "01", "s", "2026-01-01T00:00:00Z", 0, "?", True, stimuli, {}, {}, {}, {}, {})
+    header = new_header("e", "01", "s", "2026-01-01T00:00:00Z", simulated=True, stimuli=stimuli)
     utc = "2026-01-01T00:00:01.000+00:00"
     trials = [changed(trial, utc=utc) for trial in play(block, press).trials]
     file = folder / "session.jsonl"

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.records import Header
+from analysis.records import new_header
 from runner.check import TRIED_OBSERVERS, CheckOptions, CheckReport, check_file
 from runner.check.machine import NO_DISPLAY
 from runner.presenter import monitors
@@ -19,7 +19,7 @@ from stimuli.pictures import StereoImage, write_exr
 from tests.choice import nightly
 
 Study = Any  # tests/conftest.py
-HEADER = Header("small", "07", "s", "2026-01-01T00:00:00.000+00:00", 0, "Which?", True, (), {}, {}, {}, {}, {})
+HEADER = new_header("small", "07", "s", "2026-01-01T00:00:00.000+00:00", question="Which?", simulated=True)
 
 
 def _check(study: Study, **options: Any) -> CheckReport:

@@ -43,9 +43,9 @@ def test_a_simulated_session_records_every_pair_with_its_facts(study: Study) -> 
     log = read_session(file)
     assert log.complete
     assert log.header.simulated
-    assert log.header.display["mode"] == "side-by-side"
+    assert log.header.display.mode == "side-by-side"
     assert set(log.header.hashes) == {"experiment", "stimuli", "display", "rig", "configuration"}
-    assert log.header.presentation["backend"] == "egl"
+    assert log.header.presentation.backend == "egl"
     pairs = [trial for trial in log.trials if trial.kind == "all_pairs"]
     assert len({frozenset((t.details()["first"], t.details()["second"])) for t in pairs}) == 6
     for trial in pairs:
@@ -225,7 +225,7 @@ def test_an_uncharacterised_mode_is_refused_unless_allowed_and_then_marks_every_
     assert "those of 'quad-buffered'" in told.stderr
     (file,) = session_files(study.results)
     log = read_session(file)
-    assert log.header.display["characterised_as"] == "quad-buffered"
+    assert log.header.display.characterised_as == "quad-buffered"
     assert any("not to be trusted" in remark for remark in log.header.remarks)
     assert all(trial.details()["uncharacterised"] is True for trial in log.trials)
 

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from analysis.kinds import Trial
-from analysis.records import Header, SessionLog, read_session
+from analysis.records import SessionLog, new_header, read_session
 from runner import Scene
 from runner.errors import SessionError
 from runner.observers import BradleyTerryObserver
@@ -25,7 +25,7 @@ from runner.session import Session
 from runner.session.folders import Recorder
 from runner.session.station import Station
 from stimuli.build import build_set
-from tests.answers import changed
+from tests.answers import altered, changed
 from tests.runner.every_kind import Stage, met, setting
 
 Study = Any  # tests/conftest.py
@@ -115,7 +115,9 @@ def test_screens_of_another_session_are_others(study: Study, tmp_path: Path) -> 
 
 
 STIMULI = tuple({"name": name} for name in SCORES)
-HEADER = Header("e", "01", "s", "2026-01-01T00:00:00+00:00", 0, "Which?", True, STIMULI, {}, {}, {"a": "1"}, {}, {})
+HEADER = new_header(
+    "e", "01", "s", "2026-01-01T00:00:00+00:00", question="Which?", simulated=True, stimuli=STIMULI, hashes={"a": "1"}
+)
 PLACE = setting(SCORES)
 BLOCKS = (
     met("instructions", PLACE, text="Look."),
@@ -127,7 +129,7 @@ BLOCKS = (
 def _recorded(folder: Path, observer: Observer, marks: tuple[int, ...] = (), **more: Any) -> tuple[SessionLog, Stage]:
     """Record a session in which the experimenter marks some trials of the pairs."""
     screen = Stage()
-    with Recorder.create(folder, replace(HEADER)) as recorder:
+    with Recorder.create(folder, altered(HEADER)) as recorder:
         session = Session(BLOCKS, screen, observer, recorder, **more)
 
         def mark(trial: Trial) -> None:

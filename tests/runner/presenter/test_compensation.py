@@ -104,11 +104,11 @@ def test_without_cancelling_the_leak_would_be_seen(inside: Study, monkeypatch: p
 
 def _report(study: Study) -> dict[str, Any]:
     log = _run(study)
-    assert log.header.display["crosstalk_cancelled"] is True
+    assert log.header.display.crosstalk_cancelled is True
     trial = next(trial for trial in log.trials if trial.kind == "all_pairs")
     assert set(trial.details()["clipping"][trial.details()["first"]]) == {"left", "right", "crosstalk"}
     json.dumps(log.header.to_json())
-    return {stimulus["name"]: stimulus["clipping"]["crosstalk"] for stimulus in log.header.stimuli}
+    return {stimulus.name: stimulus.given()["clipping"]["crosstalk"] for stimulus in log.header.stimuli}
 
 
 def _dark_against_bright(folder: Path) -> None:
@@ -155,7 +155,7 @@ def test_the_room_s_light_is_taken_off_what_is_asked_and_stands_in_the_header(in
     plain = _mean_delta_e(inside)
     inside.edit("display.yaml", "modes:\n", "ambient_XYZ_cd_m2: [0.4, 0.5, 0.3]\nmodes:\n")
     assert max(_mean_delta_e(inside)) < 1.1 * max(plain)
-    display = _run(inside).header.display
+    display = _run(inside).header.display.given()
     black = read_rig(inside.folder / "rig.yaml").models.left.black_XYZ_cd_m2
     assert display["ambient_XYZ_cd_m2"]["left"] == [0.4, 0.5, 0.3]
     assert display["black_XYZ_cd_m2"]["left"] == pytest.approx(black.tolist(), abs=1e-6)
@@ -231,7 +231,7 @@ def test_a_panel_of_ten_bits_gets_codes_of_ten_bits(study: Study) -> None:
     model = read_rig(study.folder / "rig.yaml").models.left
     reference = model.code(read_exr(study.folder / f"{_first_pair(study)[0]}.exr").left) * 1023
     assert np.abs(shown - reference).max() <= 0.501
-    assert _run(study).header.presentation["bits"] == 10
+    assert _run(study).header.presentation.bits == 10
 
 
 def test_the_costs_of_an_anaglyph_counts_the_mixed_picture(study: Study) -> None:

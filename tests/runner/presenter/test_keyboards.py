@@ -156,7 +156,7 @@ def _said(study: Study) -> tuple[set[str], Any]:
         law = read_observer(study.observers, design.scored_names, None)
         log = read_session(next(session_files(station.run("01", station.simulated(law, "01"), simulated=True))))
     words = {item.words for scene in (*scenes, menu) for item in scene.items if isinstance(item, Text)}
-    return words, log.header.interface.get("keyboard_labels")
+    return words, log.header.interface.given().get("keyboard_labels")
 
 
 PAIRS = "{kind: all_pairs, break_every: 4}"

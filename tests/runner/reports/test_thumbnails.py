@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +18,7 @@ from runner.session import hashes
 from runner.session.header import make_header
 from stimuli.build import StimulusSet, build_set
 from stimuli.pictures import StereoImage, write_exr
+from tests.answers import altered
 
 ROOT = Path(__file__).parents[3]
 
@@ -113,7 +113,7 @@ def test_only_the_pictures_and_the_display_of_the_session_are_shown(shown: tuple
     assert found is not None
     assert hashes(*found) == hashes(experiment, stimuli)
     for key in ("stimuli", "display"):
-        assert find_shown(replace(header, hashes={**header.hashes, key: "00"}), experiment.file) is None
+        assert find_shown(altered(header, hashes={**header.hashes, key: "00"}), experiment.file) is None
     assert find_shown(header, experiment.file.with_name("recipe.yaml")) is None
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -10,20 +9,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.records import Header, session_files
+from analysis.records import new_header, session_files
 from runner.errors import SessionError
 from runner.session.folders import Recorder, new_label, observer_folder, to_resume, unfinished
-from tests.answers import new_answer
+from tests.answers import altered, new_answer
 
 NOON = datetime(2026, 3, 1, 12, tzinfo=UTC)
 STIMULI = ({"name": "a"}, {"name": "b"})
-HEADER = Header("e", "01", "s", "2026-01-01T00:00:00.000+00:00", 0, "Which?", True, STIMULI, {}, {}, {}, {}, {})
+HEADER = new_header("e", "01", "s", "2026-01-01T00:00:00.000+00:00", question="Which?", simulated=True, stimuli=STIMULI)
 
 
 def _begin(results: Path, now: datetime, *, complete: bool) -> str:
     folder = observer_folder(results, "e", "01")
     label = new_label(folder, now)
-    with Recorder.create(folder / f"ses-{label}", replace(HEADER, session=label)) as recorder:
+    with Recorder.create(folder / f"ses-{label}", altered(HEADER, session=label)) as recorder:
         if complete:
             recorder.end({})
     return label

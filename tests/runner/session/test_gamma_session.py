@@ -55,7 +55,7 @@ def test_the_measured_table_lets_a_session_run_and_is_recorded(study: Study, loa
     assert run_session(study.experiment, "01", options(study, notify=said.append)).ending == "completed"
     assert not [line for line in said if "gamma" in line]
     log = log_of(study)
-    held = log.header.presentation["gamma_table"]
+    held = log.header.presentation.gamma_table.given()
     table = GammaTable.from_shares(np.linspace(0, 1, 256) ** 1.1)
     assert held["measured"]["both"]["hash"] == held["loaded"]["both"]["hash"] == table.sha256
     assert held["loaded"]["both"]["departure_codes"] == pytest.approx(table.departure_codes, abs=1e-3)
@@ -73,7 +73,7 @@ def test_another_table_is_refused_and_accepted_where_asked(study: Study, load_ta
     assert "--accept-gamma-table" in study.run(*window, expect=2).stderr
     assert "warning: the gamma table loaded" in study.run(*window, "--accept-gamma-table").stderr
     header = log_of(study).header
-    assert header.presentation["gamma_table"]["accepted"] is True
+    assert header.presentation.gamma_table.accepted is True
     assert any("is not the one" in remark for remark in header.remarks)
 
 
@@ -84,7 +84,7 @@ def test_what_is_not_known_is_a_warning(study: Study, load_table: Load) -> None:
     run_session(study.experiment, "01", options(study, notify=said.append))
     (warning,) = [line for line in said if "gamma" in line]
     assert "is not known: nobody looked" in warning
-    assert log_of(study).header.presentation["gamma_table"]["measured"] == {"both": {"unknown": "nobody looked"}}
+    assert log_of(study).header.presentation.gamma_table.measured == {"both": {"unknown": "nobody looked"}}
 
 
 @pytest.mark.nightly
@@ -184,7 +184,7 @@ def test_a_rig_sets_the_identity_for_its_sessions(study: Study, load_table: Load
     measured_with(study, 1.0)
     study.edit("rig.yaml", "distance_mm: 700\n", "distance_mm: 700\ngamma_table: identity\n")
     assert run_session(study.experiment, "01", options(study)).ending == "completed"
-    held = log_of(study).header.presentation["gamma_table"]
+    held = log_of(study).header.presentation.gamma_table.given()
     assert held["set"] == "identity"
     assert held["loaded"]["both"]["departure_codes"] == 0.0
     study.edit("rig.yaml", "gamma_table: identity\n", "")
@@ -200,7 +200,7 @@ def test_without_a_window_nothing_is_said_or_refused(study: Study, load_table: L
     settings = SessionOptions(results=study.results, simulate=study.observers, notify=said.append)
     assert run_session(study.experiment, "01", settings).ending == "completed"
     assert not [line for line in said if "gamma" in line]
-    held = log_of(study).header.presentation["gamma_table"]
+    held = log_of(study).header.presentation.gamma_table.given()
     assert held["loaded"] == {"both": {"monitor": "", "unknown": "it was drawn without a window"}}
 
 

@@ -43,7 +43,7 @@ def test_the_copy_of_a_session_is_the_same_files(study: Study, backup: Path) -> 
     (check,) = check_results(study.results, mirror=backup).logs
     assert check.mirror == "whole"
     assert check.complete
-    assert read_session(file).header.presentation["results_mirror"] == str(backup)
+    assert read_session(file).header.presentation.results_mirror == str(backup)
 
 
 def test_the_next_session_catches_up_those_before(study: Study, backup: Path) -> None:

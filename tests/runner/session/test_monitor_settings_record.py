@@ -15,7 +15,7 @@ def test_the_header_has_both_and_the_remarks_say_what_differs(study: Study) -> N
         rig.write("monitor_settings: {brightness_percent: 40, local_dimming: true}\n")
     study.run()
     header = read_session(study.log_file()).header
-    assert header.display["monitor_settings"] == {
+    assert header.display.monitor_settings == {
         "measured": {"brightness_percent": 35.0},
         "used": {"brightness_percent": 40.0, "local_dimming": True},
     }

@@ -14,7 +14,7 @@ from analysis.report import describe
 from analysis.report.notes import on_sessions
 from runner.presenter import MODES
 from runner.protocol import read_experiment
-from tests.answers import changed
+from tests.answers import altered, changed
 
 Study = Any  # tests/conftest.py
 SAID = "nominal, not measured"
@@ -41,11 +41,11 @@ def test_every_record_says_that_the_display_was_not_measured(nominal: Study, tmp
     log = read_session(nominal.log_file())
     assert log.trials
     assert all(trial.nominal == "srgb" and "uncharacterised" not in trial.details() for trial in log.trials)
-    assert log.header.nominal["kind"] == "srgb"
-    assert log.header.nominal["words"] == WORDS
-    assert log.header.display["black_XYZ_cd_m2"]["left"][1] == pytest.approx(0.1)
-    assert log.header.display["white_XYZ_cd_m2"]["left"][1] == pytest.approx(100.0)
-    assert SAID in log.header.display["source"]
+    display = log.header.display.given()
+    assert (display["nominal"]["kind"], display["nominal"]["words"]) == ("srgb", WORDS)
+    assert display["black_XYZ_cd_m2"]["left"][1] == pytest.approx(0.1)
+    assert display["white_XYZ_cd_m2"]["left"][1] == pytest.approx(100.0)
+    assert SAID in display["source"]
     (remark,) = [remark for remark in log.header.remarks if SAID in remark]
     assert "cyclopean display measure" in remark
 
@@ -135,7 +135,9 @@ def test_sessions_before_and_after_a_measurement_are_told_apart(nominal: Study) 
     log = read_session(nominal.log_file())
     measured = replace(
         log,
-        header=replace(log.header, display={k: v for k, v in log.header.display.items() if k != "nominal"}, remarks=()),
+        header=altered(
+            log.header, display={k: v for k, v in log.header.display.given().items() if k != "nominal"}, remarks=()
+        ),
         answers=tuple(
             changed(trial, data={k: v for k, v in trial.details().items() if k != "nominal"}) for trial in log.answers
         ),
@@ -143,7 +145,7 @@ def test_sessions_before_and_after_a_measurement_are_told_apart(nominal: Study) 
     assert not any(SAID in note for note in on_sessions([measured]))
     (note,) = [note for note in on_sessions([log, measured]) if SAID in note]
     assert "in 7 of 14 trials" in note
-    header = replace(measured.header, observer="other", session="other")
+    header = altered(measured.header, observer="other", session="other")
     measured = replace(measured, header=header, file=log.file.parent.with_name("ses-other") / log.file.name)
     assert "in some of the sessions" in json.dumps(describe([log, measured]).methods.to_json())
 
@@ -177,7 +179,7 @@ def test_where_the_panel_is_the_monitors_a_report_elsewhere_shows_the_pictures(
     simulate(nominal.experiment, nominal.observers, 1, results=nominal.results)
     monkeypatch.setattr(experiment.read_experiment, "__kwdefaults__", defaults | {"ask_monitor": lambda names=(): None})
     header = read_session(nominal.log_file()).header
-    assert header.nominal["panel_from"] == "the monitor 'DP-1', 192 x 146 mm"
+    assert header.display.given()["nominal"]["panel_from"] == "the monitor 'DP-1', 192 x 146 mm"
     found = find_shown(header, nominal.experiment)
     assert found is not None
-    assert found[0].rig.display.panel.model_dump(mode="json") == header.display["panel"]
+    assert found[0].rig.display.panel.model_dump(mode="json") == header.display.panel.given()

@@ -50,7 +50,7 @@ def _kinds(file: Path) -> list[str]:
 
 
 def _costs(log: SessionLog) -> dict[str, Any]:
-    return {str(one["name"]): one.get("clipping") for one in log.header.stimuli}
+    return {one.name: one.given().get("clipping") for one in log.header.stimuli}
 
 
 def _plain(study: Study) -> dict[str, Any]:

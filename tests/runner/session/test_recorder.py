@@ -8,13 +8,13 @@ from pathlib import Path
 import pytest
 
 from analysis.kinds import Trial
-from analysis.records import FILE_NAME, Header, read_session
+from analysis.records import FILE_NAME, new_header, read_session
 from runner.errors import SessionError
 from runner.session.folders import Recorder
 from tests.answers import new_answer
 
 STIMULI = ({"name": "a"}, {"name": "b é"})
-HEADER = Header("e", "01", "s", "2026-01-01T00:00:00+00:00", 0, "Which — µ?", True, STIMULI, {}, {}, {}, {}, {})
+HEADER = new_header("e", "01", "s", "2026-01-01T00:00:00+00:00", question="Which — µ?", simulated=True, stimuli=STIMULI)
 
 
 def _trial(number: int) -> Trial:

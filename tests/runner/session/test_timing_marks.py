@@ -75,7 +75,7 @@ def test_each_onset_and_answer_is_a_byte_and_stands_in_its_trial(study: Study) -
     assert sent == sorted(sent)
     assert sent[0] > 0.0
     assert sent[-1] < 600.0
-    assert log.header.presentation["timing_marks"] == [
+    assert log.header.presentation.timing_marks == [
         {"kind": "serial", "port": port, "baud": 115200, "onset": 17, "answer": 34, "pulse_ms": None}
         | {"codes": {}, "trial_byte": False}
     ]
@@ -89,7 +89,7 @@ def test_a_simulation_sends_none_unless_asked(study: Study) -> None:
         assert read(0.05) == b""
     assert marks_of(log) == []
     assert said == []
-    assert "timing_marks" not in log.header.presentation
+    assert "timing_marks" not in log.header.presentation.given()
     assert log.header.remarks == ()
 
 

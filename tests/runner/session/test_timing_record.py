@@ -142,7 +142,7 @@ def test_a_session_s_header_holds_the_record_and_says_that_it_does_not_hold_with
     study.edit("rig.yaml", "mode: side", "photodiode_verification: photodiode.yaml\nmode: side")
     assert "there is no screen here" in study.run().stderr
     header = read_session(study.log_file()).header
-    timing = header.presentation["timing"]
+    timing = header.presentation.timing.given()
     assert timing["verification"] == NOT_VERIFIED
     kept = timing["verification_record"]
     assert kept["sha256"] == hashlib.sha256(record.read_bytes()).hexdigest()
@@ -153,8 +153,8 @@ def test_a_session_s_header_holds_the_record_and_says_that_it_does_not_hold_with
 def test_a_session_without_a_record_says_so_and_remarks_nothing(study: Study) -> None:
     study.run()
     header = read_session(study.log_file()).header
-    assert header.presentation["timing"]["verification"] == NOT_VERIFIED
-    assert "verification_record" not in header.presentation["timing"]
+    assert header.presentation.timing.verification == NOT_VERIFIED
+    assert "verification_record" not in header.presentation.timing.given()
     assert header.remarks == ()
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from analysis.kinds import Trial
 from analysis.observers import outcomes, screened, threshold_estimate
 from analysis.observers.screening import passed
-from analysis.records import Header, SessionLog
+from analysis.records import SessionLog, new_header
 from devices.display import DisplayModel, EyeModels, ToneCurve
 from runner.blocks import Block, Style
 from runner.blocks.screening.acuity import NearAcuitySpec, StereoAcuitySpec, finest_arcsec, finest_logmar, gap_px
@@ -318,7 +318,7 @@ def test_parallax_undoes_disparity(arcsec: float) -> None:
 
 
 def _log(trials: list[Trial], observer: str = "01") -> SessionLog:
-    header = Header("e", observer, "s", "2026-01-01T00:00:00+00:00", 0, "?", True, (), {}, {}, {}, {}, {})
+    header = new_header("e", observer, "s", "2026-01-01T00:00:00+00:00", simulated=True)
     return SessionLog(Path("x"), header, tuple(trials), True)
 
 
