@@ -25,7 +25,7 @@ from devices.display.code_table import curve_table
 from devices.display.display_file import EYES, Eye, EyeModels
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
-from runner.presenter.arithmetic import Arithmetic, Real3, Real3x3
+from runner.presenter.arithmetic import Arithmetic, Real3x3, Reals
 from runner.presenter.colour_pass import ColourPass, release_codes
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
@@ -143,9 +143,9 @@ class Pass:
         self._table: moderngl.Texture | None = None
         uniforms: dict[str, Uniform] = {
             "linear_from_XYZ": Real3x3(display.linear_from_XYZ),
-            "black_light": Real3(np.zeros(3)),
-            "lift": Real3(np.zeros(3)),
-            "scale": Real3(np.ones(3)),
+            "black_light": Reals(np.zeros(3)),
+            "lift": Reals(np.zeros(3)),
+            "scale": Reals(np.ones(3)),
             "box": (1, 1),
             "picture_XYZ": 0,
         }

@@ -30,7 +30,7 @@ from devices.display.model import DisplayModel
 from devices.display.plvc import MOST_STEPS, Plvc
 from devices.display.residual import Residual
 from devices.display.table_curve import TableCurve
-from runner.presenter.arithmetic import Arithmetic, Real3, Real3x3
+from runner.presenter.arithmetic import Arithmetic, Real3x3, Reals
 from runner.presenter.colour_pass import channel_interaction
 from runner.presenter.shaders import Part, Uniform, compile_program, set_uniform, shader_file
 from runner.presenter.surfaces.opening import open_surface
@@ -145,9 +145,9 @@ class Pass:
             self._textures.append(context.texture((tables.shape[1], 3), 1, tables.tobytes(), dtype="f4"))
         values: dict[str, Uniform] = {
             "linear_from_XYZ": Real3x3(model.linear_from_XYZ),
-            "black_light": Real3(model.linear_from_XYZ @ model.black_XYZ_cd_m2),
-            "lift": Real3(np.zeros(3)),
-            "scale": Real3(np.ones(3)),
+            "black_light": Reals(model.linear_from_XYZ @ model.black_XYZ_cd_m2),
+            "lift": Reals(np.zeros(3)),
+            "scale": Reals(np.ones(3)),
             "levels": 0.0,
             "box": (1, 1),
             "picture_XYZ": 0,

@@ -210,9 +210,9 @@ def _worst_error(rows: list[Row]) -> float:
 def run() -> dict[str, Any]:
     """Measure every mode in every way."""
     models = read_display(ASUS).models("side-by-side")
-    rows = [measure(mode(), models, way) for way in WAYS for mode in MODES.values()]
+    rows = [measure(mode, models, way) for way in WAYS for mode in MODES.values()]
     # An anaglyph mixes both views into other codes by design.
-    own = [own_codes(mode()) for name, mode in MODES.items() if not name.startswith("anaglyph")]
+    own = [own_codes(mode) for name, mode in MODES.items() if not name.startswith("anaglyph")]
     promises = [Promise("share of an sRGB picture's codes that change", _worst_error(own), 0.0, "error", "exactly")]
     return {
         "title": f"From asked XYZ to a framebuffer of {SIZE_PX[0]} × {SIZE_PX[1]} and back, in ΔE00",

@@ -21,6 +21,7 @@ import numpy as np
 from runner.protocol.experiment import Experiment, read_experiment
 from runner.scene import Picture, Scene
 from runner.session.clipping_costs import COSTS, ClippingCosts
+from runner.session.options import SessionOptions
 from runner.session.station import Station
 from stimuli.build import StimulusSet, build_set, cache_folder
 from stimuli.pictures import StereoImage, write_exr
@@ -81,7 +82,7 @@ Opening = Callable[[Experiment, StimulusSet, Callable[[], None]], tuple[Costs, i
 
 def plainly(design: Experiment, stimuli: StimulusSet, first_trial: Callable[[], None]) -> tuple[Costs, int]:
     """Read every picture, for its costs and to be shown, before the first trial."""
-    with Station.open(design, stimuli, Path("unused"), "egl") as station:
+    with Station.open(design, stimuli, SessionOptions(Path("unused"), backend="egl")) as station:
         costs = ClippingCosts.of(design, stimuli, station.pictures.stimulus)
         known = {}
         for name in stimuli.names:
@@ -93,7 +94,7 @@ def plainly(design: Experiment, stimuli: StimulusSet, first_trial: Callable[[], 
 
 def in_turn(design: Experiment, stimuli: StimulusSet, first_trial: Callable[[], None]) -> tuple[Costs, int]:
     """Open as a session does, make the first trial ready, then ask for all costs."""
-    with Station.open(design, stimuli, Path("unused"), "egl") as station:
+    with Station.open(design, stimuli, SessionOptions(Path("unused"), backend="egl")) as station:
         station.presenter.prefetch(Scene(tuple(Picture(name) for name in stimuli.names[:2])))
         first_trial()
         return station.costs.of(stimuli.names), station.pictures.read

@@ -1,16 +1,15 @@
-"""What the session engine needs of the world, and no more: a presenter, an observer, a place for answers.
+"""What the session engine needs of the world, and no more: a presenter, an observer, the answers of others.
 
 What an Ask is about, in words that do not need eyes: for simulated observers, and for whoever reads a session.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias
 
-from analysis.kinds import Trial
-from analysis.records import Mark, Note, PooledBatch
+from analysis.records import PooledBatch
 from runner.scene import Offset, Scene
 
 if TYPE_CHECKING:
@@ -151,6 +150,10 @@ class WindowClosed(Exception):
     """The window was closed while an answer was awaited."""
 
 
+class ObserverLeft(Exception):
+    """The observer asked to leave."""
+
+
 @dataclass(frozen=True, slots=True)
 class Target:
     """A rectangle that can be clicked: its middle and size (width, height) in pixels, as places in a scene are."""
@@ -253,25 +256,3 @@ class Observer(Protocol):
 
         Raises WindowClosed if there is nothing left to answer to.
         """
-
-
-class Sink(Protocol):
-    """Where answers go, such as a `Recorder`. Each is permanent before the call returns."""
-
-    def append(self, trial: Trial) -> None:
-        """Keep an answer."""
-
-    def note(self, note: Note) -> None:
-        """Keep a note."""
-
-    def mark(self, mark: Mark) -> None:
-        """Keep a mark: this trial is to be asked once more."""
-
-    def pool(self, batch: PooledBatch) -> None:
-        """Keep a batch of pairs that was chosen by the answers of all observers."""
-
-    def answers(self) -> Sequence[Trial]:
-        """Return every attempt kept so far."""
-
-    def end(self, facts: Mapping[str, Any]) -> None:
-        """Note that the session is complete, and ``facts`` of how it went."""

@@ -249,9 +249,9 @@ def _surface(backend: str) -> SurfaceReport:
                 modes = available(surface)
         except Exception as error:
             modes["quad-buffered"] = str(error)
-    for name in [name for name, make in MODES.items() if make().windows > 1]:
+    for name in [name for name, mode in MODES.items() if mode.windows > 1]:
         try:
-            with open_surface(backend, _SIZE_PX, windows=MODES[name]().windows, windowed=True) as surface:
+            with open_surface(backend, _SIZE_PX, windows=MODES[name].windows, windowed=True) as surface:
                 modes[name] = available(surface)[name]
         except Exception as error:
             modes[name] = str(error)

@@ -14,7 +14,7 @@ from runner.blocks.block import Block, Draft
 from runner.blocks.message import page, pause_menu
 from runner.blocks.text_entry import typed
 from runner.check.report import CheckReport
-from runner.observers.walk import walk
+from runner.observers.simulated import walk
 from runner.presenter.lettering import Area, text_area
 from runner.protocol.experiment import Experiment
 from runner.scene import Picture, Scene, Text

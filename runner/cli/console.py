@@ -11,11 +11,14 @@ import shutil
 import sys
 import threading
 from collections.abc import Callable
-from typing import Protocol, TextIO
+from typing import TYPE_CHECKING, TextIO
 
 from documents.files import system_fault
 from documents.platform import obeys_sequences, reads_terminal, wait_for_input
 from documents.text import visible
+
+if TYPE_CHECKING:
+    from runner.session.events import Notes
 
 HELP = (
     "n WORDS, or just words: a note, kept with its place in the session · "
@@ -24,16 +27,6 @@ HELP = (
 _ABOVE = "\x1b7\x1b[1A\r\x1b[2K{}\x1b8"  # save the place, go up, clear the line, write, go back to what is being typed
 _LONGEST_LINE = 4096
 _LAST_WAIT_S = 0.5
-
-
-class Notes(Protocol):
-    """What the console does to a session; may be called from any thread."""
-
-    def note(self, words: str, by: str) -> None:
-        """Keep a note."""
-
-    def mark(self, by: str) -> tuple[int, int] | None:
-        """Mark the last trial to be asked again, and return its place."""
 
 
 def at_a_terminal() -> bool:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import sys
-from dataclasses import replace
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,13 +17,16 @@ from runner.cli.options import takes
 from runner.session.options import SessionOptions
 
 if TYPE_CHECKING:
+    from runner.session.events import Event
     from runner.session.options import SessionResult
+    from runner.session.picture_source import Progress
+    from runner.session.status import SessionStatus
 
 
 @click.command(short_help="Run a session with an observer.")
 @click.argument("experiment", type=click.Path(path_type=Path))
 @click.option("--observer", required=True, help="Code of the observer: letters and digits, such as 01.")
-@takes(SessionOptions, leave_out={"progress", "notify", "on_begin", "on_trial"})
+@takes(SessionOptions, leave_out={"progress", "notify", "listeners"})
 @click.option(
     "--console/--no-console",
     default=None,
@@ -45,58 +49,31 @@ def command(
     Exit status: 0 if the session is complete, also where a failed vision test ended it; 1 if it was stopped, closed,
     interrupted or failed, with the command that continues it; 2 if the input was wrong.
     """
-    from contextlib import ExitStack
-
     from runner.cli.output import progress_bar
     from runner.errors import UsedCodeError
     from runner.session.options import session_command
     from runner.session.run import run_session
-    from runner.session.session import Session
     from runner.session.status import SessionStatus
 
     if options.simulate and Path(options.simulate).suffix == ".jsonl":
         options = replace(options, simulate=None, replay=options.simulate)
-    if options.replay and (options.resume or options.simulate):
-        raise click.UsageError("--replay goes neither with --resume nor with another --simulate")
-    if options.resume and options.new:
-        raise click.UsageError("--resume goes on with the unfinished session, --new begins another: give one of them")
-    of_a_person = not (options.simulate or options.replay)
     if console is None:
-        console = of_a_person and options.backend in (None, "window") and at_a_terminal()
-    shown: Console | None = None
-    begun = False
+        console = options.of_a_person and options.backend in (None, "window") and at_a_terminal()
     with ExitStack() as terminal:
         step = terminal.enter_context(progress_bar(quiet=as_json))
-
-        def on_begin(session: Session, status: SessionStatus) -> None:
-            nonlocal shown, begun
-            begun = True
-            if console and not options.replay:
-                shown = terminal.enter_context(Console(session, status.line, sys.stdin, own_stream(sys.stderr)))
-
-        def on_trial(status: SessionStatus) -> None:
-            if shown:
-                shown.refresh()
-            else:
-                step(f"Observer {observer}", status.answered, status.trials)
-
-        options = replace(
-            options,
-            progress=step,
-            notify=lambda line: click.echo(line, err=True),
-            on_begin=on_begin,
-            on_trial=on_trial,
-        )
+        shown = _Shown(observer, terminal, step, console and not options.replay, SessionStatus())
+        options = replace(options, progress=step, notify=lambda line: click.echo(line, err=True), listeners=(shown,))
         try:
             done = run_session(experiment, observer, options)
         except UsedCodeError as error:
-            if not of_a_person or as_json or not at_a_terminal():
+            if not options.of_a_person or as_json or not at_a_terminal():
                 raise
             click.echo(error.what, err=True)
             if not click.confirm("Is this the same person, who sits once more?", err=True):
                 raise
             options = replace(options, again=True)
             done = run_session(experiment, observer, options)
+    begun = bool(shown.status.blocks)
     completed = done.ending == "completed" and done.folder is not None
     if as_json:
         click.echo(json.dumps(done.to_json()))
@@ -123,6 +100,34 @@ def command(
         click.echo(f"warning: {done.doubt}", err=True)
     if not completed and not (options.replay and done.ending == "window closed"):
         sys.exit(1)
+
+
+@dataclass(slots=True)
+class _Shown:
+    """Shows where the session stands after each answer: on the experimenter's line if ``has_console``, or by a bar."""
+
+    observer: str
+    terminal: ExitStack
+    step: Progress
+    has_console: bool
+    status: SessionStatus
+    console: Console | None = None
+
+    def hear(self, event: Event) -> None:
+        from analysis.kinds import Trial
+        from analysis.records import WindowEvent
+        from runner.session.events import Recorded, Replayed, SessionBegan
+
+        self.status.hear(event)
+        match event:
+            case SessionBegan(session) if self.has_console:
+                lines = Console(session, self.status.line, sys.stdin, own_stream(sys.stderr))
+                self.console = self.terminal.enter_context(lines)
+            case Recorded(Trial() | WindowEvent()) | Replayed(left=0):
+                if self.console:
+                    self.console.refresh()
+                else:
+                    self.step(f"Observer {self.observer}", self.status.answered, self.status.trials)
 
 
 _ENDINGS = {

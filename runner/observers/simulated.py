@@ -7,19 +7,21 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Self
 
 import numpy as np
 
+from analysis.records import PooledBatch
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.display import EyeModels
 from documents import Finding
 from documents.arrays import Floats
+from runner.blocks.block import Block, Draft, Ended, Hold, Response
 from runner.errors import SessionError
 from runner.observers.behaviour import ATTENTIVE, BehaviourSpec, choice_law, difficulty, pair_law, psychometric_law
-from runner.ports import Ask, Browse, Choose, Compare, KeyPress, Rate, Write
+from runner.ports import Ask, Browse, Choose, ChooseBatch, Compare, KeyPress, NoOthers, Rate, Write
 from stimuli.pictures import StereoImage
 
 TIES = ("no_difference", "not_sure")
@@ -278,3 +280,22 @@ def unseen(task: Browse) -> str:
     """Return the way to the nearest picture of a series that was not seen yet."""
     ahead = [index for index in range(task.index + 1, len(task.series)) if index not in task.seen]
     return "next" if ahead else "previous"
+
+
+def walk(block: Block) -> Iterator[Ask | Hold | Draft]:
+    """Yield what ``block`` yields: what is asked, what is shown for a time, and what would be recorded."""
+    steps = block.steps()
+    response: Response | PooledBatch | None = None
+    while True:
+        try:
+            step = steps.send(response)
+        except (StopIteration, Ended):
+            return
+        if isinstance(step, ChooseBatch):
+            response = NoOthers().batch(0, 0, step)
+            continue
+        yield step
+        response = None
+        if isinstance(step, Ask):
+            key = plain_key(step)
+            response = Response(key, step.meaning(key) or "", 0.0)

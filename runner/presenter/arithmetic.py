@@ -53,8 +53,8 @@ class Arithmetic(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class _Uniform:
-    """Numbers of 64 bits for a uniform."""
+class Reals:
+    """Numbers of 64 bits for a uniform ``Real``, a ``Real3``, shape (3,), or an array of n of these, shape (n, 3)."""
 
     values: Floats
 
@@ -62,24 +62,13 @@ class _Uniform:
         object.__setattr__(self, "values", np.asarray(self.values, dtype=np.float64))
 
 
-class Real(_Uniform):
-    """A number, for ``uniform Real``."""
-
-
-class Real3(_Uniform):
-    """A number for each channel, shape (3,), for ``uniform Real3``; shape (n, 3) for an array of n."""
-
-
-class Real3x3(_Uniform):
+class Real3x3(Reals):
     """A matrix, shape (3, 3), rows first, for ``uniform Real3x3``."""
-
-
-Reals = Real | Real3 | Real3x3
 
 
 def as_doubles(value: Reals) -> float | tuple[float, ...] | tuple[tuple[float, ...], ...]:
     """Return what a uniform of 64-bit floats is set to, columns first."""
-    if isinstance(value, Real):
+    if value.values.ndim == 0:
         return float(value.values)
     if isinstance(value, Real3x3):
         return tuple(value.values.T.ravel().tolist())
@@ -95,9 +84,9 @@ def as_floats(name: str, value: Reals) -> Iterator[tuple[str, float | tuple[floa
     for part in parts:
         floats = rest.astype(np.float32)
         rest = rest - floats
-        if isinstance(value, Real):
+        if floats.ndim == 0:
             yield f"{name}.{part}", float(floats)
-        elif isinstance(value, Real3) and floats.ndim == 2:
+        elif floats.ndim == 2 and not isinstance(value, Real3x3):
             for number, row in enumerate(floats.tolist()):
                 yield f"{name}[{number}].{part}", tuple(row)
         else:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents import Finding
-from runner.presenter.arithmetic import Arithmetic, Real3, Real3x3
+from runner.presenter.arithmetic import Arithmetic, Real3x3, Reals
 from runner.presenter.errors import GraphicsError
 from runner.presenter.shaders import Uniform, compile_program, set_uniform, shader_file
 
@@ -231,9 +231,9 @@ def _time_s(context: moderngl.Context, kind: Arithmetic) -> float:
     target = context.framebuffer([codes])
     uniforms: dict[str, Uniform] = {
         "linear_from_XYZ": Real3x3(np.array([[3.2, -1.5, -0.5], [-1.0, 1.9, 0.1], [0.05, -0.2, 1.05]])),
-        "black_light": Real3(np.full(3, 0.001)),
-        "lift": Real3(np.full(3, 0.001)),
-        "scale": Real3(np.full(3, 1.001)),
+        "black_light": Reals(np.full(3, 0.001)),
+        "lift": Reals(np.full(3, 0.001)),
+        "scale": Reals(np.full(3, 1.001)),
         "levels": 255.0,
         "box": (1, 1),
         "picture_XYZ": 0,

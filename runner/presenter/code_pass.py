@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from devices.compensation import Size
 from devices.display import Curve, Eye, TableCurve, curve_table, entries_for, knot_tables
 from documents import Finding
-from runner.presenter.arithmetic import Real3
+from runner.presenter.arithmetic import Reals
 from runner.presenter.arithmetic_choice import arithmetic_of
 from runner.presenter.bands import InBands, bands, to_the_end
 from runner.presenter.depth import BITS, CODE_FORMATS, Bits, CodeFormat, code_texture, highest_code
@@ -77,7 +77,7 @@ class CodePass:
         self._program = compile_program(context, shader_file("area.vert"), parts, arithmetic_of(context).kind)
         self._area = context.vertex_array(self._program, [])
         lift = np.array([curve.lift for curve in curves])
-        common |= {"lift": Real3(lift), "scale": Real3(1.0 / (1.0 - lift))}
+        common |= {"lift": Reals(lift), "scale": Reals(1.0 / (1.0 - lift))}
         if dithering is not None:
             tables |= dithering.textures(context, curves)
             common["mask_shifts_px"] = dithering.shifts_px(eye)

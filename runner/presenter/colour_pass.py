@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from devices.compensation import Mixture, squeezed_size
 from devices.display import MIXTURES, MOST_STEPS, NODES, DisplayModel, Eye, Plvc, TableCurve, kernels_at_black
-from runner.presenter.arithmetic import Real3, Real3x3
+from runner.presenter.arithmetic import Real3x3, Reals
 from runner.presenter.bands import InBands, to_the_end
 from runner.presenter.code_pass import CodePass, release_codes
 from runner.presenter.depth import Bits, CodeFormat
@@ -56,8 +56,8 @@ def channel_interaction(own: DisplayModel, other: DisplayModel | None = None) ->
         )
     terms = [_terms(model) for model in models]
     uniforms: dict[str, Uniform] = {
-        "plvc_powers": Real3(np.concatenate([powers.reshape(-1, 3) for powers, _, _ in terms])),
-        "plvc_mixtures": Real3(np.concatenate([mixtures for _, mixtures, _ in terms])),
+        "plvc_powers": Reals(np.concatenate([powers.reshape(-1, 3) for powers, _, _ in terms])),
+        "plvc_mixtures": Reals(np.concatenate([mixtures for _, mixtures, _ in terms])),
         "plvc_steps": (terms[0][2], terms[1][2]),
     }
     if not any(isinstance(model, Plvc) and model.residual for model in models):
@@ -125,7 +125,7 @@ class ColourPass:
             ["picture_XYZ"],
             {
                 "linear_from_XYZ": Real3x3(model.linear_from_XYZ),
-                "black_light": Real3(model.linear_from_XYZ @ model.dark_XYZ_cd_m2),
+                "black_light": Reals(model.linear_from_XYZ @ model.dark_XYZ_cd_m2),
                 "box": squeeze,
                 **interaction.uniforms,
             },
@@ -184,7 +184,7 @@ class MixedPass:
             {
                 "linear_from_left": Real3x3(mixture.left),
                 "linear_from_right": Real3x3(mixture.right),
-                "black_light": Real3(
+                "black_light": Reals(
                     mixture.left @ mixture.left_black_XYZ_cd_m2 + mixture.right @ mixture.right_black_XYZ_cd_m2
                 ),
             },

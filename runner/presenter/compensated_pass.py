@@ -8,7 +8,7 @@ import numpy as np
 from devices.compensation import Correction, PixelGrid, channel_crosstalk, squeezed_size
 from devices.display import DisplayModel, Eye, EyeModels, GainMap
 from documents.arrays import Floats
-from runner.presenter.arithmetic import Real, Real3, Real3x3
+from runner.presenter.arithmetic import Real3x3, Reals
 from runner.presenter.bands import InBands, to_the_end
 from runner.presenter.code_pass import CodePass
 from runner.presenter.colour_pass import channel_interaction
@@ -125,7 +125,7 @@ def _cancelling(models: EyeModels, correction: Correction, eye: Eye) -> dict[str
     from_own, from_other = (from_left, from_right) if eye == "left" else (from_right, from_left)
     return {
         "cancels": int(mix is not None),
-        "lift_share": Real3(np.full(3, correction.lift_share)),
+        "lift_share": Reals(np.full(3, correction.lift_share)),
         "other_linear_from_XYZ": Real3x3(other.linear_from_XYZ),
         "other_dark_light": _dark_light(other),
         "other_from_own": Real3x3(from_own),
@@ -134,17 +134,17 @@ def _cancelling(models: EyeModels, correction: Correction, eye: Eye) -> dict[str
     }
 
 
-def _dark_light(model: DisplayModel) -> Real3:
+def _dark_light(model: DisplayModel) -> Reals:
     """Return black and the room's light in units of the primaries."""
-    return Real3(model.linear_from_XYZ @ model.dark_XYZ_cd_m2)
+    return Reals(model.linear_from_XYZ @ model.dark_XYZ_cd_m2)
 
 
 def _evening(own: DisplayModel, gain_map: GainMap | None) -> dict[str, Uniform]:
     """Return the uniforms that even the panel out, apart from where the picture stands."""
     return {
         "evens": int(gain_map is not None),
-        "black_light": Real3(own.linear_from_XYZ @ own.black_XYZ_cd_m2),
-        "delivered_share": Real(np.array(1.0 if gain_map is None else gain_map.delivered_share)),
+        "black_light": Reals(own.linear_from_XYZ @ own.black_XYZ_cd_m2),
+        "delivered_share": Reals(np.array(1.0 if gain_map is None else gain_map.delivered_share)),
     }
 
 

@@ -8,11 +8,11 @@ from importlib.resources import files
 
 import moderngl
 
-from runner.presenter.arithmetic import Arithmetic, Real, Real3, Real3x3, as_doubles, as_floats
+from runner.presenter.arithmetic import Arithmetic, Reals, as_doubles, as_floats
 from runner.presenter.errors import GraphicsError
 
 Part = tuple[str, str]  # the file's name and its text
-Uniform = int | float | tuple[int, ...] | tuple[float, ...] | tuple[tuple[int, int], ...] | Real | Real3 | Real3x3
+Uniform = int | float | tuple[int, ...] | tuple[float, ...] | tuple[tuple[int, int], ...] | Reals
 
 _HEADER = "#version 330 core\n"
 # Mesa writes 0:14(5), Nvidia 0(14), others 0:14, and Mesa forgets the number of the part that #line can give: so
@@ -53,7 +53,7 @@ def set_uniform(program: moderngl.Program, name: str, value: Uniform) -> None:
 
     Of an array, drivers keep what the program uses; what it is given beyond that is left out.
     """
-    if isinstance(value, (Real, Real3, Real3x3)):
+    if isinstance(value, Reals):
         _set_reals(program, name, value)
         return
     member = program[name]
@@ -62,7 +62,7 @@ def set_uniform(program: moderngl.Program, name: str, value: Uniform) -> None:
     member.value = value  # type: ignore[union-attr]  # a member may be an attribute, which has no value
 
 
-def _set_reals(program: moderngl.Program, name: str, value: Real | Real3 | Real3x3) -> None:
+def _set_reals(program: moderngl.Program, name: str, value: Reals) -> None:
     """Set a uniform as the program's arithmetic has it: one of doubles, or several of floats."""
     if name in program:
         doubles = as_doubles(value)

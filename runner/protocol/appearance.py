@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any, cast
@@ -134,23 +135,27 @@ LEAST_CONTRAST = 3.0  # of plain words to their background, in luminance: ISO 92
 _SCREENS_TRIED = 300  # of each block: keys mean the same in later ones
 
 
-class _WordsSchema:
+@dataclass(frozen=True, slots=True)
+class _Schema:
+    """The JSON Schema of a field, made when it is asked for."""
+
+    made: Callable[[], dict[str, Any]]
+
     def __get_pydantic_json_schema__(self, core_schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        words = {
-            name: {"type": "string", "description": f"In English: {text}"} for name, text in words_of("en").items()
-        }
-        language = {"enum": list(LANGUAGES), "description": "Language of the interface: en, de or fr."}
-        return {"type": "object", "properties": {"language": language, **words}, "additionalProperties": False}
+        return self.made()
 
 
-class _KeysSchema:
-    def __get_pydantic_json_schema__(self, core_schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        press = {"type": "string", "description": f"A printed character, or one of: {', '.join(PRESSES)}."}
-        keys = {
-            key: {"type": "array", "items": press, "minItems": 1, "description": f"What is pressed in place of {key}."}
-            for key in KEYS
-        }
-        return {"type": "object", "properties": keys, "additionalProperties": False}
+def _words_schema() -> dict[str, Any]:
+    words = {name: {"type": "string", "description": f"In English: {text}"} for name, text in words_of("en").items()}
+    language = {"enum": list(LANGUAGES), "description": "Language of the interface: en, de or fr."}
+    return {"type": "object", "properties": {"language": language, **words}, "additionalProperties": False}
+
+
+def _keys_schema() -> dict[str, Any]:
+    press = {"type": "string", "description": f"A printed character, or one of: {', '.join(PRESSES)}."}
+    pressed = {"type": "array", "items": press, "minItems": 1}
+    keys = {key: {**pressed, "description": f"What is pressed in place of {key}."} for key in KEYS}
+    return {"type": "object", "properties": keys, "additionalProperties": False}
 
 
 def _unset(value: Any) -> bool:
@@ -161,12 +166,12 @@ def _unset(value: Any) -> bool:
 OwnStyle = Annotated[StyleSpec, Field(exclude_if=_unset)]
 OwnWords = Annotated[
     dict[str, Annotated[str, Field(max_length=2000)]],
-    _WordsSchema(),
+    _Schema(_words_schema),
     Field(exclude_if=_unset, description="The interface's language, and any of its words in others."),
 ]
 OwnKeys = Annotated[
     dict[str, Annotated[list[str], Field(min_length=1, max_length=10)]],
-    _KeysSchema(),
+    _Schema(_keys_schema),
     Field(exclude_if=_unset, description="Keys that are pressed in place of others, such as left: [a]."),
 ]
 
@@ -217,7 +222,7 @@ def key_clashes(interface: Interface, blocks: Iterable[Block]) -> Iterator[Fault
     """Yield keys that would mean two things on one screen of ``blocks``."""
     if not interface.keys:
         return
-    from runner.observers.walk import walk
+    from runner.observers.simulated import walk
 
     screens = (step for block in blocks for step in islice(walk(block), _SCREENS_TRIED) if isinstance(step, Ask))
     for key, press in dict.fromkeys(clash for ask in screens for clash in interface.conflicts(ask)):

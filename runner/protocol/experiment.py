@@ -19,7 +19,7 @@ from documents import Finding, InputError, load_document
 from documents.files import beside, looked_for, no_file_name
 from documents.text import did_you_mean
 from documents.yaml import Path_, Seed, Strict, YamlSource
-from runner.blocks.block import Block, BlockKind, Fault
+from runner.blocks.block import Block, BlockKind, Fault, Named
 from runner.blocks.field_types import Line
 from runner.blocks.layout import NO_REFERENCE, PHYSICAL, LayoutError, LayoutSpec, aperture_px
 from runner.blocks.registry import AnyBlock
@@ -43,7 +43,6 @@ from runner.protocol.appearance import (
     key_clashes,
     light_faults,
 )
-from runner.protocol.shared_names import name_clashes
 from runner.scene import Offset
 from stimuli.build import other_observer
 from stimuli.pictures import Part
@@ -379,7 +378,7 @@ def read_experiment(
     findings += _at(source, faults)
     if findings or stimuli is None:
         raise SessionError(findings)
-    clashes = tuple(name_clashes(spec.blocks, stimuli, source))
+    clashes = tuple(_name_clashes(spec.blocks, stimuli, source))
     return Experiment(file, spec, rig, recipe_file, stimuli, view_px, tuple(blocks.values()), clashes)
 
 
@@ -450,3 +449,35 @@ def _too_large(resolution_px: tuple[int, int]) -> Iterator[Fault]:
     if max(resolution_px) > MOST_PX:
         what = f"the display's panel has {resolution_px[0]} x {resolution_px[1]} px"
         yield Fault(what, ("rig",), f"at most {MOST_PX} each way can be drawn; correct resolution_px")
+
+
+def _name_clashes(specs: Sequence[BlockKind], stimuli: Stimuli, source: YamlSource) -> Iterator[Finding]:
+    """Yield each name of a series or a scale that means something else where it stands first.
+
+    Blocks of one kind may share a name that means the same, as where a block is repeated later in the session.
+    """
+    first: dict[tuple[str, str, str], tuple[int, Named]] = {}
+    taken = {(spec.kind, named.what, named.name) for spec in specs for named in spec.named(stimuli)}
+    for index, spec in enumerate(specs):
+        for named in spec.named(stimuli):
+            key = spec.kind, named.what, named.name
+            before, other = first.setdefault(key, (index, named))
+            if other.meaning == named.meaning:
+                continue
+            place = source.place(("blocks", before, *other.path), key=True)
+            where = f"block {before + 1}" + (f" (line {place.line})" if place else "")
+            what = f"the {named.what} '{named.name}' means {named.words} here and {other.words} in {where}"
+            if before == index:
+                what = f"two of the {named.what} that the factors make are called '{named.name}': "
+                what += f"{other.words}; {named.words}"
+            remedy = _remedy(named, key, taken, in_one_block=before == index)
+            yield source.finding(("blocks", index, *named.path), f"{what}; results would mix them", remedy, key=True)
+
+
+def _remedy(named: Named, key: tuple[str, str, str], taken: set[tuple[str, str, str]], *, in_one_block: bool) -> str:
+    if named.path[-1] == "by":
+        return "list the series by name" + (" in one of the blocks" if not in_one_block else "")
+    number = 2
+    while (*key[:2], f"{named.name}_{number}") in taken:
+        number += 1
+    return f"give it a name of its own, such as '{named.name}_{number}'"

@@ -17,7 +17,7 @@ from documents.files import whole_file, writing
 from runner.blocks.block import Block, Draft
 from runner.blocks.message import page
 from runner.errors import SessionError
-from runner.observers.walk import walk
+from runner.observers.simulated import walk
 from runner.presenter.modes.mode import Mode
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from documents.platform import elapsed_s
 from runner.ports import Holding
@@ -89,40 +89,31 @@ class Pace:
             sleep(left_s)
 
 
-class Background(Protocol):
-    """Work beside the session that may wait."""
-
-    def pause(self) -> None:
-        """Stop once what is under way is done, and return then."""
-
-    def resume(self) -> None:
-        """Go on."""
-
-
 class PacedPresenter:
-    """Shows scenes on ``presenter``, timed ones at ``pace``, with no work in the ``background`` meanwhile.
+    """Shows scenes on ``presenter``, timed ones at ``pace``.
 
-    ``on_onset`` is called with each scene's onset right after the swap, before anything else is done.
+    Work beside the session is to ``pause`` before a timed scene, and may ``resume`` after another. ``on_onset`` is
+    called with each scene's onset right after the swap, before anything else is done.
     """
 
     def __init__(
         self,
         presenter: Presenter,
         pace: Pace,
-        background: Background | None = None,
+        pause: Callable[[], object] = lambda: None,
+        resume: Callable[[], object] = lambda: None,
         on_onset: Callable[[float], object] = lambda onset_s: None,
     ) -> None:
         self._presenter = presenter
         self._pace = pace
-        self._background = background
+        self._pause, self._resume = pause, resume
         self._on_onset = on_onset
 
     def show(self, scene: Scene) -> float:
         """Show ``scene`` and return its onset."""
         onset_s = self._presenter.show(scene)
         self._on_onset(onset_s)
-        if self._background is not None:
-            self._background.resume()
+        self._resume()
         return onset_s
 
     def prefetch(self, scene: Scene) -> None:
@@ -131,8 +122,7 @@ class PacedPresenter:
 
     def hold(self, scene: Scene, seconds: float) -> Holding:
         """Show ``scene`` for the whole frames nearest to ``seconds``: drawn once, slept through, keys dropped."""
-        if self._background is not None:
-            self._background.pause()
+        self._pause()
         frames = self._pace.frames(seconds)
         onset_s = self._presenter.show(scene)
         self._on_onset(onset_s)

@@ -11,9 +11,13 @@ import threading
 from collections.abc import Callable, Collection, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from dataclasses import dataclass
 from typing import Any
 
+from analysis.records import Clipping, Header, StimulusCosts
 from runner.session.clipping_costs import ClippingCosts
+from runner.session.events import Ending, Event, Recording
+from runner.session.session import Session
 from stimuli.pictures import StereoImage
 
 Costs = Mapping[str, Any]
@@ -114,3 +118,27 @@ class CostsInTurn(Mapping[str, Costs]):
 
 
 _KNOWN: Mapping[str, None] = {"clipping": None}
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedCosts:
+    """States with each trial of ``session`` what the gamut clip costs the stimuli that it showed.
+
+    At the end it records the costs of those stimuli of the ``header`` of which neither that nor a trial says them; of
+    stimuli that were taken out of the recipe since there are none.
+    """
+
+    costs: CostsInTurn
+    session: Session
+    header: Header
+
+    def hear(self, event: Event) -> None:
+        """Add the costs to what is recorded."""
+        if isinstance(event, Recording) and event.stimuli and self.costs:
+            event.data["clipping"] = self.costs.of([name for name in event.stimuli if name in self.costs])
+        elif isinstance(event, Ending):
+            said = {name for answer in self.session.answers for name in answer.clipping or ()}
+            said |= {stimulus.name for stimulus in self.header.stimuli if stimulus.clipping}
+            if lacking := [name for name in self.header.stimulus_names if name in self.costs and name not in said]:
+                costs = {name: Clipping.model_validate(cost) for name, cost in self.costs.of(lacking).items()}
+                self.session.record(lambda utc: StimulusCosts(stimuli=costs, utc=utc))

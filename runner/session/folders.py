@@ -1,7 +1,9 @@
 """Where sessions lie, and how their answers are put on disk.
 
 A session's folder is `RESULTS/EXPERIMENT/sub-OBSERVER/ses-TIMErandom/`; its name never collides between stations. Its
-log grows by one line for each trial, which is appended and fsynced; a lock lets only one process write.
+log grows by one line for each trial, which is appended and fsynced; a lock lets only one process write. Another, held
+before any window opens, lets an observer have one session of an experiment at a time. Where the rig asks for it, a log
+is copied as it grows, with what was torn off it and the files it was made with.
 """
 
 from __future__ import annotations
@@ -9,33 +11,31 @@ from __future__ import annotations
 import re
 import secrets
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 from analysis.errors import ResultsError
-from analysis.kinds import Trial
 from analysis.records import (
     FILE_NAME,
     Change,
     Header,
-    Mark,
-    Note,
-    PooledBatch,
     Resumption,
     SessionLog,
-    StimulusCosts,
-    WindowEvent,
+    copy_in_mirror,
     latest_utc,
+    plain_code,
     read_session,
 )
 from documents import Finding
-from documents.files import DurableLog, LogInUseError, Mirror, in_use, make_private, unwritable
+from documents.files import DurableLog, LogInUseError, Mirror, OwnedLock, in_use, make_private, remove_left, unwritable
 from documents.platform import sync_folder
 from documents.text import counted
-from runner.errors import SessionError
+from runner.errors import SessionError, UsedCodeError
 from runner.session.clocks import SteadyClock
+from runner.session.events import Ended, Event, Record, Recorded
 
 LOCK = ".lock"
 _LETTERS = "abcdefghijkmnpqrstuvwxyz23456789"
@@ -164,14 +164,12 @@ def _some(names: Sequence[str]) -> str:
 class Recorder:
     """An open session log, a `DurableLog`; use as a context manager.
 
-    Every ``append``, ``note`` and ``mark`` returns only once its line is on disk; they may come from several threads.
+    It listens to its session: it returns only once a line is on disk. Events may come from several threads.
     """
 
-    def __init__(self, folder: Path, log: DurableLog, answers: Sequence[Trial] = ()) -> None:
+    def __init__(self, folder: Path, log: DurableLog) -> None:
         self.folder = folder
         self._log = log
-        self._answers = list(answers)
-        self._mirror: Mirror | None = None
 
     @classmethod
     def create(cls, folder: Path, header: Header) -> Recorder:
@@ -241,7 +239,7 @@ class Recorder:
         except OSError as error:
             elsewhere = "copy the results where they may be written, and resume there"
             raise SessionError(unwritable(error, file, "session", elsewhere=elsewhere)) from error
-        return cls(folder, log, session.answers), session
+        return cls(folder, log), session
 
     @classmethod
     def resume(
@@ -268,61 +266,25 @@ class Recorder:
         recorder, log = cls.reopen(folder, resumption, stopped)
         return recorder, log, clocks[0]
 
-    def follow_with(self, mirror: Mirror) -> None:
-        """Have ``mirror`` copy the log and, from now on, each line."""
-        self._mirror = mirror
-        mirror.follow(self._log.size)
-
     @property
     def log(self) -> DurableLog:
         """The log."""
         return self._log
 
-    def _append(self, line: Mapping[str, Any]) -> None:
-        try:
-            self._log.append(line)
-        finally:
-            self._follow()
-
-    def _follow(self) -> None:
-        if self._mirror:
-            self._mirror.follow(self._log.size)
-
-    def append(self, trial: Trial) -> None:
-        """Record an answer; it is on disk when this returns."""
-        self._append(trial.to_json())
-        self._answers.append(trial)
-
-    def note(self, note: Note) -> None:
-        """Record a note."""
-        self._append(note.to_json())
-
-    def mark(self, mark: Mark) -> None:
-        """Record that a trial is to be asked once more."""
-        self._append(mark.to_json())
-
-    def window(self, event: WindowEvent) -> None:
-        """Record what became of the window."""
-        self._append(event.to_json())
-
-    def pool(self, batch: PooledBatch) -> None:
-        """Record a batch of pairs that was chosen by the answers of all observers, and what was known."""
-        self._append(batch.to_json())
-
-    def costs(self, costs: StimulusCosts) -> None:
-        """Record what the gamut clip costs the stimuli of which nothing before says it."""
-        self._append(costs.to_json())
-
-    def answers(self) -> tuple[Trial, ...]:
-        """Return every attempt that the log holds."""
-        return tuple(self._answers)
+    def append(self, record: Record) -> None:
+        """Write a record; it is on disk when this returns."""
+        self._log.append(record.to_json())
 
     def end(self, facts: Mapping[str, Any]) -> None:
-        """Record that the session is complete, and ``facts`` of how it went."""
-        try:
-            self._log.end({"record": "end", **facts})
-        finally:
-            self._follow()
+        """Write that the session is complete, and ``facts`` of how it went."""
+        self._log.end({"record": "end", **facts})
+
+    def hear(self, event: Event) -> None:
+        """Write what the event records."""
+        if isinstance(event, Recorded):
+            self.append(event.record)
+        elif isinstance(event, Ended):
+            self.end(event.facts)
 
     def check(self) -> None:
         """Compare the log's file with all that was recorded; also once it is closed.
@@ -351,3 +313,145 @@ def running_now(folder: Path, error: LogInUseError) -> SessionError:
     """Return what is said where another process writes the session in ``folder``."""
     what = f"another process is running this session{error.who}"
     return SessionError(Finding(what, str(folder), remedy=error.remedy))
+
+
+def refuse_running(results: Path, experiment: str, observer: str) -> None:
+    """Raise SessionError if a session of the observer in the experiment runs now."""
+    folder = observer_folder(results, experiment, observer)
+    if error := in_use(folder / LOCK):
+        raise _running(folder, experiment, observer, error)
+
+
+@contextmanager
+def only_session(results: Path, experiment: str, observer: str) -> Iterator[None]:
+    """Let nobody else run a session of the observer in the experiment meanwhile; leave nothing if none was begun.
+
+    Raises
+    ------
+    SessionError
+        If one runs now, or the folder cannot be written.
+    """
+    folder = observer_folder(results, experiment, observer)
+    try:
+        made = [path for path in (folder, folder.parent, results) if not path.exists()]
+        make_private(folder)
+        lock = OwnedLock.take(folder / LOCK)
+    except LogInUseError as error:
+        raise _running(folder, experiment, observer, error) from error
+    except OSError as error:
+        raise SessionError(unwritable(error, folder, "results")) from error
+    try:
+        for other in folder.glob("ses-*"):  # of a process that was killed while it wrote there
+            remove_left(other)
+        yield
+    finally:
+        if folder in made and not any(folder.glob("ses-*")):
+            with suppress(OSError):  # Windows keeps a file that is open
+                (folder / LOCK).unlink()
+        lock.release()
+        with suppress(OSError):  # what is not empty stays
+            for path in made:
+                path.rmdir()
+
+
+def _running(folder: Path, experiment: str, observer: str, error: LogInUseError) -> SessionError:
+    what = f"observer {observer} has a session of '{experiment}' that another process is running now{error.who}"
+    remedy = f"wait until it ends, or give this observer's own code; or {error.remedy}"
+    return SessionError(Finding(what, str(folder), remedy=remedy))
+
+
+def next_sitting(results: Path, experiment: str, observer: str, *, simulated: bool) -> int:
+    """Return the number of the observer's next session: 1 and those before it in which something was answered."""
+    return 1 + sum(log is None or bool(answered(log)) for log in _earlier(results, experiment, observer, simulated))
+
+
+def refuse_used(results: Path, experiment: str, observer: str, again: str, *, simulated: bool) -> None:
+    """Raise UsedCodeError if the observer finished a session, with how to have ``again`` another."""
+    logs = _earlier(results, experiment, observer, simulated)
+    done = [log for log in logs if log is not None and log.complete and answered(log)]
+    if done:
+        ended = latest_utc(done[-1])
+        when = f"{ended:%Y-%m-%d %H:%M} UTC" if ended else done[-1].header.started_utc
+        what = f"observer {observer} finished a session of '{experiment}' on {when}"
+        what += f", with {counted(answered(done[-1]), 'answer', 'answers')}"
+        raise UsedCodeError(what, str(done[-1].file), again)
+
+
+def near_codes(results: Path, experiment: str, observer: str) -> Iterator[str]:
+    """Yield that there are sessions of a code that differs from the observer's in leading zeros only."""
+    own = observer_folder(results, experiment, observer)
+    for other in sorted(own.parent.glob("sub-*")):
+        code = other.name.removeprefix("sub-")
+        if other != own and plain_code(code) == plain_code(observer):
+            yield f"there are sessions of observer {code}, and {observer} counts as somebody else"
+
+
+def _earlier(results: Path, experiment: str, observer: str, simulated: bool) -> Iterator[SessionLog | None]:
+    """Yield the observer's sessions, the oldest first; None for one that cannot be read, which others report."""
+    for file in sorted(observer_folder(results, experiment, observer).glob(f"ses-*/{FILE_NAME}")):
+        try:
+            log = read_session(file)
+        except ResultsError:
+            yield None
+            continue
+        if log.header.simulated == simulated:
+            yield log
+
+
+def refuse_mirror_within(results: Path, mirror: Path, rig: str) -> None:
+    """Raise SessionError if results and their copies would lie in one folder."""
+    inside, outside = results.resolve(), mirror.resolve()
+    if inside.is_relative_to(outside) or outside.is_relative_to(inside):
+        what = f"results_mirror is {mirror}, and the results are in {results}: one lies in the other"
+        raise SessionError(Finding(what, rig, remedy="name a folder on another disk"))
+
+
+_TORN = re.compile(r"sub-[^/]+/ses-[^/]+/torn-[^/]+\.bin")
+
+
+class LogMirror(Mirror):
+    """A mirror that listens to the session whose log it copies."""
+
+    def hear(self, event: Event) -> None:
+        """Copy each line."""
+        if isinstance(event, Recorded | Ended):
+            self.follow(self._log.size)
+
+    def close(self, wait_s: float = 10.0) -> str | None:
+        """Let the copy be completed; return what is wrong with it."""
+        self.follow(self._log.size)  # also after an error, at which no listener heard of the last line
+        return super().close(wait_s)
+
+
+def start_mirror(recorder: Recorder, folder: Path, note: Callable[[str, str], None]) -> LogMirror:
+    """Have the session of ``recorder`` copied to ``folder``, and what that lacks of the experiment's other sessions.
+
+    What goes wrong is noted once in the session's log, by ``note``, and never stops the session.
+    """
+
+    def on_fault(words: str) -> None:
+        with suppress(OSError, ValueError):  # the session is over, or its own disk is full, which it reports
+            note(words, "program")
+
+    copy = copy_in_mirror(recorder.folder.absolute() / FILE_NAME, folder)
+    mirror = LogMirror(recorder.log, copy, folder, lambda: _beside(recorder, folder), on_fault)
+    mirror.follow(recorder.log.size)
+    return mirror
+
+
+def _beside(recorder: Recorder, folder: Path) -> Iterator[tuple[Path, Path]]:
+    """Yield the files beside a session's log, each with its copy."""
+    experiment = recorder.folder.absolute().parents[1]
+    for file in sorted(experiment.rglob("*")):
+        copy = folder / experiment.name / file.relative_to(experiment)
+        name = file.relative_to(experiment).as_posix()
+        wanted = name.startswith("configuration/") or _TORN.fullmatch(name) or _lacks(file, copy, recorder.folder)
+        if wanted and file.is_file():
+            yield file, copy
+
+
+def _lacks(file: Path, copy: Path, own: Path) -> bool:
+    """Return whether ``file`` is another session's log that nobody writes now, and ``copy`` is not all of it."""
+    if file.name != FILE_NAME or file.parent.name == own.name:
+        return False
+    return not (copy.exists() and copy.stat().st_size == file.stat().st_size) and not is_running(file.parent)

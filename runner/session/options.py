@@ -12,9 +12,8 @@ from documents.platform import command_to_type
 
 if TYPE_CHECKING:
     from analysis.kinds import OutcomeRecord
+    from runner.session.events import Listener
     from runner.session.picture_source import Progress
-    from runner.session.session import Session
-    from runner.session.status import SessionStatus
 
 Ending: TypeAlias = Literal["completed", "left", "window closed", "interrupted", "terminated"]
 Backend: TypeAlias = Literal["window", "egl", "null"]
@@ -63,11 +62,8 @@ class SessionOptions:
         Called with what is being done, how much of it is done, and of how much.
     notify
         Called with each line that the experimenter should read before the session.
-    on_begin
-        Called before the first scene with the session, which takes notes and marks, and its status.
-    on_trial
-        Called after each trial; of those that a resumed session reads from its log, after the last. Also when the
-        window lost the focus, was minimised, or came back.
+    listeners
+        What hears of each event of the session; see `runner.session.events`.
     """
 
     results: str | Path = Path("results")
@@ -87,8 +83,27 @@ class SessionOptions:
     marks: bool | None = None
     progress: Progress = lambda what, done, of: None
     notify: Callable[[str], None] = lambda line: None
-    on_begin: Callable[[Session, SessionStatus], None] = lambda session, status: None
-    on_trial: Callable[[SessionStatus], None] = lambda status: None
+    listeners: tuple[Listener, ...] = ()
+
+    @property
+    def folder(self) -> Path:
+        """The folder of the results."""
+        return Path(self.results)
+
+    @property
+    def of_a_person(self) -> bool:
+        """Whether a person answers."""
+        return not (self.simulate or self.replay)
+
+    @property
+    def surface(self) -> Backend:
+        """Where to draw."""
+        return self.backend or ("window" if self.of_a_person else "egl")
+
+    @property
+    def sends_marks(self) -> bool:
+        """Whether the rig's timing marks are sent."""
+        return self.of_a_person if self.marks is None else self.marks
 
 
 @dataclass(frozen=True, slots=True)

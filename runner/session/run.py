@@ -5,37 +5,42 @@ from __future__ import annotations
 import signal
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from types import FrameType
 
 from analysis.errors import ResultsError
-from analysis.kinds import Trial
 from analysis.observers import FastAnswers, failed_tests, screened_out
-from analysis.records import FILE_NAME, SessionLog, WindowEvent, check_log, read_session
+from analysis.records import FILE_NAME, SessionLog, check_log, read_session
 from documents import Finding
 from documents.files import LogDisturbedError, in_use
 from documents.text import counted
 from runner.errors import SessionError, SessionStoppedError
 from runner.observers.observer_file import ObserverSpec, read_observer
 from runner.observers.presses import Person, read_recording
-from runner.ports import WindowClosed
+from runner.ports import ObserverLeft, WindowClosed
 from runner.presenter.counters import Counters
 from runner.presenter.errors import GraphicsError
 from runner.presenter.surfaces.x11 import LOST
 from runner.protocol.experiment import Experiment, check_observer, read_experiment
 from runner.session.earlier import changed_since_earlier
-from runner.session.folders import LOCK, Recorder, answered, running_now, to_resume, unfinished
-from runner.session.one_at_a_time import only_session, refuse_running
+from runner.session.folders import (
+    LOCK,
+    answered,
+    near_codes,
+    only_session,
+    refuse_running,
+    refuse_used,
+    running_now,
+    to_resume,
+    unfinished,
+)
 from runner.session.options import Backend, Ending, SessionOptions, SessionResult, session_command
 from runner.session.picture_source import Progress, build_stimuli, no_progress
-from runner.session.session import Left, Session
-from runner.session.sittings import near_codes, refuse_used
 from runner.session.station import Station
-from runner.session.status import SessionStatus
 from runner.session.timing_marks import lost_marks
 from stimuli.build import StimulusSet
 
@@ -104,10 +109,7 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
     'AnnB')
     """
     options = options or SessionOptions()
-    if options.replay and (options.resume or options.simulate):
-        raise SessionError("a session cannot be replayed and also resumed or simulated: give only one of these options")
-    if options.resume and options.new:
-        raise SessionError("a session is either resumed or new: give only one of these options")
+    _refuse_contradictions(options)
     check_observer(observer)
     design = read_experiment(
         experiment,
@@ -119,140 +121,120 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
         design.refuse_name_clashes()
     law = _law(options.simulate, design) if options.simulate else None
     recording = read_recording(Path(options.replay)) if options.replay else None
-    results = Path(options.results)
+    stopped = _stopped(experiment, observer, design, options, simulated=bool(law))
+    stimuli = build_stimuli(design, options.progress)
+    remarks: tuple[str, ...] = ()
+    if not (options.resume or options.replay):
+        remarks = _changes(design, stimuli, options, simulated=bool(law))
+    _warn(options, *remarks)
+    typed = session_command(experiment, observer, options, resume=True, new=False, again=False)
+
+    def on_lost() -> None:
+        begun = bool(station.status.blocks)
+        again = session_command(
+            experiment, observer, options, resume=begun, new=False, again=options.again and not begun
+        )
+        sys.stderr.write(f"\ncyclopean: {LOST}. Every answer before this is saved. Continue: {again}\n")
+
+    with (
+        Terminated.raised(),
+        only_session(options.folder, design.spec.name, observer),
+        Station.open(design, stimuli, options) as station,
+    ):
+        _warn(options, *station.remarks)
+        station.surface.on_lost = on_lost
+        folder, ending = _until_it_ends(
+            station, typed, partial(_sit, station, observer, law, recording, stopped, remarks)
+        )
+        file = _read_back(station, typed)  # before others may resume the session
+    del stopped  # a long log would be in memory twice
+    return _result(station, ending, folder, file, observer)
+
+
+def _refuse_contradictions(options: SessionOptions) -> None:
+    if options.replay and (options.resume or options.simulate):
+        raise SessionError("a session cannot be replayed and also resumed or simulated: give only one of these options")
+    if options.resume and options.new:
+        raise SessionError("a session is either resumed or new: give only one of these options")
+
+
+def _stopped(
+    experiment: str | Path, observer: str, design: Experiment, options: SessionOptions, *, simulated: bool
+) -> SessionLog | None:
+    """Return the session that is resumed, None for a new one; raise SessionError if it cannot be begun or resumed."""
+    name, results = design.spec.name, options.folder
     stopped: SessionLog | None = None
     if options.resume:
-        stopped = to_resume(results, design.spec.name, observer)
-        if stopped.header.simulated != bool(law):
-            who, remedy = ("a simulated observer", "give --simulate FILE") if law is None else ("a person", "")
+        stopped = to_resume(results, name, observer)
+        if stopped.header.simulated != simulated:
+            who, remedy = ("a person", "") if simulated else ("a simulated observer", "give --simulate FILE")
             what = f"this session is of {who}, and is resumed as such only"
             raise SessionError(
                 Finding(what, str(stopped.file), remedy=f"{remedy}, or begin another with --new".lstrip(", "))
             )
-    elif not (options.new or options.replay):
-        _refuse_unfinished(experiment, observer, design, options)
-    if not (options.resume or options.replay):
-        beside = unfinished(results, design.spec.name, observer) if options.new else None
+    elif not options.replay:
+        if not options.new:
+            _refuse_unfinished(experiment, observer, design, options)
+        beside = unfinished(results, name, observer) if options.new else None
         if not (options.again or (beside and answered(beside))):
             typed = session_command(experiment, observer, options, again=True)
             way = f"if it is the same person, who sits once more, type: {typed}"
-            refuse_used(results, design.spec.name, observer, way, simulated=bool(law))
-        for line in near_codes(results, design.spec.name, observer):
-            options.notify(f"warning: {line}")
-    refuse_running(results, design.spec.name, observer)
+            refuse_used(results, name, observer, way, simulated=simulated)
+        _warn(options, *near_codes(results, name, observer))
+    refuse_running(results, name, observer)
     if stopped and (held := in_use(stopped.file.parent / LOCK)):  # by an older version, or from Python
         raise running_now(stopped.file.parent, held)
-    backend = options.backend or ("egl" if law or recording else "window")
-    stimuli = build_stimuli(design, options.progress)
-    typed = session_command(experiment, observer, options, resume=True, new=False, again=False)
-    new = not (options.resume or options.replay)
-    accepted = options.accept_changes
-    remarks = _changes(design, stimuli, results, simulated=bool(law), accepted=accepted) if new else ()
+    return stopped
+
+
+def _warn(options: SessionOptions, *remarks: str) -> None:
     for remark in remarks:
         options.notify(f"warning: {remark}")
-    folder: Path | None = None
-    file: Path | None = None
-    ending: Ending = "completed"
-    status: SessionStatus | None = None
-    running: Session | None = None
-    with (
-        Terminated.raised(),
-        only_session(results, design.spec.name, observer),
-        Station.open(
-            design,
-            stimuli,
-            results,
-            backend,
-            windowed=options.windowed,
-            accept_gamma_table=options.accept_gamma_table,
-            wrong_screen=options.wrong_screen,
-            further_files=(Path(options.simulate),) if options.simulate else (),
-            send_marks=(None if law or recording else True) if options.marks is None else options.marks,
-            notify=options.notify,
-        ) as station,
-    ):
-        for remark in station.remarks:
-            options.notify(f"warning: {remark}")
 
-        def on_begin(session: Session) -> None:
-            nonlocal status, running
-            for remark in station.resume_remarks:
-                options.notify(f"warning: {remark}")
-            running, status = session, _status(session, station)
-            options.on_begin(session, status)
 
-        def on_trial(trial: Trial) -> None:
-            if status is not None and running is not None:
-                status.update(trial)
-                if not running.replaying:
-                    options.on_trial(status)
+def _sit(
+    station: Station,
+    observer: str,
+    law: ObserverSpec | None,
+    recording: SessionLog | None,
+    stopped: SessionLog | None,
+    remarks: tuple[str, ...],
+) -> Path:
+    """Run the session of a person, of a simulated observer, or of a recording."""
+    if recording:
+        return station.replay(recording, observer)
+    person = Person(station.surface.wait_key, station.presenter.point)
+    answers = station.simulated(law, observer) if law else person
+    return station.run(observer, answers, simulated=law is not None, resume=stopped, remarks=remarks)
 
-        def on_window(event: WindowEvent) -> None:
-            if status is not None:
-                status.window(event)
-                options.on_trial(status)
 
-        def on_lost() -> None:
-            again = session_command(
-                experiment,
-                observer,
-                options,
-                resume=status is not None,
-                new=False,
-                again=options.again and status is None,
-            )
-            sys.stderr.write(f"\ncyclopean: {LOST}. Every answer before this is saved. Continue: {again}\n")
+def _until_it_ends(station: Station, again: str, sit: Callable[[], Path]) -> tuple[Path | None, Ending]:
+    """Let ``sit`` run a session, and return its folder if it is complete, and how it ended."""
+    try:
+        with _stops(again):
+            return sit(), "completed"
+    except ObserverLeft:
+        return None, "left"
+    except WindowClosed:
+        return None, "window closed"
+    except KeyboardInterrupt as stop:
+        return None, "terminated" if isinstance(stop, Terminated) else "interrupted"
+    finally:
+        stopping = sys.exception() is not None  # else it is told at the end
+        faults = (station.end_mirror(), *lost_marks(station.marks), _configuration(station) if stopping else None)
+        _warn(station.options, *filter(None, faults))
 
-        person = Person(station.surface.wait_key, station.presenter.point)
-        station.surface.on_lost = on_lost
-        try:
-            with _stops(typed):
-                if recording:
-                    folder = station.replay(
-                        recording,
-                        observer,
-                        accept_changes=options.accept_changes,
-                        on_trial=on_trial,
-                        on_session=on_begin,
-                    )
-                else:
-                    folder = station.run(
-                        observer,
-                        station.simulated(law, observer) if law else person,
-                        simulated=law is not None,
-                        resume=stopped,
-                        accept_changes=options.accept_changes,
-                        on_trial=on_trial,
-                        on_session=on_begin,
-                        on_window=on_window,
-                        remarks=remarks,
-                    )
-        except Left:
-            ending = "left"
-        except WindowClosed:
-            ending = "window closed"
-        except KeyboardInterrupt as stop:
-            ending = "terminated" if isinstance(stop, Terminated) else "interrupted"
-        finally:
-            stopping = sys.exception() is not None  # else it is told at the end
-            for fault in (
-                station.end_mirror(),
-                *lost_marks(station.marks),
-                _configuration(station) if stopping else None,
-            ):
-                if fault:
-                    options.notify(f"warning: {fault}")
-        if station.recorder is not None:  # before others may resume the session
-            file = _read_back(station, station.recorder, typed, options.notify)
-            station.recorder = None
-    if status is None:  # interrupted before it began
-        return SessionResult(ending, 0, sum(block.trials for block in design.example_blocks), folder)
+
+def _result(station: Station, ending: Ending, folder: Path | None, file: Path | None, observer: str) -> SessionResult:
+    """Return how a session ended, and what its log in ``file`` says of the observer's vision."""
+    spec, status = station.experiment.spec, station.status
+    if not status.blocks:  # interrupted before it began
+        return SessionResult(ending, 0, sum(block.trials for block in station.experiment.example_blocks), folder)
     if file is None:
         return SessionResult(ending, status.answered, status.trials, folder)
-    work = {"pictures_rendered": stimuli.rendered, **station.work}
-    if not any(block.kind == "screening" for block in design.spec.blocks):
+    work = {"pictures_rendered": station.stimuli.rendered, **station.work}
+    if not any(block.kind == "screening" for block in spec.blocks):
         return SessionResult(ending, status.answered, status.trials, folder, work=work)
-    stopped = running = None  # a long log would be in memory twice
     log = read_session(file)
     failed = failed_tests([log]).get(observer, ())
     haste = FastAnswers.of(log.trials)
@@ -347,17 +329,16 @@ def simulate(
         refuse_used(Path(results), design.spec.name, code, _AGAIN, simulated=True)
     stimuli = build_stimuli(design, progress)
     folders = []
-    remarks = _changes(design, stimuli, Path(results), simulated=True)
-    further = (Path(observer_file),)
-    with Station.open(design, stimuli, Path(results), backend, windowed=True, further_files=further) as station:
+    options = replace(resumed, resume=False, backend=backend, windowed=True, wrong_screen=True)
+    remarks = _changes(design, stimuli, options, simulated=True)
+    with Station.open(design, stimuli, options) as station:
         for done, code in enumerate(codes, start=1):
             typed = session_command(experiment, code, resumed)
-            with only_session(station.results, design.spec.name, code):
+            with only_session(options.folder, design.spec.name, code):
                 with _stops(typed):
                     answers = station.simulated(law, code, seed)
                     folders.append(station.run(code, answers, simulated=True, remarks=remarks))
-                if station.recorder is not None:
-                    _read_back(station, station.recorder, typed, _unheard)
+                _read_back(station, typed)
             progress("Running simulated observers", done, len(codes))
         work = station.presenter.counters
     return Simulation(tuple(folders), work, design, stimuli)
@@ -368,7 +349,7 @@ _AGAIN = "choose another folder of results or, for a further sitting of each, gi
 
 def _refuse_unfinished(experiment: str | Path, observer: str, design: Experiment, options: SessionOptions) -> None:
     """Raise SessionError, with what to type, if the observer has a session that stopped after an answer."""
-    log = unfinished(Path(options.results), design.spec.name, observer)
+    log = unfinished(options.folder, design.spec.name, observer)
     if log is None or not answered(log):
         return
     given = counted(answered(log), "answer", "answers")
@@ -397,18 +378,16 @@ def _stops(again: str) -> Iterator[None]:
         raise kind(f"{why}. {_what_next(error, again)}") from error
 
 
-def _changes(
-    design: Experiment, stimuli: StimulusSet, results: Path, *, simulated: bool, accepted: bool = False
-) -> tuple[str, ...]:
+def _changes(design: Experiment, stimuli: StimulusSet, options: SessionOptions, *, simulated: bool) -> tuple[str, ...]:
     """Return what the record says of files that changed since an earlier session; a person's session is refused.
 
     And of earlier sessions that could not be compared.
     """
     unread: list[Finding] = []
-    found = changed_since_earlier(design, stimuli, results, unread.append, simulated=simulated)
-    if found and not simulated and not accepted:
+    found = changed_since_earlier(design, stimuli, options.folder, unread.append, simulated=simulated)
+    if found and not simulated and not options.accept_changes:
         raise SessionError([each.finding for each in found])
-    by_option = " (--accept-changes)" if accepted else ""
+    by_option = " (--accept-changes)" if options.accept_changes else ""
     return (*(f"{each.words}{by_option}" for each in found), *map(str, unread))
 
 
@@ -430,15 +409,14 @@ def _configuration(station: Station) -> str | None:
         return str(error)
 
 
-def _unheard(words: str) -> None:
-    """Tell nobody."""
-
-
-def _read_back(station: Station, recorder: Recorder, again: str, notify: Callable[[str], None]) -> Path:
+def _read_back(station: Station, again: str) -> Path | None:
     """Return the log's file, if it has all that was recorded, and each line fits; else raise SessionStoppedError.
 
-    Also if the files that the session was made with cannot be kept beside it.
+    Also if the files that the session was made with cannot be kept beside it. None if no session was begun.
     """
+    recorder = station.recorder
+    if recorder is None:
+        return None
     with _stops(again):
         recorder.check()
     file = recorder.folder / FILE_NAME
@@ -450,16 +428,12 @@ def _read_back(station: Station, recorder: Recorder, again: str, notify: Callabl
         raise SessionStoppedError(f"the log was read back, and it is not as it was recorded: {own[0]}")
     try:
         if words := station.configuration_again():
-            notify(f"warning: {words}")
+            _warn(station.options, words)
     except SessionError as error:
         raise SessionStoppedError(f"{error}. Every answer is saved: {file}") from error
+    station.recorder = None
     return file
 
 
 def _law(file: str | Path, design: Experiment) -> ObserverSpec:
     return read_observer(Path(file), design.scored_names, design.stimuli.reference)
-
-
-def _status(session: Session, station: Station) -> SessionStatus:
-    kinds = [block.kind for block in station.experiment.spec.blocks]
-    return SessionStatus(session.blocks, kinds, time.monotonic, lambda: station.presenter.counters.frames_missed)

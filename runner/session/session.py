@@ -16,17 +16,17 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import partial
-from typing import Any
+from typing import Any, TypeVar
 
 from analysis.kinds import Trial, new_trial
-from analysis.records import Mark, Note, PooledBatch, WindowEvent
+from analysis.records import Mark, Note, PooledBatch, SessionLog, WindowEvent
 from documents import Finding
-from runner.blocks.block import Block, Draft, Ended, Hold, Response
+from runner.blocks.block import Block, Draft, Hold, Response
+from runner.blocks.block import Ended as BlocksEnded
 from runner.blocks.message import page, pause_menu
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.text_entry import typed
-from runner.errors import SessionError
+from runner.errors import SessionError, SessionStoppedError
 from runner.ports import (
     MOST_IGNORED,
     Ask,
@@ -36,20 +36,49 @@ from runner.ports import (
     KeyPress,
     NoOthers,
     Observer,
+    ObserverLeft,
     Pool,
     Presenter,
-    Sink,
     WindowClosed,
 )
 from runner.scene import Scene
 from runner.session.clocks import SteadyClock
-from runner.session.timing_marks import Shown, TimingMarks
+from runner.session.events import (
+    Answered,
+    BlockBegan,
+    Ended,
+    Ending,
+    Event,
+    Listener,
+    Paused,
+    Record,
+    Recorded,
+    Recording,
+    Replayed,
+    SceneShown,
+    Shown,
+)
 
 Place = tuple[int, int]
+RecordT = TypeVar("RecordT", bound=Record)
 
 
-class Left(Exception):
-    """The observer asked to leave."""
+@dataclass(frozen=True, slots=True)
+class Resumed:
+    """What a session that is resumed has in its log, and the ``remedy`` if its blocks do not ask that.
+
+    ``answers`` are all attempts; the trials at ``pending`` are to be asked once more.
+    """
+
+    answers: Sequence[Trial] = ()
+    pending: Sequence[Place] = ()
+    batches: Sequence[PooledBatch] = ()
+    remedy: str = "the experiment or the log was changed since: restore it, or start a new session"
+
+    @classmethod
+    def of(cls, log: SessionLog, **remedy: str) -> Resumed:
+        """Return what ``log`` holds."""
+        return cls(log.answers, log.pending, log.pooled, **remedy)
 
 
 @dataclass(slots=True)
@@ -64,7 +93,6 @@ class _RunState:
     interruptions: int = 0
     ignored: list[Ignored] = field(default_factory=list)
     ignored_more: int = 0
-    timing_marks: list[dict[str, Any]] = field(default_factory=list)
     window_lost: bool = False
     attempt: int = 0
 
@@ -77,45 +105,44 @@ class _RunState:
     def load_events(self) -> None:
         self.past_events = deque(self.past[0].events if self.past else ())
 
+    def taken(self, *, window_lost: bool) -> tuple[list[tuple[str, float]], dict[str, Any]]:
+        """Return the presses and what else the next record says of what was done, which begins anew."""
+        said = {
+            "timed": self.timed,
+            "interruptions": self.interruptions,
+            "ignored": [[press.key, press.from_onset_s, press.why] for press in self.ignored],
+            "ignored_more": self.ignored_more,
+            "window_lost": self.window_lost,
+        }
+        events, self.events, self.timed, self.ignored = self.events, [], [], []
+        self.interruptions, self.ignored_more, self.window_lost = 0, 0, window_lost
+        return events, {name: fact for name, fact in said.items() if fact}
+
 
 @dataclass(slots=True)
 class Session:
     """One observer's run through the blocks.
 
-    ``clip_costs`` gives, per stimulus, what the trial's record states of the gamut clip; ``stamps`` stand in every
-    trial's record; ``logged`` are the first attempts that an interrupted session already holds, ``pending`` the places
-    of trials that are to be asked once more; ``on_trial`` is called with each trial, also if replayed; ``closing`` is
-    called once the blocks have asked what they had to, before what remains is asked once more;
-    ``closing_facts`` gives at the end what the record states of the whole. ``least_s`` has each block's least response
-    time. ``check_light`` is called as each block begins (with True) and before an answer is recorded; what it raises
-    ends the session without that answer.
-    ``remedy`` is what to do if the blocks do not ask what is ``logged``. ``timing_marks`` sends marks to other
-    machines; whoever shows the scenes calls `onset` right after each swap.
-    ``pool`` knows the answers of all observers, where a block chooses by these; ``batches`` are those that the log
-    holds.
+    ``log`` hears each event first, and has a record on disk when it returns; then the ``listeners`` hear it, and then
+    the ``guests`` (see `runner.session.events`). ``before`` is what the log of a session that is resumed holds;
+    ``least_s`` has each block's least response time. Whoever shows the scenes calls `onset` right after each swap.
+    ``pool`` knows the answers of all observers, where a block chooses by these. ``answers`` are all attempts that the
+    log holds.
     """
 
     blocks: Sequence[Block]
     presenter: Presenter
     observer: Observer
-    sink: Sink
-    clip_costs: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    stamps: Mapping[str, Any] = field(default_factory=dict)
-    logged: Sequence[Trial] = ()
-    pending: Sequence[Place] = ()
-    on_trial: Callable[[Trial], None] = lambda trial: None
+    log: Listener
+    before: Resumed = Resumed()
     least_s: Sequence[float] = ()
-    on_window: Callable[[WindowEvent], None] = lambda event: None
-    check_light: Callable[[bool], None] = lambda begins: None
-    closing: Callable[[], None] = lambda: None
-    closing_facts: Callable[[], Mapping[str, Any]] = dict
     utc: Callable[[], str] = field(default_factory=SteadyClock)
-    remedy: str = "the experiment or the log was changed since: restore it, or start a new session"
     style: Style = FULL_HD_HALF
-    timing_marks: TimingMarks = field(default_factory=TimingMarks)
     pool: Pool = field(default_factory=NoOthers)
-    batches: Sequence[PooledBatch] = ()
+    listeners: list[Listener] = field(default_factory=list)
+    guests: list[Listener] = field(default_factory=list)
     screened_out: bool = field(init=False, default=False)
+    answers: list[Trial] = field(init=False)
     _shown_s: float = field(init=False, default=-math.inf)
     _pressed_s: float = field(init=False, default=-math.inf)
     _state: _RunState = field(init=False)
@@ -131,21 +158,41 @@ class Session:
     _writing: threading.RLock = field(init=False, default_factory=threading.RLock)
 
     def __post_init__(self) -> None:
-        self._state = _RunState(deque(self.logged))
-        self._marked = list(self.pending)
-        self._batches = {batch.place: batch for batch in self.batches}
+        self.answers = list(self.before.answers)
+        self._state = _RunState(deque(answer for answer in self.answers if answer.attempt == 0))
+        self._marked = list(self.before.pending)
+        self._batches = {batch.place: batch for batch in self.before.batches}
 
-    @property
-    def replaying(self) -> bool:
-        """Whether trials are still taken from the log."""
-        return bool(self._state.past)
+    def tell(self, event: Event) -> None:
+        """Send ``event`` to the log, then to the listeners, and then to guests, if it has happened."""
+        self.log.hear(event)
+        if isinstance(event, Recorded) and isinstance(event.record, Trial):
+            self.answers.append(event.record)
+            self._latest = event.record.place if event.repeatable else self._latest
+        for listener in self.listeners:
+            listener.hear(event)
+        for guest in () if isinstance(event, Recording | Ending) else tuple(self.guests):
+            try:
+                guest.hear(event)
+            except (SessionStoppedError, ObserverLeft, WindowClosed):
+                raise
+            except Exception as error:
+                self.guests.remove(guest)
+                self.note(f"{type(guest).__name__}, a listener, failed and hears nothing more: {error!r}", "program")
+
+    def record(self, made: Callable[[str], RecordT], *, repeatable: bool = False) -> RecordT:
+        """Record what ``made`` returns for the time now, and return it; from any thread."""
+        with self._writing:
+            record = made(self.utc())
+            self.tell(Recorded(record, repeatable))
+        return record
 
     def run(self) -> None:
         """Run to the end, or to where a block ends the session, and record that.
 
         Raises
         ------
-        Left
+        ObserverLeft
             If the observer left; everything answered is recorded.
         WindowClosed
             If the window was closed.
@@ -158,15 +205,16 @@ class Session:
             for number, block in enumerate(self.blocks):
                 self._run_block(number, block)
                 self._repeat_marked(number)
-        except Ended as end:
+        except BlocksEnded as end:
             ended = end.facts
         if self._state.past:
             what = f"the log has {len(self._state.past)} more trials than the experiment"
-            raise SessionError(Finding(what, remedy=self.remedy))
-        self.closing()
+            raise SessionError(Finding(what, remedy=self.before.remedy))
         while self._marked and not ended:  # marked when their block was over
             self._repeat(self._marked[0])
-        self.sink.end({**self.closing_facts(), **ended})
+        ending = Ending()
+        self.tell(ending)
+        self.tell(Ended({**ending.facts, **ended}))
         self.screened_out = bool(ended.get("screened_out"))
 
     def show_end_page(self, words: str) -> None:
@@ -177,9 +225,7 @@ class Session:
 
     def note(self, words: str, by: str) -> None:
         """Record a note, with its place in the session; from any thread."""
-        with self._writing:
-            block, trial = self._place
-            self.sink.note(Note(text=words, by=by, block=block, trial=trial, utc=self.utc()))
+        self.record(lambda utc: Note(text=words, by=by, block=self._place[0], trial=self._place[1], utc=utc))
 
     def window(self, what: str, facts: Mapping[str, Any]) -> None:
         """Record what became of the window, and with the trial that it was away."""
@@ -187,18 +233,16 @@ class Session:
         if what in _OPPOSITES:
             self._away.add(what)
             self._state.window_lost = True
-        with self._writing:
-            block, trial = self._place
-            self.on_window(WindowEvent(what=what, block=block, trial=trial, utc=self.utc(), **facts))
+        self.record(lambda utc: WindowEvent(what=what, block=self._place[0], trial=self._place[1], utc=utc, **facts))
 
     def onset(self, onset_s: float) -> None:
-        """Send the timing marks of an onset; of a menu or the page at the end there are none."""
+        """Tell of an onset, unless it is of a menu or the page at the end."""
         if self._showing is not None:
-            self._state.timing_marks += self.timing_marks.onset(self._shown(), onset_s)
+            self.tell(SceneShown(self._shown(), onset_s))
 
     def _shown(self) -> Shown:
         block, trial = self._place
-        return Shown(block, trial, self._state.attempt, self._showing or "", self._stimuli, len(self.sink.answers()))
+        return Shown(block, trial, self._state.attempt, self._showing or "", self._stimuli, len(self.answers))
 
     def mark(self, by: str) -> Place | None:
         """Mark the last answered trial to be asked once more after its block, or at the end if that is over.
@@ -208,8 +252,7 @@ class Session:
         place = self._latest
         if place is None or place in self._marked:
             return None
-        with self._writing:
-            self.sink.mark(Mark(block=place[0], trial=place[1], by=by, utc=self.utc()))
+        self.record(lambda utc: Mark(block=place[0], trial=place[1], by=by, utc=utc))
         self._marked.append(place)
         return place
 
@@ -220,7 +263,7 @@ class Session:
         trial = 0
         self._place = number, trial
         if not self._state.past:
-            self.check_light(True)
+            self.tell(BlockBegan(number))
         while True:
             self._place = number, trial
             try:
@@ -248,15 +291,13 @@ class Session:
             block, trial = self._place
             if self._state.past:
                 what = f"the log does not say which pairs were chosen at trial {trial} of block {block}"
-                raise SessionError(Finding(what, remedy=self.remedy))
+                raise SessionError(Finding(what, remedy=self.before.remedy))
             chosen = self.pool.batch(block, trial, step)
-            with self._writing:
-                batch = chosen.model_copy(update={"block": block, "trial": trial, "utc": self.utc()})
-                self.sink.pool(batch)
+            batch = self.record(lambda utc: chosen.model_copy(update={"block": block, "trial": trial, "utc": utc}))
             self._batches[self._place] = batch
         elif not set(batch.stimuli) <= set(step.stimuli):
             what = f"the log's pairs at trial {self._place[1]} of block {self._place[0]} are of other stimuli"
-            raise SessionError(Finding(what, remedy=self.remedy))
+            raise SessionError(Finding(what, remedy=self.before.remedy))
         return batch
 
     def _as_asked(self, ask: Ask) -> Ask:
@@ -280,7 +321,7 @@ class Session:
         meaning = ask.meaning(key)
         if meaning is None:
             what = f"the log has the key '{key}' where only {sorted(ask.keys)} can be pressed"
-            raise SessionError(Finding(what, remedy=self.remedy) if state.past else what)
+            raise SessionError(Finding(what, remedy=self.before.remedy) if state.past else what)
         state.events.append((key, time_s))
         return Response(key, meaning, time_s)
 
@@ -311,7 +352,7 @@ class Session:
         while True:
             press, onset_s = self._show_and_wait(ask, of_block=True)
             if ask.meaning(press.key) is not None:
-                self._state.timing_marks += self.timing_marks.answer(self._shown(), press.time_s)
+                self.tell(Answered(self._shown(), press.time_s))
                 return press.key, round(press.time_s - onset_s, 6)
             if press.key == "escape":
                 self._state.interruptions += 1
@@ -334,12 +375,13 @@ class Session:
         return press, onset_s
 
     def _pause(self) -> None:
+        self.tell(Paused(*self._place))
         while True:
             can_repeat = self._latest is not None and self._state.attempt == 0
             menu = self.style.interface.listening(pause_menu(self.style, can_repeat=can_repeat))
             meaning = menu.meaning(self._show_and_wait(menu)[0].key)
             if meaning == "stop":
-                raise Left
+                raise ObserverLeft
             if meaning == "note":
                 self._take_note()
             elif meaning == "repeat":
@@ -375,10 +417,9 @@ class Session:
     def _repeat(self, place: Place) -> None:
         """Ask the trial at ``place`` once more."""
         block, trial = place
-        answers = self.sink.answers()
-        first = [answer for answer in answers if answer.block == block and answer.attempt == 0]
+        first = [answer for answer in self.answers if answer.block == block and answer.attempt == 0]
         kept, kept_place = self._state, self._place
-        attempt = sum(answer.place == place for answer in answers)
+        attempt = sum(answer.place == place for answer in self.answers)
         self._state = _RunState(deque(first[:trial]), attempt=attempt, window_lost=bool(self._away))
         self._state.load_events()
         try:
@@ -390,47 +431,30 @@ class Session:
 
     def _record(self, block: int, number: int, draft: Draft) -> None:
         state = self._state
-        data = {**draft.data, **self.stamps}
-        if draft.stimuli and self.clip_costs and not state.past:  # else the log has them
-            data["clipping"] = {name: self.clip_costs[name] for name in draft.stimuli if name in self.clip_costs}
-        if state.timed:
-            data["timed"] = state.timed
-        if state.interruptions:
-            data["interruptions"] = state.interruptions
-        if state.ignored:
-            data["ignored"] = [[press.key, press.from_onset_s, press.why] for press in state.ignored]
-        if state.ignored_more:
-            data["ignored_more"] = state.ignored_more
-        if state.timing_marks:
-            data["timing_marks"] = state.timing_marks
-        if state.window_lost:
-            data["window_lost"] = True
-        recorded = partial(new_trial, block, number, draft.kind, state.events, draft.response_time_s)
-        state.events, state.timed, state.timing_marks, state.interruptions = [], [], [], 0
-        state.ignored, state.ignored_more, state.window_lost = [], 0, bool(self._away)
-        if state.past:
-            trial = recorded(state.past[0].utc, data)
-            self._compare(state.past.popleft(), trial)
-            state.load_events()
-            if state.attempt:
-                return
-        else:
-            self.check_light(False)
-            for sentence in self.timing_marks.news():
-                self.note(sentence, "program")
-            with self._writing:
-                trial = recorded(self.utc(), data, state.attempt)
-                self.sink.append(trial)
-        if draft.repeatable:
-            self._latest = trial.place
-        self.on_trial(trial)
+        events, done = state.taken(window_lost=bool(self._away))
+
+        def trial(utc: str, more: Mapping[str, Any], attempt: int = 0) -> Trial:
+            data = {**draft.data, **more, **done}
+            return new_trial(block, number, draft.kind, events, draft.response_time_s, utc, data, attempt)
+
+        if not state.past:
+            recording = Recording(state.attempt, draft.stimuli)
+            self.tell(recording)
+            self.record(lambda utc: trial(utc, recording.data, state.attempt), repeatable=draft.repeatable)
+            return
+        replayed = trial(state.past[0].utc, {})
+        self._compare(state.past.popleft(), replayed)
+        state.load_events()
+        if not state.attempt:
+            self._latest = replayed.place if draft.repeatable else self._latest
+            self.tell(Replayed(replayed, len(state.past)))
 
     def _compare(self, logged: Trial, replayed: Trial) -> None:
         if _identity(logged) != _identity(replayed):
             raise SessionError(
                 Finding(
                     f"the log's trial {logged.trial} of block {logged.block} is not the one the experiment now asks",
-                    remedy=self.remedy,
+                    remedy=self.before.remedy,
                 )
             )
 

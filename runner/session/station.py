@@ -3,30 +3,19 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from datetime import datetime
 from importlib.metadata import version
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from analysis.kinds import Trial
-from analysis.records import (
-    Clipping,
-    Header,
-    SessionLog,
-    StimulusCosts,
-    WindowEvent,
-    configuration_folder,
-    duration,
-    latest_utc,
-    read_utc,
-)
+from analysis.records import Header, SessionLog, configuration_folder, duration, latest_utc, read_utc
 from devices.display import EYES
 from documents import Finding
-from documents.files import RESTORE, Mirror
+from documents.files import RESTORE
 from documents.fonts import undrawable
 from documents.text import counted
 from runner.blocks.block import Block, Draft
@@ -34,8 +23,7 @@ from runner.blocks.setting import Draw
 from runner.errors import SessionError, SessionStoppedError
 from runner.observers.observer_file import ImageBasedObserverSpec, ObserverSpec
 from runner.observers.presses import Replay, asked_after_their_block, changes, check_replayable
-from runner.observers.simulated import BradleyTerryObserver, mean_delta_e_00
-from runner.observers.walk import walk
+from runner.observers.simulated import BradleyTerryObserver, mean_delta_e_00, walk
 from runner.ports import NoOthers, Observer, Pool
 from runner.presenter.errors import GraphicsError
 from runner.presenter.gamma_check import (
@@ -54,15 +42,24 @@ from runner.scene import Picture, Scene
 from runner.session.clipping_costs import ClippingCosts, CostWork
 from runner.session.clocks import Pace, PacedPresenter, SteadyClock
 from runner.session.configuration import Configuration, configuration_of
-from runner.session.costs_in_turn import CostsInTurn
+from runner.session.costs_in_turn import CostsInTurn, RecordedCosts
 from runner.session.earlier import version_now
-from runner.session.folders import Recorder, new_label, observer_folder
+from runner.session.events import BlockBegan, Ending, Event, Recording, SessionBegan
+from runner.session.folders import (
+    LogMirror,
+    Recorder,
+    new_label,
+    next_sitting,
+    observer_folder,
+    refuse_mirror_within,
+    start_mirror,
+)
 from runner.session.header import check_unchanged, hashes, make_header, planned
-from runner.session.mirroring import refuse_mirror_within, start_mirror
+from runner.session.options import SessionOptions
 from runner.session.picture_source import PictureSource
 from runner.session.pooling import RecordedPool, ResultsPool, pooled_blocks
-from runner.session.session import Place, Session
-from runner.session.sittings import next_sitting
+from runner.session.session import Resumed, Session
+from runner.session.status import SessionStatus
 from runner.session.timing_marks import OpenMarks, TimingMarks, close_marks, open_marks, unheard
 from runner.session.timing_record import timing_facts
 from stimuli.build import StimulusSet
@@ -81,7 +78,7 @@ class Station:
 
     experiment: Experiment
     stimuli: StimulusSet
-    results: Path
+    options: SessionOptions
     surface: Surface
     presenter: Presenter
     pictures: PictureSource
@@ -91,31 +88,16 @@ class Station:
     cost_work: CostWork
     watch: GammaWatch
     configuration: Configuration
-    accept_gamma_table: bool = False
-    recorder: Recorder | None = None  # of the session that runs, or ran last
-    resume_remarks: tuple[str, ...] = ()  # on the clock, where that session was resumed
-    mirror: Mirror | None = None  # of the log of that session
     marks: tuple[OpenMarks, ...] = ()  # the ports of the rig's timing marks, where they are sent
     pool: ResultsPool | None = None  # where a block chooses its pairs by the answers of all observers
+    recorder: Recorder | None = None  # of the session that runs, or ran last, as those below
+    status: SessionStatus = field(default_factory=SessionStatus)
+    mirror: LogMirror | None = None
+    resume_remarks: tuple[str, ...] = ()  # on the clock, where that session was resumed
 
     @classmethod
-    def open(
-        cls,
-        experiment: Experiment,
-        stimuli: StimulusSet,
-        results: Path,
-        backend: str,
-        *,
-        windowed: bool = False,
-        accept_gamma_table: bool = False,
-        wrong_screen: bool = True,
-        further_files: tuple[Path, ...] = (),
-        send_marks: bool | None = None,
-        notify: Callable[[str], None] = lambda sentence: None,
-    ) -> Station:
-        """Open the surface and the presenter in the rig's stereo mode and, to ``send_marks``, the ports of its marks.
-
-        Where marks are asked not to be sent (False), the record states it. ``notify`` is told what is waited for.
+    def open(cls, experiment: Experiment, stimuli: StimulusSet, options: SessionOptions) -> Station:
+        """Open the surface and the presenter in the rig's stereo mode and the ports of its marks, as ``options`` say.
 
         Raises
         ------
@@ -127,30 +109,31 @@ class Station:
         rig = experiment.rig
         mode = experiment.mode
         if rig.mirror:
-            refuse_mirror_within(results, rig.mirror, rig.file)
-        configuration = configuration_of(experiment, stimuli, further_files)
+            refuse_mirror_within(options.folder, rig.mirror, rig.file)
+        further = (Path(options.simulate),) if options.simulate else ()
+        configuration = configuration_of(experiment, stimuli, further)
         pictures = PictureSource(experiment, stimuli)
         costs = ClippingCosts.of(experiment, stimuli, pictures.stimulus)
         correction = costs.compensation.correction
         with ExitStack() as undo:
-            marks = open_marks(rig, notify) if send_marks else ()
+            marks = open_marks(rig, options.notify) if options.sends_marks else ()
             undo.callback(close_marks, marks)
             surface = open_surface(
-                backend,
+                options.surface,
                 rig.display.panel.resolution_px,
                 stereo=mode.needs_stereo,
-                windowed=windowed,
+                windowed=options.windowed,
                 windows=mode.windows,
                 bits=rig.output_bits,
                 identity=rig.spec.gamma_table == "identity",
                 monitors=rig.monitors,
-                refuse_larger=not wrong_screen,
+                refuse_larger=not options.wrong_screen,
             )
             undo.callback(surface.close)
             experiment = replace(experiment, keyboard_labels=_drawable_labels(surface, experiment))
             watch = GammaWatch(surface.gamma_tables)
             verdict = compare_tables(rig.measured_gamma_tables, watch.loaded)
-            if verdict.refusal and not accept_gamma_table:
+            if verdict.refusal and not options.accept_gamma_table:
                 raise SessionError(Finding(verdict.refusal, rig.file, remedy=REMEDY))
             presenter = Presenter(
                 surface,
@@ -172,24 +155,12 @@ class Station:
             remarks += (_UNCHARACTERISED.format(mode=rig.mode, other=rig.characterised_as),)
         remarks += rig.settings_doubts
         remarks += unheard(marks)
-        if rig.marks and send_marks is False:
+        if rig.marks and options.marks is False:
             remarks += ("the rig's timing marks were not sent (--no-marks)",)
+        pool = ResultsPool(experiment, options.folder) if pooled_blocks(experiment) else None
         return cls(
-            experiment,
-            stimuli,
-            results,
-            surface,
-            presenter,
-            pictures,
-            in_turn,
-            remarks,
-            timing,
-            costs.work,
-            watch,
-            configuration,
-            accept_gamma_table,
-            marks=marks,
-            pool=ResultsPool(experiment, results) if pooled_blocks(experiment) else None,
+            *(experiment, stimuli, options, surface, presenter, pictures, in_turn, remarks, timing),
+            *(costs.work, watch, configuration, marks, pool),
         )
 
     def __enter__(self) -> Station:
@@ -218,15 +189,7 @@ class Station:
             return BradleyTerryObserver.by_log_scores(log_scores, rng, spec)
         return BradleyTerryObserver(spec.scores, rng, spec.median_response_time_s, spec)
 
-    def replay(
-        self,
-        log: SessionLog,
-        observer: str,
-        *,
-        accept_changes: bool = False,
-        on_trial: Callable[[Trial], None] = lambda trial: None,
-        on_session: Callable[[Session], None] = lambda session: None,
-    ) -> Path:
+    def replay(self, log: SessionLog, observer: str) -> Path:
         """Run ``observer``'s recorded session again as it went, without waiting, and return the new session's folder.
 
         Raises
@@ -234,21 +197,12 @@ class Station:
         WindowClosed
             If the recorded session was never finished, where it stopped.
         InputError
-            If it was of another experiment or observer, or, unless ``accept_changes``, something changed since.
+            If it was of another experiment or observer, or, unless these are accepted, something changed since.
         """
         now = hashes(self.experiment, self.stimuli)
-        remarks = check_replayable(log, self.experiment.spec.name, observer, now, accept_changes=accept_changes)
-        pending = asked_after_their_block(log)
-        return self.run(
-            observer,
-            Replay.of(log),
-            simulated=True,
-            on_trial=on_trial,
-            on_session=on_session,
-            remarks=remarks,
-            pending=pending,
-            replayed=log,
-        )
+        accepted = self.options.accept_changes
+        remarks = check_replayable(log, self.experiment.spec.name, observer, now, accept_changes=accepted)
+        return self.run(observer, Replay.of(log), simulated=True, remarks=remarks, replayed=log)
 
     def run(
         self,
@@ -257,25 +211,18 @@ class Station:
         *,
         simulated: bool = False,
         resume: SessionLog | None = None,
-        accept_changes: bool = False,
-        on_trial: Callable[[Trial], None] = lambda trial: None,
-        on_session: Callable[[Session], None] = lambda session: None,
-        on_window: Callable[[WindowEvent], None] = lambda event: None,
-        remarks: tuple[str, ...] = (),
-        pending: Sequence[Place] = (),
         replayed: SessionLog | None = None,
+        remarks: tuple[str, ...] = (),
     ) -> Path:
         """Run one observer's session to its end and return its folder.
 
-        ``resume`` is the log of the session that stopped, as it was read; None begins a new one. ``on_session`` is
-        handed the session before it begins, for notes and marks from elsewhere, ``on_window`` what becomes of the
-        window. A new session's record has ``remarks``
-        beside the station's own; ``pending`` are trials that are to be asked once more after their block;
-        ``replayed`` is the log whose order and batches of pairs are taken, where these are not drawn.
+        ``resume`` is the log of the session that stopped, as it was read; None begins a new one, whose record has
+        ``remarks`` beside the station's own. ``replayed`` is the log whose order and batches of pairs are taken, where
+        these are not drawn.
 
         Raises
         ------
-        Left, WindowClosed
+        ObserverLeft, WindowClosed
             If the observer left; what was answered is on disk.
         GraphicsError
             If the driver failed or lost the context; what was answered is on disk, and a note says why it stopped.
@@ -284,78 +231,49 @@ class Station:
             what changed.
         InputError
             If the session cannot begin, as where pairs are to be chosen by the answers in the results folder and some
-            are of another experiment, or be resumed: with ``accept_changes`` it is resumed although the experiment,
+            are of another experiment, or be resumed: where changes are accepted it is resumed although the experiment,
             the stimuli or the display changed, as long as the trials answered so far are still those asked.
         """
         check_observer(observer)
-        earlier = resume or replayed
-        if earlier:
-            draw = Draw(earlier.header.order_rule, earlier.header.sitting)
-        else:
-            draw = Draw(sitting=next_sitting(self.results, self.experiment.spec.name, observer, simulated=simulated))
-
-        blocks = self.experiment.blocks(observer, draw)
-        self.pictures.add(blocks)
+        blocks, draw = self._blocks(observer, resume or replayed, simulated=simulated)
         if not (simulated or resume) and (first := _first_with_pictures(blocks)):
             self.presenter.prefetch(first, at_once=True)
-        log: SessionLog | None = None
         if self.pool and not replayed:
             self.pool.simulated = simulated
             self.pool.look()
             if not resume:
                 self.pool.refuse_foreign()
+        before = Resumed(pending=asked_after_their_block(replayed)) if replayed else Resumed()
         if resume:
-            recorder, log, clock = self._resume(resume, accept_changes=accept_changes)
-            header = log.header
+            recorder, log, clock = self._resume(resume)
+            header, before = log.header, Resumed.of(log, remedy=self._why_not_as_logged(log))
         else:
             clock = SteadyClock()
             recorder, header = self._begin(observer, simulated, remarks, clock, blocks, draw)
         self.recorder = recorder
         if not simulated:
             self._read_meanwhile()
-
-        def window_changed(event: WindowEvent) -> None:
-            recorder.window(event)
-            on_window(event)
-
         pool: Pool = (RecordedPool(replayed) if replayed else None) or self.pool or NoOthers()
-        if self.pool:
-            self.pool.own = header.session
         with recorder:
             session = Session(
                 blocks,
                 PacedPresenter(
                     self.presenter,
                     self._pace(instantly=simulated),
-                    self.costs,
+                    self.costs.pause,
+                    self.costs.resume,
                     on_onset=lambda onset_s: session.onset(onset_s),
                 ),
                 answers,
                 recorder,
-                clip_costs=self.costs,
-                stamps=self._stamps,
-                on_window=window_changed,
+                before,
                 least_s=[spec.least_s for spec in self.experiment.spec.blocks],
-                logged=log.first_attempts if log else (),
-                pending=log.pending if log else pending,
-                on_trial=on_trial,
-                check_light=lambda begins: self._check_gamma_table(session, begins=begins),
-                style=self.experiment.style,
-                closing=lambda: self._record_costs(recorder, header, clock),
-                closing_facts=lambda: {"work": self.work},
                 utc=clock,
-                timing_marks=self._timing_marks(header, clock),
+                style=self.experiment.style,
                 pool=pool,
-                batches=log.pooled if log else (),
-                **({"remedy": self._why_not_as_logged(log)} if log else {}),
             )
-            for remark in self.resume_remarks:
-                session.note(remark, "program")
-            if self.pool:
-                self.pool.note = lambda words: session.note(words, "program")
-            self._begin_mirror(recorder, session)
+            self._listen(session, recorder, header, clock)
             self.surface.on_window = session.window
-            on_session(session)
             try:
                 session.run()
             except GraphicsError as error:
@@ -369,11 +287,43 @@ class Station:
             recorder.check()
         return recorder.folder
 
-    def _timing_marks(self, header: Header, clock: SteadyClock) -> TimingMarks:
-        """Return the marks of a session, timed from its start."""
+    def _blocks(self, observer: str, earlier: SessionLog | None, *, simulated: bool) -> tuple[tuple[Block, ...], Draw]:
+        """Return the blocks as the ``earlier`` session met them, or as the observer's next one does."""
+        if earlier:
+            draw = Draw(earlier.header.order_rule, earlier.header.sitting)
+        else:
+            name = self.experiment.spec.name
+            draw = Draw(sitting=next_sitting(self.options.folder, name, observer, simulated=simulated))
+        blocks = self.experiment.blocks(observer, draw)
+        self.pictures.add(blocks)
+        return blocks, draw
+
+    def _listen(self, session: Session, recorder: Recorder, header: Header, clock: SteadyClock) -> None:
+        """Add all that listens to ``session`` beside its log, and tell them that it begins."""
         start = read_utc(header.started_utc) or datetime.fromisoformat(clock())
         factors = {name: self.stimuli.factors(name) for name in self.stimuli.names}
-        return TimingMarks(self.marks, lambda: clock.since(start), factors)
+        kinds = (spec.kind for spec in self.experiment.spec.blocks)
+        blocks = [(kind, one.trials, one.expected_s) for kind, one in zip(kinds, session.blocks, strict=True)]
+        self.status = SessionStatus()
+        session.listeners += [
+            RecordedCosts(self.costs, session, header),
+            _Conditions(self, session),
+            TimingMarks(self.marks, lambda: clock.since(start), factors, session.note),
+            self.status,
+        ]
+        for remark in self.resume_remarks:
+            session.note(remark, "program")
+            self.options.notify(f"warning: {remark}")
+        if self.pool:
+            self.pool.own = header.session
+            self.pool.note = lambda words: session.note(words, "program")
+        self.end_mirror()
+        if folder := self.experiment.rig.mirror:
+            self.mirror = start_mirror(recorder, folder, session.note)
+            session.listeners.append(self.mirror)
+        session.guests += self.options.listeners
+        counters = self.presenter.counters
+        session.tell(SessionBegan(session, blocks, lambda: counters.frames_missed))
 
     def _read_meanwhile(self) -> None:
         """Make the pictures ready while the observer looks at what is shown, and compute what the cache has not."""
@@ -381,23 +331,6 @@ class Station:
         places = self.experiment.places_px if self.presenter.codes_depend_on_place else ((0, 0),)
         scenes = (Scene(tuple(Picture(name, place) for place in places)) for name in self.stimuli.names)
         self.presenter.prefetch_later(scenes, lambda: not self.costs.is_busy)
-
-    def _record_costs(self, recorder: Recorder, header: Header, clock: SteadyClock) -> None:
-        """Record the costs of those stimuli of the log's ``header`` of which neither it nor a trial says them.
-
-        Of stimuli that were taken out of the recipe since there are none.
-        """
-        said = {name for answer in recorder.answers() for name in answer.clipping or ()}
-        said |= {stimulus.name for stimulus in header.stimuli if stimulus.clipping}
-        lacking = [name for name in header.stimulus_names if name in self.costs and name not in said]
-        if lacking:
-            costs = {name: Clipping.model_validate(cost) for name, cost in self.costs.of(lacking).items()}
-            recorder.costs(StimulusCosts(stimuli=costs, utc=clock()))
-
-    def _begin_mirror(self, recorder: Recorder, session: Session) -> None:
-        self.end_mirror()
-        if folder := self.experiment.rig.mirror:
-            self.mirror = start_mirror(recorder, folder, session.note)
 
     def configuration_again(self) -> str | None:
         """Write again what another program removed or changed of the files kept beside the session; say which.
@@ -422,22 +355,13 @@ class Station:
         mirror, self.mirror = self.mirror, None
         return mirror.close() if mirror else None
 
-    def _check_gamma_table(self, session: Session, *, begins: bool) -> None:
-        """Note that the gamma table changed, and stop the session unless that is accepted."""
-        change = self.watch.change(now=begins)
-        if not change:
-            return
-        session.note(change, "program")
-        if not self._gamma_may_change:
-            raise SessionStoppedError(f"{change}. Load that table again (docs/gamma_table.md)")
-
     @property
-    def _gamma_may_change(self) -> bool:
+    def gamma_may_change(self) -> bool:
         """Whether another gamma table is noted only: where that is accepted, and on a display that nobody measured."""
-        return self.accept_gamma_table or self.experiment.rig.nominal is not None
+        return self.options.accept_gamma_table or self.experiment.rig.nominal is not None
 
     @property
-    def _stamps(self) -> dict[str, Any]:
+    def stamps(self) -> dict[str, Any]:
         """What every trial's record says of how it was shown."""
         larger = {"wrong_screen": True} if self.surface.facts.larger_than_screen else {}
         return {**self.experiment.rig.stamps, **larger}
@@ -462,7 +386,7 @@ class Station:
         blocks: Sequence[Block],
         draw: Draw,
     ) -> tuple[Recorder, Header]:
-        parent = observer_folder(self.results, self.experiment.spec.name, observer)
+        parent = observer_folder(self.options.folder, self.experiment.spec.name, observer)
         started_utc = clock()
         label = new_label(parent, datetime.fromisoformat(started_utc))
         drawn = {"planned": planned(self.experiment, blocks), "order_rule": draw.rule, "sitting": draw.sitting}
@@ -470,9 +394,9 @@ class Station:
         self.configuration.keep(parent.parent)
         return Recorder.create(parent / f"ses-{header.session}", header), header
 
-    def _resume(self, stopped: SessionLog, *, accept_changes: bool) -> tuple[Recorder, SessionLog, SteadyClock]:
+    def _resume(self, stopped: SessionLog) -> tuple[Recorder, SessionLog, SteadyClock]:
         now = hashes(self.experiment, self.stimuli)
-        if not accept_changes:
+        if not self.options.accept_changes:
             check_unchanged(stopped, version_now(self.experiment, self.stimuli, self.configuration))
         self.resume_remarks = ()
         changed = changes(stopped.header, now) | self._gamma_change(stopped)
@@ -504,7 +428,7 @@ class Station:
             before, now = table_of_record(held, eye), self.watch.loaded[eye]
             if now.monitor and before.same_as(now.table) is False:
                 what = "this session began with another gamma table: " + change_of_table(before, now.table)
-                if not self._gamma_may_change:
+                if not self.gamma_may_change:
                     raise SessionError(Finding(what, str(stopped.file), remedy=REMEDY))
                 self.resume_remarks += (f"{what} on '{now.monitor}'",)
                 return {"gamma_table": {"before": before.sha256, "now": now.table.sha256}}
@@ -518,7 +442,7 @@ class Station:
             "measured": tables_json(rig.measured_gamma_tables),
             "loaded": tables_json(self.watch.loaded),
             "set": rig.spec.gamma_table if self.surface.facts.backend == "window" else None,
-            "accepted": self.accept_gamma_table,
+            "accepted": self.options.accept_gamma_table,
         }
         facts = asdict(self.surface.facts) | {"timing": self.timing, "gamma_table": gamma}
         if rig.mirror:
@@ -538,6 +462,34 @@ class Station:
             configuration=self.configuration.digest,
             **drawn,
         )
+
+
+@dataclass(frozen=True, slots=True)
+class _Conditions:
+    """Records how the station shows trials, and at the end what was done; watches the gamma table.
+
+    That is looked at as a block begins and before an answer is recorded. A change is noted and, unless it is accepted,
+    ends the session without that answer.
+    """
+
+    station: Station
+    session: Session
+
+    def hear(self, event: Event) -> None:
+        match event:
+            case BlockBegan():
+                self._look(now=True)
+            case Recording():
+                self._look(now=False)
+                event.data.update(self.station.stamps)
+            case Ending():
+                event.facts["work"] = self.station.work
+
+    def _look(self, *, now: bool) -> None:
+        if change := self.station.watch.change(now=now):
+            self.session.note(change, "program")
+            if not self.station.gamma_may_change:
+                raise SessionStoppedError(f"{change}. Load that table again (docs/gamma_table.md)")
 
 
 def _drawable_labels(surface: Surface, experiment: Experiment) -> dict[str, str]:

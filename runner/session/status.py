@@ -3,32 +3,24 @@
 from __future__ import annotations
 
 import statistics
+import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import TypeAlias
 
 from analysis.kinds import Trial
 from analysis.observers import FastAnswers
 from analysis.records import WindowEvent
 from documents.text import visible
+from runner.session.events import Event, Recorded, Replayed, SessionBegan
 
 _PACE_OF = 20  # trials
 _SHOWN = 3
 _LONGEST_ANSWER = 24
+# The kind of a block, how many scored trials it has, and how long it is expected to take.
+Planned: TypeAlias = tuple[str, int, float]
 _AWAY = {"lost_focus": "the window has lost the focus", "minimised": "the window is minimised"}
-
-
-class Planned(Protocol):
-    """What is expected of a block."""
-
-    @property
-    def trials(self) -> int:
-        """How many scored trials it has."""
-
-    @property
-    def expected_s(self) -> float:
-        """How long it is expected to take."""
 
 
 def time_left(minutes: float) -> str:
@@ -40,12 +32,12 @@ def time_left(minutes: float) -> str:
 class SessionStatus:
     """Where a session stands, from the trials that `update` is called with; ``clock`` is monotonic, in seconds.
 
-    ``kinds`` are those of ``blocks``; ``missed_elsewhere`` gives the missed frames that no trial records.
+    A session that it listens to says what its ``blocks`` are; until then there are none. ``missed_elsewhere`` gives the
+    missed frames that no trial records.
     """
 
-    blocks: Sequence[Planned]
-    kinds: Sequence[str]
-    clock: Callable[[], float]
+    blocks: Sequence[Planned] = ()
+    clock: Callable[[], float] = time.monotonic
     missed_elsewhere: Callable[[], int] = lambda: 0
     _answered: dict[int, set[int]] = field(default_factory=dict)
     _pace: deque[float] = field(default_factory=lambda: deque(maxlen=_PACE_OF))
@@ -63,7 +55,7 @@ class SessionStatus:
     @property
     def trials(self) -> int:
         """How many scored trials there are."""
-        return sum(block.trials for block in self.blocks)
+        return sum(trials for _, trials, _ in self.blocks)
 
     @property
     def answered(self) -> int:
@@ -75,15 +67,26 @@ class SessionStatus:
         """What the blocks expect of what is left, times how fast this observer was in the last trials."""
         usual = statistics.median(pace) if (pace := tuple(self._pace)) else 1.0
         left_s = 0.0
-        for number, block in enumerate(self.blocks):
-            if block.trials:
-                left_s += block.expected_s * (1 - self._done(number) / block.trials)
+        for number, (_, trials, expected_s) in enumerate(self.blocks):
+            if trials:
+                left_s += expected_s * (1 - self._done(number) / trials)
             elif number not in self._answered:
-                left_s += block.expected_s
+                left_s += expected_s
         return usual * left_s / 60
 
+    def hear(self, event: Event) -> None:
+        """Count each trial, also one that a resumed session read from its log, and watch the window."""
+        match event:
+            case SessionBegan():
+                self.blocks, self.missed_elsewhere = event.blocks, event.missed_elsewhere
+                self._before_s = self.clock()
+            case Recorded(Trial() as trial) | Replayed(trial):
+                self.update(trial)
+            case Recorded(WindowEvent() as window):
+                self._window = _AWAY.get(window.what, "")
+
     def update(self, trial: Trial) -> None:
-        """Count ``trial``, also one that a resumed session read from its log."""
+        """Count ``trial``."""
         now_s = self.clock()
         took_s, self._before_s = now_s - self._before_s, now_s
         if trial.attempt == 0 and not trial.is_outcome:
@@ -93,16 +96,12 @@ class SessionStatus:
         unsent = [mark.port for mark in trial.timing_marks if mark.failed is not None]
         self._unmarked = f"timing marks are not sent on {visible(unsent[-1])}" if unsent else ""
         self._missed += sum(scene.missed_frames for scene in trial.timed)
-        block = self.blocks[trial.block]
-        if not block.trials or trial.is_outcome or took_s < trial.response_time_s:
+        _, trials, expected_s = self.blocks[trial.block]
+        if not trials or trial.is_outcome or took_s < trial.response_time_s:
             return  # a page of words, or what came of a test; or read from the log, which takes no time
-        self._pace.append(took_s * block.trials / max(block.expected_s, 1e-9))
+        self._pace.append(took_s * trials / max(expected_s, 1e-9))
         again = " (again)" if trial.attempt else ""
         self._last.append(f"{_answer(trial)} {trial.response_time_s:.1f} s{again}")
-
-    def window(self, event: WindowEvent) -> None:
-        """Keep what became of the window, until it is there again."""
-        self._window = _AWAY.get(event.what, "")
 
     @property
     def missed(self) -> int:
@@ -120,7 +119,7 @@ class SessionStatus:
         left = time_left(minutes)
         parts = [
             f"trial {self.answered} of {self.trials}",
-            f"block {self._block + 1} of {len(self.blocks)}: {self.kinds[self._block].replace('_', ' ')}",
+            f"block {self._block + 1} of {len(self.blocks)}: {self.blocks[self._block][0].replace('_', ' ')}",
             left if self.answered < self.trials else "all answered",
             f"missed frames {self.missed}",
             *([f"presses ignored in {self._haste.ignored}"] if self._haste.ignored else []),
@@ -132,7 +131,7 @@ class SessionStatus:
         return " · ".join([*parts, f"last: {', '.join(last)}"] if last else parts)
 
     def _done(self, number: int) -> int:
-        return min(len(self._answered.get(number, ())), self.blocks[number].trials)
+        return min(len(self._answered.get(number, ())), self.blocks[number][1])
 
 
 def _answer(trial: Trial) -> str:

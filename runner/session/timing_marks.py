@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from devices.display import Rig
-from devices.timing_marks import Event, Marked, MarkError, MarkPort, MarksSpec, PortLostError, open_mark_port
+from devices.timing_marks import Marked, MarkError, MarkPort, MarksSpec, PortLostError, open_mark_port
 from documents import Finding
 from documents.text import counted
 from documents.yaml import read_yaml
 from runner.blocks.setting import Factors, level_words
+from runner.session.events import Answered, Event, Recording, SceneShown, Shown
 
 _LOOKED_S = 0.05
 _NOBODY = "nobody receives the stream"
@@ -147,22 +147,11 @@ def close_marks(opened: Sequence[OpenMarks]) -> None:
         marks.port.close()
 
 
-@dataclass(frozen=True, slots=True)
-class Shown:
-    """What stands on the screen: of which trial, the name of a timed scene, its stimuli; ``trials`` were recorded."""
-
-    block: int
-    trial: int
-    attempt: int
-    timed: str
-    stimuli: tuple[str, ...]
-    trials: int
-
-
 class TimingMarks:
-    """The marks of one session, on the ports that are ``opened``; ``since_start_s`` is the session's clock.
+    """Sends the marks of one session on the ports that are ``opened``, and states with each trial what was sent.
 
-    That gives the seconds from the start that the session's header states, now. ``factors`` are the stimuli's.
+    ``since_start_s`` is the session's clock, which gives the seconds from the start that its header states, now.
+    ``factors`` are the stimuli's. ``note`` is told which ports began to fail, and which work again.
     """
 
     def __init__(
@@ -170,28 +159,33 @@ class TimingMarks:
         opened: Sequence[OpenMarks] = (),
         since_start_s: Callable[[], float] = time.monotonic,
         factors: Mapping[str, Factors] | None = None,
+        note: Callable[[str, str], None] = lambda words, by: None,
     ) -> None:
         self._opened = opened
         self._since_start_s = since_start_s
         self._factors = factors or {}
+        self._note = note
         self._latest_onset_s = float("-inf")
         self._told: set[str] = set()
+        self._sent: dict[int, list[dict[str, Any]]] = {}  # since the last record, of each attempt at a trial
 
-    def onset(self, shown: Shown, onset_s: float) -> list[dict[str, Any]]:
-        """Send the marks of the onset of what is ``shown``, unless they were sent, as where a scene stands already."""
-        if onset_s == self._latest_onset_s:
-            return []
-        self._latest_onset_s = onset_s
-        rows = self._send("onset", shown, onset_s)
-        return [row | {"scene": shown.timed} for row in rows] if shown.timed else rows
+    def hear(self, event: Event) -> None:
+        """Send the marks of onsets and answers; an onset is marked once, however often its scene is asked."""
+        match event:
+            case SceneShown(shown, onset_s) if onset_s != self._latest_onset_s:
+                self._latest_onset_s = onset_s
+                self._send("onset", shown, onset_s)
+            case Answered(shown, time_s):
+                self._send("answer", shown, time_s)
+            case Recording(attempt, _, data):
+                for sentence in self.news():
+                    self._note(sentence, "program")
+                if rows := self._sent.pop(attempt, None):
+                    data["timing_marks"] = rows
 
-    def answer(self, shown: Shown, pressed_s: float) -> list[dict[str, Any]]:
-        """Send the marks of a press that answers what is ``shown``."""
-        return self._send("answer", shown, pressed_s)
-
-    def _send(self, event: Event, shown: Shown, event_s: float) -> list[dict[str, Any]]:
+    def _send(self, event: Literal["onset", "answer"], shown: Shown, event_s: float) -> None:
         if not self._opened:
-            return []
+            return
         marked = Marked(
             event,
             *(shown.block, shown.trial, shown.attempt),
@@ -201,12 +195,14 @@ class TimingMarks:
         )
         sent = (marks.send(marked, event_s, shown.trials) for marks in self._opened)
         rows = [row for row in sent if row is not None]
+        ahead_s = self._ahead_s() if rows else 0.0
+        for row in rows:
+            if "sent_s" in row:
+                row["sent_s"] = round(row["sent_s"] + ahead_s, 6)
+            if event == "onset" and shown.timed:
+                row["scene"] = shown.timed
         if rows:
-            ahead_s = self._ahead_s()
-            for row in rows:
-                if "sent_s" in row:
-                    row["sent_s"] = round(row["sent_s"] + ahead_s, 6)
-        return rows
+            self._sent.setdefault(shown.attempt, []).extend(rows)
 
     def _condition(self, stimuli: Sequence[str]) -> dict[str, str]:
         """Return the levels that all of ``stimuli`` share, by factor, in the order of the first."""

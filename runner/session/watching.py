@@ -136,22 +136,16 @@ class Watch:
         return log
 
 
-@dataclass(frozen=True, slots=True)
-class _Block:
-    trials: int
-    expected_s: float
-
-
 def _session(log: SessionLog, idle_s: float) -> WatchedSession:
     header = log.header
-    planned = [(one.kind, _Block(one.trials, one.expected_s)) for one in header.planned]
+    planned = [(one.kind, one.trials, one.expected_s) for one in header.planned]
     known = bool(planned)
     if not known:
         most = max((answer.block for answer in log.answers), default=0)
-        planned = [("", _Block(len({a.place for a in log.answers if a.block == n}), 0.0)) for n in range(most + 1)]
+        planned = [("", len({a.place for a in log.answers if a.block == n}), 0.0) for n in range(most + 1)]
     at_s = _seconds(header.started_utc)
     clock = [at_s]
-    status = SessionStatus([block for _, block in planned], [kind for kind, _ in planned], lambda: clock[0])
+    status = SessionStatus(planned, lambda: clock[0])
     for answer in log.answers:
         clock[0] = max(clock[0], _ends(answer, clock[0]))
         if answer.block < len(planned):

@@ -12,8 +12,7 @@ import pytest
 
 from analysis.errors import ResultsError
 from analysis.records import FILE_NAME, check_log, read_session
-from runner.session import Session
-from runner.session.folders import Recorder
+from runner.session import Recorder, Session
 from tests.answers import altered
 from tests.runner.every_kind import HEADER, Fickle, Stage, blocks_of
 

@@ -6,7 +6,7 @@ A kind that is new needs an entry here; `test_every_kind.py` fails until it has 
 from __future__ import annotations
 
 import random
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -17,15 +17,15 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from analysis.kinds import Trial
-from analysis.records import Mark, Note, PooledBatch, new_header
+from analysis.records import FILE_NAME, Header, Mark, Note, PooledBatch, WindowEvent, new_header
 from devices.display import Rig, read_rig
 from runner import Scene
 from runner.blocks import FULL_HD_HALF, AnyBlock, Block, Draft, Setting, Stimuli, Style
 from runner.blocks.layout import LayoutSpec
-from runner.observers.simulated import key_for, plain_key
-from runner.observers.walk import walk
+from runner.observers import key_for, plain_key, walk
 from runner.ports import Ask, Choose, Compare, Holding, KeyPress
 from runner.protocol import Experiment, read_experiment
+from runner.session import Ended, Event, Recorded, Recorder, Replayed, Resumed, SessionStatus
 
 ROOT = Path(__file__).parents[2]
 _BOTH = "{name: gloss, question: How glossy, of: both, lowest: 1, highest: 9}"
@@ -215,24 +215,45 @@ class Stage:
     def hold(self, scene: Scene, seconds: float) -> Holding:
         return Holding(self.show(scene), round(seconds * 60), 1 / 60)
 
-    def append(self, trial: Trial) -> None:
-        self.trials.append(trial)
-        self.shown_at_record.append(len(self.shown))
+    def hear(self, event: Event) -> None:
+        match event:
+            case Recorded(Trial() as trial):
+                self.trials.append(trial)
+                self.shown_at_record.append(len(self.shown))
+            case Recorded(Note() as note):
+                self.notes.append(note)
+            case Recorded(Mark() as mark):
+                self.marks.append(mark)
+            case Recorded(PooledBatch() as batch):
+                self.pooled.append(batch)
+            case Ended(facts):
+                self.ends.append(facts)
 
-    def note(self, note: Note) -> None:
-        self.notes.append(note)
 
-    def mark(self, mark: Mark) -> None:
-        self.marks.append(mark)
+@dataclass
+class OnTrial:
+    """Does something with each trial of a session, also one that was read from its log."""
 
-    def pool(self, batch: PooledBatch) -> None:
-        self.pooled.append(batch)
+    do: Callable[[Trial], object]
 
-    def answers(self) -> Sequence[Trial]:
-        return self.trials
+    def hear(self, event: Event) -> None:
+        match event:
+            case Recorded(Trial() as trial) | Replayed(trial):
+                self.do(trial)
 
-    def end(self, facts: Mapping[str, Any]) -> None:
-        self.ends.append(facts)
+
+@dataclass
+class OnStatus:
+    """Does something with a session's status after each of its records."""
+
+    do: Callable[[SessionStatus], object]
+    status: SessionStatus = field(default_factory=SessionStatus)
+
+    def hear(self, event: Event) -> None:
+        self.status.hear(event)
+        match event:
+            case Recorded(Trial() | WindowEvent()):
+                self.do(self.status)
 
 
 @dataclass(slots=True)
@@ -253,6 +274,14 @@ class Fickle:
         if isinstance(ask.task, Choose) and ask.task.name == "codec":
             key = key_for(ask, self.rng.choice(ask.task.options))
         return KeyPress(key, onset_s + self.rng.uniform(0.1, 3.0))
+
+
+def opened(folder: Path, header: Header = HEADER) -> tuple[Recorder, Resumed]:
+    """Return the log of a session that is begun in ``folder``, or resumed, and what it holds."""
+    if not (folder / FILE_NAME).exists():
+        return Recorder.create(folder, header), Resumed()
+    recorder, log = Recorder.reopen(folder)
+    return recorder, Resumed.of(log)
 
 
 # Each kind with each way it is written.

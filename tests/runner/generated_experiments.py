@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from runner import Picture, Scene
 from runner.blocks import Draft
 from runner.check import CheckOptions, check_file
-from runner.observers.walk import walk
+from runner.observers import walk
 from runner.presenter import coverage
 from runner.protocol import Experiment, read_experiment
 from runner.reports import preview

@@ -20,12 +20,12 @@ from typing import Any
 
 from analysis.kinds import Trial
 from analysis.records import FILE_NAME, check_log, read_session
-from documents.files import Mirror, compare_copy
+from documents.files import compare_copy
 from runner.blocks import Block
 from runner.ports import Ask, KeyPress
 from runner.session import Session
-from runner.session.folders import Recorder
-from tests.runner.every_kind import HEADER, Fickle, Stage, blocks_of
+from runner.session.folders import LogMirror
+from tests.runner.every_kind import Fickle, OnTrial, Stage, blocks_of, opened
 
 MOST_ROUNDS = 60
 
@@ -44,13 +44,9 @@ def _sit(folder: Path, blocks: tuple[Block, ...], seed: int, told: int, waits_af
     def tell(*words: object) -> None:
         os.write(told, (json.dumps(words) + "\n").encode())
 
-    if (folder / FILE_NAME).exists():
-        recorder, log = Recorder.reopen(folder)
-        known = {(answer.place, answer.attempt) for answer in log.answers}
-        more: Any = {"logged": log.first_attempts, "pending": log.pending, "batches": log.pooled}
-    else:
-        known, more, recorder = set(), {}, Recorder.create(folder, HEADER)
-    session = Session(blocks, Stage(), _Slow(seed), recorder, **more)
+    recorder, before = opened(folder)
+    known = {(answer.place, answer.attempt) for answer in before.answers}
+    session = Session(blocks, Stage(), _Slow(seed), recorder, before)
 
     def on_trial(trial: Trial) -> None:
         if (trial.place, trial.attempt) in known:
@@ -69,12 +65,11 @@ def _sit(folder: Path, blocks: tuple[Block, ...], seed: int, told: int, waits_af
         if given == waits_after:
             time.sleep(600)
 
-    session.on_trial = on_trial
     copies = folder.parent / "copies"
     copies.mkdir(exist_ok=True)
-    mirror = Mirror(recorder.log, copies / FILE_NAME, copies)
+    mirror = LogMirror(recorder.log, copies / FILE_NAME, copies)
+    session.listeners += [mirror, OnTrial(on_trial)]
     with recorder:
-        recorder.follow_with(mirror)
         session.run()
     tell("end", mirror.close())
 

@@ -9,14 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from analysis.records import FILE_NAME, Header, SessionLog, new_header, read_session
-from runner.ports import Ask, KeyPress, Pool
+from runner.ports import Ask, KeyPress, ObserverLeft, Pool
 from runner.protocol import Experiment
 from runner.session import Session
-from runner.session.folders import Recorder
 from runner.session.header import planned
 from runner.session.pooling import ResultsPool
-from runner.session.session import Left
-from tests.runner.every_kind import Fickle, Stage
+from tests.runner.every_kind import Fickle, Stage, opened
 
 Stop = Callable[[int], None]
 _NUMBERS = itertools.count()
@@ -40,7 +38,7 @@ def leave_after(answers: int) -> Stop:
 
     def before(given: int) -> None:
         if given == answers:
-            raise Left
+            raise ObserverLeft
 
     return before
 
@@ -69,19 +67,14 @@ def sit(
     label = label or f"s{next(_NUMBERS)}"
     folder = results / design.spec.name / f"sub-{observer}" / f"ses-{label}"
     file = folder / FILE_NAME
-    known: dict[str, Any] = {}
-    if file.exists():
-        recorder, log = Recorder.reopen(folder)
-        known = {"logged": log.first_attempts, "pending": log.pending, "batches": log.pooled}
-    else:
-        recorder = Recorder.create(folder, header_of(design, observer, label, **more))
+    recorder, resumed = opened(folder, header_of(design, observer, label, **more))
     pool = pool or ResultsPool(design, results, own=label)
     with recorder:
-        session = Session(design.blocks(observer), Stage(), Person(seed, before), recorder, pool=pool, **known)
+        session = Session(design.blocks(observer), Stage(), Person(seed, before), recorder, resumed, pool=pool)
         if isinstance(pool, ResultsPool):
             pool.look()  # as a station does before it begins
             pool.note = lambda words: session.note(words, "program")
-        with suppress(Left):
+        with suppress(ObserverLeft):
             session.run()
     return read_session(file)
 

@@ -15,7 +15,6 @@ import shutil
 import tempfile
 import threading
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from functools import lru_cache
@@ -27,16 +26,14 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 from analysis.kinds import Trial
-from analysis.records import FILE_NAME, Resumption, SessionLog, SessionTimes, new_header, read_session
+from analysis.records import FILE_NAME, Mark, Note, Resumption, SessionLog, SessionTimes, new_header, read_session
 from documents.files import durable_log
 from runner.blocks import Block
 from runner.errors import SessionError
-from runner.observers.simulated import key_for, plain_key
-from runner.ports import MOST_IGNORED, Ask, Ignored, KeyPress, WindowClosed
-from runner.session import Session
+from runner.observers import key_for, plain_key
+from runner.ports import MOST_IGNORED, Ask, Ignored, KeyPress, ObserverLeft, WindowClosed
+from runner.session import Event, Recorded, Recorder, Resumed, Session
 from runner.session.clocks import SteadyClock
-from runner.session.folders import Recorder
-from runner.session.session import Left
 from tests.runner.every_kind import VARIANTS, Fickle, Stage, experiment, written
 
 MOST_ASKS = 3000
@@ -133,21 +130,15 @@ class Clocks:
 
 @dataclass
 class Kept:
-    """A sink that lists what was on disk when it returned."""
+    """A log that lists what was on disk when it returned."""
 
     recorder: Recorder
     acknowledged: list[Any]
 
-    def __getattr__(self, name: str) -> Any:
-        act = getattr(self.recorder, name)
-        if name not in ("append", "note", "mark"):
-            return act
-
-        def then_listed(record: Any) -> None:
-            act(record)
-            self.acknowledged.append(_plain(record))
-
-        return then_listed
+    def hear(self, event: Event) -> None:
+        self.recorder.hear(event)
+        if isinstance(event, Recorded) and isinstance(event.record, Trial | Note | Mark):
+            self.acknowledged.append(_plain(event.record))
 
 
 @dataclass
@@ -225,11 +216,8 @@ class SessionMachine(RuleBasedStateMachine):
         self._sit(Recorder.create(self.folder, header), clock)
 
     def _sit(self, recorder: Recorder, clock: SteadyClock, log: SessionLog | None = None) -> None:
-        known: Any = (
-            {"logged": log.first_attempts, "pending": log.pending, "batches": log.pooled} if log is not None else {}
-        )
-        kept: Any = Kept(recorder, self.acknowledged)
-        session = Session(self.blocks, Stage(), self.person, kept, utc=clock, **known)
+        kept = Kept(recorder, self.acknowledged)
+        session = Session(self.blocks, Stage(), self.person, kept, Resumed.of(log) if log else Resumed(), utc=clock)
         self.sitting = Sitting(session, recorder)
         self.sitting.start()
         self._settle()
@@ -242,7 +230,7 @@ class SessionMachine(RuleBasedStateMachine):
         self.disk.fault, self.disk.truncates = "", True
         self.complete = error is None
         self.may_survive = 0 if error is None else 1
-        if error is not None and not isinstance(error, Left | WindowClosed | Killed | OSError):
+        if error is not None and not isinstance(error, ObserverLeft | WindowClosed | Killed | OSError):
             raise error
 
     @property
@@ -329,7 +317,7 @@ class SessionMachine(RuleBasedStateMachine):
             self.answer(1)
 
     @runs
-    @rule(end=st.sampled_from([Killed, WindowClosed, Left]))
+    @rule(end=st.sampled_from([Killed, WindowClosed, ObserverLeft]))
     def stop(self, end: type[BaseException]) -> None:
         self._press(end())
 
@@ -437,9 +425,6 @@ class _Script(Stage):
     def __init__(self, log: SessionLog) -> None:
         super().__init__()
         self.presses = [press for trial in log.first_attempts for press in trial.events]
-
-    def answers(self) -> Sequence[Trial]:
-        return ()
 
     def respond(self, ask: Ask, onset_s: float) -> KeyPress:
         key, seconds = self.presses.pop(0)

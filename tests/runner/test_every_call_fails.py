@@ -23,9 +23,8 @@ import pytest
 from analysis.kinds import Trial
 from analysis.records import FILE_NAME, check_log, read_session, session_files
 from documents import InputError
-from runner.session import Session
-from runner.session.folders import Recorder
-from tests.runner.every_kind import HEADER, VARIANTS, Fickle, Stage, blocks_of
+from runner.session import Recorder, Session
+from tests.runner.every_kind import VARIANTS, Fickle, OnTrial, Stage, blocks_of, opened
 
 Study = Any  # tests/conftest.py
 
@@ -76,14 +75,9 @@ def sit_in_kind(folder: Path, kind: str, variant: int, calls: Calls) -> tuple[li
     kept: list[Trial] = []
     try:
         with counted(calls):
-            known_before: dict[str, Any] = {}
-            if (folder / FILE_NAME).exists():
-                recorder, log = Recorder.reopen(folder)
-                known_before = {"logged": log.first_attempts, "pending": log.pending, "batches": log.pooled}
-            else:
-                recorder = Recorder.create(folder, HEADER)
+            recorder, before = opened(folder)
             block = blocks_of(kind, variant)
-            session = Session(block, Stage(), Fickle(1), recorder, on_trial=kept.append, **known_before)
+            session = Session(block, Stage(), Fickle(1), recorder, before, listeners=[OnTrial(kept.append)])
             with recorder:
                 session.run()
     except (OSError, InputError) as error:
@@ -181,9 +175,9 @@ def run(study: Study, results: Path, *more: str) -> tuple[subprocess.CompletedPr
     given: list[Trial] = []
     append = Recorder.append
 
-    def then_kept(self: Recorder, trial: Trial) -> None:
-        append(self, trial)
-        given.append(trial)
+    def then_kept(self: Recorder, record: Any) -> None:
+        append(self, record)
+        given.extend([record] if isinstance(record, Trial) else [])
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Recorder, "append", then_kept)

@@ -14,9 +14,9 @@ from analysis.kinds import KINDS, PRACTICE, Trial
 from analysis.records import PooledBatch, read_session
 from documents import InputError
 from runner.blocks import AnyBlock, Block
-from runner.observers.simulated import plain_key
+from runner.observers import plain_key
 from runner.ports import Ask, KeyPress
-from runner.session import Session
+from runner.session import Resumed, Session
 from tests.runner import every_kind as EVERY
 from tests.runner.every_kind import HEADER, VARIANTS, Stage
 
@@ -46,7 +46,7 @@ def _play(
             return press
 
     utc = "2026-01-01T00:00:00.000+00:00"
-    Session(blocks, play, _Watched(), play, logged=logged, batches=batches, utc=lambda: utc).run()
+    Session(blocks, play, _Watched(), play, Resumed(logged, (), batches), utc=lambda: utc).run()
     assert play.ends
     return play
 

@@ -17,6 +17,7 @@ from analysis.series import summarise_series
 from runner.observers import read_observer
 from runner.presenter.drawing import Drawing
 from runner.protocol import read_experiment
+from runner.session import SessionOptions
 from runner.session.station import Station
 from stimuli.build import build_set
 
@@ -55,7 +56,7 @@ def sessions(tmp_path_factory: pytest.TempPathFactory) -> list[SessionLog]:
         design = read_experiment(file)
         spec = read_observer(laws, design.stimulus_names, design.stimuli.reference)
         stimuli = build_set(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
-        with Station.open(design, stimuli, folder / "results", "egl") as station:
+        with Station.open(design, stimuli, SessionOptions(folder / "results", backend="egl")) as station:
             for observer in (f"{number:02d}" for number in range(1, OBSERVERS + 1)):
                 done = station.run(observer, station.simulated(spec, observer), simulated=True)
                 logs.append(read_session(done / "session.jsonl"))

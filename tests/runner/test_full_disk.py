@@ -13,7 +13,7 @@ import pytest
 
 from analysis.records import FILE_NAME, new_header
 from runner.errors import SessionError
-from runner.session.folders import Recorder
+from runner.session import Recorder
 from tests.answers import new_answer
 
 UTC = "2026-01-01T00:00:01.000+00:00"

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from analysis.kinds import Trial
 from analysis.records import FILE_NAME, check_log, copy_in_mirror, read_session, session_files
-from documents.files import LogDisturbedError, Mirror
+from documents.files import LogDisturbedError
 from documents.files import mirror as mirror_module
 from runner.session import Session
-from runner.session.folders import Recorder
-from tests.runner.every_kind import HEADER, VARIANTS, Fickle, Stage, blocks_of
+from runner.session.folders import LogMirror
+from tests.runner.every_kind import VARIANTS, Fickle, OnTrial, Stage, blocks_of, opened
 from tests.runner.harms import TO_FILE, Harm
 
 pytestmark = pytest.mark.nightly
@@ -30,19 +29,15 @@ FIRSTS = [
 def sit(folder: Path, kind: str, variant: int, harmed_after: int, file: str, harm: str) -> tuple[list[Trial], bool]:
     """Run a session, or resume it, and return what was kept, and whether it was stopped by what was done to a file."""
     kept: list[Trial] = []
-    known: dict[str, Any] = {}
-    if (folder / FILE_NAME).exists():
-        recorder, log = Recorder.reopen(folder)
-        known = {"logged": log.first_attempts, "pending": log.pending, "batches": log.pooled}
-    else:
-        recorder = Recorder.create(folder, HEADER)
+    recorder, before = opened(folder)
 
     def on_trial(trial: Trial) -> None:
         kept.append(trial)
         if len(kept) == harmed_after:
             HARMS[harm](folder / file)
 
-    session = Session(blocks_of(kind, variant), Stage(), Fickle(1), recorder, on_trial=on_trial, **known)
+    session = Session(blocks_of(kind, variant), Stage(), Fickle(1), recorder, before)
+    session.listeners.append(OnTrial(on_trial))
     try:
         with recorder:
             session.run()
@@ -74,11 +69,11 @@ def test_nothing_that_was_kept_is_lost(kind: str, variant: int, tmp_path: Path) 
 
 def mirrored(folder: Path, kind: str, variant: int, harmed_after: int, harm: Harm | None) -> tuple[Path, str | None]:
     """Run a session whose log is copied; return the copy, to which something was done, and what was said of it."""
-    recorder = Recorder.create(folder / "e" / "sub-01" / "ses-1", HEADER)
+    recorder, _ = opened(folder / "e" / "sub-01" / "ses-1")
     copies = folder / "copies"
     copies.mkdir()
     copy = copy_in_mirror(recorder.folder / FILE_NAME, copies)
-    mirror = Mirror(recorder.log, copy, copies)
+    mirror = LogMirror(recorder.log, copy, copies)
     kept: list[Trial] = []
 
     def on_trial(trial: Trial) -> None:
@@ -90,8 +85,9 @@ def mirrored(folder: Path, kind: str, variant: int, harmed_after: int, harm: Har
             harm(copy)
 
     with recorder:
-        recorder.follow_with(mirror)
-        Session(blocks_of(kind, variant), Stage(), Fickle(1), recorder, on_trial=on_trial).run()
+        session = Session(blocks_of(kind, variant), Stage(), Fickle(1), recorder)
+        session.listeners += [mirror, OnTrial(on_trial)]
+        session.run()
     return copy, mirror.close(60)
 
 

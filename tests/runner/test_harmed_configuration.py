@@ -12,7 +12,7 @@ import pytest
 
 from analysis.kinds import Trial
 from analysis.records import read_session
-from runner.session.folders import Recorder
+from runner.session import Recorder
 from tests.runner.harms import TO_FILE, Harm
 
 Study = Any  # tests/conftest.py
@@ -76,10 +76,10 @@ def _run_harmed(study: Study, phase: int | str, harm: Harm) -> Any:
     kept: list[Trial] = []
     append = Recorder.append
 
-    def then_harm(self: Recorder, trial: Trial) -> None:
-        append(self, trial)
-        kept.append(trial)
-        if len(kept) == phase:
+    def then_harm(self: Recorder, record: Any) -> None:
+        append(self, record)
+        kept.extend([record] if isinstance(record, Trial) else [])
+        if isinstance(record, Trial) and len(kept) == phase:
             harm(next((study.results / "small" / "configuration").iterdir()))
 
     with pytest.MonkeyPatch.context() as patch:

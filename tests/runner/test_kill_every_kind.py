@@ -10,7 +10,7 @@ import pytest
 
 from analysis.kinds import Trial
 from analysis.records import FILE_NAME, read_session
-from runner.session import Session
+from runner.session import Resumed, Session
 from tests.runner import every_kind as EVERY
 from tests.runner.every_kind import VARIANTS
 from tests.runner.killing import Kill, check_rounds, killer
@@ -43,7 +43,7 @@ def test_killed_again_and_again(kind: str, variant: int, tmp_path: Path, kill: K
     _is_whole(log.first_attempts, log.answers)
     # Read again from its log alone, the session asks nothing more.
     blocks, stage = EVERY.blocks_of(kind, variant), EVERY.Stage()
-    Session(blocks, stage, stage, stage, logged=log.first_attempts, batches=log.pooled).run()  # type: ignore[arg-type]  # one stage stands for all
+    Session(blocks, stage, stage, stage, Resumed.of(log)).run()  # type: ignore[arg-type]  # one stage stands for all
     assert (stage.shown, stage.trials, stage.pooled, len(stage.ends)) == ([], [], [], 1)
 
 

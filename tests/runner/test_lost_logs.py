@@ -14,8 +14,8 @@ from analysis.records import FILE_NAME, check_log, read_session, session_files
 from documents.files import DurableLog, LogDisturbedError, durable_log
 from documents.files.chain import sealed
 from runner.errors import SessionError, SessionStoppedError
-from runner.session import SessionOptions, run_session, simulate
-from runner.session.folders import Recorder
+from runner.session import Recorder, SessionOptions, run_session, simulate
+from tests.runner.every_kind import OnStatus
 from tests.runner.harms import HARMS, Harm
 
 Study = Any  # tests/conftest.py
@@ -43,9 +43,8 @@ def _run(study: Study, harm: Harm | None, after: int, **more: Any) -> list[str]:
             before.extend(answer.utc for answer in read_session(file).answers)
             harm(file)
 
-    run_session(
-        study.experiment, "01", SessionOptions(study.results, simulate=study.observers, on_trial=on_trial, **more)
-    )
+    told = (OnStatus(on_trial),)
+    run_session(study.experiment, "01", SessionOptions(study.results, simulate=study.observers, listeners=told, **more))
     return before
 
 
@@ -138,10 +137,10 @@ def test_simulated_observers_stop_with_one_error(study: Study, monkeypatch: pyte
     """The second observer's log is harmed after the third answer; the first observer's session stays whole."""
     append, done = Recorder.append, 0
 
-    def then_harmed(self: Recorder, trial: Trial) -> None:
+    def then_harmed(self: Recorder, record: Any) -> None:
         nonlocal done
-        append(self, trial)
-        if self.folder.parent.name == "sub-02":
+        append(self, record)
+        if self.folder.parent.name == "sub-02" and isinstance(record, Trial):
             done += 1
             if done == 3:
                 HARMS[what](self.folder / FILE_NAME)

@@ -18,8 +18,7 @@ from analysis.records import read_results
 from analysis.report import METHODS_ITEMS, describe
 from analysis.scaling.robust_tests import DRAWS
 from runner.protocol import read_experiment
-from runner.session import Session
-from runner.session.folders import Recorder
+from runner.session import Recorder, Session
 from tests.answers import altered
 from tests.runner import every_kind
 from tests.runner.every_kind import HEADER, Stage

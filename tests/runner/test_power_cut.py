@@ -9,7 +9,7 @@ import pytest
 
 from analysis.errors import ResultsError
 from analysis.records import FILE_NAME, Change, Mark, Note, Resumption, SessionLog, new_header, read_session
-from runner.session.folders import Recorder
+from runner.session import Recorder
 from tests.answers import changed, new_answer
 
 UTC = "2026-01-01T00:00:01.000+00:00"
@@ -27,7 +27,8 @@ RESUMPTION = Resumption(utc=UTC, accepted_changes={"display": Change(before="0",
 
 def _attempts(recorder: Recorder, least: int) -> int:
     """Return how many first attempts the log has; of others than the first, if ``least`` is 1."""
-    return sum((answer.attempt > 0) == bool(least) for answer in recorder.answers())
+    answers = read_session(recorder.folder / FILE_NAME).answers
+    return sum((answer.attempt > 0) == bool(least) for answer in answers)
 
 
 # How each kind of record is written, and how many of it a log then holds.
@@ -41,8 +42,8 @@ KINDS: dict[str, tuple[Write, Callable[[SessionLog], int]]] = {
         lambda recorder: recorder.append(changed(AGAIN, attempt=1 + _attempts(recorder, 1))),
         lambda log: len(log.answers) - len(log.first_attempts),
     ),
-    "note": (lambda recorder: recorder.note(NOTE), lambda log: len(log.notes)),
-    "mark": (lambda recorder: recorder.mark(MARK), lambda log: len(log.marks)),
+    "note": (lambda recorder: recorder.append(NOTE), lambda log: len(log.notes)),
+    "mark": (lambda recorder: recorder.append(MARK), lambda log: len(log.marks)),
     "resume": (lambda recorder: recorder._log.append(RESUMPTION.to_json()), lambda log: len(log.resumptions)),
     "end": (lambda recorder: recorder.end({"work": {"draws": 3}}), lambda log: int(log.complete)),
 }
@@ -124,8 +125,8 @@ def test_a_broken_line_in_the_middle_is_refused_with_its_place(
 ) -> None:
     file = tmp_path / "s" / FILE_NAME
     with Recorder.create(file.parent, HEADER) as recorder:
-        recorder.note(NOTE)
-        recorder.note(NOTE)
+        recorder.append(NOTE)
+        recorder.append(NOTE)
     header, *notes = file.read_bytes().splitlines(keepends=True)
     file.write_bytes(b"".join([header, notes[0], line, notes[1]]))
     with pytest.raises(ResultsError, match=r"session.jsonl:3:1: "):

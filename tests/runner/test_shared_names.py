@@ -115,7 +115,7 @@ def recorded(study: Study, monkeypatch: pytest.MonkeyPatch) -> Callable[..., tup
     def record(*blocks: str) -> tuple[SessionLog, ...]:
         write(study, *blocks)
         with monkeypatch.context() as patch:
-            patch.setattr("runner.protocol.experiment.name_clashes", lambda *words: ())
+            patch.setattr("runner.protocol.experiment._name_clashes", lambda *words: ())
             done = simulate(study.experiment, study.observers, 2, results=study.results)
         return tuple(read_session(folder / FILE_NAME) for folder in done.folders)
 

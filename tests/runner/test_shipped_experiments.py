@@ -18,6 +18,7 @@ from runner.cli.main import group
 from runner.observers import read_observer
 from runner.presenter.drawing import Drawing
 from runner.protocol import read_experiment
+from runner.session import SessionOptions
 from runner.session.station import Station
 from stimuli.build import build_set
 
@@ -109,7 +110,7 @@ def test_the_first_experiment_whole_with_the_thesis_s_fifteen_observers(tmp_path
     stimuli = build_set(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
     assert stimuli.rendered == 0  # the check has built them
     chosen: Counter[tuple[str, int]] = Counter()
-    with Station.open(design, stimuli, tmp_path / "results", "egl") as station:
+    with Station.open(design, stimuli, SessionOptions(tmp_path / "results", backend="egl")) as station:
         for observer in (f"{number:02d}" for number in range(1, 16)):
             folder = station.run(observer, station.simulated(law, observer), simulated=True)
             for choice in check_series(read_session(folder / "session.jsonl")):

@@ -15,8 +15,8 @@ import pytest
 from analysis.records import FILE_NAME, check_log, read_session, session_files
 from documents.files.owned_lock import STALE_S, Owner
 from runner.errors import SessionError, SessionStoppedError
-from runner.session import SessionOptions, run_session
-from runner.session.folders import Recorder
+from runner.session import Recorder, SessionOptions, run_session
+from tests.runner.every_kind import OnStatus
 
 Study = Any  # tests/conftest.py
 
@@ -40,7 +40,8 @@ def _elsewhere(**more: Any) -> Owner:
 
 def _run(study: Study, on_trial: Any = lambda status: None, **more: Any) -> list[str]:
     said: list[str] = []
-    options = SessionOptions(study.results, simulate=study.observers, on_trial=on_trial, notify=said.append, **more)
+    told = (OnStatus(on_trial),)
+    options = SessionOptions(study.results, simulate=study.observers, listeners=told, notify=said.append, **more)
     run_session(study.experiment, "01", options)
     return said
 

@@ -14,10 +14,9 @@ from analysis.comparisons import grouped_comparisons
 from analysis.errors import ResultsError
 from analysis.kinds import Trial
 from analysis.records import FILE_NAME, Change, Resumption, SessionLog, SessionTimes, check_log, pool, read_session
-from runner.observers.simulated import plain_key
+from runner.observers import plain_key
 from runner.ports import Ask, Browse, KeyPress, Rate
-from runner.session import Session
-from runner.session.folders import Recorder
+from runner.session import Recorder, Session
 from tests.answers import altered, changed, new_answer
 from tests.runner.every_kind import HEADER, Stage, experiment, written
 
@@ -141,7 +140,7 @@ def pair(number: int, first: str, second: str, **more: Any) -> Trial:
 def write(folder: Path, *records: Any, header: Any = HEADER) -> Path:
     with Recorder.create(folder / "s", header) as recorder:
         for line in records:
-            recorder._append(line.to_json())
+            recorder.append(line)
         recorder.end({"work": {"pixels_shaded": 7 * 10**12}})
     return folder / "s" / FILE_NAME
 

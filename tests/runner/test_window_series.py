@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from runner.observers.walk import walk
+from runner.observers import walk
 from runner.ports import Ask
 from runner.protocol import read_experiment
 

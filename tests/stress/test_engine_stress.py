@@ -7,18 +7,16 @@ import time
 import tracemalloc
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, get_args
+from typing import get_args
 
 import pytest
 
-from analysis.kinds import Trial
-from analysis.records import Mark, Note, PooledBatch
 from runner import Scene
 from runner.blocks import AnyBlock
-from runner.observers.simulated import plain_key
+from runner.observers import plain_key
 from runner.ports import Ask, Holding, KeyPress
 from runner.protocol import read_experiment
-from runner.session import Session
+from runner.session import Event, Recorded, Session
 
 pytestmark = pytest.mark.stress
 ROOT = Path(__file__).parents[2]
@@ -57,7 +55,9 @@ CASES = [(kind, entry) for kind, entries in MANY.items() for entry in entries]
 
 
 class _Nothing:
-    """A screen, a sink and an observer that keep nothing; half a second passes with each answer."""
+    """A screen, a log and an observer that keep nothing; half a second passes with each answer."""
+
+    session: Session
 
     def __init__(self) -> None:
         self.trials = 0
@@ -75,25 +75,12 @@ class _Nothing:
     def respond(self, ask: Ask, onset_s: float) -> KeyPress:
         return KeyPress(plain_key(ask), onset_s + 0.5)
 
-    def append(self, trial: Trial) -> None:
-        self.trials += 1
-        if tracemalloc.is_tracing() and self.trials in (10_000, 29_000):
-            self.sizes[self.trials] = tracemalloc.get_traced_memory()[0]
-
-    def note(self, note: Note) -> None:
-        pass
-
-    def mark(self, mark: Mark) -> None:
-        pass
-
-    def pool(self, batch: PooledBatch) -> None:
-        pass
-
-    def answers(self) -> tuple[Trial, ...]:
-        return ()
-
-    def end(self, facts: Mapping[str, Any]) -> None:
-        pass
+    def hear(self, event: Event) -> None:
+        if isinstance(event, Recorded):
+            self.trials += 1
+            if tracemalloc.is_tracing() and self.trials in (10_000, 29_000):
+                self.session.answers.clear()
+                self.sizes[self.trials] = tracemalloc.get_traced_memory()[0]
 
 
 def _run(folder: Path, kind: str, entry: str) -> tuple[_Nothing, float]:
@@ -111,7 +98,8 @@ def _run(folder: Path, kind: str, entry: str) -> tuple[_Nothing, float]:
     blocks = read_experiment(folder / "many.yaml").blocks("01")
     nothing = _Nothing()
     began_s = time.process_time()
-    Session(blocks, nothing, nothing, nothing).run()
+    nothing.session = Session(blocks, nothing, nothing, nothing)
+    nothing.session.run()
     return nothing, (time.process_time() - began_s) / nothing.trials
 
 

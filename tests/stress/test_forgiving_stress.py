@@ -11,7 +11,8 @@ import pytest
 from analysis.records import new_header
 from runner.errors import SessionError
 from runner.presenter import IntervalSummary
-from runner.session.folders import Recorder, observer_folder, to_resume
+from runner.session import Recorder
+from runner.session.folders import observer_folder, to_resume
 from tests.answers import altered, new_answer
 
 pytestmark = pytest.mark.stress

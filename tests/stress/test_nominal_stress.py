@@ -22,7 +22,7 @@ pytestmark = pytest.mark.stress
 KINDS = get_args(NominalKind)
 WHITES = (1e-4, 0.08, 80.0, 10_000.0, 1e7)
 SHARES = (0.0, 1e-9, 0.001, 0.2, 0.99)
-KEEPS = [n for n, m in MODES.items() if not m().needs_stereo and "half" not in n and "anaglyph" not in n]
+KEEPS = [n for n, m in MODES.items() if not m.needs_stereo and "half" not in n and "anaglyph" not in n]
 MANY = settings(max_examples=500, suppress_health_check=list(HealthCheck), deadline=None)
 
 

@@ -24,11 +24,15 @@ class Flat(Mode):
         return (EyeArea(Rectangle(0, 0, *size_px), eyes=("left", "right")),)
 
 
+@dataclass(frozen=True)
 class SideBySide(Mode):
-    """Two halves of equal size; of an odd width, the column in the middle stays black."""
+    """Two halves of equal size; of an odd width, the column in the middle stays black.
 
-    name: ClassVar[str] = "side-by-side"
-    squeeze: ClassVar[tuple[int, int]] = (1, 1)
+    ``squeeze`` is how many columns and rows of a view share one of the signal, where the display stretches the halves.
+    """
+
+    name: str = "side-by-side"
+    squeeze: tuple[int, int] = (1, 1)
 
     def unavailable(self, size_px: Size, *, stereo: bool, windows: int = 1) -> str | None:
         """Refuse a surface too narrow to halve."""
@@ -44,18 +48,12 @@ class SideBySide(Mode):
         )
 
 
-class SideBySideHalf(SideBySide):
-    """Two halves that the display stretches to its full width: two columns of a view share one of the signal."""
-
-    name: ClassVar[str] = "side-by-side-half"
-    squeeze: ClassVar[tuple[int, int]] = (2, 1)
-
-
+@dataclass(frozen=True)
 class TopBottom(Mode):
-    """Two halves of equal size; of an odd height, the row in the middle stays black."""
+    """Two halves of equal size; of an odd height, the row in the middle stays black; ``squeeze`` as side by side."""
 
-    name: ClassVar[str] = "top-bottom"
-    squeeze: ClassVar[tuple[int, int]] = (1, 1)
+    name: str = "top-bottom"
+    squeeze: tuple[int, int] = (1, 1)
 
     def unavailable(self, size_px: Size, *, stereo: bool, windows: int = 1) -> str | None:
         """Refuse a surface too low to halve."""
@@ -71,14 +69,11 @@ class TopBottom(Mode):
         )
 
 
-class TopBottomHalf(TopBottom):
-    """Two halves that the display stretches to its full height: two rows of a view share one of the signal."""
-
-    name: ClassVar[str] = "top-bottom-half"
-    squeeze: ClassVar[tuple[int, int]] = (1, 2)
+_EVEN_ROWS = Weave(0, 1)
 
 
-class _Interleaved(Mode):
+@dataclass(frozen=True)
+class Interleaved(Mode):
     """The eyes share the surface pixel by pixel; ``left`` are the left eye's pixels of the panel.
 
     The panel's optics decide which eye sees which pixel, so parity counts from the panel's first pixel, not the
@@ -86,8 +81,8 @@ class _Interleaved(Mode):
     Neither view is filtered: an eye sees every second row, column or square of its picture at 1:1.
     """
 
-    name: ClassVar[str]
-    left: ClassVar[Weave]
+    name: str = "row-interleaved"
+    left: Weave = _EVEN_ROWS
 
     def unavailable(self, size_px: Size, *, stereo: bool, windows: int = 1) -> str | None:
         """Refuse a surface that has not a pixel for each eye."""
@@ -101,27 +96,6 @@ class _Interleaved(Mode):
         whole = Rectangle(0, 0, *size_px)
         left = self.left.seen_from(position_px)
         return EyeArea(whole, eyes=("left",), weave=left), EyeArea(whole, eyes=("right",), weave=left.other())
-
-
-class RowInterleaved(_Interleaved):
-    """Even rows of the panel for the left eye, odd rows for the right: line-polarised panels."""
-
-    name: ClassVar[str] = "row-interleaved"
-    left: ClassVar[Weave] = Weave(0, 1)
-
-
-class ColumnInterleaved(_Interleaved):
-    """Even columns of the panel for the left eye, odd columns for the right: parallax barriers."""
-
-    name: ClassVar[str] = "column-interleaved"
-    left: ClassVar[Weave] = Weave(1, 0)
-
-
-class Checkerboard(_Interleaved):
-    """The square of the panel's first pixel and its like for the left eye: DLP projection."""
-
-    name: ClassVar[str] = "checkerboard"
-    left: ClassVar[Weave] = Weave(1, 1)
 
 
 class QuadBuffered(Mode):
@@ -177,7 +151,7 @@ class DualWindow(Mode):
 
 
 @dataclass(frozen=True)
-class _Anaglyph(Mode):
+class Anaglyph(Mode):
     """The whole surface for both eyes.
 
     The views are mixed by least squares (see `mixture`), or, on request, each channel is one eye's alone. With one
@@ -185,12 +159,12 @@ class _Anaglyph(Mode):
     ``left_passes`` and ``right_passes``, unless the rig says better; measured through each filter, it needs none.
     """
 
-    filters: Filters | None = None
-
-    left_channels: ClassVar[tuple[bool, bool, bool]]
+    name: str = "anaglyph-red-cyan"
+    left_channels: tuple[bool, bool, bool] = (True, False, False)
     # Shares of red, green and blue light. Round figures of what gel filters pass, not measurements of any.
-    left_passes: ClassVar[tuple[float, float, float]]
-    right_passes: ClassVar[tuple[float, float, float]]
+    left_passes: tuple[float, float, float] = (0.90, 0.05, 0.02)
+    right_passes: tuple[float, float, float] = (0.03, 0.75, 0.80)
+    filters: Filters | None = None
 
     def areas(self, size_px: Size, position_px: tuple[int, int] = (0, 0)) -> tuple[EyeArea, ...]:
         """Return the whole surface, for both eyes."""
@@ -230,30 +204,3 @@ class _Anaglyph(Mode):
         given: dict[Eye, Filter | None] = {"left": stated.left, "right": stated.right}
         assumed = tuple(eye for eye in EYES if given[eye] is None)
         return SeenThrough(stated.left or self.left_passes, stated.right or self.right_passes, assumed)
-
-
-class AnaglyphRedCyan(_Anaglyph):
-    """Red before the left eye, cyan before the right."""
-
-    name: ClassVar[str] = "anaglyph-red-cyan"
-    left_channels: ClassVar[tuple[bool, bool, bool]] = (True, False, False)
-    left_passes: ClassVar[tuple[float, float, float]] = (0.90, 0.05, 0.02)
-    right_passes: ClassVar[tuple[float, float, float]] = (0.03, 0.75, 0.80)
-
-
-class AnaglyphGreenMagenta(_Anaglyph):
-    """Green before the left eye, magenta before the right."""
-
-    name: ClassVar[str] = "anaglyph-green-magenta"
-    left_channels: ClassVar[tuple[bool, bool, bool]] = (False, True, False)
-    left_passes: ClassVar[tuple[float, float, float]] = (0.03, 0.75, 0.05)
-    right_passes: ClassVar[tuple[float, float, float]] = (0.85, 0.05, 0.80)
-
-
-class AnaglyphAmberBlue(_Anaglyph):
-    """Amber before the left eye, blue before the right."""
-
-    name: ClassVar[str] = "anaglyph-amber-blue"
-    left_channels: ClassVar[tuple[bool, bool, bool]] = (True, True, False)
-    left_passes: ClassVar[tuple[float, float, float]] = (0.90, 0.75, 0.03)
-    right_passes: ClassVar[tuple[float, float, float]] = (0.02, 0.03, 0.70)

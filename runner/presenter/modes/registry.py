@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
@@ -12,43 +12,40 @@ from documents import Finding
 from documents.text import did_you_mean
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.kinds import (
-    AnaglyphAmberBlue,
-    AnaglyphGreenMagenta,
-    AnaglyphRedCyan,
-    Checkerboard,
-    ColumnInterleaved,
+    Anaglyph,
     DualWindow,
     Flat,
     FrameSequential,
+    Interleaved,
     QuadBuffered,
-    RowInterleaved,
     SideBySide,
-    SideBySideHalf,
     TopBottom,
-    TopBottomHalf,
 )
-from runner.presenter.modes.mode import EyeArea, Mode, SeenThrough
+from runner.presenter.modes.mode import EyeArea, Mode, SeenThrough, Weave
 from runner.presenter.modes.options import ModeOptions, refuse_options
 from runner.presenter.surfaces.surface import Surface
 
-MODES: Mapping[str, Callable[[], Mode]] = MappingProxyType(
+MODES: Mapping[str, Mode] = MappingProxyType(
     {
         mode.name: mode
         for mode in (
-            Flat,
-            SideBySide,
-            SideBySideHalf,
-            TopBottom,
-            TopBottomHalf,
-            RowInterleaved,
-            ColumnInterleaved,
-            Checkerboard,
-            AnaglyphRedCyan,
-            AnaglyphGreenMagenta,
-            AnaglyphAmberBlue,
-            QuadBuffered,
-            FrameSequential,
-            DualWindow,
+            Flat(),
+            SideBySide(),
+            SideBySide("side-by-side-half", squeeze=(2, 1)),
+            TopBottom(),
+            TopBottom("top-bottom-half", squeeze=(1, 2)),
+            # For the left eye: even rows, as on line-polarised panels; even columns, as behind parallax barriers; the
+            # square of the panel's first pixel and its like, as in DLP projection.
+            Interleaved("row-interleaved", Weave(0, 1)),
+            Interleaved("column-interleaved", Weave(1, 0)),
+            Interleaved("checkerboard", Weave(1, 1)),
+            # Before the left eye red, green or amber; before the right cyan, magenta or blue.
+            Anaglyph("anaglyph-red-cyan", (True, False, False), (0.90, 0.05, 0.02), (0.03, 0.75, 0.80)),
+            Anaglyph("anaglyph-green-magenta", (False, True, False), (0.03, 0.75, 0.05), (0.85, 0.05, 0.80)),
+            Anaglyph("anaglyph-amber-blue", (True, True, False), (0.90, 0.75, 0.03), (0.02, 0.03, 0.70)),
+            QuadBuffered(),
+            FrameSequential(),
+            DualWindow(),
         )
     }
 )
@@ -83,7 +80,7 @@ def find_mode(name: str, options: ModeOptions | None = None) -> Mode:
     if name not in MODES:
         remedy = did_you_mean(name, MODES)
         raise PresentationError(Finding(f"there is no stereo mode '{name}'", remedy=remedy))
-    mode = MODES[name]()
+    mode = MODES[name]
     if options is None or options == ModeOptions():
         return mode
     return Adjusted(mode.with_filters(options.filters) if options.filters else mode, options)
@@ -91,7 +88,7 @@ def find_mode(name: str, options: ModeOptions | None = None) -> Mode:
 
 def available(surface: Surface) -> dict[str, str | None]:
     """Return, for each mode, None if ``surface`` can show it, else the reason why not."""
-    return {name: _reason(mode(), surface) for name, mode in MODES.items()}
+    return {name: _reason(mode, surface) for name, mode in MODES.items()}
 
 
 def require(mode: Mode, surface: Surface) -> None:

@@ -296,9 +296,9 @@ class GlfwSurface:
         return WindowState(any_is(glfw.FOCUSED), any_is(glfw.ICONIFIED), (width, height), name)
 
     def _report_windows(self) -> None:
-        for change in self._watch.changes(time.monotonic()):
+        for what, facts in self._watch.changes(time.monotonic()):
             if self.on_window is not None:
-                self.on_window(change.what, change.facts)
+                self.on_window(what, facts)
 
     def _mend(self) -> None:
         if self._moved:

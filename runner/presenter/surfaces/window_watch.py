@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 from devices.compensation import Size
 
@@ -22,12 +22,8 @@ class WindowState:
     monitor: str
 
 
-@dataclass(frozen=True, slots=True)
-class WindowChange:
-    """What happened to a window, as a record calls it, with the ``facts`` of it."""
-
-    what: str
-    facts: dict[str, Any]
+# What happened to a window, as a record calls it, with the facts of it.
+WindowChange: TypeAlias = tuple[str, dict[str, Any]]
 
 
 class WindowWatch:
@@ -70,9 +66,9 @@ class WindowWatch:
 
 def _change(name: str, value: Any) -> WindowChange:
     if name == "focused":
-        return WindowChange("got_focus" if value else "lost_focus", {})
+        return "got_focus" if value else "lost_focus", {}
     if name == "minimised":
-        return WindowChange("minimised" if value else "restored", {})
+        return "minimised" if value else "restored", {}
     if name == "size_px":
-        return WindowChange("resized", {"size_px": list(value)})
-    return WindowChange("moved", {"monitor": value})
+        return "resized", {"size_px": list(value)}
+    return "moved", {"monitor": value}

@@ -11,9 +11,9 @@ import pytest
 
 from analysis.kinds import Trial
 from runner.blocks import Block
-from runner.observers.simulated import plain_key
+from runner.observers import plain_key
 from runner.ports import Ask, Compare, KeyPress
-from runner.session import Session
+from runner.session import Resumed, Session
 from tests.runner.every_kind import Stage
 
 Press = Callable[[Ask], str]
@@ -39,7 +39,7 @@ def play() -> Play:
     def played(block: Block, press: Press = plain_key, logged: Sequence[Trial] = ()) -> Stage:
         result = Stage()
         Session(
-            (block,), result, Presser(press, result), result, logged=logged, utc=lambda: "2026-01-01T00:00:00Z"
+            (block,), result, Presser(press, result), result, Resumed(logged), utc=lambda: "2026-01-01T00:00:00Z"
         ).run()
         return result
 

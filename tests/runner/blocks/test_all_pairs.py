@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from runner import Picture
 from runner.blocks import Block, Setting, Stimuli
-from runner.observers.simulated import key_for, plain_key
+from runner.observers import key_for, plain_key
 from runner.ports import Ask, Compare, Rate
 from runner.scene import Text
 from tests.runner.blocks.conftest import at_random

@@ -16,8 +16,7 @@ from runner.blocks import Draft, Style
 from runner.blocks.interface import Interface
 from runner.check import CheckReport
 from runner.check.screens import check_screens
-from runner.observers.simulated import plain_key
-from runner.observers.walk import walk
+from runner.observers import plain_key, walk
 from runner.ports import Ask, KeyPress
 from runner.presenter import coverage, text_area
 from runner.protocol import Experiment, read_experiment

@@ -15,8 +15,7 @@ from runner.blocks import Block, Draft, Stimuli, Style
 from runner.blocks.best_of_series import DIFFICULTY, SIMILARITY, BestOfSeries, Choice
 from runner.blocks.layout import SingleLayout
 from runner.blocks.series import find_series, series_scene, series_targets
-from runner.observers.simulated import plain_key
-from runner.observers.walk import walk
+from runner.observers import plain_key, walk
 from runner.ports import Ask, Browse, Rate, Target
 from runner.protocol import read_experiment
 from runner.scene import Box, Text

@@ -16,7 +16,7 @@ from runner.blocks import Draft, Style
 from runner.blocks.interface import ENGLISH, LANGUAGES, Interface, Language, words_of
 from runner.blocks.message import page, pause_menu
 from runner.blocks.text_entry import Number, typed
-from runner.observers.walk import walk
+from runner.observers import walk
 from runner.ports import Ask
 from runner.presenter import coverage
 from runner.scene import Text

@@ -11,7 +11,7 @@ from runner import Scene
 from runner.blocks import Block, BlockKind, Draft, Setting
 from runner.blocks.block import Steps, answer
 from runner.blocks.practice import feedback_words
-from runner.observers.simulated import key_for, plain_key
+from runner.observers import key_for, plain_key
 from runner.ports import Ask, Choose
 from runner.scene import Text
 from tests.runner.every_kind import entry, setting

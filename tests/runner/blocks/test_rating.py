@@ -8,7 +8,7 @@ from typing import Any
 
 from runner import Picture, Scene
 from runner.blocks import Block, Draft
-from runner.observers.walk import walk
+from runner.observers import walk
 from runner.ports import Ask, Rate
 from runner.protocol import read_experiment
 from runner.scene import Text

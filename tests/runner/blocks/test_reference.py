@@ -9,7 +9,7 @@ import pytest
 
 from documents import InputError
 from runner.blocks import Draft
-from runner.observers.walk import walk
+from runner.observers import walk
 from runner.protocol import Experiment, read_experiment
 from runner.scene import Text
 

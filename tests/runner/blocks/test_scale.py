@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from runner.blocks import FULL_HD_HALF, Response, Style
 from runner.blocks.layout import SingleLayout
 from runner.blocks.scale import Rated, Scale, rate, scale_faults, scale_items, scale_targets
-from runner.observers.simulated import plain_key
+from runner.observers import plain_key
 from runner.ports import Ask, Rate
 from runner.scene import Box, Text
 

@@ -18,9 +18,8 @@ from analysis.records import new_header, read_session
 from analysis.thresholds import Easier, QuestionSummary, QuestPlus, Staircase, summarise_thresholds
 from runner.blocks import Block, Stimuli
 from runner.blocks.threshold_ladders import ladders
-from runner.observers import BradleyTerryObserver
+from runner.observers import BradleyTerryObserver, key_for, plain_key
 from runner.observers.behaviour import BehaviourSpec, PsychometricSpec
-from runner.observers.simulated import key_for, plain_key
 from runner.ports import Ask, Choose
 from tests.answers import changed
 from tests.runner.every_kind import entry, met, setting

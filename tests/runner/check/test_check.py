@@ -14,7 +14,7 @@ from runner.check import TRIED_OBSERVERS, CheckOptions, CheckReport, check_file
 from runner.check.machine import NO_DISPLAY
 from runner.presenter import monitors
 from runner.protocol import read_experiment
-from runner.session.folders import Recorder
+from runner.session import Recorder
 from stimuli.pictures import StereoImage, write_exr
 from tests.choice import nightly
 

@@ -22,7 +22,8 @@ from runner.blocks import Draw
 from runner.blocks.incomplete_pairs import PLACES, place_of
 from runner.errors import SessionError, UsedCodeError
 from runner.session import SessionOptions, run_session
-from runner.session.one_at_a_time import only_session
+from runner.session.folders import only_session
+from tests.runner.every_kind import OnStatus
 
 Study = Any  # tests/conftest.py
 
@@ -187,7 +188,7 @@ def test_a_simulated_session_is_not_resumed_by_a_person_nor_the_other_way(study:
     _cut(study.results, 4)
     words = ("run", study.experiment, "--observer", "01", "--results", study.results, "--resume")
     assert "of a simulated observer" in study.cyclopean(*words, expect=2).stderr
-    assert "give one of them" in study.cyclopean(*words, "--new", expect=2).stderr
+    assert "give only one" in study.cyclopean(*words, "--new", expect=2).stderr
 
 
 @pytest.mark.parametrize(
@@ -325,7 +326,7 @@ def test_one_observer_has_one_session_at_a_time_and_no_window_opens_over_it(
                 pass
 
     monkeypatch.setattr(Station, "open", open_)
-    done = run_session(study.experiment, "01", replace(options, on_begin=meanwhile))
+    done = run_session(study.experiment, "01", replace(options, listeners=(OnStatus(meanwhile),)))
     assert (done.ending, len(twice), len(opened)) == ("completed", 4, 1)
     (file,) = session_files(study.results)
     assert read_session(file).complete

@@ -21,12 +21,11 @@ from runner.observers import BradleyTerryObserver
 from runner.observers.presses import Replay, asked_after_their_block, check_replayable, read_recording
 from runner.ports import Ask, Compare, KeyPress, Observer, WindowClosed
 from runner.protocol import read_experiment
-from runner.session import Session
-from runner.session.folders import Recorder
+from runner.session import Recorder, Resumed, Session, SessionOptions
 from runner.session.station import Station
 from stimuli.build import build_set
 from tests.answers import altered, changed
-from tests.runner.every_kind import Stage, met, setting
+from tests.runner.every_kind import OnTrial, Stage, met, setting
 
 Study = Any  # tests/conftest.py
 SCORES = {"one": 1.0, "two": 2.0, "three": 3.0, "four": 4.0}
@@ -69,7 +68,7 @@ class Watched:
 def _station(study: Study, results: Path, do: Callable[[Station], Path]) -> tuple[SessionLog, list[str]]:
     design = read_experiment(study.experiment)
     stimuli = build_set(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
-    with Station.open(design, stimuli, results, "egl") as station:
+    with Station.open(design, stimuli, SessionOptions(results, backend="egl")) as station:
         watched = Watched(station.presenter)
         station.presenter = watched  # type: ignore[assignment]  # stands in for the real one
         folder = do(station)
@@ -126,17 +125,17 @@ BLOCKS = (
 )
 
 
-def _recorded(folder: Path, observer: Observer, marks: tuple[int, ...] = (), **more: Any) -> tuple[SessionLog, Stage]:
+def _recorded(folder: Path, observer: Observer, marks: Any = (), pending: Any = ()) -> tuple[SessionLog, Stage]:
     """Record a session in which the experimenter marks some trials of the pairs."""
     screen = Stage()
     with Recorder.create(folder, altered(HEADER)) as recorder:
-        session = Session(BLOCKS, screen, observer, recorder, **more)
+        session = Session(BLOCKS, screen, observer, recorder, Resumed(pending=pending))
 
         def mark(trial: Trial) -> None:
             if trial.block == 1 and trial.trial in marks and not trial.attempt:
                 session.mark("experimenter")
 
-        session.on_trial = mark
+        session.listeners.append(OnTrial(mark))
         with suppress(WindowClosed):
             session.run()
     return read_session(folder / "session.jsonl"), screen
@@ -151,7 +150,7 @@ def test_trials_asked_again_come_again_where_they_came(
     assert sum(answer.attempt > 0 for answer in log.answers) == len(marks) + len(before)
     pending = asked_after_their_block(log)
     assert pending == tuple((1, trial) for trial in marks)
-    again, screen_again = _recorded(tmp_path / "two", Replay.of(log), pending=pending)
+    again, screen_again = _recorded(tmp_path / "two", Replay.of(log), (), pending)
     assert _answers(again) == _answers(log)
     assert screen_again.shown == screen.shown
 

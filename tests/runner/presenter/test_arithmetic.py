@@ -12,7 +12,7 @@ from devices.compensation import Correction, least_squares
 from devices.display import Crosstalk, DisplayModel, EyeModels, GainMap, TableCurve, ToneCurve
 from documents.arrays import Floats
 from runner.presenter import ColourPass, GraphicsError, arithmetic_choice
-from runner.presenter.arithmetic import Arithmetic, Real, Real3, Real3x3, as_floats
+from runner.presenter.arithmetic import Arithmetic, Real3x3, Reals, as_floats
 from runner.presenter.arithmetic_choice import TOLERANCE, VARIABLE, arithmetic_errors, arithmetic_of
 from runner.presenter.code_pass import release_codes
 from runner.presenter.colour_pass import MixedPass
@@ -129,9 +129,9 @@ def test_a_sum_of_reals_as_if_they_were_floats_does_not_compile(egl: EglSurface)
 def test_numbers_of_uniforms_are_held_to_their_bits() -> None:
     rng = np.random.default_rng(1)
     for value, bits in (
-        (Real(np.array(np.pi)), 48),
-        (Real3(rng.normal(size=3)), 48),
-        (Real3(rng.normal(size=(4, 3))), 48),
+        (Reals(np.array(np.pi)), 48),
+        (Reals(rng.normal(size=3)), 48),
+        (Reals(rng.normal(size=(4, 3))), 48),
         (Real3x3(rng.normal(size=(3, 3))), 53),
     ):
         parts = dict(as_floats("name", value))
@@ -147,7 +147,7 @@ def test_a_uniform_that_the_program_has_not_is_named(egl: EglSurface) -> None:
     plain = ("plain.frag", "out vec4 c;\nvoid main() { c = vec4(1.0); }")
     program = compile_program(egl.context, shader_file("area.vert"), [plain], Arithmetic.TWO_FLOATS)
     with pytest.raises(KeyError, match="black"):
-        set_uniform(program, "black", Real3(np.zeros(3)))
+        set_uniform(program, "black", Reals(np.zeros(3)))
 
 
 def _table(gamma: float) -> TableCurve:

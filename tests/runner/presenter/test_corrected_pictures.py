@@ -16,6 +16,7 @@ from runner import Picture, Scene
 from runner.presenter import ModeOptions, Presenter, find_mode, open_surface
 from runner.presenter.surfaces.egl import EglSurface
 from runner.protocol import read_experiment
+from runner.session import SessionOptions
 from runner.session.station import Station
 from stimuli.build import build_set
 from stimuli.pictures import StereoImage
@@ -139,7 +140,7 @@ def test_a_session_compensates_in_its_pass_and_for_each_place(study: Study) -> N
     stimuli = build_set(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
     places = design.places_px
     assert len(places) == 2
-    with Station.open(design, stimuli, study.results, "egl") as station:
+    with Station.open(design, stimuli, SessionOptions(study.results, backend="egl")) as station:
         for name in stimuli.names:
             station.presenter.prefetch(Scene(tuple(Picture(name, place) for place in places)))
         work = station.presenter.counters

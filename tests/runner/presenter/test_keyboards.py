@@ -15,14 +15,13 @@ from analysis.records import read_session, session_files
 from runner import Scene
 from runner.blocks.message import pause_menu
 from runner.check.doctor import ANY_KEYS
-from runner.observers import Person, read_observer
-from runner.observers.walk import walk
+from runner.observers import Person, read_observer, walk
 from runner.ports import Ask, KeyPress
 from runner.presenter.surfaces.keyboard import Keyboard, examine_keyboard
 from runner.presenter.surfaces.windows import WindowSurface
 from runner.protocol import read_experiment
 from runner.scene import Text
-from runner.session import build_stimuli
+from runner.session import SessionOptions, build_stimuli
 from runner.session.station import Station
 from tests.choice import nightly
 
@@ -148,7 +147,7 @@ def test_a_window_says_what_keys_print_that_count_by_their_place(
 def _said(study: Study) -> tuple[set[str], Any]:
     """Return what is said in a session's blocks and its pause menu, and what its record holds of the interface."""
     design = read_experiment(study.experiment)
-    with Station.open(design, build_stimuli(design), study.results, "window", windowed=True) as station:
+    with Station.open(design, build_stimuli(design), SessionOptions(study.results, windowed=True)) as station:
         scenes = [
             step.scene for block in station.experiment.blocks("01") for step in walk(block) if isinstance(step, Ask)
         ]

@@ -20,7 +20,7 @@ PLACES = st.tuples(st.integers(-9, 9), st.integers(-9, 9))
 def test_a_rig_that_says_nothing_adjusts_nothing() -> None:
     assert ModeOptions.parse({}) == ModeOptions()
     for name, mode in MODES.items():
-        assert type(find_mode(name, ModeOptions())) is type(mode())
+        assert type(find_mode(name, ModeOptions())) is type(mode)
 
 
 def test_every_option_is_read() -> None:

@@ -58,7 +58,7 @@ def _shown(
 
 
 WHOLE = [
-    name for name, mode in MODES.items() if not mode().needs_stereo and "half" not in name and "anaglyph" not in name
+    name for name, mode in MODES.items() if not mode.needs_stereo and "half" not in name and "anaglyph" not in name
 ]
 
 

@@ -39,7 +39,7 @@ def _shown(
     name: str, size_px: tuple[int, int], patch_px: int, dithering: Dithering | None
 ) -> list[tuple[Floats, Floats, NDArray[np.bool_]]]:
     """For each eye: what was asked of each of the signal's pixels, what its codes show, and which of them it sees."""
-    mode = MODES[name]()
+    mode = MODES[name]
     areas = mode.areas(size_px)
     left = _view(areas[0], 7, patch_px)
     image = StereoImage.flat(left) if len(areas) == 1 else StereoImage(left, _view(areas[-1], 8, patch_px))

@@ -13,9 +13,10 @@ import pytest
 from analysis.bids import export_dataset
 from analysis.records import FILE_NAME, SessionLog, read_session
 from analysis.report import describe
-from runner.observers.simulated import plain_key
+from runner.observers import plain_key
 from runner.ports import Ask, KeyPress, WindowClosed
 from runner.protocol import read_experiment
+from runner.session import SessionOptions
 from runner.session.clocks import SteadyClock
 from runner.session.folders import to_resume
 from runner.session.station import Station
@@ -40,7 +41,7 @@ class Leaves:
 def resumed(study: Study, monkeypatch: pytest.MonkeyPatch, set_by: timedelta) -> tuple[SessionLog, tuple[str, ...]]:
     design = read_experiment(study.experiment)
     stimuli = build_set(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
-    with Station.open(design, stimuli, study.results, "egl") as station:
+    with Station.open(design, stimuli, SessionOptions(study.results, backend="egl")) as station:
         with pytest.raises(WindowClosed):
             station.run("01", Leaves(4), simulated=True)
         clock = partial(SteadyClock, lambda: datetime.now(UTC) + set_by)

@@ -125,8 +125,8 @@ def test_timed_scenes_are_shown_in_a_pause_and_questions_end_it() -> None:
         return 0.0
 
     presenter = SimpleNamespace(show=show, surface=SimpleNamespace(on_frame=None, poll_keys=lambda: ()))
-    background = SimpleNamespace(pause=lambda: said.append("pause"), resume=lambda: said.append("resume"))
-    paced = PacedPresenter(cast(Any, presenter), Pace(0.01, swaps_wait=False, instantly=True), cast(Any, background))
+    beside = (lambda: said.append("pause")), (lambda: said.append("resume"))
+    paced = PacedPresenter(cast(Any, presenter), Pace(0.01, swaps_wait=False, instantly=True), *beside)
     paced.hold(Scene(), 0.1)
     paced.show(Scene())
     assert said == ["pause", "show", "show", "resume"]

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from analysis.records import new_header, session_files
 from runner.errors import SessionError
-from runner.session.folders import Recorder, new_label, observer_folder, to_resume, unfinished
+from runner.session import Recorder
+from runner.session.folders import new_label, observer_folder, to_resume, unfinished
 from tests.answers import altered, new_answer
 
 NOON = datetime(2026, 3, 1, 12, tzinfo=UTC)

@@ -19,6 +19,7 @@ from runner.check import CheckOptions, check_file
 from runner.errors import SessionError, SessionStoppedError
 from runner.presenter.gamma_check import GammaWatch
 from runner.session import SessionOptions, SessionStatus, run_session, station
+from tests.runner.every_kind import OnStatus
 
 Study = Any  # tests/conftest.py
 Load = Callable[[float], None]
@@ -129,19 +130,19 @@ def at_every_trial(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(station, "GammaWatch", partial(GammaWatch, every_s=0.0))
 
 
-def change_at(answered: int, load_table: Load, exponent: float) -> Callable[[SessionStatus], None]:
+def change_at(answered: int, load_table: Load, exponent: float) -> tuple[OnStatus]:
     def on_trial(status: SessionStatus) -> None:
         if status.answered == answered:
             load_table(exponent)
 
-    return on_trial
+    return (OnStatus(on_trial),)
 
 
 def test_a_change_stops_the_session_loses_nothing_and_is_resumed(
     study: Study, load_table: Load, at_every_trial: None
 ) -> None:
     measured_with(study, 1.1)
-    changes = options(study, on_trial=change_at(2, load_table, 0.9))
+    changes = options(study, listeners=change_at(2, load_table, 0.9))
     with pytest.raises(SessionStoppedError, match=r"changed: .*before this is saved.*--resume"):
         run_session(study.experiment, "01", changes)
     log = log_of(study)
@@ -165,7 +166,7 @@ def test_on_a_nominal_display_another_table_is_noted_and_refuses_nothing(
     """Not in mid-session, and not when it is resumed; nobody measured it with any."""
     panel = "panel: {resolution_px: [640, 480], pixel_pitch_mm: 0.25}"
     study.edit("rig.yaml", "display: display.yaml", f"display: {{nominal: srgb, white_cd_m2: 100, {panel}}}")
-    changed = options(study, on_trial=change_at(2, load_table, 0.9))
+    changed = options(study, listeners=change_at(2, load_table, 0.9))
     assert run_session(study.experiment, "01", changed).ending == "completed"
     log = log_of(study)
     assert [note.by for note in log.notes] == ["program"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from analysis.records import FILE_NAME, SessionLog, read_session
 from runner.observers import read_observer
 from runner.ports import Ask, KeyPress, Observer, WindowClosed
 from runner.protocol import Experiment, read_experiment
+from runner.session import SessionOptions
 from runner.session.clipping_costs import COSTS, ClippingCosts
 from runner.session.folders import to_resume
 from runner.session.station import Station
@@ -23,9 +25,9 @@ Study = Any  # tests/conftest.py
 ALL = {"one", "two", "three", "four"}
 
 
-def _open(study: Study) -> Station:
+def _open(study: Study, **more: Any) -> Station:
     design = read_experiment(study.experiment)
-    return Station.open(design, _built(design), study.results, "egl")
+    return Station.open(design, _built(design), SessionOptions(study.results, backend="egl", **more))
 
 
 def _built(design: Experiment) -> StimulusSet:
@@ -72,7 +74,8 @@ def test_nothing_is_read_to_open_and_the_second_time_nothing_for_costs(study: St
         first = _run(study, station)
         assert (station.pictures.read, station.cost_work.clipping_costs_computed) == (4, 4)
     with _open(study) as station:
-        station.results = study.folder / "elsewhere"  # where it is a first sitting, too, in the same order
+        # Where it is a first sitting, too, in the same order.
+        station.options = replace(station.options, results=study.folder / "elsewhere")
         second = _run(study, station)
         assert station.cost_work.clipping_costs_computed == 0
         assert station.cost_work.clipping_costs_cached == 4
@@ -118,9 +121,8 @@ def _leave(study: Study, questions: int) -> Path:
 
 def _resume(study: Study, *, accept_changes: bool = False) -> tuple[Path, Station]:
     stopped = to_resume(study.results, "small", "01")
-    with _open(study) as station:
-        answers = _answering(study, station)
-        station.run("01", answers, simulated=True, resume=stopped, accept_changes=accept_changes)
+    with _open(study, accept_changes=accept_changes) as station:
+        station.run("01", _answering(study, station), simulated=True, resume=stopped)
     return stopped.file, station
 
 

@@ -17,7 +17,7 @@ from analysis.scaling import updated_posterior
 from documents import counted_work
 from runner.ports import ChooseBatch, WindowClosed
 from runner.protocol import Experiment, read_experiment
-from runner.session.folders import Recorder
+from runner.session import Recorder
 from runner.session.pooling import MOST_S, RecordedPool, ResultsPool
 from tests.answers import changed
 from tests.runner import every_kind as EVERY

@@ -10,7 +10,7 @@ import pytest
 from analysis.kinds import Trial
 from analysis.records import FILE_NAME, new_header, read_session
 from runner.errors import SessionError
-from runner.session.folders import Recorder
+from runner.session import Recorder
 from tests.answers import new_answer
 
 STIMULI = ({"name": "a"}, {"name": "b é"})

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import signal
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +18,9 @@ from documents import InputError
 from runner.blocks import Block, Draw
 from runner.errors import SessionError, SessionStoppedError
 from runner.protocol import Experiment
-from runner.session import SessionOptions, run_session, simulate
-from runner.session.folders import Recorder
+from runner.session import Recorder, SessionOptions, run_session, simulate
 from runner.session.run import Terminated
+from tests.runner.every_kind import OnStatus, OnTrial
 
 Study = Any  # tests/conftest.py
 
@@ -35,7 +36,7 @@ def test_a_session_is_run_and_its_end_reported(study: Study) -> None:
         results=study.results,
         simulate=study.observers,
         notify=lines.append,
-        on_trial=lambda status: places.append(status.line().split(" · ")[0]),
+        listeners=(OnStatus(lambda status: places.append(status.line().split(" · ")[0])),),
     )
     done = run_session(study.experiment, "01", options)
     assert (done.ending, done.answered, done.trials) == ("completed", 6, 6)
@@ -158,3 +159,20 @@ def test_being_asked_to_end_is_an_interrupt_where_nobody_else_handles_it() -> No
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+@pytest.mark.parametrize("error", [ValueError, SessionStoppedError])
+def test_a_guest_hears_of_what_is_on_disk_and_its_own_fault_ends_nothing(study: Study, error: type[Exception]) -> None:
+    on_disk: list[bool] = []
+
+    def look(trial: Trial) -> None:
+        on_disk.append(trial in read_session(study.log_file()).trials)
+        if len(on_disk) == 3:
+            raise error("out of paper")
+
+    with suppress(SessionStoppedError):
+        options = SessionOptions(study.results, simulate=study.observers, listeners=(OnTrial(look),))
+        run_session(study.experiment, "01", options)
+    log = read_session(study.log_file())
+    assert (on_disk, log.complete, len(log.answers) == 3) == ([True] * 3, error is ValueError, error is not ValueError)
+    assert ["out of paper" in note.text for note in log.notes] == [True] * log.complete

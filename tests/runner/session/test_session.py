@@ -6,7 +6,6 @@ import random
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -17,10 +16,9 @@ from runner.blocks import FULL_HD_HALF, Block
 from runner.blocks.message import pause_menu
 from runner.errors import SessionError
 from runner.observers import BradleyTerryObserver, Person
-from runner.ports import Ask, Holding, KeyPress
-from runner.session import Session
-from runner.session.session import Left
-from tests.runner.every_kind import HEADER, Stage, met, setting
+from runner.ports import Ask, Holding, KeyPress, ObserverLeft
+from runner.session import Event, Recorded, Resumed, Session
+from tests.runner.every_kind import HEADER, OnTrial, Stage, met, setting
 
 NAMES = ("a", "b", "c", "d", "e")
 PLACE = setting(NAMES)
@@ -49,9 +47,10 @@ class Paper(Stage):
 
     before_append: Callable[[], None] = staticmethod(lambda: None)
 
-    def append(self, trial: Trial) -> None:
-        self.before_append()
-        super().append(trial)
+    def hear(self, event: Event) -> None:
+        if isinstance(event, Recorded) and isinstance(event.record, Trial):
+            self.before_append()
+        super().hear(event)
 
 
 def _simulated(seed: int = 1) -> BradleyTerryObserver:
@@ -70,7 +69,7 @@ def test_every_answer_is_recorded_before_the_next_scene() -> None:
 
 def test_records_say_what_was_shown_and_chosen() -> None:
     screen, paper = Screen(), Paper()
-    Session(_blocks(), screen, _simulated(), paper, clip_costs={name: {"of": name} for name in NAMES}).run()
+    Session(_blocks(), screen, _simulated(), paper).run()
     pairs = [trial for trial in paper.trials if trial.kind == "all_pairs"]
     for trial, scene in zip(pairs, screen.shown[1:], strict=False):
         assert (trial.details()["first"], trial.details()["second"]) == scene.stimuli
@@ -79,7 +78,6 @@ def test_records_say_what_was_shown_and_chosen() -> None:
         assert trial.details()["chosen"] == trial.details()["first" if up else "second"]
         assert trial.details()["rejected"] == trial.details()["second" if up else "first"]
         assert trial.details()["first_position"] == "top"
-        assert set(trial.details()["clipping"]) == set(scene.stimuli)
         assert trial.response_time_s == pytest.approx(trial.events[-1][1])
     assert [trial.trial for trial in pairs] == list(range(10))
 
@@ -95,14 +93,14 @@ def test_a_log_of_another_order_is_refused() -> None:
     paper = Paper()
     Session(_blocks(observer="01"), Screen(), _simulated(), paper).run()
     with pytest.raises(SessionError, match="not the one the experiment now asks"):
-        Session(_blocks(observer="02"), Screen(), _simulated(), Paper(), logged=paper.trials).run()
+        Session(_blocks(observer="02"), Screen(), _simulated(), Paper(), Resumed(paper.trials)).run()
 
 
 def test_a_log_longer_than_the_experiment_is_refused() -> None:
     paper = Paper()
     Session(_blocks(), Screen(), _simulated(), paper).run()
     with pytest.raises(SessionError, match="1 more trials"):
-        Session(_blocks()[:2], Screen(), _simulated(), Paper(), logged=paper.trials).run()
+        Session(_blocks()[:2], Screen(), _simulated(), Paper(), Resumed(paper.trials)).run()
 
 
 @dataclass
@@ -125,7 +123,7 @@ def test_escape_pauses_and_shows_the_pair_again() -> None:
     keys = ["space", "up", "escape", "c", "down", "escape", "x", "s"]
     observer, screen = _person(keys)
     paper = Paper()
-    with pytest.raises(Left):
+    with pytest.raises(ObserverLeft):
         Session(_blocks(), screen, observer, paper).run()
     assert [trial.details().get("answer") for trial in paper.trials] == [None, "first", "second"]
     assert not paper.ends
@@ -175,7 +173,7 @@ def test_a_timed_session_resumes_without_showing_what_was_answered() -> None:
     whole = Paper()
     Session((block(),), Screen(), _simulated(), whole).run()
     screen, rest = Screen(), Paper()
-    Session((block(),), screen, _simulated(), rest, logged=whole.trials[:7]).run()
+    Session((block(),), screen, _simulated(), rest, Resumed(whole.trials[:7])).run()
     assert len(rest.trials) == 3
     assert len(screen.shown) == 3 * 3
 
@@ -212,7 +210,7 @@ def test_a_trial_marked_by_the_experimenter_comes_again_after_its_block() -> Non
             assert session.mark("experimenter") == (1, 4)
             assert session.mark("experimenter") is None
 
-    session = Session(_blocks(), Screen(), _simulated(), paper, on_trial=mark)
+    session = Session(_blocks(), Screen(), _simulated(), paper, listeners=[OnTrial(mark)])
     session.run()
     places = [(trial.place, trial.attempt) for trial in paper.trials]
     assert places[-2:] == [((1, 4), 1), ((2, 0), 0)]
@@ -239,18 +237,18 @@ def test_a_session_with_repeats_resumes_exactly(answered: int) -> None:
         if len(paper.trials) == answered:
             raise _Gone
 
-    def session(**more: Any) -> Session:
-        made = Session(_blocks(break_every=3), Screen(), _simulated(), paper, **more)
-        made.on_trial = lambda trial: mark(made, trial)
+    def session(before: Resumed) -> Session:
+        made = Session(_blocks(break_every=3), Screen(), _simulated(), paper, before)
+        made.listeners.append(OnTrial(lambda trial: mark(made, trial)))
         return made
 
     paper.before_append = stop
     try:
-        session().run()
+        session(Resumed()).run()
     except _Gone:
         paper.before_append = lambda: None
         log = SessionLog(Path(), HEADER, tuple(paper.trials), False, marks=tuple(paper.marks))
-        session(logged=log.first_attempts, pending=log.pending).run()
+        session(Resumed.of(log)).run()
     assert paper.ends
     again = [trial.place for trial in paper.trials if trial.attempt]
     assert sorted(again) == [(1, 2), (1, 7)]
@@ -283,7 +281,7 @@ def test_a_trial_marked_after_its_block_is_asked_again_at_the_end() -> None:
     observer, screen = _person(["space", *["up"] * 10, "space", "down"])
     paper = Paper()
     session = Session(_blocks(), screen, observer, paper)
-    session.on_trial = lambda trial: None if trial.kind != "break" else _mark(session)
+    session.listeners.append(OnTrial(lambda trial: None if trial.kind != "break" else _mark(session)))
     session.run()
     assert [(trial.place, trial.attempt) for trial in paper.trials[-2:]] == [((2, 0), 0), ((1, 9), 1)]
     assert paper.trials[-1].details()["answer"] == "second"

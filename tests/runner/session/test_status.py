@@ -25,7 +25,8 @@ class _Clock:
 def _status() -> tuple[SessionStatus, _Clock]:
     clock = _Clock()
     look = met("instructions", PLACE, text="Look.")
-    return SessionStatus((look, PAIRS), ("instructions", "all_pairs"), clock), clock
+    blocks = (("instructions", look.trials, look.expected_s), ("all_pairs", PAIRS.trials, PAIRS.expected_s))
+    return SessionStatus(blocks, clock), clock
 
 
 def _answer(status: SessionStatus, clock: _Clock, trial: int, took_s: float, attempt: int = 0, missed: int = 0) -> None:

@@ -18,9 +18,11 @@ from devices.timing_marks import Code, LslMarksSpec, Marked, MarkError, PortLost
 from documents import Finding, InputError
 from documents.platform import pseudo_terminal
 from runner.check import CheckOptions, check_file
-from runner.session import SessionOptions, run_session, simulate
+from runner.session import SceneShown, SessionOptions, run_session, simulate
 from runner.session import timing_marks as module
-from runner.session.timing_marks import OpenMarks, Shown, TimingMarks
+from runner.session.events import Recording, Shown
+from runner.session.timing_marks import OpenMarks, TimingMarks
+from tests.runner.every_kind import OnStatus
 
 Study = Any  # tests/conftest.py
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals")
@@ -261,7 +263,7 @@ def test_a_port_that_blocks_is_tried_again(study: Study, failing: Any) -> None:
 def test_the_experimenter_is_told_in_the_line_of_the_session(study: Study, failing: Any) -> None:
     failing({3: MarkError(Finding("full", "COM7"))})
     lines: list[str] = []
-    run(study, on_trial=lambda status: lines.append(status.line()))
+    run(study, listeners=(OnStatus(lambda status: lines.append(status.line())),))
     told = ["CHECK: timing marks" in line for line in lines]
     assert told == [False, True] + [False] * (RECORDS - 2)
 
@@ -512,8 +514,7 @@ def test_a_trial_that_is_asked_once_more_says_so() -> None:
 def test_an_onset_is_marked_once_however_often_its_scene_is_asked() -> None:
     port = Failing({})
     marks = TimingMarks((OpenMarks(SerialMarksSpec(kind="serial", port="COM7"), port),), lambda: 5.0)
-    shown = Shown(0, 0, 0, "", (), 0)
-    assert len(marks.onset(shown, 1.0)) == 1
-    assert marks.onset(shown, 1.0) == []
-    assert len(marks.onset(shown, 2.0)) == 1
-    assert port.sent == 2
+    for onset_s in (1.0, 1.0, 2.0):
+        marks.hear(SceneShown(Shown(0, 0, 0, "", (), 0), onset_s))
+    marks.hear(recording := Recording(0, ()))
+    assert len(recording.data["timing_marks"]) == port.sent == 2

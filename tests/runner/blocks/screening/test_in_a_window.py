@@ -9,7 +9,7 @@ import pytest
 
 from analysis.observers.screening import passed
 from runner.blocks import Block
-from runner.observers.walk import walk
+from runner.observers import walk
 from runner.ports import Ask, Choose
 from runner.protocol import read_experiment
 

@@ -23,11 +23,10 @@ from runner.blocks.screening.acuity import NearAcuitySpec, StereoAcuitySpec, fin
 from runner.blocks.screening.colour_vision import ColourVisionSpec
 from runner.blocks.screening.vision_test import Screen
 from runner.errors import SessionError
-from runner.observers.simulated import plain_key
-from runner.observers.walk import walk
+from runner.observers import plain_key, walk
 from runner.ports import Ask, Choose, GoOn
 from runner.scene import Box, Text
-from runner.session import Session
+from runner.session import Resumed, Session
 from tests.runner.blocks.conftest import Presser
 from tests.runner.every_kind import Stage, entry
 
@@ -217,7 +216,7 @@ def test_a_stopped_session_is_complete_and_says_so(play: Play, answered: int) ->
     log = whole.trials[:answered]
     result = Stage()
     blocks = block(on_fail="stop"), block(seed="t")
-    Session(blocks, result, Presser(wrong, result), result, logged=log, utc=lambda: "2026-01-01T00:00:00Z").run()
+    Session(blocks, result, Presser(wrong, result), result, Resumed(log), utc=lambda: "2026-01-01T00:00:00Z").run()
     assert result.ends == [{"screened_out": True}]
     assert [*log, *result.trials] == whole.trials
 
