@@ -241,7 +241,7 @@ def test_check_and_session_find_each_other_s_costs(study: Study) -> None:
     assert again["clipped_percent"] == facts["clipped_percent"]
     (header, _), work = _session(study, study.results)
     assert work["clipping_costs_cached"] == 4
-    described = {one["name"]: [one["clipping"][eye]["percent_any"] for eye in ("left", "right")] for one in header}
+    described = {one.name: [getattr(one.clipping, eye).percent_any for eye in ("left", "right")] for one in header}
     assert described == facts["clipped_percent"]
 
 
