@@ -22,9 +22,9 @@ from promises import Promise, worst
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from devices.compensation.clipping import clip_cost
+from devices.display.curves import ToneCurve
 from devices.display.display_file import read_display
 from devices.display.model import DisplayModel, outside_limits
-from devices.display.tone_curve import ToneCurve
 from documents.arrays import Floats
 from runner.session.clipping_costs import CostCache
 

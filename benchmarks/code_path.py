@@ -18,8 +18,8 @@ from promises import Promise, worst
 from devices.diagnostics.content import dynamic_contrast
 from devices.diagnostics.panel import pixel_independence
 from devices.diagnostics.signal_path import cable_greys, code_steps
+from devices.display.curves import ToneCurve
 from devices.display.model import DisplayModel
-from devices.display.tone_curve import ToneCurve
 from devices.readings import Measurements, Showing, find_sets, steps
 from devices.readings.simulated import Faults, Simulated
 

@@ -21,10 +21,9 @@ from numpy.typing import NDArray
 from promises import Promise, worst
 
 from devices.compensation.eye_view import Rectangle
-from devices.display.code_table import curve_table
+from devices.display.curves import ToneCurve, curve_table
 from devices.display.display_file import EYES, Eye, EyeModels
 from devices.display.model import DisplayModel
-from devices.display.tone_curve import ToneCurve
 from runner.presenter.arithmetic import Arithmetic, Real3x3, Reals
 from runner.presenter.colour_pass import ColourPass, release_codes
 from runner.presenter.modes.registry import find_mode

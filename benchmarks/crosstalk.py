@@ -29,10 +29,10 @@ from devices.colour.spaces import xyz_to_lab
 from devices.compensation.compensate import Correction
 from devices.compensation.crosstalk_cancel import cancel_crosstalk, channel_crosstalk, seen_XYZ
 from devices.display.crosstalk import Crosstalk
+from devices.display.curves import ToneCurve
 from devices.display.display_file import EYES, Eye, EyeModels
 from devices.display.gain_map import GainMap
 from devices.display.model import DisplayModel
-from devices.display.tone_curve import ToneCurve
 from documents.arrays import Floats
 from runner.presenter.arithmetic_choice import VARIABLE
 from runner.presenter.code_pass import release_codes

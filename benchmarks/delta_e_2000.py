@@ -10,9 +10,10 @@ from curves import program, seconds, sized, times_faster
 from promises import Promise
 
 from devices.colour import ciede2000
-from devices.colour.ciede2000_plain import plain_delta_e, plain_terms
+from devices.colour.ciede2000 import plain_terms
 from documents import at_most_threads
 from documents.arrays import Floats
+from tests.devices.colour.plain import plain_delta_e
 
 COLOURS = sized(1_000_000, 20_000)
 BLOCKS = sized((2048, 8192, 32768, 131072), (2048, 32768))

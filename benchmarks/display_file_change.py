@@ -10,10 +10,10 @@ import yaml
 from curves import program, seconds, sized
 from promises import Promise, worst
 
-from devices.characterise.display_yaml import model_lines
 from devices.characterise.mode_file import set_keys
+from devices.display.curves import TableCurve
 from devices.display.model import DisplayModel
-from devices.display.table_curve import TableCurve
+from devices.display.model_spec import ModelSpec
 
 BLOCK = ["source: measured again"]
 
@@ -44,7 +44,7 @@ def run() -> dict[str, object]:
 def _file(modes: int) -> str:
     codes = tuple(np.linspace(0, 1, 18).tolist())
     model = DisplayModel(np.zeros(3), np.diag([1.0, 2.0, 3.0]), (TableCurve(codes, tuple(c**2 for c in codes)),) * 3)
-    block = "".join(f"    {line}\n" for line in model_lines(model, "measured"))
+    block = "".join(f"    {line}\n" for line in ModelSpec.of(model, source="measured").lines())
     return "modes:   # all\n" + "".join(f"  mode{number}:   # the {number}th\n{block}" for number in range(modes))
 
 

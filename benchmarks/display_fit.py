@@ -15,12 +15,13 @@ from promises import Promise, worst
 from devices.characterise import parametric
 from devices.characterise.choose import characterise
 from devices.characterise.cross_validation import NAMES, PARAMETRIC
-from devices.characterise.example_displays import liquid_crystal_XYZ, noisy, table_c1_codes, thesis_display
 from devices.characterise.parametric import fit_parametric
 from devices.characterise.patches import patches
 from devices.characterise.residual_fit import fit_residual
 from devices.characterise.table_fit import fit_plvc, fit_table
+from devices.characterise.thesis import table_c1_codes, thesis_display
 from devices.readings import Measurements, read_csv
+from tests.example_displays import liquid_crystal_XYZ, noisy
 
 CRT = Path(os.environ.get("CYCLOPEAN_SHARED_DATA", "")) / "data" / "displays" / "apple17_crt_2000.csv"
 

@@ -25,9 +25,10 @@ from curves import program, sized
 from promises import Promise, worst
 
 from devices.characterise import fit_display
-from devices.characterise.example_displays import liquid_crystal_XYZ, noisy, table_c1_codes, thesis_display
+from devices.characterise.thesis import table_c1_codes, thesis_display
 from devices.readings import PROFILE_ENDINGS, Measurements, read_measurements
 from documents import InputError
+from tests.example_displays import liquid_crystal_XYZ, noisy
 
 ENDINGS = (".ti3", ".mat", ".csv", *PROFILE_ENDINGS)
 PRIMARIES = np.array([[41.2, 35.8, 18.0], [21.3, 71.5, 7.2], [1.9, 11.9, 95.0]])

@@ -20,21 +20,20 @@ from curves import program, sized
 from numpy.typing import NDArray
 from promises import Promise
 
-from devices.characterise.example_displays import liquid_crystal_XYZ, noisy, table_c1_codes
 from devices.characterise.parametric import fit_parametric
 from devices.characterise.patches import patches
 from devices.characterise.table_fit import fit_plvc, fit_table
-from devices.display.code_table import curve_table
-from devices.display.knot_table import knot_tables
+from devices.characterise.thesis import table_c1_codes
+from devices.display.curves import TableCurve, curve_table, knot_tables
 from devices.display.model import DisplayModel
 from devices.display.plvc import MOST_STEPS, Plvc
 from devices.display.residual import Residual
-from devices.display.table_curve import TableCurve
 from runner.presenter.arithmetic import Arithmetic, Real3x3, Reals
 from runner.presenter.colour_pass import channel_interaction
 from runner.presenter.shaders import Part, Uniform, compile_program, set_uniform, shader_file
 from runner.presenter.surfaces.opening import open_surface
 from runner.presenter.surfaces.surface import Buffer, Surface
+from tests.example_displays import liquid_crystal_XYZ, noisy
 
 SIZE_PX = sized((960, 540), (96, 54))
 SIZES = sized((17, 33, 65), (17,))

@@ -20,10 +20,11 @@ from scipy.optimize import curve_fit
 
 from devices.characterise import table_c1_codes, thesis_display
 from devices.characterise.channel_fit import fit_channels
-from devices.characterise.example_displays import THESIS_CURVES, noisy
+from devices.characterise.thesis import THESIS_CURVES
 from documents.arrays import Floats
 from stimuli.luminance import contrast_over_exposure
 from stimuli.pictures import StereoImage
+from tests.example_displays import noisy
 
 NOISES = sized(20, 2)
 SIZES_PX = sized((192, 384, 1024), (96,))

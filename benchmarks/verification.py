@@ -13,10 +13,10 @@ from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from devices.compensation.compensate import Correction
 from devices.display.crosstalk import Crosstalk
+from devices.display.curves import ToneCurve
 from devices.display.display_file import EyeModels
 from devices.display.gain_map import GainMap
 from devices.display.model import DisplayModel
-from devices.display.tone_curve import ToneCurve
 from devices.readings import Patch, Showing
 from devices.readings.colorchecker import asked_of
 from devices.readings.simulated import Faults, Simulated, SimulatedDisplay

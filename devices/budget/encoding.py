@@ -12,10 +12,7 @@ import numpy as np
 
 from devices.compensation.dither import adjacent_codes, code_lights
 from devices.compensation.dither_mask import SIZE_PX
-from devices.display.code_table import curve_table, looked_up_codes
-from devices.display.knot_table import knot_codes, knot_tables
-from devices.display.table_curve import TableCurve
-from devices.display.tone_curve import Curve
+from devices.display.curves import Curve
 from documents.arrays import Floats
 
 _RANKS = SIZE_PX**2
@@ -59,14 +56,8 @@ class Encoding:
         )
 
     def _one(self, curve: Curve, light: Floats, look_up: bool, codes: bool) -> Floats:
-        code = self._looked_up(curve, light) if look_up else curve.code(light)
+        code = curve.shader_codes(light, self.entries) if look_up else curve.code(light)
         return curve.linear(np.rint(code * self.levels) / self.levels if codes else code)
-
-    def _looked_up(self, curve: Curve, light: Floats) -> Floats:
-        if isinstance(curve, TableCurve):
-            return np.clip(knot_codes(light, knot_tables([curve])[0]).astype(np.float64), 0.0, 1.0)
-        share = (light - curve.lift) / (1.0 - curve.lift)
-        return looked_up_codes(share, curve_table(curve, self.entries).astype(np.float32))
 
     def _dithered(self, curve: Curve, light: Floats, look_up: bool, codes: bool) -> Floats:
         lights = code_lights(curve, self.levels)

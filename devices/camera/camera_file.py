@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-import yaml
 from pydantic import BeforeValidator, Field
 
 from devices.camera.camera_model import CameraModel, ExposureSet, Form
@@ -17,7 +16,7 @@ from devices.colour_matching import DEFAULT_OBSERVER, ObserverSpec
 from devices.errors import DeviceError
 from documents import Finding, load_document
 from documents.files import write_whole
-from documents.yaml import NotNegative, Number, Positive, Strict
+from documents.yaml import NotNegative, Number, Positive, Strict, yaml_lines
 
 Triple = tuple[Number, Number, Number]
 
@@ -157,31 +156,26 @@ def read_camera(path: str | os.PathLike[str]) -> CameraModel:
 
 def format_camera(model: CameraModel) -> str:
     """Return ``model`` as a camera file's text; reading it gives the same numbers, bit by bit."""
-    lines = ["schema_version: 1"]
+    given: dict[str, Any] = {"schema_version": 1}
     if model.name:
-        lines.append(f"name: {_text(model.name)}")
+        given["name"] = model.name
     if model.observer != DEFAULT_OBSERVER:
-        lines.append(f"observer: {model.observer}")
-    lines.append(f"form: {model.form}")
+        given["observer"] = model.observer
+    given["form"] = model.form
     if model.exposure is not None:
-        e = model.exposure
-        lines.append(
-            f"exposure: {{time_s: {_number(e.time_s)}, f_number: {_number(e.f_number)}, iso: {_number(e.iso)}}}"
-        )
-    lines.append("matrix_XYZ_cd_m2:")
-    lines += [f"  {axis}: {_numbers(row)}" for axis, row in zip("XYZ", model.matrix.tolist(), strict=True)]
+        given["exposure"] = asdict(model.exposure)
+    given["matrix_XYZ_cd_m2"] = dict(zip("XYZ", (model.matrix + 0.0).tolist(), strict=True))
     if model.form == "affine":
-        lines.append(f"offset_XYZ_cd_m2: {_numbers(model.offset_XYZ.tolist())}")
+        given["offset_XYZ_cd_m2"] = (model.offset_XYZ + 0.0).tolist()
     if np.any(model.black_rgb):
-        lines.append(f"black_rgb: {_numbers(model.black_rgb.tolist())}")
+        given["black_rgb"] = (model.black_rgb + 0.0).tolist()
     if model.safe_luminance_cd_m2 is not None:
-        lines.append(f"safe_luminance_cd_m2: {_numbers(model.safe_luminance_cd_m2)}")
+        given["safe_luminance_cd_m2"] = list(model.safe_luminance_cd_m2)
     if model.exposure_sets:
-        lines.append("exposure_sets:")
-        lines += [line for tried in model.exposure_sets for line in _set_lines(tried)]
+        given["exposure_sets"] = [one for tried in model.exposure_sets for one in _written_sets(tried)]
     if model.source:
-        lines.append(f"source: {_text(model.source)}")
-    return "\n".join(lines) + "\n"
+        given["source"] = model.source
+    return "\n".join(yaml_lines(given)) + "\n"
 
 
 def refuse_existing(path: str | os.PathLike[str]) -> None:
@@ -231,31 +225,15 @@ def write_camera(model: CameraModel, path: str | os.PathLike[str]) -> None:
     write_whole(Path(path), format_camera(model))
 
 
-def _set_lines(tried: ExposureSet) -> list[str]:
-    """Return a set as lines; one for each pair of aperture and ISO, which a file's set has in common."""
+def _written_sets(tried: ExposureSet) -> list[dict[str, Any]]:
+    """Return a set as a file has it; one for each pair of aperture and ISO, which a file's set has in common."""
     pairs = dict.fromkeys((exposure.f_number, exposure.iso) for exposure in tried.exposures)
-    lines = []
-    for f_number, iso in pairs:
-        times = [
-            exposure.time_s for exposure in tried.exposures if (exposure.f_number, exposure.iso) == (f_number, iso)
-        ]
-        lines.append(
-            f"  - {{white_luminance_cd_m2: {_number(tried.white_luminance_cd_m2)}, time_s: {_numbers(times)}, "
-            f"f_number: {_number(f_number)}, iso: {_number(iso)}}}"
-        )
-    return lines
-
-
-def _numbers(values: Iterable[float]) -> str:
-    return "[" + ", ".join(_number(value) for value in values) + "]"
-
-
-def _number(value: float) -> str:
-    # The shortest text that reads back the same; YAML 1.1 readers take 1e-05 for text, so a number has its point.
-    text = repr(float(value) + 0.0).removesuffix(".0")
-    return text.replace("e", ".0e") if "e" in text and "." not in text else text
-
-
-def _text(text: str) -> str:
-    dumped: str = yaml.safe_dump(text, default_style='"', width=10**6, allow_unicode=True)
-    return dumped.strip()
+    return [
+        {
+            "white_luminance_cd_m2": tried.white_luminance_cd_m2,
+            "time_s": [one.time_s for one in tried.exposures if (one.f_number, one.iso) == (f_number, iso)],
+            "f_number": f_number,
+            "iso": iso,
+        }
+        for f_number, iso in pairs
+    ]

@@ -2,8 +2,6 @@ from .channel_fit import COEFFICIENTS as COEFFICIENTS
 from .choose import Candidate as Candidate
 from .cross_validation import Name as Name
 from .display_fit import fit_display as fit_display
-from .example_displays import table_c1_codes as table_c1_codes
-from .example_displays import thesis_display as thesis_display
 from .figures import Estimate as Estimate
 from .figures import ModelNumbers as ModelNumbers
 from .fitted_display import DisplayFit as DisplayFit
@@ -12,3 +10,5 @@ from .measured_parts import MeasuredParts as MeasuredParts
 from .profile_mode import ProfileMode as ProfileMode
 from .profile_mode import read_profile_mode as read_profile_mode
 from .thesis import ThesisFits as ThesisFits
+from .thesis import table_c1_codes as table_c1_codes
+from .thesis import thesis_display as thesis_display

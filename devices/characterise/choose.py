@@ -30,7 +30,6 @@ from devices.characterise.patches import Patches
 from devices.characterise.readings_check import check_readings
 from devices.diagnostics.channels import additivity
 from devices.display.model import DisplayModel
-from devices.display.plvc import Plvc
 from devices.errors import DeviceError
 from devices.readings.table import Measurements
 from documents import Finding
@@ -311,11 +310,10 @@ def _candidate(name: Name, judged: CrossValidation, *, undone: bool) -> Candidat
     fit, data = judged.fits[name], judged.patches
     model = fit.model
     unusable = ""
-    if isinstance(model, Plvc):
-        try:
-            assert model.steps
-        except DeviceError as error:
-            unusable = str(error)
+    try:
+        assert model.steps
+    except DeviceError as error:
+        unusable = str(error)
     return Candidate(
         name,
         model,

@@ -10,7 +10,6 @@ from typing import Literal
 
 from devices.characterise.choose import characterise
 from devices.characterise.cross_validation import Name
-from devices.characterise.display_yaml import ambient_lines
 from devices.characterise.fitted_display import DisplayFit, EyeFit, origin_of
 from devices.characterise.measured_parts import MeasuredParts, measured_parts
 from devices.characterise.thesis import thesis_fits
@@ -139,7 +138,7 @@ def _on_the_room(lens: PatchEye, light: RoomLight, *, taken_off: bool, fitted: b
             " It was taken off the readings, whose black is no darker; were they read in the dark, leave"
             " black@screen-off out of the file and write ambient_XYZ_cd_m2 by hand."
         )
-    return words if fitted else f"{words} For the display file: {ambient_lines(light.ambient_XYZ_cd_m2)[0]}"
+    return words if fitted else f"{words} For the display file: {light.lines()[0]}"
 
 
 def _fit_eye(

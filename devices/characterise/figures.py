@@ -10,11 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from devices.characterise.patches import Patches
-from devices.display.code_table import code_tables, table_codes
-from devices.display.knot_table import knotted_codes
+from devices.display.code_table import code_tables, knotted_codes, table_codes
 from devices.display.model import DisplayModel
-from devices.display.table_curve import TableCurve
-from devices.display.tone_curve import ToneCurve
 from documents.arrays import Floats
 from documents.text import JsonResult
 
@@ -74,12 +71,11 @@ class ModelNumbers:
         }
         curves: dict[str, dict[str, Estimate]] = {}
         for colour, curve in zip(_COLOURS, model.curves, strict=True):
-            if isinstance(curve, ToneCurve):
-                shared = standard_errors.get(f"{colour}.offset")
+            if curve.numbers:
+                named = {"gain": "offset"}  # they share an error
                 curves[colour] = {
-                    "gain": Estimate(curve.gain, shared),
-                    "offset": Estimate(curve.offset, shared),
-                    "gamma": Estimate(curve.gamma, standard_errors.get(f"{colour}.gamma")),
+                    name: Estimate(value, standard_errors.get(f"{colour}.{named.get(name, name)}"))
+                    for name, value in curve.numbers.items()
                 }
         return cls(black, model.primaries_XYZ_cd_m2.T, curves, model.in_the_dark.shown_black_XYZ_cd_m2)
 
@@ -125,7 +121,7 @@ def table_error_codes(model: DisplayModel) -> float:
     """
     asked = np.repeat(np.linspace(0.0, 1.0, 4081)[:, None], 3, axis=1)
     XYZ = model.xyz(asked)
-    tabled = all(isinstance(curve, TableCurve) for curve in model.curves)
+    tabled = all(curve.tabled for curve in model.curves)
     shown = knotted_codes(model, XYZ) if tabled else table_codes(model, XYZ, code_tables(model))
     off = np.abs(shown - model.code(XYZ))
     rise = np.gradient(model.linear(XYZ), 1.0 / 16.0, axis=0)  # 16 steps of the greys to a code

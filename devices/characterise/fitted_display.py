@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from devices.characterise.choose import Characterisation
-from devices.characterise.display_yaml import ambient_lines, model_lines
 from devices.characterise.measured_parts import MeasuredParts
 from devices.characterise.mode_file import ModeLines, write_mode
 from devices.characterise.thesis import ThesisFits
@@ -16,8 +15,8 @@ from devices.colour_matching import DEFAULT_OBSERVER
 from devices.diagnostics.drift import Drift
 from devices.diagnostics.room_light import RoomLight
 from devices.display.gamma_table import GammaTable
-from devices.display.gamma_table_spec import gamma_table_lines
 from devices.display.held_out import HeldOut
+from devices.display.model_spec import ModelSpec, ten_digits
 from devices.display.monitor_settings import MonitorSettings
 from devices.display.panel import PanelSpec
 from devices.errors import DeviceError
@@ -139,17 +138,21 @@ class DisplayFit:
             dark = () if worst is None else (f"held-out luminance off by {worst.off} from {worst.between} at worst",)
             drift = () if fit.drift is None else (f"corrected for drift: {fit.drift.words}",)
             source = "; ".join((source, *dark, *drift, *self.assumptions))
-            table = [] if self.gamma_table is None else gamma_table_lines(self.gamma_table)
             light = self.room.get(eye) or self.room.get("both") or (next(iter(self.room.values()), None))
-            ambient = [] if light is None else ambient_lines(light.ambient_XYZ_cd_m2)
-            models[eye] = [*model_lines(chosen.model, source, self.observer), *table, *ambient]
+            models[eye] = ModelSpec.of(
+                chosen.model,
+                observer=self.observer,
+                source=source,
+                gamma_table=self.gamma_table and self.gamma_table.to_json(),
+                ambient_XYZ_cd_m2=light and ten_digits(light.ambient_XYZ_cd_m2),
+            ).lines()
         settings = {"monitor_settings": lines} if (lines := self.monitor_settings.yaml_lines()) and models else {}
         return ModeLines(models, {**self.parts.lines, **settings, **self._room_alone()})
 
     def _room_alone(self) -> dict[str, list[str]]:
         """Return the room's light as a part of the mode, where no model has it and it was read for both eyes."""
         alone = None if self.eyes else self.room.get("both")
-        return {} if alone is None else {"ambient_XYZ_cd_m2": ambient_lines(alone.ambient_XYZ_cd_m2)}
+        return {} if alone is None else {"ambient_XYZ_cd_m2": alone.lines()}
 
     @property
     def has_parts(self) -> bool:

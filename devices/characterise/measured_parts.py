@@ -9,12 +9,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from devices.characterise.display_yaml import quoted
 from devices.diagnostics.diagnosis import Diagnosis
 from devices.diagnostics.eyewear import crosstalk, glasses_transmittance, luminance_loss
 from devices.diagnostics.panel import uniformity
 from devices.diagnostics.readings import plain, tagged, untagged
 from devices.readings import Measurements, PatchEye
+from documents.yaml import parse_yaml, yaml_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,11 +80,9 @@ def _keep(part: str, diagnosis: Diagnosis, origin: str, lines: dict[str, list[st
     if not diagnosis.output:
         notes.append(f"no {part} is written: {diagnosis.words}")
         return
-    kept = []
-    for line in diagnosis.output.splitlines():
-        head, named, source = line.partition("  source: ")
-        kept.append(f"  source: {quoted(f'{source}, of {origin}')}" if named and not head else line)
-    lines[part] = kept
+    kept = diagnosis.output.splitlines()[:-1]
+    source = parse_yaml(diagnosis.output, part).data[part]["source"]
+    lines[part] = [*kept, f"  source: {yaml_text(f'{source}, of {origin}')}"]
 
 
 def _uneven_eyes(grid: Measurements) -> str:

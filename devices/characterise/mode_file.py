@@ -15,13 +15,12 @@ from typing import Any
 
 import yaml
 
-from devices.characterise.display_yaml import quoted
 from devices.display.display_file import EYES, read_display
 from devices.display.panel import PanelSpec
 from devices.errors import DeviceError
 from documents import Finding, InputError
 from documents.files import read_regular, whole_file, writing
-from documents.yaml import YamlSource, parse_yaml, read_yaml
+from documents.yaml import YamlSource, parse_yaml, read_yaml, yaml_text
 
 CHARACTERISATION = (
     "black_XYZ_cd_m2",
@@ -65,7 +64,7 @@ class ModeLines:
 
     def block(self, mode: str) -> list[str]:
         """Return the lines of the whole mode."""
-        return [f"{quoted(mode)}:", *_indented([line for lines in self.keys().values() for line in lines])]
+        return [f"{yaml_text(mode)}:", *_indented([line for lines in self.keys().values() for line in lines])]
 
 
 def write_mode(path: Path, mode: str, new: ModeLines, panel: PanelSpec | None = None, *, replace: bool = False) -> str:

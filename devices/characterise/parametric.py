@@ -15,8 +15,8 @@ import numpy as np
 from devices.characterise.channel_fit import Kind
 from devices.characterise.descent import descend
 from devices.characterise.patches import Patches
+from devices.display.curves import ToneCurve
 from devices.display.model import DisplayModel
-from devices.display.tone_curve import ToneCurve
 from documents.arrays import Floats
 
 # Eigenvalues of JᵀJ are exact to about 1e-15 of the largest: down to here, conditions to a thousandth.

@@ -8,12 +8,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from devices.characterise.display_yaml import model_lines
 from devices.characterise.figures import ModelNumbers
 from devices.characterise.mode_file import ModeLines, write_mode
-from devices.display import DisplayModel, GammaTable, PanelSpec, TableCurve
-from devices.display.gamma_table_spec import gamma_table_lines
-from devices.display.srgb_curve import SrgbCurve
+from devices.display import DisplayModel, GammaTable, PanelSpec
+from devices.display.model_spec import ModelSpec
 from devices.profiles import model_of_profile, read_profile
 from devices.readings import PROFILE_ENDINGS, PatchEye, carried
 from documents.arrays import Floats
@@ -34,9 +32,7 @@ class ProfileMode(JsonResult):
     @property
     def kind(self) -> str:
         """The kind of its curves, as a display file names it."""
-        if any(isinstance(curve, TableCurve) for curve in self.model.curves):
-            return "table"
-        return "srgb" if any(isinstance(curve, SrgbCurve) for curve in self.model.curves) else "gog"
+        return self.model.curves[0].kind_of_curve.replace("gogo", "gog")
 
     @property
     def numbers(self) -> ModelNumbers:
@@ -83,9 +79,8 @@ class ProfileMode(JsonResult):
             As `devices.characterise.mode_file.write_mode`.
         """
         source = f"matrix and curves of the ICC profile {Path(self.file).name}, as they are"
-        table = [] if self.gamma_table is None else gamma_table_lines(self.gamma_table)
-        lines = ModeLines({eye: [*model_lines(self.model, source), *table]}, {})
-        return write_mode(Path(file), mode, lines, panel, replace=replace)
+        spec = ModelSpec.of(self.model, source=source, gamma_table=self.gamma_table and self.gamma_table.to_json())
+        return write_mode(Path(file), mode, ModeLines({eye: spec.lines()}, {}), panel, replace=replace)
 
 
 def read_profile_mode(path: str | Path, white_cd_m2: float | None = None) -> ProfileMode | None:

@@ -27,9 +27,9 @@ from devices.characterise.table_fit import (
     rising_curve,
     second_differences,
 )
+from devices.display.curves import TableCurve
 from devices.display.plvc import Plvc
 from devices.display.residual import Residual, gram, kernels, place_of
-from devices.display.table_curve import TableCurve
 from devices.errors import DeviceError
 from documents.arrays import Floats
 

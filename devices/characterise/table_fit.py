@@ -16,9 +16,9 @@ import numpy as np
 from devices.characterise.descent import descend
 from devices.characterise.parametric import Fitted, condition_of
 from devices.characterise.patches import Patches
+from devices.display.curves import TableCurve
 from devices.display.model import DisplayModel
 from devices.display.plvc import CROSS, MIXTURES, NODES, PAIRS, Plvc
-from devices.display.table_curve import TableCurve
 from documents.arrays import Floats
 
 MOST_ENTRIES = 40

@@ -23,10 +23,13 @@ from numpy.typing import NDArray
 
 from devices.characterise.channel_fit import COEFFICIENTS, KINDS, ChannelFit, Kind, fit_channels
 from devices.characterise.patches import primaries_at_full
+from devices.display import DisplayModel, ToneCurve
 from devices.errors import DeviceError
 from documents.arrays import Floats
 
 COLOURS = ("red", "green", "blue")
+# Table 3.6, gains for codes in 0..1.
+THESIS_CURVES = ((0.9690, 0.0218, 1.8132), (1.0455, 0.0, 1.7649), (0.9945, 0.0, 1.7156))
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,3 +172,45 @@ def _fit(fit: ChannelFit) -> dict[str, Any]:
         "condition": fit.condition if np.isfinite(fit.condition) else None,
         "at_bound": fit.at_bound,
     }
+
+
+def thesis_display() -> DisplayModel:
+    """Return the display of thesis Expression 3.12 and Table 3.6.
+
+    Returns
+    -------
+    DisplayModel
+        The model: GOG curves, primaries in cd/m², and no black.
+
+    Examples
+    --------
+    >>> thesis_display().primaries_XYZ_cd_m2[1].tolist()
+    [5.62, 18.65, 2.2]
+    """
+    red, green, blue = (ToneCurve(*curve) for curve in THESIS_CURVES)
+    matrix = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
+    return DisplayModel(np.zeros(3), matrix, (red, green, blue))
+
+
+def table_c1_codes() -> Floats:
+    """Return the codes (120, 3), in 0..1, of the thesis's Table C.1, in its order.
+
+    Returns
+    -------
+    ndarray
+        Device codes of red, green and blue, shape (120, 3), in 0..1: black, ramps of each channel, pairs of channels,
+        and greys.
+
+    Examples
+    --------
+    >>> (255.0 * table_c1_codes()).round().tolist()[:3]
+    [[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [20.0, 0.0, 0.0]]
+    """
+    levels = [*range(10, 251, 10), 255]
+    rows = [[0, 0, 0]]
+    for channel in range(3):
+        rows += [[level if c == channel else 0 for c in range(3)] for level in levels]
+    for pair in ((0, 1), (1, 2), (0, 2)):
+        rows += [[level if c in pair else 0 for c in range(3)] for level in (50, 100, 150, 200, 255)]
+    rows += [[level] * 3 for level in levels]
+    return np.array(rows, dtype=np.float64) / 255.0

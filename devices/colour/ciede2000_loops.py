@@ -1,4 +1,4 @@
-"""CIEDE2000 of many colours, compiled: the formulas of `ciede2000_terms` and `spaces`, one colour after another."""
+"""CIEDE2000 of many colours, compiled: the formulas of `ciede2000` and `spaces`, one colour after another."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.colour import ciede2000_terms as terms
+from devices.colour import ciede2000 as terms
 from documents.arrays import Floats
 from documents.compiled import loop
 
@@ -19,7 +19,7 @@ _SLOPE, _START = (29.0 / 6.0) ** 2 / 3.0, 4.0 / 29.0
 _BITS = np.int32(709921077)
 _THIRD = np.float32(1.0 / 3.0)
 _LEAST, _LEAST_SINGLE = 1e-3, np.float32(1e-3)
-# Shares of the white beyond this become so huge that they are left to `ciede2000_terms`, and NaN stays NaN.
+# Shares of the white beyond this become so huge that they are left to `ciede2000`, and NaN stays NaN.
 _MOST = 1e30
 
 _T_EVEN, _T_ODD, _GAUSSIAN, _SINE = terms.T_EVEN, terms.T_ODD, terms.GAUSSIAN_16TH, terms.TWICE_SINE

@@ -20,10 +20,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.compensation.dither_mask import SIZE_PX, load_mask
-from devices.display.code_table import ENTRIES, CodeTables, code_tables
+from devices.display.code_table import CodeTables, code_tables
+from devices.display.curves import ENTRIES, Curve
 from devices.display.display_file import Eye
 from devices.display.model import DisplayModel
-from devices.display.tone_curve import Curve
 from devices.errors import DeviceError
 from documents.arrays import Floats
 

@@ -16,9 +16,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
+from devices.display.curves import Curve
 from devices.display.display_file import Eye, EyeModels
 from devices.display.model import DisplayModel, curve_limits, normalised_curves
-from devices.display.tone_curve import Curve
 from devices.errors import DeviceError
 from documents import Finding
 from documents.arrays import Floats

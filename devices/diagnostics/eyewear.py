@@ -19,6 +19,7 @@ from devices.display.display_file import Eye
 from devices.errors import DeviceError
 from devices.readings import Measurements
 from documents.arrays import Floats
+from documents.yaml import yaml_lines
 
 TRANSMITTANCE = Check(
     "glasses_transmittance",
@@ -281,14 +282,11 @@ def _negative_words(leak: LeakShare, fit: EyeFit) -> str:
 
 def crosstalk_yaml(fit: CrosstalkFit) -> str:
     """Return the `crosstalk:` part of a display file."""
-    lines = ["crosstalk:"]
-    for eye, matrix in (("left", fit.crosstalk.left), ("right", fit.crosstalk.right)):
-        lines.append(f"  {eye}:")
-        # Adding 0 makes of -0 what is left when next to nothing leaks: 0.
-        lines += [f"    - [{', '.join(f'{value:.6f}' for value in np.round(row, 6) + 0.0)}]" for row in matrix]
+    # Adding 0 makes of -0 what is left when next to nothing leaks: 0.
+    left, right = ((np.round(matrix, 6) + 0.0).tolist() for matrix in (fit.crosstalk.left, fit.crosstalk.right))
     kinds = f"left {fit.left.kind}, right {fit.right.kind}"
-    lines.append(f"  source: least squares over {fit.left.readings} and {fit.right.readings} readings ({kinds})")
-    return "\n".join(lines) + "\n"
+    source = f"least squares over {fit.left.readings} and {fit.right.readings} readings ({kinds})"
+    return "\n".join(yaml_lines({"crosstalk": {"left": left, "right": right, "source": source}})) + "\n"
 
 
 def _leaks(readings: tuple[CrosstalkReading, ...]) -> dict[tuple[Eye, str], float]:

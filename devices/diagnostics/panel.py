@@ -13,6 +13,7 @@ from devices.diagnostics.readings import tagged, uv
 from devices.display.gain_map import GainMap
 from devices.readings import Measurements
 from documents.arrays import Floats
+from documents.yaml import yaml_lines
 
 PIXEL_INDEPENDENCE = Check(
     "pixel_independence",
@@ -115,12 +116,11 @@ def uniformity(measurements: Measurements) -> Diagnosis:
 
 def gain_map_yaml(luminance: np.ndarray[tuple[int, ...], np.dtype[np.float64]], patch: str) -> str:
     """Return the `gain_map:` part of a display file for readings (rows, columns), the top row first."""
-    rows = "\n".join(f"    - [{', '.join(f'{value:.6g}' for value in row)}]" for row in luminance)
-    return (
-        f"gain_map:\n  luminance:\n{rows}\n  positions: cells\n"
-        "  normalise: minimum      # or centre: what each costs is in docs/display.md\n"
-        f"  source: {len(luminance)} x {luminance.shape[1]} readings of one patch\n"
-    )
+    rows = [[float(f"{value:.6g}") for value in row] for row in luminance]
+    source = f"{len(luminance)} x {luminance.shape[1]} readings of one patch"
+    part = {"luminance": rows, "positions": "cells", "normalise": "minimum", "source": source}
+    lines = "\n".join(["gain_map:", *(f"  {line}" for line in yaml_lines(part))]) + "\n"
+    return lines.replace("minimum\n", "minimum      # or centre: what each costs is in docs/display.md\n")
 
 
 ANGULAR_COLOUR = Check(

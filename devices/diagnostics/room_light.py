@@ -15,8 +15,10 @@ import numpy as np
 
 from devices.diagnostics.diagnosis import Cell, Check, Diagnosis, Table
 from devices.diagnostics.readings import tag, tagged
+from devices.display.model_spec import ten_digits
 from devices.readings import Measurements, PatchEye
 from documents.arrays import Floats
+from documents.yaml import yaml_lines
 
 CONTRAST = Check(
     "room_light",
@@ -42,6 +44,10 @@ class RoomLight:
     held: bool
     white_cd_m2: float | None
     black_cd_m2: float | None
+
+    def lines(self) -> list[str]:
+        """Return it as a display file has it: a line of YAML."""
+        return yaml_lines({"ambient_XYZ_cd_m2": ten_digits(self.ambient_XYZ_cd_m2)})
 
     @property
     def contrasts(self) -> tuple[float, float] | None:

@@ -15,10 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.display.curves import ENTRIES, curve_table, looked_up_codes
 from devices.display.model import DisplayModel
-from devices.display.tone_curve import Curve
-
-ENTRIES = 1024
+from documents.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,33 +33,6 @@ class CodeTables:
     scale: NDArray[np.float64]
 
 
-def curve_table(curve: Curve, entries: int = ENTRIES, root: int = 4) -> NDArray[np.float64]:
-    """Return unclipped codes (entries,) of ``curve`` over t in 0..1 with t the ``root``-th root of its light.
-
-    Parameters
-    ----------
-    curve
-        The tone curve of a channel.
-    entries
-        The number of entries, at least 2.
-    root
-        Which root of light the table is even in, at least 1; 1 is light itself.
-
-    Returns
-    -------
-    ndarray
-        Device codes, shape (entries,), not clipped to 0..1, for light above the lift from none to full.
-
-    Examples
-    --------
-    >>> from devices.display import ToneCurve
-    >>> curve_table(ToneCurve(1.0, 0.0, 2.0), 3, root=2).round(3).tolist()
-    [0.0, 0.5, 1.0]
-    """
-    light = np.linspace(0.0, 1.0, entries) ** root * (1.0 - curve.lift)
-    return curve.unclipped_code(light)
-
-
 def code_tables(model: DisplayModel, entries: int = ENTRIES) -> CodeTables:
     """Build the three channels' tables of ``model``, in units of `DisplayModel.normalised`."""
     model = model.normalised
@@ -74,13 +46,6 @@ def table_codes(model: DisplayModel, xyz_cd_m2: NDArray[np.float64], tables: Cod
     linear = np.clip(model.normalised.linear(xyz_cd_m2), 0.0, 1.0)
     light = (linear - tables.lift) * tables.scale
     return np.stack([looked_up_codes(light[..., i], tables.codes[i]) for i in range(3)], axis=-1)
-
-
-def looked_up_codes(light: NDArray[np.float64], codes: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Return codes in 0..1 of one channel, any shape, for its light above the lift (share of full) by its table."""
-    last = len(codes) - 1
-    place = np.sqrt(np.sqrt(np.maximum(light, 0.0))) * last
-    return np.asarray(np.clip(np.interp(place, np.arange(last + 1), codes.astype(np.float64)), 0.0, 1.0))
 
 
 def entries_for(levels: int, *, dithered: bool) -> int:
@@ -106,3 +71,10 @@ def entries_for(levels: int, *, dithered: bool) -> int:
     (1024, 2048, 1024)
     """
     return 2 * ENTRIES if levels > 255 and not dithered else ENTRIES
+
+
+def knotted_codes(model: DisplayModel, xyz_cd_m2: Floats) -> Floats:
+    """Return codes (..., 3) of a display of tabled curves by way of `devices.display.curves.knot_codes`."""
+    light = np.clip(model.linear(xyz_cd_m2), 0.0, 1.0)
+    channels = [curve.shader_codes(light[..., c].ravel(), 0) for c, curve in enumerate(model.curves)]
+    return np.stack(channels, axis=-1).reshape(light.shape)

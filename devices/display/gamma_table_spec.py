@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from pydantic import Field
 
 from devices.display.gamma_table import GammaTable
@@ -34,14 +32,3 @@ class GammaTableSpec(Strict):
         if self.unknown is not None and len(held) > 1:
             raise DeviceError("a gamma table that is unknown has no other key")
         return GammaTable.from_json(held)
-
-
-def gamma_table_lines(table: GammaTable) -> Sequence[str]:
-    """Return the YAML lines of ``table``, not indented, its key ``gamma_table`` first."""
-    if not table.known:
-        words = table.unknown.replace("\\", "\\\\").replace('"', '\\"')
-        return ["gamma_table:", f'  unknown: "{words}"']
-    facts = table.to_json()
-    lines = ["gamma_table:", f'  hash: "{facts["hash"]}"']
-    lines += [f"  departure_codes: {facts['departure_codes']:.3f}", f"  size: {facts['size']}"]
-    return [*lines, f'  entries: "{facts["entries"]}"'] if "entries" in facts else lines

@@ -14,12 +14,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from devices.display.tone_curve import Curve, ToneCurve
+from devices.display.curves import Curve
 from devices.errors import DeviceError
 from documents import Finding
 from documents.arrays import Floats
@@ -178,6 +178,17 @@ class DisplayModel:
         """Whether channels add up, each along its primary, so that `channels` and `light_of` change nothing."""
         return True
 
+    @property
+    def steps(self) -> int:
+        """How many of Newton's steps undo it: one, where channels add up."""
+        return 1
+
+    @property
+    def numbers(self) -> list[Any]:
+        """What decides its colours but for the room's light, as plain JSON: for digests."""
+        curves = [curve.model_dump() for curve in self.curves]
+        return [self.black_XYZ_cd_m2.tolist(), self.primaries_XYZ_cd_m2.tolist(), curves]
+
     def channels(self, light: ArrayLike) -> Floats:
         """Return the channels' linear light, unclipped, for light in units of the primaries, shape (..., 3) each."""
         return np.asarray(light, dtype=np.float64)
@@ -240,7 +251,7 @@ def normalised_curves(curves: tuple[Curve, Curve, Curve]) -> tuple[Curve, Curve,
     lowest, highest = curve_limits(curves)
     if np.all(np.abs(lowest) <= _EXACT) and np.all(np.abs(highest - 1.0) <= _EXACT):
         return curves
-    red, green, blue = (curve.normalised() if isinstance(curve, ToneCurve) else curve for curve in curves)
+    red, green, blue = (curve.normalised() for curve in curves)
     return red, green, blue
 
 

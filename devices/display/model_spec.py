@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from itertools import product
+from types import MappingProxyType
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, ValidationError, model_validator
 
 from devices.colour_matching import DEFAULT_OBSERVER, ObserverSpec
 from devices.display.crosstalk import Crosstalk
+from devices.display.curves import Curve, SrgbCurve, TableCurve, ToneCurve, bt1886_curve
 from devices.display.gain_map import GainMap, Normalise, Positions
 from devices.display.gamma_table_spec import GammaTableSpec
 from devices.display.model import DisplayModel
 from devices.display.plvc import Plvc
 from devices.display.residual import MOST_KNOTS, Residual
-from devices.display.srgb_curve import SrgbCurve
-from devices.display.table_curve import TableCurve
-from devices.display.tone_curve import Curve, ToneCurve, bt1886_curve
 from devices.errors import DeviceError
 from documents import Finding
-from documents.yaml import NotNegative, Number, Positive, Strict
+from documents.arrays import Floats
+from documents.yaml import NotNegative, Number, Positive, Strict, yaml_lines
 
+COLOURS = ("red", "green", "blue")
 Triple = tuple[Number, Number, Number]
 # The room's light from the screen while it is off, through the glasses, in cd/m².
 AmbientSpec = tuple[NotNegative, NotNegative, NotNegative]
@@ -38,85 +41,93 @@ class PrimariesSpec(Strict):
     """XYZ of the blue channel at full drive minus black, in cd/m²."""
 
 
-class ChannelSpec(Strict):
-    """One channel's curve: linear = max(0, gain · code + offset) ^ gamma + lift, code in 0..1."""
+class _Curves(Strict):
+    """The tone curves of the three channels: a kind that display files name."""
 
-    gain: Positive = 1.0
-    """The gain a of (a · code + b) ^ gamma + c."""
-    offset: Number = 0.0
-    """The offset b of (a · code + b) ^ gamma + c."""
-    gamma: Positive
-    """The exponent of the curve."""
-    lift: Number = 0.0
-    """The lift c of (a · code + b) ^ gamma + c."""
+    @property
+    def channels(self) -> tuple[Curve, Curve, Curve]:
+        """The curves of red, green and blue, where they are written one by one."""
+        red, green, blue = (getattr(self, colour) for colour in COLOURS)
+        return red, green, blue
 
-
-# What each kind of curve leaves fixed.
-_FIXED = {"gog": ("lift",), "ggo": ("offset",), "gogo": (), "gamma": ("gain", "offset", "lift")}
+    def model(self, black_XYZ_cd_m2: Floats, primaries_XYZ_cd_m2: Floats) -> DisplayModel:
+        """Return the display model of these curves; XYZ of black (3,), and of the channels at full drive, columns."""
+        return DisplayModel(black_XYZ_cd_m2, primaries_XYZ_cd_m2, self.channels)
 
 
-class CurveSpec(Strict):
+# What each kind of the GOGO family leaves fixed.
+_FIXED = {"gamma": ("gain", "offset", "lift"), "gog": ("lift",), "ggo": ("offset",), "gogo": ()}
+
+
+class ToneCurves(_Curves):
     """The tone curves of the three channels."""
 
     kind: Literal["gog", "gogo", "ggo", "gamma"]
     """Which kind of entry this is; it decides which other keys there are."""
-    red: ChannelSpec
+    red: ToneCurve
     """The tone curve of the red channel."""
-    green: ChannelSpec
+    green: ToneCurve
     """The tone curve of the green channel."""
-    blue: ChannelSpec
+    blue: ToneCurve
     """The tone curve of the blue channel."""
 
-    def curves(self) -> tuple[Curve, Curve, Curve]:
-        """Return the curves of red, green and blue."""
-        channels = (self.red, self.green, self.blue)
-        for channel in channels:
-            for name in _FIXED[self.kind]:
-                if name in channel.model_fields_set:
-                    raise DeviceError(f"a curve of kind '{self.kind}' has no '{name}'")
-        red, green, blue = (ToneCurve(c.gain, c.offset, c.gamma, c.lift) for c in channels)
-        return red, green, blue
+    @model_validator(mode="after")
+    def _fixed_numbers_are_left_out(self) -> Self:
+        for colour, name in product(COLOURS, _FIXED[self.kind]):
+            if name in getattr(self, colour).model_fields_set:
+                raise ValueError(f"a curve of kind '{self.kind}' has no '{name}'")
+        return self
+
+    @classmethod
+    def written(cls, model: DisplayModel) -> dict[str, Any]:
+        """Return the curves of ``model`` as a file has them: offset and lift rounded, of the simplest kind."""
+        curves = [curve.model_dump() for curve in model.curves]
+        usual = {"gain": 1.0, "offset": 0.0, "lift": 0.0}
+        changed = {name for name, value in usual.items() if any(curve[name] != value for curve in curves)}
+        kind = "gogo" if "lift" in changed else "gog" if changed else "gamma"
+        names = [name for name in ToneCurve.model_fields if name not in _FIXED[kind]]
+        rounded = {"gain": float, "gamma": float}
+        channels = [{name: rounded.get(name, ten_digits)(curve[name]) for name in names} for curve in curves]
+        return {"kind": kind, **dict(zip(COLOURS, channels, strict=True))}
 
 
-class TableSpec(Strict):
-    """One channel's curve as a table: the share of full light at each code; both rise from 0 to 1."""
-
-    codes: Annotated[tuple[Number, ...], Field(min_length=3)]
-    """Device codes from 0 to 1, rising."""
-    light: Annotated[tuple[Number, ...], Field(min_length=3)]
-    """The share of full light at each code."""
-
-
-class TableCurveSpec(Strict):
+class TableCurves(_Curves):
     """The tone curves of the three channels as tables, joined by monotone cubics."""
 
     kind: Literal["table"]
     """Which kind of entry this is; it decides which other keys there are."""
-    red: TableSpec
+    red: TableCurve
     """The tone curve of the red channel."""
-    green: TableSpec
+    green: TableCurve
     """The tone curve of the green channel."""
-    blue: TableSpec
+    blue: TableCurve
     """The tone curve of the blue channel."""
 
-    def curves(self) -> tuple[Curve, Curve, Curve]:
-        """Return the curves of red, green and blue."""
-        red, green, blue = (TableCurve(c.codes, c.light) for c in (self.red, self.green, self.blue))
-        return red, green, blue
+    @classmethod
+    def written(cls, model: DisplayModel) -> dict[str, Any]:
+        """Return the curves of ``model`` as a file has them."""
+        channels = [ten_digits(curve.model_dump(include={"codes", "light"})) for curve in model.curves]
+        return {"kind": "table", **dict(zip(COLOURS, channels, strict=True))}
 
 
-class SrgbCurveSpec(Strict):
+class SrgbCurves(_Curves):
     """The tone curve of sRGB (IEC 61966-2-1) in every channel."""
 
     kind: Literal["srgb"]
     """Which kind of entry this is; it decides which other keys there are."""
 
-    def curves(self) -> tuple[Curve, Curve, Curve]:
-        """Return the curves of red, green and blue."""
+    @property
+    def channels(self) -> tuple[Curve, Curve, Curve]:
+        """The curves of red, green and blue."""
         return SrgbCurve(), SrgbCurve(), SrgbCurve()
 
+    @classmethod
+    def written(cls, model: DisplayModel) -> dict[str, Any]:
+        """Return the curves of ``model`` as a file has them."""
+        return {"kind": "srgb"}
 
-class Bt1886CurveSpec(Strict):
+
+class Bt1886Curves(_Curves):
     """The tone curve of ITU-R BT.1886 in every channel, for the panel's white and black: the mode's, or these."""
 
     kind: Literal["bt1886"]
@@ -126,16 +137,17 @@ class Bt1886CurveSpec(Strict):
     black_cd_m2: NotNegative | None = None
     """The luminance of the panel's black, in cd/m²; left out, the mode's."""
 
-    def curves(self, white_cd_m2: float, black_cd_m2: float) -> tuple[Curve, Curve, Curve]:
-        """Return the curves of red, green and blue for the luminances of the mode's white and black."""
+    def model(self, black_XYZ_cd_m2: Floats, primaries_XYZ_cd_m2: Floats) -> DisplayModel:
+        """Return the display model; DeviceError where the white is not above the black."""
+        black_cd_m2 = float(black_XYZ_cd_m2[1])
         curve = bt1886_curve(
-            white_cd_m2 if self.white_cd_m2 is None else self.white_cd_m2,
+            float(black_cd_m2 + primaries_XYZ_cd_m2[1].sum()) if self.white_cd_m2 is None else self.white_cd_m2,
             black_cd_m2 if self.black_cd_m2 is None else self.black_cd_m2,
         )
-        return curve, curve, curve
+        return DisplayModel(black_XYZ_cd_m2, primaries_XYZ_cd_m2, (curve, curve, curve))
 
 
-class PlvcChannelSpec(TableSpec):
+class PlvcChannel(TableCurve):
     """One channel's table, and its XYZ per share of light where √light is 0, 1/4, 1/2 and 3/4; at 1 the primary."""
 
     codes: Annotated[tuple[Number, ...], Field(min_length=3, max_length=4096)]
@@ -189,41 +201,30 @@ class ResidualSpec(Strict):
         return Residual(np.array(self.knots), self.width, np.array(self.XYZ_cd_m2))
 
 
-class PlvcSpec(Strict):
+class PlvcCurves(_Curves):
     """Channels whose chromaticity varies with their level and that act on each other; see `devices.display.plvc`."""
 
     kind: Literal["plvc"]
     """Which kind of entry this is; it decides which other keys there are."""
-    red: PlvcChannelSpec
+    red: PlvcChannel
     """The table of the red channel."""
-    green: PlvcChannelSpec
+    green: PlvcChannel
     """The table of the green channel."""
-    blue: PlvcChannelSpec
+    blue: PlvcChannel
     """The table of the blue channel."""
     mixtures_XYZ_cd_m2: MixturesSpec = MixturesSpec()
     """What the channels do to each other."""
     residual: ResidualSpec | None = None
     """What the model leaves over, as kernels."""
 
-    def curves(self) -> tuple[Curve, Curve, Curve]:
-        """Return the curves of red, green and blue."""
-        red, green, blue = (TableCurve(c.codes, c.light) for c in (self.red, self.green, self.blue))
-        return red, green, blue
-
-    def model(self, additive: DisplayModel) -> Plvc:
-        """Return the model whose black, primaries and curves are those of ``additive``.
-
-        Raises
-        ------
-        DeviceError
-            If it cannot be undone.
-        """
+    def model(self, black_XYZ_cd_m2: Floats, primaries_XYZ_cd_m2: Floats) -> Plvc:
+        """Return the display model; DeviceError if it cannot be undone."""
         model = Plvc(
-            additive.black_XYZ_cd_m2,
-            additive.primaries_XYZ_cd_m2,
-            additive.curves,
+            black_XYZ_cd_m2,
+            primaries_XYZ_cd_m2,
+            self.channels,
             np.array([channel.XYZ_per_light_cd_m2 for channel in (self.red, self.green, self.blue)]),
-            np.array([getattr(self.mixtures_XYZ_cd_m2, name) for name in MixturesSpec.model_fields]),
+            np.array(list(self.mixtures_XYZ_cd_m2.model_dump().values())),
             None if self.residual is None else self.residual.residual(),
         )
         try:
@@ -234,6 +235,24 @@ class PlvcSpec(Strict):
             ) from error
         return model
 
+    @classmethod
+    def written(cls, model: DisplayModel) -> dict[str, Any]:
+        """Return the curves of ``model``, and what its channels do to each other, as a file has them."""
+        assert isinstance(model, Plvc)
+        curves = TableCurves.written(model) | {"kind": "plvc"}
+        for colour, rows in zip(COLOURS, model.XYZ_per_light_cd_m2.tolist(), strict=True):
+            curves[colour]["XYZ_per_light_cd_m2"] = ten_digits(rows)
+        mixtures = zip(MixturesSpec.model_fields, model.mixtures_XYZ_cd_m2.tolist(), strict=True)
+        curves["mixtures_XYZ_cd_m2"] = ten_digits(dict(mixtures))
+        if model.residual is not None:
+            curves["residual"] = ten_digits({key: getattr(model.residual, key) for key in ResidualSpec.model_fields})
+        return curves
+
+
+_OF_CURVES: Mapping[str, type[ToneCurves | TableCurves | SrgbCurves]] = MappingProxyType(
+    {"gogo": ToneCurves, "table": TableCurves, "srgb": SrgbCurves}
+)
+
 
 class ModelSpec(Strict):
     """One characterisation, measured through the glasses in its stereo mode."""
@@ -242,9 +261,7 @@ class ModelSpec(Strict):
     """XYZ of black, in cd/m²."""
     primaries_XYZ_cd_m2: PrimariesSpec
     """XYZ of each channel at full drive minus black, in cd/m²."""
-    curve: Annotated[
-        CurveSpec | TableCurveSpec | SrgbCurveSpec | Bt1886CurveSpec | PlvcSpec, Field(discriminator="kind")
-    ]
+    curve: Annotated[ToneCurves | TableCurves | SrgbCurves | Bt1886Curves | PlvcCurves, Field(discriminator="kind")]
     """The tone curves of the channels."""
     observer: ObserverSpec = DEFAULT_OBSERVER
     """The colorimetric observer of the XYZ, such as CIE 1931 2 or CIE 1964 10."""
@@ -255,19 +272,40 @@ class ModelSpec(Strict):
     ambient_XYZ_cd_m2: AmbientSpec | None = None
     """The room's light from the screen while it is off, XYZ in cd/m²."""
 
+    @classmethod
+    def of(cls, model: DisplayModel, *, observer: str = DEFAULT_OBSERVER, **beside: Any) -> Self:
+        """Return what a file writes of ``model``, its ``observer`` and ``beside`` it, such as its ``source``.
+
+        Numbers are kept to ten digits, gain and gamma to the last.
+        """
+        kind = _OF_CURVES[model.curves[0].kind_of_curve] if model.additive else PlvcCurves
+        primaries = ten_digits(dict(zip(COLOURS, model.primaries_XYZ_cd_m2.T.tolist(), strict=True)))
+        black = ten_digits(model.black_XYZ_cd_m2.tolist())
+        given = {"black_XYZ_cd_m2": black, "primaries_XYZ_cd_m2": primaries, "curve": kind.written(model)}
+        given |= {"observer": observer, **{key: value for key, value in beside.items() if value is not None}}
+        try:
+            return cls.model_validate(given)
+        except ValidationError as error:
+            first = error.errors(include_url=False)[0]
+            raise DeviceError(f"{'.'.join(map(str, first['loc']))} cannot be written: {first['msg']}") from None
+
+    def lines(self) -> list[str]:
+        """Return it as lines of YAML, not indented."""
+        return yaml_lines(self.model_dump(exclude_unset=True))
+
     def model(self) -> DisplayModel:
         """Return the display model."""
         primaries = self.primaries_XYZ_cd_m2
         columns = np.array([primaries.red, primaries.green, primaries.blue]).T
-        black_cd_m2 = self.black_XYZ_cd_m2[1]
-        curves = (
-            self.curve.curves(float(black_cd_m2 + columns[1].sum()), black_cd_m2)
-            if isinstance(self.curve, Bt1886CurveSpec)
-            else self.curve.curves()
-        )
-        additive = DisplayModel(np.array(self.black_XYZ_cd_m2), columns, curves)
-        model = self.curve.model(additive) if isinstance(self.curve, PlvcSpec) else additive
+        model = self.curve.model(np.array(self.black_XYZ_cd_m2), columns)
         return model if self.ambient_XYZ_cd_m2 is None else model.in_room(self.ambient_XYZ_cd_m2)
+
+
+def ten_digits(value: Any) -> Any:
+    """Return numbers, in lists and by key, to ten digits: what a display file holds of a fit."""
+    if isinstance(value, Mapping):
+        return {key: ten_digits(inner) for key, inner in value.items()}
+    return float(f"{value:.10g}") if np.ndim(value) == 0 else [ten_digits(inner) for inner in value]
 
 
 class CrosstalkSpec(Strict):

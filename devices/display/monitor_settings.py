@@ -13,7 +13,7 @@ from pydantic import Field
 
 from devices.errors import DeviceError
 from documents import Finding, InputError
-from documents.yaml import Number, Strict, checked, parse_yaml
+from documents.yaml import Number, Strict, checked, parse_yaml, yaml_lines
 
 Percent = Annotated[float, Field(ge=0, le=100)]
 Level = Percent | Annotated[str, Field(min_length=1)]
@@ -146,9 +146,7 @@ class MonitorSettings(Strict):
     def yaml_lines(self) -> list[str]:
         """Return the lines of a file's ``monitor_settings``, not indented; none if nothing is stated."""
         stated = self.model_dump(mode="json", exclude_none=True, exclude_defaults=True)
-        # JSON is YAML: a scalar or a mapping in braces on a line each.
-        lines = [f"  {name}: {json.dumps(value, ensure_ascii=False)}" for name, value in stated.items()]
-        return ["monitor_settings:", *lines] if lines else []
+        return yaml_lines({"monitor_settings": stated}) if stated else []
 
 
 def _flat(values: dict[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:

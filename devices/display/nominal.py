@@ -20,10 +20,9 @@ from pydantic import model_validator
 
 from devices.colour import D65_XY, DISPLAY_P3_PRIMARIES_XY, SRGB_PRIMARIES_XY, rgb_to_xyz_matrix
 from devices.colour_matching import DEFAULT_OBSERVER
+from devices.display.curves import Curve, SrgbCurve, ToneCurve, bt1886_curve
 from devices.display.model import DisplayModel
 from devices.display.panel import PANEL_EXAMPLE, AskMonitor, PanelSpec, panel_of_monitor
-from devices.display.srgb_curve import SrgbCurve
-from devices.display.tone_curve import Curve, ToneCurve, bt1886_curve
 from devices.errors import DeviceError
 from documents import Finding
 from documents.arrays import Floats

@@ -11,7 +11,7 @@ from pydantic import Field
 from devices.errors import DeviceError
 from documents import Finding
 from documents.text import visible
-from documents.yaml import Natural, Positive, Strict
+from documents.yaml import Natural, Positive, Strict, yaml_text
 
 PANEL_EXAMPLE = "panel: {resolution_px: [1920, 1080], pixel_pitch_mm: 0.2768, refresh_hz: 60}"
 # Monitors that do not know their size report their shape, 16:9 or 160 x 90 mm (VESA E-EDID A2, Section 3.6.2).
@@ -72,9 +72,7 @@ class PanelSpec(Strict):
     @property
     def line(self) -> str:
         """Return it as a line of YAML, its key first."""
-        across, down = self.resolution_px
-        shape = f"resolution_px: [{across}, {down}], pixel_pitch_mm: {self.pixel_pitch_mm:g}"
-        return f"panel: {{{shape}, refresh_hz: {self.refresh_hz:g}, bits: {self.bits}}}"
+        return f"panel: {yaml_text(self.model_dump())}"
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -107,6 +108,13 @@ class Plvc(DisplayModel):
         if self.residual is None:
             return np.zeros((0, 3))
         return np.asarray(self.residual.XYZ_cd_m2 @ self.linear_from_XYZ.T)
+
+    @property
+    def numbers(self) -> list[Any]:
+        """What decides its colours but for the room's light and the residual, as plain JSON: for digests."""
+        curves = [curve.model_dump(include={"codes", "light"}) for curve in self.curves]
+        own = [self.XYZ_per_light_cd_m2.tolist(), self.mixtures_XYZ_cd_m2.tolist()]
+        return [self.black_XYZ_cd_m2.tolist(), self.primaries_XYZ_cd_m2.tolist(), curves, *own]
 
     def light_of(self, linear: ArrayLike) -> Floats:
         """Return the light, in units of the primaries, of the channels' own linear light, shape (..., 3) each."""

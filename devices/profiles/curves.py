@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from devices.display import ToneCurve
 from devices.profiles.tag_table import Tag
 from documents.arrays import Floats
 
 # How many numbers the functions 0 to 4 have.
 _COUNTS = (1, 3, 4, 5, 7)
+# Of light, a step of 16 bits, half for either number's rounding.
+ROUNDING = 1.0 / 65535.0 + 1e-9
+# So near 0 does a clipped curve's power begin that its light is none: three roundings of s15Fixed16.
+_BEGINS = 5e-5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -19,6 +25,28 @@ class SampledCurve:
     """Equally spaced ``values`` (n,), two or more, joined by straight lines."""
 
     values: Floats
+    sampled: ClassVar = True
+    lift: ClassVar = 0.0
+    rounding: ClassVar = 0.75 * ROUNDING
+
+    @property
+    def codes(self) -> Floats:
+        """Where the values stand, (n,), from 0 to 1."""
+        return np.linspace(0.0, 1.0, len(self.values))
+
+    def exact(self) -> ToneCurve | None:
+        """Return the gamma that the values are within their rounding, None if they are of another shape."""
+        codes, values = self.codes, self.values
+        inside = (values > 0.02) & (values < 0.98)
+        if abs(values[0]) > ROUNDING or abs(values[-1] - 1.0) > ROUNDING or inside.sum() < 3:
+            return None
+        x, y = np.log(codes[inside]), np.log(values[inside])
+        gamma = float(x @ y / (x @ x))
+        near = round(gamma, 3)
+        for candidate in (near, gamma):
+            if candidate > 0 and np.abs(codes**candidate - values).max() <= self.rounding:
+                return ToneCurve(1.0, 0.0, candidate)
+        return None
 
     def __call__(self, code: ArrayLike) -> Floats:
         """Return the value at ``code``, of any shape; beyond 0..1 that at the end."""
@@ -37,6 +65,29 @@ class ParametricCurve:
     d: float = 0.0
     e: float = 0.0
     f: float = 0.0
+    sampled: ClassVar = False
+    rounding: ClassVar = _BEGINS
+
+    @property
+    def lift(self) -> float:
+        """What the curve of the GOGO family that it is has as its lift."""
+        return self.e
+
+    @property
+    def codes(self) -> Floats:
+        """Codes from 0 to 1, close enough to tell the curve from another."""
+        return np.linspace(0.0, 1.0, 1025)
+
+    def exact(self) -> ToneCurve | None:
+        """Return the curve of the GOGO family, without its lift, that it is; None if it is none."""
+        upper = self.d <= 0.0
+        clipped = self.c == 0 and self.f == self.e and abs(self.a * self.d + self.b) < _BEGINS
+        if not (upper or clipped) or self.a <= 0 or self.a + self.b <= 0 or self.e < 0:
+            return None
+        # Beyond full light the profile's curve is clipped, but for what rounding adds.
+        if (self.a + self.b) ** self.g + self.e > 1.0 + 1e-4:
+            return None
+        return ToneCurve(self.a, self.b, self.g)
 
     def __call__(self, code: ArrayLike) -> Floats:
         """Return the value at ``code``, of any shape; both are clipped to 0..1, as [ICC2022] asks."""

@@ -8,24 +8,20 @@ of the profile's numbers, or within a two-hundredth of a code of 8 bits.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import cast
 
 import numpy as np
 
-from devices.display import DisplayModel, TableCurve, ToneCurve
-from devices.display.srgb_curve import SrgbCurve
-from devices.display.tone_curve import Curve
+from devices.display import DisplayModel, TableCurve
+from devices.display.curves import Curve, SrgbCurve
 from devices.errors import DeviceError
-from devices.profiles.curves import ParametricCurve, SampledCurve, TagCurve
+from devices.profiles.curves import ROUNDING, TagCurve
 from devices.profiles.profile import COLOURS, MatrixModel, Profile, black_beneath
 from documents import Finding
 from documents.arrays import Floats
 
-# Of light a step of 16 bits, half for either number's rounding, and of √light a two-hundredth of a code of 8 bits.
-_ROUNDING, _CLOSE = 1.0 / 65535.0 + 1e-9, 2e-5
+# Of √light, a two-hundredth of a code of 8 bits.
+_CLOSE = 2e-5
 _MOST_KNOTS = 1024
-# So near 0 does a clipped curve's power begin that its light is none: three roundings of s15Fixed16.
-_BEGINS = 5e-5
 _FIRST_KNOTS = 17
 _PROBES = 4096
 # Sampled curves may step back by this much: noise, which becomes flat.
@@ -82,8 +78,8 @@ def model_of_profile(profile: Profile, white_cd_m2: float | None = None) -> Prof
         primaries = primaries * (1.0 - beneath[1])
         black = beneath * luminance
     # Light of code 0 belongs to black; a curve has none of its own.
-    lifts = np.array([curve(0.0) if isinstance(tone, TableCurve) else _lift(curve) for curve, tone in curves])
-    spans = np.array([curve(1.0) - curve(0.0) if isinstance(tone, TableCurve) else 1.0 for curve, tone in curves])
+    lifts = np.array([curve(0.0) if tone.tabled else curve.lift for curve, tone in curves])
+    spans = np.array([curve(1.0) - curve(0.0) if tone.tabled else 1.0 for curve, tone in curves])
     black = black + primaries @ lifts
     table = profile.gamma_table
     if table is not None and not table.is_identity:
@@ -102,7 +98,7 @@ def display_curves(
     """Return each channel's curve in the profile and in the model, and how they differ; ``findings`` gets faults."""
     if all(is_srgb(curve) for curve in matrix.curves):
         return [(curve, SrgbCurve()) for curve in matrix.curves], ["the curves are that of sRGB, within their rounding"]
-    tones: list[Curve | None] = [exact_curve(curve) for curve in matrix.curves]
+    tones: list[Curve | None] = [curve.exact() for curve in matrix.curves]
     # A display file has one kind of curve for all channels.
     tabled = any(tone is None for tone in tones)
     notes: dict[str, list[str]] = {}
@@ -118,53 +114,19 @@ def display_curves(
                 continue
             words = f"a table of {len(tone.codes)} entries, within {255.0 * off:.1g} codes of 8 bits"
             notes.setdefault(words, []).append(name)
-        elif isinstance(curve, SampledCurve):
-            words = f"a gamma of {cast(ToneCurve, tone).gamma:.6g}, which it is within its own rounding"
+        elif tone is not None and curve.sampled:
+            words = f"a gamma of {tone.numbers['gamma']:.6g}, which it is within its own rounding"
             notes.setdefault(words, []).append(name)
         assert tone is not None
         pairs.append((curve, tone))
     return pairs, [f"{', '.join(names)} became {words}" for words, names in notes.items()]
 
 
-def exact_curve(curve: TagCurve) -> ToneCurve | None:
-    """Return the curve of the GOGO family, without its lift, that ``curve`` is; None if it is none."""
-    if isinstance(curve, SampledCurve):
-        return _sampled_gamma(curve.values)
-    upper = curve.d <= 0.0
-    clipped = curve.c == 0 and curve.f == curve.e and abs(curve.a * curve.d + curve.b) < _BEGINS
-    if not (upper or clipped) or curve.a <= 0 or curve.a + curve.b <= 0 or curve.e < 0:
-        return None
-    # Beyond full light the profile's curve is clipped, but for what rounding adds.
-    if (curve.a + curve.b) ** curve.g + curve.e > 1.0 + 1e-4:
-        return None
-    return ToneCurve(curve.a, curve.b, curve.g)
-
-
 def is_srgb(curve: TagCurve) -> bool:
     """Whether ``curve`` is that of sRGB: sampled within its rounding, or a function of rounded numbers."""
-    sampled = isinstance(curve, SampledCurve)
-    codes = np.linspace(0.0, 1.0, len(curve.values) if isinstance(curve, SampledCurve) else 1025)
-    most = 0.75 * _ROUNDING if sampled else _BEGINS
-    return len(codes) > _FIRST_KNOTS and bool(np.abs(curve(codes) - SrgbCurve().linear(codes)).max() <= most)
-
-
-def _lift(curve: TagCurve) -> float:
-    return curve.e if isinstance(curve, ParametricCurve) else 0.0
-
-
-def _sampled_gamma(values: Floats) -> ToneCurve | None:
-    """Return the gamma that ``values`` are within their rounding, None if they are of another shape."""
-    codes = np.linspace(0.0, 1.0, len(values))
-    inside = (values > 0.02) & (values < 0.98)
-    if abs(values[0]) > _ROUNDING or abs(values[-1] - 1.0) > _ROUNDING or inside.sum() < 3:
-        return None
-    x, y = np.log(codes[inside]), np.log(values[inside])
-    gamma = float(x @ y / (x @ x))
-    near = round(gamma, 3)
-    for candidate in (near, gamma):
-        if candidate > 0 and np.abs(codes**candidate - values).max() <= 0.75 * _ROUNDING:
-            return ToneCurve(1.0, 0.0, candidate)
-    return None
+    codes = curve.codes
+    off = np.abs(curve(codes) - SrgbCurve().linear(codes)).max()
+    return len(codes) > _FIRST_KNOTS and bool(off <= curve.rounding)
 
 
 def tabled_curve(curve: TagCurve) -> tuple[TableCurve, float]:
@@ -172,8 +134,7 @@ def tabled_curve(curve: TagCurve) -> tuple[TableCurve, float]:
 
     ValueError, to follow the curve's name, if the curve does not rise.
     """
-    count = len(curve.values) if isinstance(curve, SampledCurve) else _PROBES + 1
-    codes = np.linspace(0.0, 1.0, count)
+    codes = curve.codes if curve.sampled else np.linspace(0.0, 1.0, _PROBES + 1)
     light = np.asarray(curve(codes), dtype=np.float64)
     risen = np.maximum.accumulate(light)
     fall = float((risen - light).max())
@@ -189,7 +150,7 @@ def tabled_curve(curve: TagCurve) -> tuple[TableCurve, float]:
         made = TableCurve(tuple(codes[knots].tolist()), tuple((root[knots] ** 2).tolist()))
         held = made.root(codes)[0]
         off = np.abs(held - root)
-        off[np.abs(held**2 - root**2) <= _ROUNDING] = 0.0
+        off[np.abs(held**2 - root**2) <= ROUNDING] = 0.0
         if off.max() <= _CLOSE or len(knots) >= min(_MOST_KNOTS, len(codes)):
             return made, _codes_apart(made, codes, root)
         # In each piece that is off, the entry that is most so.

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from devices.colour import srgb_decoded
 from devices.profiles.curves import TagCurve
-from devices.profiles.display_model import exact_curve, is_srgb
+from devices.profiles.display_model import is_srgb
 from devices.profiles.profile import MatrixModel, profile_of
 from devices.profiles.tag_table import parse_profile_file
 from documents.arrays import Floats
@@ -77,4 +77,4 @@ def _curve(curve: TagCurve) -> Callable[[ArrayLike], Floats]:
     """Return the curve that ``curve`` rounds: sRGB's or a power; else itself."""
     if is_srgb(curve):
         return srgb_decoded
-    return curve if (exact := exact_curve(curve)) is None else exact.linear
+    return curve if (exact := curve.exact()) is None else exact.linear

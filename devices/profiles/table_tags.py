@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from devices.display import DisplayModel
-from devices.display.tone_curve import Curve
+from devices.display.curves import Curve
 from devices.profiles import tag_bytes
 from devices.profiles.colour_table import XYZ_RANGE
 from documents.arrays import Floats

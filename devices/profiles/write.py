@@ -10,8 +10,7 @@ import numpy as np
 
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.colour.adaptation import bradford_matrix
-from devices.display import DisplayModel, GammaTable, ToneCurve
-from devices.display.srgb_curve import SrgbCurve
+from devices.display import DisplayModel, GammaTable
 from devices.errors import DeviceError
 from devices.profiles import tag_bytes
 from devices.profiles.colour_table import XYZ_RANGE, read_table
@@ -197,33 +196,11 @@ def _matrix_tags(model: DisplayModel, chad: Floats, luminance: float) -> dict[st
         if float(curve.linear(0.0)) + lift < _LEAST_LIFT or full <= 0:
             return None
         tags[f"{letter}XYZ"] = tag_bytes.xyz(primaries[:, channel] * full)
-        if isinstance(curve, SrgbCurve):
-            tags[f"{letter}TRC"] = _srgb(lift, full)
-        elif isinstance(curve, ToneCurve):
-            tags[f"{letter}TRC"] = _parametric(curve, lift, full)
+        if (function := curve.icc_function(lift, full)) is not None:
+            tags[f"{letter}TRC"] = tag_bytes.parametric_curve(4, function)
         else:
             tags[f"{letter}TRC"] = tag_bytes.sampled_curve((curve.linear(np.linspace(0.0, 1.0, ENTRIES)) + lift) / full)
     return tags
-
-
-def _parametric(curve: ToneCurve, lift: float, full: float) -> bytes:
-    """Return the function 4 of ``curve`` with ``lift`` above it, as a share of ``full``.
-
-    Function 2 would do, but LittleCMS gives 0 in place of the lift where the curve begins.
-    """
-    root = full ** (-1.0 / curve.gamma)
-    least = max((curve.lift + lift) / full, 0.0)
-    begins = max(-curve.offset / curve.gain, 0.0)
-    return tag_bytes.parametric_curve(
-        4, [curve.gamma, curve.gain * root, curve.offset * root, 0.0, begins, least, least]
-    )
-
-
-def _srgb(lift: float, full: float) -> bytes:
-    """Return the function 4 of sRGB's curve with ``lift`` above it, as a share of ``full``."""
-    root = full ** (-1.0 / 2.4)
-    numbers = [2.4, root / 1.055, 0.055 * root / 1.055, 1.0 / (12.92 * full), 0.04045, lift / full, lift / full]
-    return tag_bytes.parametric_curve(4, numbers)
 
 
 def _judged(model: DisplayModel, tags: dict[str, bytes], kind: ProfileKind, points: int) -> WrittenProfile:

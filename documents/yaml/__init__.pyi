@@ -15,3 +15,5 @@ from .source import Path_ as Path_
 from .source import YamlSource as YamlSource
 from .source import parse_yaml as parse_yaml
 from .source import read_yaml as read_yaml
+from .written import yaml_lines as yaml_lines
+from .written import yaml_text as yaml_text

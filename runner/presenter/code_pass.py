@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.compensation import Size
-from devices.display import Curve, Eye, TableCurve, curve_table, entries_for, knot_tables
+from devices.display import Curve, Eye, curve_table, entries_for, knot_tables
 from documents import Finding
 from runner.presenter.arithmetic import Reals
 from runner.presenter.arithmetic_choice import arithmetic_of
@@ -57,7 +57,7 @@ class CodePass:
         self._dithering = dithering
         self._format = CODE_FORMATS[bits]
         encoder = "encode.glsl" if dithering is None else "dither.glsl"
-        by_knots = [isinstance(curve, TableCurve) for curve in curves]
+        by_knots = [curve.tabled for curve in curves]
         files = [encoder, *between, shader]
         tables = {name: _texels(context, texels) for name, texels in (more_tables or {}).items()}
         common: dict[str, Uniform] = {}
@@ -181,9 +181,7 @@ def _texels(context: moderngl.Context, texels: NDArray[np.float32]) -> moderngl.
 
 
 def _knots(context: moderngl.Context, curves: Sequence[Curve]) -> moderngl.Texture:
-    tabled = [curve for curve in curves if isinstance(curve, TableCurve)]
-    # A channel that has none is not looked up; it holds another's.
-    tables = knot_tables([curve if isinstance(curve, TableCurve) else tabled[0] for curve in curves])
+    tables = knot_tables(curves)
     rows, pieces, numbers = tables.shape
     table = context.texture((pieces * numbers // 4, rows), 4, tables.tobytes(), dtype="f4")
     table.filter = (moderngl.NEAREST, moderngl.NEAREST)

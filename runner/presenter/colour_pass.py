@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.compensation import Mixture, squeezed_size
-from devices.display import MIXTURES, MOST_STEPS, NODES, DisplayModel, Eye, Plvc, TableCurve, kernels_at_black
+from devices.display import MIXTURES, MOST_STEPS, NODES, DisplayModel, Eye, Plvc, kernels_at_black
 from runner.presenter.arithmetic import Real3x3, Reals
 from runner.presenter.bands import InBands, to_the_end
 from runner.presenter.code_pass import CodePass, release_codes
@@ -50,9 +50,7 @@ def channel_interaction(own: DisplayModel, other: DisplayModel | None = None) ->
     models = (own, other or own)
     if all(model.additive for model in models):
         return (
-            ChannelInteraction(cost=KNOTS_COST)
-            if any(isinstance(curve, TableCurve) for curve in own.curves)
-            else ChannelInteraction()
+            ChannelInteraction(cost=KNOTS_COST) if any(curve.tabled for curve in own.curves) else ChannelInteraction()
         )
     terms = [_terms(model) for model in models]
     uniforms: dict[str, Uniform] = {

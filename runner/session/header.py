@@ -10,7 +10,6 @@ import re
 import secrets
 import subprocess
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -42,18 +41,8 @@ def _digest(value: object) -> str:
 
 
 def _display_digest(rig: Rig) -> str:
-    from devices.display import Plvc
-
     models = rig.models
-    numbers: list[object] = [
-        [model.black_XYZ_cd_m2.tolist(), model.primaries_XYZ_cd_m2.tolist(), [asdict(c) for c in model.curves]]
-        + (
-            []
-            if not isinstance(model, Plvc)
-            else [model.XYZ_per_light_cd_m2.tolist(), model.mixtures_XYZ_cd_m2.tolist()]
-        )
-        for model in (models.left, models.right)
-    ]
+    numbers: list[object] = [model.numbers for model in (models.left, models.right)]
     ambient = [model.ambient_XYZ_cd_m2.tolist() for model in (models.left, models.right)]
     if any(map(any, ambient)):
         numbers.append({"ambient_XYZ_cd_m2": ambient})

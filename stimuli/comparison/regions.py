@@ -4,33 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
-from devices.chart import COLORCHECKER, ChartLayout, patch_quadrangles
-from devices.readings import colorchecker_xyY
+from devices.chart import COLORCHECKER, ChartLayout
 from documents import Finding
 from documents.arrays import Floats
 from stimuli.comparison.areas import crosses_itself
-from stimuli.comparison.regions_file import (
-    ColorCheckerSpec,
-    GridSpec,
-    PlateSpec,
-    PolygonSpec,
-    RectangleSpec,
-    RegionsFile,
-)
+from stimuli.comparison.regions_file import WHOLE, AreaKind, RegionsFile, RegionSpec
 from stimuli.errors import StimulusError
 
-Kind = Literal["patch", "rectangle", "polygon", "plate", "cell"]
-Spec = ColorCheckerSpec | RectangleSpec | PolygonSpec | PlateSpec | GridSpec
 Shape = tuple[int, ...]
 
 
 # The prefix of an outline's key, and the name of the picture, for each side.
 _SIDES = (("", "photograph"), ("rendering_", "rendering"))
-_WHOLE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -42,7 +30,7 @@ class Region:
     """
 
     name: str
-    kind: Kind
+    kind: AreaKind
     photo_px: Floats
     rendering_px: Floats
     entry: str
@@ -123,28 +111,11 @@ def corner_pairs(regions: RegionsFile, photo: Shape, rendering: Shape) -> tuple[
     here: list[Floats] = []
     there: list[Floats] = []
     for spec in regions.spec.regions:
-        photo_places, rendering_places = (_given(spec, prefix) for prefix, _ in _SIDES)
+        photo_places, rendering_places = (spec.outline(prefix) for prefix, _ in _SIDES)
         if photo_places is not None and rendering_places is not None and len(photo_places) == len(rendering_places):
             here.append(photo_places * _unit(regions, photo))
             there.append(rendering_places * _unit(regions, rendering))
     return (np.concatenate(here), np.concatenate(there)) if here else None
-
-
-def _key(spec: Spec) -> str:
-    """Return the key of an entry's outline."""
-    return "box" if isinstance(spec, RectangleSpec) else "points" if isinstance(spec, PolygonSpec) else "corners"
-
-
-def _given(spec: Spec, prefix: str) -> Floats | None:
-    """Return the outline (n, 2) that an entry gives for one picture, in the file's unit."""
-    if isinstance(spec, RectangleSpec):
-        box = getattr(spec, f"{prefix}box")
-        if box is None:
-            return None
-        left, top, width, height = box
-        return np.asarray(np.array([left, top]) + _WHOLE * np.array([width, height]))
-    points = getattr(spec, prefix + _key(spec))
-    return None if points is None else np.array(points, dtype=np.float64)
 
 
 def _unit(regions: RegionsFile, shape: Shape) -> Floats:
@@ -167,42 +138,33 @@ class _Placer:
     def fault(self, number: int, key: str, message: str, remedy: str | None = None) -> None:
         self.findings.append(self.regions.source.finding(("regions", number, key), message, remedy))
 
-    def areas(self, number: int, spec: Spec) -> Iterator[Region]:
+    def areas(self, number: int, spec: RegionSpec) -> Iterator[Region]:
         """Yield the areas of an entry, none if there is a fault in its outline."""
         self._numbers[spec.name] = number
         photo = self._outline(number, spec, 0)
         rendering = photo if self.shapes[1] is None else self._outline(number, spec, 1)
         if photo is None or rendering is None:
             return
-        if isinstance(spec, RectangleSpec | PolygonSpec):
-            kind: Kind = "rectangle" if isinstance(spec, RectangleSpec) else "polygon"
-            yield Region(spec.name, kind, photo, rendering, spec.name, sparkle=spec.sparkle)
-            return
-        layout, names = _parts(spec)
-        photo_quads, rendering_quads = (
-            patch_quadrangles(outline, layout, spec.inner) for outline in (photo, rendering)
-        )
-        if isinstance(spec, PlateSpec):
-            yield Region(spec.name, "plate", photo_quads[0], rendering_quads[0], spec.name, sparkle=spec.sparkle)
-            return
-        if isinstance(spec, ColorCheckerSpec) and spec.colours == "published":
+        if spec.colours_known:
             self.charts.append(Chart(spec.name, photo, rendering, spec.inner))
-        kind = "patch" if isinstance(spec, ColorCheckerSpec) else "cell"
-        for place, name in enumerate(names):
-            yield Region(name, kind, photo_quads[place], rendering_quads[place], spec.name, place + 1)
+        numbered = spec.area_kind in ("patch", "cell")
+        areas = zip(spec.area_names, spec.areas(photo), spec.areas(rendering), strict=True)
+        for place, (name, here, there) in enumerate(areas, 1):
+            number_there = place if numbered else None
+            yield Region(name, spec.area_kind, here, there, spec.name, number_there, sparkle=spec.with_sparkle)
 
-    def _outline(self, number: int, spec: Spec, side: int) -> Floats | None:
+    def _outline(self, number: int, spec: RegionSpec, side: int) -> Floats | None:
         """Return the outline of an entry in one picture, in pixels; None, and a finding, if it is no outline."""
         shape = self.shapes[side] or self.shapes[0]
         prefix, picture = _SIDES[side]
-        given = _given(spec, prefix)
+        given = spec.outline(prefix)
         if given is None and side:
-            prefix, given = "", _given(spec, "")
+            prefix, given = "", spec.outline("")
         height, width = shape[:2]
         if given is None:
-            return np.asarray(_WHOLE * np.array([width, height]))
+            return np.asarray(WHOLE * np.array([width, height]))
         outline = given * _unit(self.regions, shape)
-        key = prefix + (_key(spec))
+        key = prefix + spec.outline_key
         slack = 1e-9 * max(width, height)
         if np.any(outline < -slack) or np.any(outline > np.array([width, height]) + slack):
             low, high = outline.min(axis=0), outline.max(axis=0)
@@ -221,20 +183,10 @@ class _Placer:
                 remedy = "give them around it: top left, top right, bottom right, bottom left"
             self.fault(number, key, f"the outline of the region '{spec.name}' crosses itself", remedy)
             return None
-        if not isinstance(spec, RectangleSpec | PolygonSpec) and not _convex(outline):
+        if spec.layout is not None and not _convex(outline):
             self.fault(number, key, f"the corners of '{spec.name}' are no convex quadrangle", "check each corner")
             return None
         return outline
-
-
-def _parts(spec: ColorCheckerSpec | PlateSpec | GridSpec) -> tuple[ChartLayout, tuple[str, ...]]:
-    if isinstance(spec, ColorCheckerSpec):
-        names, _ = colorchecker_xyY()
-        return COLORCHECKER, tuple(f"{spec.name} {place} {name}" for place, name in enumerate(names, 1))
-    if isinstance(spec, PlateSpec):
-        return ChartLayout(1, 1, 0.0), (spec.name,)
-    cells = [(row, column) for row in range(1, spec.rows + 1) for column in range(1, spec.columns + 1)]
-    return ChartLayout(spec.rows, spec.columns, 0.0), tuple(f"{spec.name} row {r} column {c}" for r, c in cells)
 
 
 def _convex(corners: Floats) -> bool:

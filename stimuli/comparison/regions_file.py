@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
+import numpy as np
 from pydantic import Field
 
+from devices.chart import COLORCHECKER, ChartLayout, patch_quadrangles
+from devices.readings import colorchecker_xyY
 from documents import InputError, load_document
+from documents.arrays import Floats
 from documents.yaml import Natural, Positive, Strict, YamlSource
 from stimuli.comparison.luminance import LuminanceMode
 from stimuli.comparison.verdict import Limits
@@ -24,12 +30,53 @@ Points = Annotated[tuple[Point, ...], Field(min_length=3, max_length=1000)]
 Box = tuple[Coordinate, Coordinate, Length, Length]
 Name = Annotated[str, Field(min_length=1, max_length=80)]
 Share = Annotated[float, Field(gt=0, le=1)]
-_PATCHES = {"colorchecker": 24}
+AreaKind = Literal["patch", "rectangle", "polygon", "plate", "cell"]
+# The corners of a whole picture, in shares of it, from the top left on.
+WHOLE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 Units = Literal["px", "share"]
 WhiteName = Literal["icc-d50", "d50", "d65", "a", "e"]
 
 
-class ColorCheckerSpec(Strict):
+class _Areas(Strict):
+    """An entry: between four corners of what ``layout`` divides, or one outline where there is none."""
+
+    area_kind: ClassVar[AreaKind]
+    outline_key: ClassVar[Literal["corners", "box", "points"]] = "corners"
+    if TYPE_CHECKING:  # each kind has its own, in the order of its keys
+        name: str
+        inner: float
+
+    @property
+    def layout(self) -> ChartLayout | None:
+        """Where areas lie between the corners; None of an outline that is one area."""
+        return None
+
+    @property
+    def area_names(self) -> tuple[str, ...]:
+        """The name of each area."""
+        return (self.name,)
+
+    @property
+    def colours_known(self) -> bool:
+        """Whether its areas have published colours."""
+        return False
+
+    @property
+    def with_sparkle(self) -> bool:
+        """Whether the sparkles of its areas are compared."""
+        return bool(getattr(self, "sparkle", False))
+
+    def areas(self, outline: Floats) -> Sequence[Floats]:
+        """Return the outlines of its areas in a picture, of its own there, (n, 2)."""
+        return [outline] if self.layout is None else list(patch_quadrangles(outline, self.layout, self.inner))
+
+    def outline(self, prefix: str) -> Floats | None:
+        """Return the outline (n, 2) that it gives, in the file's unit, of the photograph, or with ``rendering_``."""
+        points = getattr(self, prefix + self.outline_key)
+        return None if points is None else np.array(points, dtype=np.float64)
+
+
+class ColorCheckerSpec(_Areas):
     """The 24 patches between the chart's outer corners: top left, top right, bottom right, bottom left.
 
     ``inner`` is the side of what counts, as a share of a patch's side. With ``colours: other``, a chart of the same
@@ -48,10 +95,30 @@ class ColorCheckerSpec(Strict):
     """The share of the sides that counts; the rim is left out."""
     colours: Literal["published", "other"] = "published"
     """Whether the chart has the published colours of the ColorChecker."""
+    area_kind = "patch"
+
+    @property
+    def colours_known(self) -> bool:
+        """Whether its patches have the published colours."""
+        return self.colours == "published"
+
+    @property
+    def layout(self) -> ChartLayout:
+        """That of a ColorChecker."""
+        return COLORCHECKER
+
+    @property
+    def area_names(self) -> tuple[str, ...]:
+        """The names of the 24 patches."""
+        names, _ = colorchecker_xyY()
+        return tuple(f"{self.name} {place} {name}" for place, name in enumerate(names, 1))
 
 
-class RectangleSpec(Strict):
+class RectangleSpec(_Areas):
     """A rectangle: ``box`` is left, top, width and height."""
+
+    area_kind = "rectangle"
+    outline_key = "box"
 
     kind: Literal["rectangle"]
     """Which kind of entry this is; it decides which other keys there are."""
@@ -64,9 +131,20 @@ class RectangleSpec(Strict):
     sparkle: bool = False
     """Whether its sparkles are compared."""
 
+    def outline(self, prefix: str) -> Floats | None:
+        """Return the corners of its box, (4, 2)."""
+        box = getattr(self, f"{prefix}box")
+        if box is None:
+            return None
+        left, top, width, height = box
+        return np.asarray(np.array([left, top]) + WHOLE * np.array([width, height]))
 
-class PolygonSpec(Strict):
+
+class PolygonSpec(_Areas):
     """Any area whose outline does not cross itself."""
+
+    area_kind = "polygon"
+    outline_key = "points"
 
     kind: Literal["polygon"]
     """Which kind of entry this is; it decides which other keys there are."""
@@ -80,8 +158,10 @@ class PolygonSpec(Strict):
     """Whether its sparkles are compared."""
 
 
-class PlateSpec(Strict):
+class PlateSpec(_Areas):
     """A plate between its four corners, or the whole picture without them; ``inner`` leaves its rim out."""
+
+    area_kind = "plate"
 
     kind: Literal["plate"]
     """Which kind of entry this is; it decides which other keys there are."""
@@ -96,9 +176,16 @@ class PlateSpec(Strict):
     sparkle: bool = True
     """Whether its sparkles are compared."""
 
+    @property
+    def layout(self) -> ChartLayout:
+        """One area."""
+        return ChartLayout(1, 1, 0.0)
 
-class GridSpec(Strict):
+
+class GridSpec(_Areas):
     """A regular grid of areas between four corners, or over the whole picture without them."""
+
+    area_kind = "cell"
 
     kind: Literal["grid"]
     """Which kind of entry this is; it decides which other keys there are."""
@@ -114,6 +201,17 @@ class GridSpec(Strict):
     """The corners in the rendering, where they lie elsewhere than in the photograph."""
     inner: Share = 1.0
     """The share of the sides that counts; the rim is left out."""
+
+    @property
+    def layout(self) -> ChartLayout:
+        """Its cells, without gaps."""
+        return ChartLayout(self.rows, self.columns, 0.0)
+
+    @property
+    def area_names(self) -> tuple[str, ...]:
+        """The name of each cell, row by row."""
+        cells = product(range(1, self.rows + 1), range(1, self.columns + 1))
+        return tuple(f"{self.name} row {row} column {column}" for row, column in cells)
 
 
 RegionSpec = Annotated[
@@ -190,7 +288,7 @@ def read_regions(path: Path) -> RegionsFile:
     spec, source = load_document(path, RegionsSpec, "regions")
     areas = 0
     for number, region in enumerate(spec.regions):
-        areas += region.rows * region.columns if isinstance(region, GridSpec) else _PATCHES.get(region.kind, 1)
+        areas += 1 if region.layout is None else region.layout.rows * region.layout.columns
         if areas > MOST_AREAS:
             message = f"with '{region.name}' these are {areas} areas"
             remedy = f"a regions file has {MOST_AREAS} at most"

@@ -18,7 +18,8 @@ from documents.arrays import Floats
 from documents.text import JsonResult, significant
 from stimuli.comparison.areas import AreaMean
 from stimuli.comparison.luminance import LuminanceFactor, LuminanceMode, luminance_factor
-from stimuli.comparison.regions import Kind, Region
+from stimuli.comparison.regions import Region
+from stimuli.comparison.regions_file import AreaKind
 
 Triple = tuple[float, float, float]
 
@@ -51,7 +52,7 @@ class RegionRow:
     """
 
     name: str
-    kind: Kind
+    kind: AreaKind
     entry: str
     number: int | None
     excluded: tuple[str, ...]

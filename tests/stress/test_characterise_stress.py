@@ -15,13 +15,13 @@ import pytest
 
 from devices.characterise import table_c1_codes, thesis_display
 from devices.characterise.choose import Characterisation, characterise
-from devices.characterise.example_displays import liquid_crystal_XYZ, noisy
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.display import DisplayModel, ToneCurve
 from devices.errors import DeviceError
 from devices.readings import Faults, Measurements
 from devices.readings.simulated import simulated_XYZ
 from tests.devices.display.test_residual import smooth
+from tests.example_displays import liquid_crystal_XYZ, noisy
 from tests.stress.how_many import how_many
 
 pytestmark = pytest.mark.stress

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from devices.characterise.display_yaml import model_lines
 from devices.characterise.mode_file import ModeLines, write_mode
 from devices.display import DisplayModel, PanelSpec, TableCurve, ToneCurve, read_display
+from devices.display.model_spec import ModelSpec
 from devices.errors import DeviceError
 from documents.yaml import parse_yaml
 
@@ -42,7 +42,10 @@ def test_any_run_of_changes_leaves_what_the_changes_say(tmp_path: Path, seed: in
         mode, eyes = rng.choice(MODES), rng.choice(EYES)
         white, replace = rng.randint(1, 99), rng.random() < 0.5
         added = {part: [*lines, f"  source: step {step}"] for part, lines in PARTS.items() if rng.random() < 0.2}
-        lines = {eye: model_lines(_model(white, rng.random() < 0.5), f"step {step}: 'it' # \"said\"") for eye in eyes}
+        lines = {
+            eye: ModelSpec.of(_model(white, rng.random() < 0.5), source=f"step {step}: 'it' # \"said\"").lines()
+            for eye in eyes
+        }
         before = path.read_text() if path.exists() else ""
         held = expected.get(mode, {})
         clash = parts.get(mode, set()) & set(added)

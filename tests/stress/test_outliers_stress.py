@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from devices.characterise.example_displays import noisy
 from devices.characterise.patches import patches
 from documents.arrays import Floats
 from tests.devices.characterise.test_outliers import CODES, DISPLAYS, doubted_rows
+from tests.example_displays import noisy
 from tests.stress.how_many import how_many
 
 pytestmark = pytest.mark.stress

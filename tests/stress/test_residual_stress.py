@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from devices.characterise.choose import characterise
-from devices.characterise.example_displays import noisy
 from devices.characterise.figures import differences
 from devices.characterise.patches import patches
 from devices.display import Plvc
@@ -14,6 +13,7 @@ from devices.errors import DeviceError
 from devices.readings import Measurements
 from tests.devices.characterise.test_residual_fit import CODES, FRESH
 from tests.devices.display.test_residual import smooth
+from tests.example_displays import noisy
 
 pytestmark = pytest.mark.stress
 

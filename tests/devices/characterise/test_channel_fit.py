@@ -10,7 +10,6 @@ import pytest
 
 from devices.characterise import table_c1_codes, thesis_display
 from devices.characterise.channel_fit import KINDS, Kind, fit_channel
-from devices.characterise.example_displays import noisy
 from devices.characterise.metric import difference_roots, lab_slopes
 from devices.characterise.parametric import _Problem, condition_of, fit_parametric
 from devices.characterise.patches import patches
@@ -18,6 +17,7 @@ from devices.characterise.table_fit import FUNCTIONS, functions_of, plvc_of
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.display import TableCurve
 from devices.errors import DeviceError
+from tests.example_displays import noisy
 
 CODES = np.arange(0, 256, 10) / 255
 TRUE: dict[Kind, tuple[float, float, float, float]] = {

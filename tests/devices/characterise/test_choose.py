@@ -14,13 +14,14 @@ from numpy.typing import ArrayLike, NDArray
 from devices.characterise import Name, table_c1_codes, thesis_display
 from devices.characterise.choose import Characterisation, characterise
 from devices.characterise.cross_validation import NAMES
-from devices.characterise.example_displays import THESIS_CURVES, liquid_crystal_XYZ, noisy
 from devices.characterise.figures import inversion_error_codes
 from devices.characterise.light_errors import light_errors, worse
 from devices.characterise.readings_check import check_readings
+from devices.characterise.thesis import THESIS_CURVES
 from devices.display import DisplayModel, ToneCurve
 from devices.errors import DeviceError
 from devices.readings import Measurements, read_csv
+from tests.example_displays import liquid_crystal_XYZ, noisy
 
 NIGHTLY = pytest.mark.nightly
 CODES = table_c1_codes()

@@ -9,11 +9,11 @@ from scipy.optimize import isotonic_regression, least_squares
 from devices.characterise import parametric, table_c1_codes, thesis_display
 from devices.characterise.channel_fit import _HIGH, _LOW, FREE, KINDS, Kind, _forward_problem, fit_channel, fit_channels
 from devices.characterise.descent import descend
-from devices.characterise.example_displays import liquid_crystal_XYZ, noisy
 from devices.characterise.parametric import fit_parametric
 from devices.characterise.patches import patches
 from devices.characterise.table_fit import rising_averages
 from documents.arrays import Floats
+from tests.example_displays import liquid_crystal_XYZ, noisy
 
 CODES = table_c1_codes()
 

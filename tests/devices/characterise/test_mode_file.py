@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from devices.characterise.display_yaml import model_lines
 from devices.characterise.mode_file import ModeLines, write_mode
 from devices.display import DisplayModel, PanelSpec, ToneCurve, read_display
+from devices.display.model_spec import ModelSpec
 from devices.errors import DeviceError
 
 ROOT = Path(__file__).parents[3]
@@ -19,7 +19,9 @@ CROSSTALK = ["crosstalk:", *(f"  {eye}: [[0.03, 0, 0], [0, 0.03, 0], [0, 0, 0.05
 
 def _model(white: float) -> list[str]:
     primaries = np.array([[4.0, 3, 2], [2, 7, 1], [0, 1, 9]]) * white
-    return model_lines(DisplayModel(np.zeros(3), primaries, (ToneCurve(1, 0, 2.2),) * 3), f'white {white}, "measured"')
+    return ModelSpec.of(
+        DisplayModel(np.zeros(3), primaries, (ToneCurve(1, 0, 2.2),) * 3), source=f'white {white}, "measured"'
+    ).lines()
 
 
 def _new(parts: dict[str, list[str]] | None = None, **whites: float) -> ModeLines:

@@ -9,10 +9,10 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.characterise import outliers, table_c1_codes, thesis_display
-from devices.characterise.example_displays import liquid_crystal_XYZ, noisy
 from devices.characterise.outliers import screen
 from devices.display import DisplayModel, Plvc, TableCurve
 from documents.arrays import Floats
+from tests.example_displays import liquid_crystal_XYZ, noisy
 
 CODES = table_c1_codes()
 PRIMARIES = np.array([[41.2, 35.8, 18.0], [21.3, 71.5, 7.2], [1.9, 11.9, 95.0]])

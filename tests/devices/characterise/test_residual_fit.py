@@ -10,13 +10,13 @@ import pytest
 from devices.characterise import residual_fit, table_c1_codes
 from devices.characterise.choose import characterise
 from devices.characterise.cross_validation import fit_all
-from devices.characterise.example_displays import liquid_crystal_XYZ, noisy
 from devices.characterise.figures import differences
 from devices.characterise.patches import patches
 from devices.characterise.residual_fit import fit_curves_too, fit_residual, knots_among
 from devices.display import Plvc
 from devices.readings import Measurements
 from tests.devices.display.test_residual import smooth
+from tests.example_displays import liquid_crystal_XYZ, noisy
 
 CODES = np.concatenate([table_c1_codes(), np.random.default_rng(0).integers(0, 256, (40, 3)) / 255])
 FRESH = np.random.default_rng(9).uniform(0, 1, (300, 3))

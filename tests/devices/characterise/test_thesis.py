@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from devices.characterise import ThesisFits, table_c1_codes, thesis_display
-from devices.characterise.example_displays import THESIS_CURVES, noisy
-from devices.characterise.thesis import thesis_fits
+from devices.characterise.thesis import THESIS_CURVES, thesis_fits
 from devices.errors import DeviceError
+from tests.example_displays import noisy
 
 CODES = table_c1_codes()
 XYZ = thesis_display().xyz(CODES)

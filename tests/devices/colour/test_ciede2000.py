@@ -14,8 +14,9 @@ from hypothesis.extra import numpy as hnp
 from numpy.typing import NDArray
 
 from devices.colour import delta_e_2000, delta_e_2000_of_xyz, delta_e_2000_parts, xyz_to_lab
-from devices.colour.ciede2000_plain import plain_delta_e, plain_terms
+from devices.colour.ciede2000 import plain_terms
 from devices.errors import DeviceError
+from tests.devices.colour.plain import plain_delta_e
 
 # Sharma, Wu & Dalal 2005, Table 1: L, a, b of the pair, and ΔE00 to four decimals.
 SHARMA = np.array(

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from devices.colour import delta_e_2000, delta_e_2000_of_xyz, delta_e_2000_parts, xyz_to_lab
-from devices.colour.ciede2000_plain import plain_delta_e, plain_terms
-from devices.colour.ciede2000_terms import GAUSSIAN_16TH
+from devices.colour.ciede2000 import GAUSSIAN_16TH, plain_terms
 from documents.arrays import Floats
 from tests.compiled_loops import compiled_if_there, not_in_numpy
+from tests.devices.colour.plain import plain_delta_e
 
 NAMES = ("delta_L", "delta_C", "delta_H", "S_L", "S_C", "S_H", "R_T")
 

@@ -12,13 +12,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from devices.characterise.display_yaml import ambient_lines, model_lines
 from devices.diagnostics import Diagnosis, MeasuredSet, examine, judge_display, readings, settling, time_trend
 from devices.diagnostics.light_of_readings import in_light_of, light_through
 from devices.diagnostics.room_light import room_lights
 from devices.display import DisplayModel, EyeModels, ToneCurve
+from devices.display.model_spec import ModelSpec, ten_digits
 from devices.readings import Measurements, PatchEye, write_csv
 from devices.readings.table import joined
+from documents.yaml import yaml_lines
 from tests.devices.diagnostics.simulated import characterisation
 
 ROOM = np.array([0.55, 0.6, 0.5])
@@ -134,8 +135,12 @@ def test_the_light_through_a_lens() -> None:
 
 
 def test_by_a_display_file(tmp_path: Path) -> None:
-    lines = ["schema_version: 1", "panel: {resolution_px: [100, 100], pixel_pitch_mm: 0.25}", *ambient_lines(ROOM)]
-    lines += ["modes:", "  flat:", *(f"    {line}" for line in model_lines(MODEL, "made up"))]
+    lines = [
+        "schema_version: 1",
+        "panel: {resolution_px: [100, 100], pixel_pitch_mm: 0.25}",
+        *yaml_lines({"ambient_XYZ_cd_m2": ten_digits(ROOM)}),
+    ]
+    lines += ["modes:", "  flat:", *(f"    {line}" for line in ModelSpec.of(MODEL, source="made up").lines())]
     display, table = tmp_path / "d.yaml", tmp_path / "r.csv"
     display.write_text("\n".join(lines) + "\n", encoding="utf-8")
     for room in (NONE, ROOM):

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 import yaml
 
-from devices.characterise.display_yaml import model_lines
 from devices.display import Plvc, TableCurve, read_display
+from devices.display.model_spec import ModelSpec
 from documents import InputError
 
 PANEL = "schema_version: 1\npanel: {resolution_px: [1920, 1080], pixel_pitch_mm: 0.25}\nmodes:\n"
@@ -33,7 +33,7 @@ def written(folder: Path, lines: list[str]) -> Path:
 
 def test_it_is_read_as_it_was_written(tmp_path: Path) -> None:
     model = plvc()
-    display = read_display(written(tmp_path, model_lines(model, "by hand")))
+    display = read_display(written(tmp_path, ModelSpec.of(model, source="by hand").lines()))
     read = display.models("flat").left
     assert isinstance(read, Plvc)
     codes = np.random.default_rng(1).uniform(0, 1, (200, 3))
@@ -42,7 +42,7 @@ def test_it_is_read_as_it_was_written(tmp_path: Path) -> None:
 
 
 def test_mixtures_may_be_left_out(tmp_path: Path) -> None:
-    document = yaml.safe_load("\n".join(model_lines(plvc(), "")))
+    document = yaml.safe_load("\n".join(ModelSpec.of(plvc(), source="").lines()))
     del document["curve"]["mixtures_XYZ_cd_m2"]
     read = read_display(written(tmp_path, yaml.safe_dump(document).splitlines())).models("flat").left
     assert isinstance(read, Plvc)
@@ -74,7 +74,7 @@ WRONG: dict[str, tuple[Callable[[dict[str, Any]], object], str]] = {
 @pytest.mark.parametrize("fault", WRONG)
 def test_what_is_wrong_is_named_with_its_file_and_place(tmp_path: Path, fault: str) -> None:
     spoil, says = WRONG[fault]
-    document = yaml.safe_load("\n".join(model_lines(plvc(), "")))
+    document = yaml.safe_load("\n".join(ModelSpec.of(plvc(), source="").lines()))
     spoil(document["curve"])
     with pytest.raises(InputError, match=says) as refused:
         read_display(written(tmp_path, yaml.safe_dump(document).splitlines()))

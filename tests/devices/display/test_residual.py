@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import yaml
 
-from devices.characterise.display_yaml import model_lines
 from devices.display import Plvc, Residual, TableCurve, kernels_at_black
 from devices.display.model_spec import ModelSpec
 from devices.display.residual import kernels, kernels_and_slopes, place_of
@@ -99,7 +98,7 @@ def test_one_that_turns_light_round_is_refused() -> None:
 
 def test_a_display_file_gives_it_back() -> None:
     model = smooth(count=6, size=0.003)
-    read = ModelSpec.model_validate(yaml.safe_load("\n".join(model_lines(model, "test")))).model()
+    read = ModelSpec.model_validate(yaml.safe_load("\n".join(ModelSpec.of(model, source="test").lines()))).model()
     assert isinstance(read, Plvc)
     assert read.residual is not None
     codes = np.random.default_rng(1).uniform(0, 1, (200, 3))

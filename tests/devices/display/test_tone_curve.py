@@ -16,7 +16,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import PchipInterpolator
 
-from devices.characterise.display_yaml import model_lines
 from devices.display import (
     DisplayModel,
     SrgbCurve,
@@ -27,6 +26,7 @@ from devices.display import (
     read_display,
     table_codes,
 )
+from devices.display.model_spec import ModelSpec
 from devices.errors import DeviceError
 from documents import InputError
 from documents.arrays import Floats
@@ -156,7 +156,9 @@ def test_a_model_of_named_curves_can_be_written_and_read_again(tmp_path: Path, c
     model = _read(tmp_path, curve)
     text = DISPLAY.format(curve="{kind: srgb}").split("    black")[0]
     file = tmp_path / "again.yaml"
-    file.write_text(text + "".join(f"    {line}\n" for line in model_lines(model, "again")), encoding="utf-8")
+    file.write_text(
+        text + "".join(f"    {line}\n" for line in ModelSpec.of(model, source="again").lines()), encoding="utf-8"
+    )
     codes = np.random.default_rng(1).random((100, 3))
     np.testing.assert_allclose(read_display(file).models("flat").left.xyz(codes), model.xyz(codes), rtol=1e-8)
 
@@ -271,5 +273,5 @@ modes:
     curve = read_display(path).models("flat").left.curves[1]
     assert curve == TableCurve((0.0, 0.5, 1.0), (0.0, 0.2, 1.0))
     path.write_text(text.replace("0.2, 1]}", "1.2, 1]}"))
-    with pytest.raises(DeviceError, match="rise from 0 to 1"):
+    with pytest.raises(InputError, match="rise from 0 to 1"):
         read_display(path)

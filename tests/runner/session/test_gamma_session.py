@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 
 from analysis.records import SessionLog, read_session, session_files
-from devices.display import GammaTable, gamma_table_lines
+from devices.display import GammaTable
+from documents.yaml import yaml_lines
 from runner.check import CheckOptions, check_file
 from runner.errors import SessionError, SessionStoppedError
 from runner.presenter.gamma_check import GammaWatch
@@ -36,7 +37,7 @@ def measured_with(study: Study, exponent: float | None) -> None:
     """State in the display file that it was measured with this power of the code as gamma table."""
     shares = np.linspace(0.0, 1.0, 256)
     table = GammaTable.unreadable("nobody looked") if exponent is None else GammaTable.from_shares(shares**exponent)
-    lines = "".join(f"    {line}\n" for line in gamma_table_lines(table))
+    lines = "".join(f"    {line}\n" for line in yaml_lines({"gamma_table": table.to_json()}))
     study.edit("display.yaml", "    source: made up for tests\n", f"    source: made up for tests\n{lines}")
 
 

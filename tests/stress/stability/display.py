@@ -27,7 +27,7 @@ from devices.display import (
     size_mm,
     visual_angle_deg,
 )
-from devices.display.code_table import looked_up_codes
+from devices.display.curves import looked_up_codes
 from devices.display.plvc import CROSS, PAIRS
 from devices.errors import DeviceError
 from documents.arrays import Floats

@@ -13,7 +13,6 @@ import pytest
 from click.testing import CliRunner
 
 from devices.characterise import choose, display_fit, table_c1_codes, thesis_display
-from devices.characterise.example_displays import liquid_crystal_XYZ, noisy
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.display import EYES, GammaTable, Plvc, read_display
 from devices.errors import DeviceError
@@ -23,6 +22,7 @@ from runner.cli.main import group
 from runner.presenter import LoadedTable
 from runner.presenter.gamma_check import compare_tables
 from tests.choice import nightly
+from tests.example_displays import liquid_crystal_XYZ, noisy
 from tests.kept import kept
 
 CODES = table_c1_codes()
