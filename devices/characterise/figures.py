@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from devices.characterise.patches import Patches
 from devices.display.code_table import code_tables, knotted_codes, table_codes
@@ -16,16 +15,6 @@ from documents.arrays import Floats
 from documents.text import JsonResult
 
 _COLOURS = ("red", "green", "blue")
-
-
-class Model(Protocol):
-    """What every model does: codes (..., 3) in 0..1 to XYZ in cd/m², and back."""
-
-    def xyz(self, code: ArrayLike) -> Floats:
-        """Return XYZ in cd/m²."""
-
-    def code(self, xyz_cd_m2: ArrayLike) -> Floats:
-        """Return codes in 0..1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +82,7 @@ class ModelNumbers:
         }
 
 
-def differences(model: Model, patches: Patches) -> Floats:
+def differences(model: DisplayModel, patches: Patches) -> Floats:
     """Return ΔE00 (n,) between what ``model`` predicts and what was measured."""
     return patches.delta_e_2000(model.xyz(patches.codes))
 

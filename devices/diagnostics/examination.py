@@ -12,13 +12,12 @@ from devices.diagnostics.content import black_with_picture, dynamic_contrast, pi
 from devices.diagnostics.diagnosis import Diagnosis, Verdicts
 from devices.diagnostics.eyewear import crosstalk, glasses_transmittance, luminance_loss
 from devices.diagnostics.gamut_and_model import estimated_codes, gamut, gamut_change, gamuts, model_difference
-from devices.diagnostics.light_of_readings import in_light_of, light_through
 from devices.diagnostics.measured_sets import MeasuredSet, by_eye, read_sets
+from devices.diagnostics.metamerism import observers_differ
 from devices.diagnostics.mixing import added_channels, standard_primaries, white_segment
-from devices.diagnostics.observers_differ import observers_differ
 from devices.diagnostics.panel import angular_colour, angular_luminance, pixel_independence, uniformity
 from devices.diagnostics.readings import Kind, cable_colours, primaries, tagged, untagged
-from devices.diagnostics.room_light import room_light, room_lights
+from devices.diagnostics.room_light import in_light_of, light_through, room_light, room_lights
 from devices.diagnostics.signal_path import code_steps, frame_rate_control, last_codes, signal_range
 from devices.diagnostics.stability import drift, repeatability
 from devices.diagnostics.warm_up import warm_up

@@ -3,6 +3,10 @@
 The screen's light is its black plus a share of each primary, so that its XYZ for the matching observer are those of the
 object. The spectra differ all the same, and to another observer so do the colours. Each observer's difference is ΔE00
 against that observer's own white: a perfect diffuser in the object's light [Asano2016].
+
+How differently observers see the display beside an object is judged on white paper in daylight, matched on the screen:
+the spectra of screen and daylight differ, so that a match for one observer is none for others. Persons are those of
+[Asano2016], 10° being the field of a plate beside a screen.
 """
 
 from __future__ import annotations
@@ -14,7 +18,13 @@ from typing import Any
 import numpy as np
 
 from devices.colour import delta_e_2000, xyz_to_lab
-from devices.colour_matching import STANDARD_OBSERVERS, ColorimetricObserver, colorimetric_observer
+from devices.colour_matching import (
+    STANDARD_OBSERVERS,
+    ColorimetricObserver,
+    colorimetric_observer,
+    individual_observers,
+)
+from devices.diagnostics.diagnosis import Check, Diagnosis, Line, Panel, Table, numbers
 from devices.errors import DeviceError
 from devices.readings import Measurements
 from documents import Finding
@@ -307,3 +317,52 @@ def _largest(rise: Floats, start: Floats) -> float:
     with np.errstate(divide="ignore"):
         most = np.where(rise > 0, (1.0 - start) / np.where(rise > 0, rise, 1.0), np.inf).min(axis=1)
     return float(most[able].min() if able.any() else most[-1])
+
+
+OBSERVERS_DIFFER = Check(
+    "observer_metamerism", "White beside daylight, to other observers", None, "ΔE00", "Asano et al. 2016"
+)
+_PERSONS, _FIELD_DEG, _AGES = 500, 10.0, (20.0, 60.0)
+
+
+def observers_differ(measurements: Measurements) -> Diagnosis:
+    """Report the ΔE00 that 95 of 100 persons stay below between D65 on white paper and its match on the screen."""
+    if measurements.spectra is None:
+        return OBSERVERS_DIFFER.unjudged("The readings are XYZ alone, without spectra.")
+    try:
+        screen = screen_spectra(measurements)
+    except DeviceError as error:
+        return OBSERVERS_DIFFER.unjudged(f"{error.findings[0].message[0].upper()}{error.findings[0].message[1:]}.")
+    # Importing all of colour-science takes a second; only readings with spectra wait for it.
+    from colour.colorimetry.datasets import SDS_ILLUMINANTS
+
+    waves = np.arange(380.0, 781.0)
+    daylight = SDS_ILLUMINANTS["D65"]
+    light = np.interp(waves, np.asarray(daylight.wavelengths), np.asarray(daylight.values))
+    persons = individual_observers(_PERSONS, _FIELD_DEG, ages_years=_AGES)
+    matched_for = colorimetric_observer(measurements.observer)
+    try:
+        found = observer_metamerism(
+            {"white": np.ones(len(waves))}, light, waves, screen, persons, matched_for=matched_for
+        )
+    except DeviceError as error:
+        return OBSERVERS_DIFFER.unjudged(f"{error.findings[0].message[0].upper()}{error.findings[0].message[1:]}.")
+    if found.outside:
+        return OBSERVERS_DIFFER.unjudged("D65 lies outside the gamut.")
+    of = found.summary(0)
+    standard = {name: float(values[0]) for name, values in found.standard_delta_e_00.items()}
+    words = (
+        f"White in D65 is matched on the screen for {matched_for.name}°: persons of {_AGES[0]:g} to {_AGES[1]:g} years "
+        f"see {of['median']:.2g} ΔE00 in the middle, 95 of 100 up to {of['p95']:.2g}, in a field of {_FIELD_DEG:g}°; "
+        f"CIE 2015 10° sees {standard['CIE 2015 10']:.2g}. display metamerism computes it for objects of your own."
+    )
+    seen = np.sort(found.delta_e_00[0])
+    share = 100 * np.arange(1, len(seen) + 1) / len(seen)
+    lines = (Line("persons", numbers(seen), numbers(share), "ink", "line"),)
+    rows = (("persons, median", of["median"]), ("persons, 95th percentile", of["p95"]), ("worst", of["worst"]))
+    return OBSERVERS_DIFFER.described(
+        of["p95"],
+        words,
+        series=(Panel("who sees less", "ΔE00", "persons, %", lines),),
+        table=Table(("observer", "ΔE00"), (*rows, *standard.items())),
+    )

@@ -7,10 +7,9 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, Discriminator, Field, Tag, model_validator
 
 from devices.colour_matching import DEFAULT_OBSERVER, mixed_observers
-from devices.display.gamma_table_spec import GammaTableSpec
 from devices.display.held_out import HeldOut
 from devices.display.model import EYES, Eye, EyeModels
-from devices.display.model_spec import AmbientSpec, CrosstalkSpec, GainMapSpec, ModelSpec
+from devices.display.model_spec import AmbientSpec, CrosstalkSpec, GainMapSpec, GammaTableSpec, ModelSpec
 from devices.display.monitor_settings import MonitorSettings
 from devices.display.nominal import Nominal, NominalKind, refuse_black
 from devices.display.panel import PanelSpec

@@ -14,7 +14,7 @@ from devices.colour_matching import DEFAULT_OBSERVER, ObserverSpec
 from devices.display.crosstalk import Crosstalk
 from devices.display.curves import Curve, SrgbCurve, TableCurve, ToneCurve, bt1886_curve
 from devices.display.gain_map import GainMap, Normalise, Positions
-from devices.display.gamma_table_spec import GammaTableSpec
+from devices.display.gamma_table import GammaTable
 from devices.display.model import DisplayModel
 from devices.display.plvc import Plvc
 from devices.display.residual import MOST_KNOTS, Residual
@@ -22,6 +22,32 @@ from devices.errors import DeviceError
 from documents import Finding
 from documents.arrays import Floats
 from documents.yaml import NotNegative, Number, Positive, Strict, yaml_lines
+
+
+class GammaTableSpec(Strict):
+    """A gamma table: its hash, largest departure from the identity, size and entries; or why it is unknown.
+
+    The identity needs no entries. ``display fit`` writes it from the readings.
+    """
+
+    hash: str | None = None
+    """The SHA-256 of the table's entries."""
+    departure_codes: NotNegative | None = None
+    """The largest departure from the identity, in codes."""
+    size: int | None = Field(default=None, ge=2, le=65536)
+    """How many entries the table has."""
+    entries: str | None = None
+    """The entries, packed as text."""
+    unknown: str | None = Field(default=None, min_length=1)
+    """Why the table is not known."""
+
+    def table(self) -> GammaTable:
+        """Return the table; DeviceError if the keys do not make one."""
+        held = self.model_dump(exclude_none=True)
+        if self.unknown is not None and len(held) > 1:
+            raise DeviceError("a gamma table that is unknown has no other key")
+        return GammaTable.from_json(held)
+
 
 COLOURS = ("red", "green", "blue")
 Triple = tuple[Number, Number, Number]

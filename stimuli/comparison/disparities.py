@@ -2,12 +2,13 @@
 
 Scene depth cancels in the difference at one place. Sparse sparkles are now and then laid onto others: a square whose
 vertical disparity strays from what roll and size explain is left out.
+Errors are by the jackknife over places [Efron1981]: a measure is computed again without each place in both pictures.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,9 +17,47 @@ from stimuli.align.disparity import FALSE_ALARM, DisparityReport, Spread, measur
 from stimuli.align.phase import correlation, find_peak, hann
 from stimuli.align.roll_scale import fit_roll_scale
 from stimuli.comparison.eye_identity import local_contrast
-from stimuli.comparison.jackknife import EyesPair, jackknife
 from stimuli.comparison.luminance import Views
 from stimuli.pictures.rows import Mask
+
+
+@dataclass(frozen=True, slots=True)
+class EyesPair:
+    """One measure of both pairs of views: their values, the rendering's minus the photograph's, and its error."""
+
+    photo: float
+    rendering: float
+    difference: float
+    standard_error: float
+
+
+def jackknife(rows: Floats, measure: Callable[[Floats], float]) -> tuple[float, float]:
+    """Return a measure of rows (n, k) and its standard error by leaving out one row at a time."""
+    count = len(rows)
+    without = np.array([measure(np.delete(rows, number, axis=0)) for number in range(count)])
+    with np.errstate(invalid="ignore"):
+        error = np.sqrt((count - 1) / count * np.sum((without - without.mean()) ** 2))
+    return measure(rows), float(error)
+
+
+def jackknifed(
+    photo: Floats, rendering: Floats, measures: Mapping[str, Callable[[Floats], float]]
+) -> dict[str, EyesPair]:
+    """Return measures of sums over squares (n, k) of both pairs, those that either has, with their errors."""
+    totals = photo.sum(axis=0), rendering.sum(axis=0)
+    count = len(photo)
+    pairs = {}
+    for name, measure in measures.items():
+        values = [measure(total) for total in totals]
+        if np.isnan(values).all():
+            continue  # neither picture has what it measures
+        without = np.array(
+            [measure(totals[1] - rendering[number]) - measure(totals[0] - photo[number]) for number in range(count)]
+        )
+        error = float(np.sqrt((count - 1) / count * np.sum((without - without.mean()) ** 2)))
+        pairs[name] = EyesPair(values[0], values[1], values[1] - values[0], error)
+    return pairs
+
 
 Place = tuple[float, float]
 # The disparity of a square across and down, and the variance of both together.

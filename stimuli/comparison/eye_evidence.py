@@ -12,9 +12,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from documents.text import significant, with_error
-from stimuli.comparison.disparities import LEAST_SQUARES
+from stimuli.comparison.disparities import LEAST_SQUARES, EyesPair
 from stimuli.comparison.eye_identity import EyeIdentity
-from stimuli.comparison.jackknife import EyesPair
 from stimuli.comparison.verdict import Limits, Outcome, Reason
 
 _Z = 3.0

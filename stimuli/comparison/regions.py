@@ -15,8 +15,6 @@ from stimuli.comparison.regions_file import WHOLE, AreaKind, RegionsFile, Region
 from stimuli.errors import StimulusError
 
 Shape = tuple[int, ...]
-
-
 # The prefix of an outline's key, and the name of the picture, for each side.
 _SIDES = (("", "photograph"), ("rendering_", "rendering"))
 
@@ -145,13 +143,13 @@ class _Placer:
         rendering = photo if self.shapes[1] is None else self._outline(number, spec, 1)
         if photo is None or rendering is None:
             return
-        if spec.colours_known:
+        if getattr(spec, "colours", "other") == "published":
             self.charts.append(Chart(spec.name, photo, rendering, spec.inner))
         numbered = spec.area_kind in ("patch", "cell")
         areas = zip(spec.area_names, spec.areas(photo), spec.areas(rendering), strict=True)
         for place, (name, here, there) in enumerate(areas, 1):
-            number_there = place if numbered else None
-            yield Region(name, spec.area_kind, here, there, spec.name, number_there, sparkle=spec.with_sparkle)
+            sparkle = getattr(spec, "sparkle", False)
+            yield Region(name, spec.area_kind, here, there, spec.name, place if numbered else None, sparkle)
 
     def _outline(self, number: int, spec: RegionSpec, side: int) -> Floats | None:
         """Return the outline of an entry in one picture, in pixels; None, and a finding, if it is no outline."""

@@ -56,16 +56,6 @@ class _Areas(Strict):
         """The name of each area."""
         return (self.name,)
 
-    @property
-    def colours_known(self) -> bool:
-        """Whether its areas have published colours."""
-        return False
-
-    @property
-    def with_sparkle(self) -> bool:
-        """Whether the sparkles of its areas are compared."""
-        return bool(getattr(self, "sparkle", False))
-
     def areas(self, outline: Floats) -> Sequence[Floats]:
         """Return the outlines of its areas in a picture, of its own there, (n, 2)."""
         return [outline] if self.layout is None else list(patch_quadrangles(outline, self.layout, self.inner))
@@ -96,11 +86,6 @@ class ColorCheckerSpec(_Areas):
     colours: Literal["published", "other"] = "published"
     """Whether the chart has the published colours of the ColorChecker."""
     area_kind = "patch"
-
-    @property
-    def colours_known(self) -> bool:
-        """Whether its patches have the published colours."""
-        return self.colours == "published"
 
     @property
     def layout(self) -> ChartLayout:

@@ -12,7 +12,7 @@ from devices.colour import delta_e_2000, xyz_to_lab
 from devices.compensation import cancel_crosstalk
 from devices.compensation.clipping import clip_cost
 from devices.compensation.crosstalk_cancel import seen_XYZ
-from devices.diagnostics.light_of_readings import in_light_of
+from devices.diagnostics.room_light import in_light_of
 from devices.display import EYES, Crosstalk, DisplayModel, EyeModels, ToneCurve, check_leakage
 from devices.errors import DeviceError
 from devices.readings import Measurements

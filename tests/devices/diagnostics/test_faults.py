@@ -14,7 +14,7 @@ from devices.diagnostics.channels import additivity, channel_constancy, headroom
 from devices.diagnostics.colours import chromaticities, primary_colours, spectral_overlap
 from devices.diagnostics.eyewear import glasses_transmittance, luminance_loss, transmittance
 from devices.diagnostics.gamut_and_model import estimated_codes, gamut, gamut_change, model_difference
-from devices.diagnostics.observers_differ import observers_differ
+from devices.diagnostics.metamerism import observers_differ
 from devices.diagnostics.panel import angular_colour, angular_luminance, pixel_independence
 from devices.diagnostics.stability import drift, repeatability
 from devices.diagnostics.warm_up import warm_up

@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 
 from devices.diagnostics import Diagnosis, MeasuredSet, examine, judge_display, readings, settling, time_trend
-from devices.diagnostics.light_of_readings import in_light_of, light_through
-from devices.diagnostics.room_light import room_lights
+from devices.diagnostics.room_light import in_light_of, light_through, room_lights
 from devices.display import DisplayModel, EyeModels, ToneCurve
 from devices.display.model_spec import ModelSpec, ten_digits
 from devices.readings import Measurements, PatchEye, write_csv

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from stimuli.comparison import CompareOptions, Comparison, compare_pictures
+from stimuli.comparison.disparities import EyesPair
 from stimuli.comparison.eye_evidence import EyesEvidence, eyes_reasons
 from stimuli.comparison.eye_identity import identify_eyes
-from stimuli.comparison.jackknife import EyesPair
 from stimuli.comparison.luminance import Views
 from stimuli.comparison.two_eyes import measure_two_eyes
 from stimuli.comparison.verdict import Limits

@@ -13,9 +13,9 @@ from pydantic import ValidationError
 from stimuli.comparison import Evidence, Region, RegionTable, SparklePair, judge
 from stimuli.comparison.areas import AreaMean
 from stimuli.comparison.by_pixel import DifferenceSummary, seen_regions
+from stimuli.comparison.disparities import EyesPair
 from stimuli.comparison.evidence import RegistrationEvidence
 from stimuli.comparison.eye_evidence import EyesEvidence
-from stimuli.comparison.jackknife import EyesPair
 from stimuli.comparison.table import region_table
 from stimuli.comparison.verdict import Limits, Reason, Verdict, together
 from stimuli.measures import SeenPicture, difference_map
