@@ -14,18 +14,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from devices.display.curves import Curve
 from devices.errors import DeviceError
+from devices.eyes import EYES as EYES
+from devices.eyes import Eye as Eye
 from documents import Finding
 from documents.arrays import Floats
 
-Eye = Literal["left", "right"]
-EYES: tuple[Eye, Eye] = ("left", "right")
 # Linear light may leave its limits by this part of what is between them before it counts as out of gamut, or by more
 # where rounding does.
 GAMUT_TOLERANCE = 1e-6

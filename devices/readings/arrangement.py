@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Literal
 
 from devices.errors import DeviceError
+from devices.eyes import AnyEye
 
-PatchEye = Literal["left", "right", "both"]
+PatchEye = AnyEye
 _DOWN: Mapping[int, str] = MappingProxyType({1: "top", 2: "middle", 3: "bottom"})
 _ACROSS: Mapping[int, str] = MappingProxyType({1: "left", 2: "middle", 3: "right"})
 

@@ -9,11 +9,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+from devices.eyes import AnyEye
 from documents import in_threads
 from documents.arrays import Floats
 from stimuli.comparison.depth import DepthComparison, common_movement, compare_depth, exchanged, which_eyes
 from stimuli.comparison.eye_identity import EyeIdentity
-from stimuli.comparison.pictures import Eye, EyeView, Picture
+from stimuli.comparison.pictures import EyeView, Picture
 from stimuli.comparison.regions import place_regions
 from stimuli.comparison.regions_file import RegionsFile
 from stimuli.comparison.registering import EyePair, Progress, register_eye
@@ -23,7 +24,7 @@ from stimuli.errors import StimulusError
 
 def register_eyes(
     photo: Picture, rendering: Picture, regions: RegionsFile, options: CompareOptions, step: Progress
-) -> tuple[Picture, dict[Eye, EyePair], DepthComparison | None]:
+) -> tuple[Picture, dict[AnyEye, EyePair], DepthComparison | None]:
     """Return the rendering, each eye's views on one grid, and the depth of both; none of a single picture.
 
     The rendering's eyes are changed back if they are exchanged.
@@ -59,12 +60,12 @@ def register_eyes(
 def _identified(
     photo: Picture,
     rendering: Picture,
-    pairs: dict[Eye, EyePair],
-    refused: dict[Eye, StimulusError],
+    pairs: dict[AnyEye, EyePair],
+    refused: dict[AnyEye, StimulusError],
     regions: RegionsFile,
     options: CompareOptions,
     step: Progress,
-) -> tuple[Picture, dict[Eye, EyePair], dict[Eye, StimulusError], EyeIdentity | None]:
+) -> tuple[Picture, dict[AnyEye, EyePair], dict[AnyEye, StimulusError], EyeIdentity | None]:
     """Return the rendering with its eyes as they should be, and which they were, by the views as they were brought."""
     if refused and len(refused) < len(photo.views):
         return rendering, pairs, refused, None
@@ -81,7 +82,7 @@ def _identified(
     return changed, others, {}, identity
 
 
-def _brought(rendering: Picture, pairs: Mapping[Eye, EyePair]) -> Picture:
+def _brought(rendering: Picture, pairs: Mapping[AnyEye, EyePair]) -> Picture:
     """Return the rendering as it was brought to the photograph's grid."""
     return replace(rendering, views={eye: EyeView(pair.moved, None) for eye, pair in pairs.items()})
 
@@ -93,8 +94,8 @@ def _registered(
     options: CompareOptions,
     step: Progress,
     known: Floats | None = None,
-    before: Mapping[Eye, EyePair] | None = None,
-) -> tuple[dict[Eye, EyePair], dict[Eye, StimulusError]]:
+    before: Mapping[AnyEye, EyePair] | None = None,
+) -> tuple[dict[AnyEye, EyePair], dict[AnyEye, StimulusError]]:
     """Return both views of each eye on one grid, and why those of an eye of two could not be brought there.
 
     Both eyes are registered side by side. Those in ``before`` are taken from there; the others lie where ``known``
@@ -105,10 +106,10 @@ def _registered(
     StimulusError
         If a single picture cannot be registered, or an eye cannot although its place is known.
     """
-    pairs, refused = dict(before or {}), dict[Eye, StimulusError]()
+    pairs, refused = dict(before or {}), dict[AnyEye, StimulusError]()
     file, safe = str(rendering.file), photo.safe_cd_m2
 
-    def register(eye: Eye) -> EyePair | StimulusError:
+    def register(eye: AnyEye) -> EyePair | StimulusError:
         named = _named(step, "" if eye == "both" else f", {eye} eye")
         views = photo.views[eye], rendering.views[eye]
         try:

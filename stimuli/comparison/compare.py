@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from devices.colour_matching import mixed_observers
+from devices.eyes import AnyEye
 from documents import Finding, in_threads
 from documents.arrays import Floats
 from documents.compiled import compiler
@@ -23,7 +24,7 @@ from stimuli.comparison.depth import DepthComparison
 from stimuli.comparison.evidence import Evidence, RegistrationEvidence
 from stimuli.comparison.judging import judge
 from stimuli.comparison.luminance import luminance_factor
-from stimuli.comparison.pictures import Eye, read_picture
+from stimuli.comparison.pictures import read_picture
 from stimuli.comparison.regions import Region
 from stimuli.comparison.regions_file import RegionsFile, read_regions
 from stimuli.comparison.registering import EyePair, Progress
@@ -168,9 +169,11 @@ def _silent(what: str, done: int, of: int) -> None:
     """Report no progress."""
 
 
-def _tables(pairs: Mapping[Eye, EyePair], regions: RegionsFile, options: CompareOptions) -> dict[Eye, ComparedRegions]:
+def _tables(
+    pairs: Mapping[AnyEye, EyePair], regions: RegionsFile, options: CompareOptions
+) -> dict[AnyEye, ComparedRegions]:
     """Return the differences of the regions for each eye, with one white and one luminance factor for both."""
-    tables: dict[Eye, ComparedRegions] = {}
+    tables: dict[AnyEye, ComparedRegions] = {}
     white = None
     for eye, pair in pairs.items():
         tables[eye] = _table(pair, regions, options, white)
@@ -219,8 +222,11 @@ def _table(
 
 
 def _judge_eyes(
-    pairs: Mapping[Eye, EyePair], tables: Mapping[Eye, ComparedRegions], regions: RegionsFile, options: CompareOptions
-) -> dict[Eye, EyeComparison]:
+    pairs: Mapping[AnyEye, EyePair],
+    tables: Mapping[AnyEye, ComparedRegions],
+    regions: RegionsFile,
+    options: CompareOptions,
+) -> dict[AnyEye, EyeComparison]:
     """Judge the eyes side by side, where there are two: each reads files of its own, and filters release the lock."""
     judged = in_threads(lambda eye: _judge_eye(pairs[eye], tables[eye], regions, options), pairs)
     return dict(zip(pairs, judged, strict=True))
@@ -328,14 +334,14 @@ def _sparkle(pair: EyePair, options: CompareOptions) -> tuple[SparkleArea, ...]:
     return tuple(areas)
 
 
-def _verdict(eyes: Mapping[Eye, EyeComparison], depth: DepthComparison | None, limits: Limits) -> Verdict:
+def _verdict(eyes: Mapping[AnyEye, EyeComparison], depth: DepthComparison | None, limits: Limits) -> Verdict:
     if depth is None:
         return next(iter(eyes.values())).verdict
     verdicts = {f"{eye} eye": result.verdict for eye, result in eyes.items()}
     return together({**verdicts, "both eyes": judge(Evidence(eyes=depth.evidence), limits)})
 
 
-def measure_eyes(eyes: Mapping[Eye, EyeComparison], options: CompareOptions, step: Progress) -> MeasureTable | None:
+def measure_eyes(eyes: Mapping[AnyEye, EyeComparison], options: CompareOptions, step: Progress) -> MeasureTable | None:
     """Return the measures that were asked for, None for none: of the pixels that count, with one white for both eyes.
 
     Raises

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from devices.eyes import AnyEye
 from documents import in_threads
 from documents.arrays import Floats, Floats32
 from documents.text import json_fields
@@ -23,7 +24,7 @@ from stimuli.comparison.displacements import move
 from stimuli.comparison.eye_evidence import EyesEvidence, eyes_reasons
 from stimuli.comparison.eye_identity import EyeIdentity, identify_eyes
 from stimuli.comparison.luminance import Views
-from stimuli.comparison.pictures import Eye, EyeView, Picture
+from stimuli.comparison.pictures import EyeView, Picture
 from stimuli.comparison.regions import Region
 from stimuli.comparison.two_eyes import TwoEyes, measure_two_eyes
 from stimuli.comparison.verdict import Limits
@@ -95,7 +96,7 @@ def which_eyes(photo: Picture, rendering: Picture) -> EyeIdentity | None:
 
 def exchanged(picture: Picture) -> Picture:
     """Return a picture for two eyes with its views exchanged, and a note that they were."""
-    views: Mapping[Eye, EyeView] = {"left": picture.views["right"], "right": picture.views["left"]}
+    views: Mapping[AnyEye, EyeView] = {"left": picture.views["right"], "right": picture.views["left"]}
     note = "its eyes are exchanged, and were changed back for all that follows"
     return replace(picture, views=views, notes=(*picture.notes, note))
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from devices.colour_matching import DEFAULT_OBSERVER
+from devices.eyes import AnyEye
 from documents import Finding, InputError
 from stimuli.errors import StimulusError
 from stimuli.pictures.picture_header import is_ordinary
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     from stimuli.spectral.options import Quantity
 
 Holds = Literal["xyz", "rec709", "camera-rgb", "spectral"]
-Eye = Literal["both", "left", "right"]
 
 _TIFF = (".tif", ".tiff")
 _FOR_SCREENS = (".png", ".jpg", ".jpeg", ".bmp", ".gif", ".webp", ".tif", ".tiff")
@@ -75,7 +75,7 @@ class Picture:
     file: Path
     sha256: str
     holds: Holds
-    views: Mapping[Eye, EyeView]
+    views: Mapping[AnyEye, EyeView]
     safe_cd_m2: tuple[float, float] | None
     notes: tuple[str, ...]
     steps: tuple[Mapping[str, Any], ...]
@@ -160,8 +160,10 @@ def _ordinary(path: Path, decoding: Decoding, done: RowsDone) -> Picture:
     read = read_ordinary([path], decoding)
     image = read.image
     done(image.height_px, image.height_px)
-    shown: dict[Eye, XYZImage] = {"both": image.left} if image.is_flat else {"left": image.left, "right": image.right}
-    views: dict[Eye, EyeView] = {eye: EyeView(RowFile.of(xyz), None) for eye, xyz in shown.items()}
+    shown: dict[AnyEye, XYZImage] = (
+        {"both": image.left} if image.is_flat else {"left": image.left, "right": image.right}
+    )
+    views: dict[AnyEye, EyeView] = {eye: EyeView(RowFile.of(xyz), None) for eye, xyz in shown.items()}
     note = f"{read.bits} bits of {read.colour_space}, white at {read.white_luminance_cd_m2:g} cd/m²"
     step = {
         "step": "read",
@@ -180,7 +182,7 @@ def _exr(path: Path, digest: str, given: Holds | None, done: RowsDone) -> Pictur
 
     space: ColourSpace | None = "xyz" if given == "xyz" else "rec709" if given == "rec709" else None
     width, height = _exr_size(path)
-    views: dict[Eye, RowFile] = {}
+    views: dict[AnyEye, RowFile] = {}
     turn = Lock()
 
     def read_band(band: slice) -> tuple[int, str]:
@@ -190,7 +192,7 @@ def _exr(path: Path, digest: str, given: Holds | None, done: RowsDone) -> Pictur
             read = read_exr_counted(path, space, negative="clip", region=part)
         except StimulusError as error:
             raise _in_rows(error, band, height) from error
-        eyes: tuple[Eye, ...] = ("both",) if read.image.is_flat else ("left", "right")
+        eyes: tuple[AnyEye, ...] = ("both",) if read.image.is_flat else ("left", "right")
         with turn:
             for eye in eyes:
                 if eye not in views:
@@ -203,7 +205,7 @@ def _exr(path: Path, digest: str, given: Holds | None, done: RowsDone) -> Pictur
     clipped, observer = sum(pixels for pixels, _ in parts), parts[-1][1]
     notes = (f"{clipped} pixels with negative XYZ were set to 0",) if clipped else ()
     step = {"step": "read", "file": path.name, "colour_space": space or "declared", "negative_pixels_set_to_0": clipped}
-    eye_views: dict[Eye, EyeView] = {eye: EyeView(rows, None) for eye, rows in views.items()}
+    eye_views: dict[AnyEye, EyeView] = {eye: EyeView(rows, None) for eye, rows in views.items()}
     return Picture(path, digest, given or "xyz", eye_views, None, notes, (step,), observer)
 
 
@@ -295,7 +297,7 @@ def _spectral(path: Path, digest: str, reading: ReadOptions, what: str, done: Ro
         notes = (f"{seen.clipped} pixels with negative XYZ were set to 0",) if seen.clipped else ()
         rows = RowFile.of(seen.xyz)
         done(rows.shape[0], rows.shape[0])
-        views: dict[Eye, EyeView] = {"both": EyeView(rows, None)}
+        views: dict[AnyEye, EyeView] = {"both": EyeView(rows, None)}
         name = str(seen.steps[-1]["observer"])
         return Picture(path, digest, "spectral", views, None, picture.notes + notes, seen.steps, name)
     if reading.camera is None:
@@ -349,7 +351,7 @@ def _developed(
         notes.append("most pixels lie outside the camera's gamut: is it this camera's file?")
     if image.exposure is not None and not camera.tried_at(image.exposure):
         notes.append(f"the camera file was not tested at this exposure, {image.exposure}")
-    views: dict[Eye, EyeView] = {"both": EyeView(kept, developed.saturated)}
+    views: dict[AnyEye, EyeView] = {"both": EyeView(kept, developed.saturated)}
     steps, exposure = developed.steps, image.exposure
     return Picture(path, digest, holds, views, developed.safe_cd_m2, tuple(notes), steps, camera.observer, exposure)
 

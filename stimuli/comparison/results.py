@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
+from devices.eyes import AnyEye
 from documents import Finding
 from documents.arrays import Floats
 from documents.text import json_value
@@ -15,7 +16,7 @@ from stimuli.comparison.by_pixel import DifferenceOverview, DifferenceSummary
 from stimuli.comparison.camera_rgb import CameraRGBTable
 from stimuli.comparison.depth import DepthComparison
 from stimuli.comparison.luminance import LuminanceMode
-from stimuli.comparison.pictures import Eye, Holds, Picture, ReadOptions
+from stimuli.comparison.pictures import Holds, Picture, ReadOptions
 from stimuli.comparison.regions import PlacedRegions
 from stimuli.comparison.regions_file import RegionsFile, WhiteName
 from stimuli.comparison.sparkles import SparkleArea
@@ -139,7 +140,7 @@ class Comparison:
 
     photo: Picture
     rendering: Picture
-    eyes: Mapping[Eye, EyeComparison]
+    eyes: Mapping[AnyEye, EyeComparison]
     disparity: DepthComparison | None
     verdict: Verdict
     regions_file: str

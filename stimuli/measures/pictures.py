@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from devices.eyes import AnyEye
 from documents import Finding
 from documents.arrays import Floats32
 from stimuli.errors import StimulusError
 from stimuli.measures.measure import EyeMeasured, Measure
 from stimuli.measures.registry import asked_names, measures_named
-from stimuli.measures.table import Eye, MeasureRow, MeasureTable
+from stimuli.measures.table import MeasureRow, MeasureTable
 from stimuli.measures.viewing import ViewingConditions
 from stimuli.pictures.rows import BAND_PIXELS, Mask, Rows, bands
 from stimuli.pictures.stereo_image import StereoImage
@@ -89,7 +90,7 @@ def measure_pictures(
 
 
 def measure_pairs(
-    pairs: Mapping[Eye, PicturePair],
+    pairs: Mapping[AnyEye, PicturePair],
     names: Iterable[str],
     viewing: ViewingConditions | None,
     *,
@@ -189,7 +190,7 @@ def _known(viewing: ViewingConditions | None) -> ViewingConditions:
     return viewing
 
 
-def _eyes(picture: StereoImage | ArrayLike) -> dict[Eye, NDArray[np.floating]]:
+def _eyes(picture: StereoImage | ArrayLike) -> dict[AnyEye, NDArray[np.floating]]:
     if not isinstance(picture, StereoImage):
         return {"both": np.asarray(picture, dtype=np.float32)}
     return {"both": picture.left} if picture.is_flat else {"left": picture.left, "right": picture.right}
@@ -242,7 +243,7 @@ def _without_negative(light: NDArray[np.floating]) -> Floats32:
 
 
 def _row(
-    measure: Measure, pairs: Mapping[Eye, PicturePair], viewing: ViewingConditions, map_longest_px: int | None
+    measure: Measure, pairs: Mapping[AnyEye, PicturePair], viewing: ViewingConditions, map_longest_px: int | None
 ) -> MeasureRow:
     eyes = {eye: _measured(measure, pair, viewing, map_longest_px) for eye, pair in pairs.items()}
     values = [measured.value for measured in eyes.values()]

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from devices.colour_matching import DEFAULT_OBSERVER
+from devices.eyes import AnyEye
 from stimuli.errors import StimulusError
 from stimuli.measures.measure import EyeMeasured, Measure
 from stimuli.measures.viewing import ViewingConditions
-
-Eye = Literal["left", "right", "both"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -21,7 +20,7 @@ class MeasureRow:
     """What one measure says: of each eye, ``both`` for a flat picture, and ``binocular``, None for a flat picture."""
 
     measure: Measure
-    eyes: Mapping[Eye, EyeMeasured]
+    eyes: Mapping[AnyEye, EyeMeasured]
     binocular: float | None
 
     def to_json(self) -> dict[str, Any]:

@@ -8,9 +8,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.eyes import Eye as Eye
 from stimuli.errors import StimulusError
 
-Eye = Literal["left", "right"]
 View = Literal["stereo", "flat"]
 XYZImage = NDArray[np.float32]
 

@@ -11,9 +11,9 @@ from scipy.ndimage import gaussian_filter
 from skimage.metrics import structural_similarity
 
 from devices.colour import linear_srgb_matrix
+from devices.eyes import AnyEye
 from stimuli.build import build_set
 from stimuli.measures import MeasureTable, ViewingConditions, measure_pictures, pu21_encoded
-from stimuli.measures.table import Eye
 from stimuli.pictures import StereoImage, read_exr
 
 ROOT = Path(__file__).parents[3]
@@ -23,7 +23,7 @@ NAMES = ("flip", "hdr-flip", "pu-ssim")
 
 
 def equal_to_the_reference(
-    table: MeasureTable, eye: Eye, reference: NDArray[np.float32], test: NDArray[np.float32]
+    table: MeasureTable, eye: AnyEye, reference: NDArray[np.float32], test: NDArray[np.float32]
 ) -> None:
     """Each pixel's ꟻLIP, the means and SSIM within 1e-6."""
     evaluate = pytest.importorskip("flip_evaluator").evaluate
