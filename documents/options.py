@@ -53,6 +53,10 @@ class Typed:
 
 
 MONITOR = Typed("--monitor", "NAME|NUMBER")
+MONITOR_WORDS = (
+    "Monitor for the window, as `cyclopean doctor` lists them; twice for dual-window, the left eye's first. "
+    "Default: the rig's, else the first of the panel's resolution."
+)
 
 
 @cache

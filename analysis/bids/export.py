@@ -27,6 +27,7 @@ from analysis.records.session_record import SessionLog, read_session
 from analysis.records.times import Record, SessionTimes
 from documents import Finding
 from documents.files import MOST_LOG_BYTES, read_regular
+from documents.text import counted
 
 Progress = Callable[[str, int, int], None]
 FactsOf = Callable[[Header, Collection[str], Path], Mapping[str, str]]
@@ -56,6 +57,33 @@ class Export:
     def simulated(self) -> int:
         """How many of the sessions are of simulated observers."""
         return self.who.simulated_sessions
+
+    def told(self) -> Iterator[str]:
+        """Yield notes on what was exported, and what is in the dataset."""
+        yield from (f"note: {copy} is a copy of {kept} and is exported once" for kept, copy in self.copies)
+        yield from (f"note: {sentence}" for sentence in (*self.doubts, *self._on_simulated()))
+        if self.notes:
+            yield (
+                f"note: {counted(self.notes, 'note in free text is', 'notes in free text are')} in the dataset; "
+                f"read {'it' if self.notes == 1 else 'them'} before you share it"
+            )
+        yield (
+            f"{counted(self.sessions, 'session', 'sessions')} of "
+            f"{counted(self.participants, 'participant', 'participants')}, {counted(self.trials, 'trial', 'trials')}, "
+            f"as {', '.join(f'task-{label}' for label in self.tasks)}: {self.folder}"
+        )
+
+    def _on_simulated(self) -> Iterator[str]:
+        if self.left_out:
+            are = "session of a simulated observer is" if self.left_out == 1 else "sessions of simulated observers are"
+            yield f"{self.left_out} {are} left out, beside those of people; --with-simulated exports them too"
+        if self.who.all_simulated:
+            yield "all sessions are of simulated observers"
+        elif self.who.are_mixed:
+            shared = self.who.shared
+            same = f"; a person and a simulated observer share the code {', '.join(shared)}" if shared else ""
+            are = "is" if self.simulated == 1 else "are"
+            yield f"{self.simulated} of {self.sessions} sessions {are} simulated, by the column simulated{same}"
 
     def to_json(self) -> dict[str, Any]:
         """Return the export as an object for JSON."""
@@ -145,13 +173,13 @@ def export_dataset(
         for trial in log.trials:
             collector.add(trial, stimuli)
 
-    def counted() -> Any:
+    def with_counts() -> Any:
         for number, file in enumerate(files):
             progress("Reading sessions", number, len(files))
             yield file
         progress("Reading sessions", len(files), len(files))
 
-    read = find_sources(counted(), collect)
+    read = find_sources(with_counts(), collect)
     for task in tasks.values():
         task.columns, task.whole = task.collector.columns(), task.collector.whole
     first = [(*task.first, task.versions) for task in tasks.values() if task.first is not None]

@@ -25,8 +25,10 @@ from documents.files import (
     looked_for,
     open_regular,
     read_lines,
+    unprotected,
     unreadable,
 )
+from documents.text import counted, visible
 
 _BEGINNING = 4096
 _LAYOUT = 4  # EXPERIMENT/sub-OBSERVER/ses-LABEL/session.jsonl
@@ -101,6 +103,21 @@ class ResultsCheck:
             "seals": [seal.to_json() for seal in self.seals],
             "findings": [_finding_json(finding) for finding in self.findings],
         }
+
+    def told(self) -> Iterator[str]:
+        """Yield a line for each log and each seal; where all fits, what protects them."""
+        for log in self.logs:
+            copy = f", copy: {visible(log.mirror)}" if log.mirror else ""
+            lines = counted(log.lines, "line", "lines")
+            yield f"{visible(str(log.file))}: {lines}, {log.checksums}, {log.ending}{copy}, digest {log.digest}"
+        for seal in self.seals:
+            words = counted(len(seal.findings), "difference", "differences") if seal.findings else "as sealed"
+            file, utc = visible(str(seal.seal.file)), visible(seal.seal.content.sealed_utc)
+            yield f"{file}: sealed {utc}, {words}, {seal.signature}, SHA-256 {seal.seal.digest}"
+        if not self.findings:
+            if chained := sum(log.chained_from is not None for log in self.logs):
+                yield f"{counted(chained, 'log', 'logs')}: every checksum fits"
+            yield from (f"note: {sentence}" for sentence in unprotected(log.chained_from for log in self.logs))
 
 
 def _finding_json(finding: Finding) -> dict[str, Any]:

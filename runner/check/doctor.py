@@ -5,9 +5,10 @@ from __future__ import annotations
 import importlib
 import os
 import platform
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 
 from devices.display import Rig, panel_of_monitor
 from documents import InputError
@@ -114,6 +115,57 @@ class TimingReport:
     verification: str
     meaning: tuple[str, ...]
     timing_marks: tuple[MarkLatency, ...] = ()
+
+
+def _keys_told(report: MachineReport, meanings: Mapping[str, str]) -> Iterator[str]:
+    yield "\nKeyboard"
+    if report.keyboard is None:
+        yield "  not looked at: there is no display server"
+        return
+    labels = ", ".join(f"{key.upper()} ({label})" for key, label in report.keyboard.labels.items())
+    if labels:
+        yield f"  keys that print something else and count by their place: {labels}"
+    asked = "of the experiment" if meanings else "of any experiment"
+    missing = [f"'{key}'" + (f" ({meanings[key]})" if meanings else "") for key in report.keyboard.cannot_send]
+    if missing:
+        yield f"  ! keys {asked} that it cannot send: {', '.join(missing)}"
+    else:
+        yield f"  sends all keys {asked}"
+
+
+def told_of(report: MachineReport, meanings: Mapping[str, str] = MappingProxyType({})) -> Iterator[str]:
+    """Yield what this machine can do; ``meanings`` are what the keys of an experiment mean."""
+    yield "Packages"
+    for name, package in report.packages.items():
+        yield f"  {name}: {package.problem or 'from ' + package.folder}"
+    for name, version in report.software.items():
+        yield f"  {name} {version}"
+    there = [name for name, missing in report.measures.items() if missing is None]
+    yield f"\nMeasures of pictures\n  installed: {', '.join(there)}"
+    for name, missing in report.measures.items():
+        if missing is not None:
+            yield f"  {name}: {missing}"
+    yield "\nMonitors, by number and name" if report.monitors else "\nNo monitor"
+    for monitor in report.monitors:
+        yield f"  {monitor.line}\n    gamma table: {monitor.gamma_table}"
+        yield f"    size: {monitor.size}"
+    yield from _keys_told(report, meanings)
+    yield "\nFrom the framebuffer to the panel, as far as the system tells"
+    for fact in report.signal_path:
+        yield f"  {'! ' if fact.doubt else ''}{fact.title}: {fact.words}"
+    for backend, surface in report.surfaces.items():
+        yield f"\nSurface '{backend}'"
+        facts, ten_bits = surface.facts, surface.ten_bits
+        if facts is None or ten_bits is None:
+            yield f"  not here: {surface.problem}"
+            continue
+        yield f"  {facts.renderer}, OpenGL {facts.gl_version}, display server {facts.display_server}"
+        yield f"  colours computed in {facts.arithmetic}"
+        for remark in facts.remarks:
+            yield f"  {remark}"
+        for mode, reason in surface.modes.items():
+            yield f"  {mode}: {'yes' if reason is None else f'no, {reason}'}"
+        yield f"  codes of 10 bits: {'yes' if ten_bits.given else f'no, {ten_bits.problem}'}"
 
 
 def examine_machine(keys: Iterable[str] = ANY_KEYS) -> MachineReport:

@@ -46,7 +46,10 @@ COMMANDS = {
 
 
 # The module of a command, where it is not runner.cli.<name>.
-MODULES: dict[str, str] = {}
+MODULES = {
+    **dict.fromkeys(("report", "export", "verify", "seal", "watch", "scores", "power", "agreement"), "results"),
+    **dict.fromkeys(("doctor", "schema", "completion", "help"), "about"),
+}
 
 
 class LazyGroup(click.Group):

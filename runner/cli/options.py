@@ -198,7 +198,7 @@ def _value(typed: Typed, of: Any) -> dict[str, Any]:
     """Return how click reads a value of a type."""
     parts = get_args(of)
     if get_origin(of) is Literal:
-        return {"type": click.Choice(parts)}
+        return {"type": click.Choice([str(part) for part in parts])}
     if get_origin(of) is tuple:
         one = _value(typed, parts[0])
         if parts[1:] == (...,):

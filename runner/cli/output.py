@@ -32,9 +32,9 @@ def gives(
     """Return what prints the result that a command returns, in words or, with its option ``--json``, as JSON.
 
     A result ``told()`` gives what people read of it: sentences as they are, and blocks of a page. Its JSON is that of
-    its field ``json_only``, if it names one. What it has as ``failure`` is raised after it was printed. A command that
-    returns None has printed by itself. It is given ``as_json`` and ``step``, which shows progress, if it has parameters
-    of these names.
+    its field ``json_only``, if it names one. What it has as ``failure`` is raised after it was printed. A command may
+    return a pair of JSON and what people read as well; one that returns None has printed by itself. It is given
+    ``as_json`` and ``step``, which shows progress, if it has parameters of these names.
 
     Parameters
     ----------
@@ -58,7 +58,10 @@ def gives(
                     found = command(step=step, **given)
             else:
                 found = command(**given)
-            if found is not None:
+            if isinstance(found, tuple):
+                facts, parts = found
+                print_json(facts, indent) if as_json else tell(parts)
+            elif found is not None:
                 show(found, as_json=as_json, indent=indent, work=work)
 
         return click.option("--json", "as_json", is_flag=True, help=help)(called)
@@ -69,17 +72,22 @@ def gives(
 def show(found: Any, *, as_json: bool, indent: int | None = 2, work: bool = False) -> None:
     """Print a result as JSON or in words; then raise its ``failure``, if it names one."""
     if as_json:
-        import json
-
         from documents.text import json_value
 
         only = getattr(found, "json_only", "")
         facts = json_value(getattr(found, only)) if only else found.to_json() | (work_done() if work else {})
-        click.echo(json.dumps(facts, indent=indent, allow_nan=False))
+        print_json(facts, indent)
     else:
         tell(found.told())
     if failure := getattr(found, "failure", None):
         raise failure
+
+
+def print_json(facts: Any, indent: int | None = 2) -> None:
+    """Print plain values as JSON."""
+    import json
+
+    click.echo(json.dumps(facts, indent=indent, allow_nan=False))
 
 
 def tell(parts: Iterable[str | Block]) -> None:

@@ -2,84 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from devices.compensation import Correction, eye_clip_costs
 from devices.display import EYES, Eye, read_display
 from runner.ports import WindowClosed
 from runner.presenter.counters import Counters
-from runner.presenter.depth import Bits
 from runner.presenter.gamma_check import compare_tables, tables_json
 from runner.presenter.modes.mode import EyeArea, visible_part
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.screenshot import check_screenshot_path, write_screenshot
+from runner.presenter.show_options import ShowOptions as ShowOptions
 from runner.presenter.surfaces.opening import open_surface
 from runner.presenter.surfaces.surface import SurfaceFacts
 from runner.scene import Picture, Scene
-from stimuli.pictures import ColourSpace, Packing, Part, Region, read_picture
-
-
-@dataclass(frozen=True, slots=True)
-class ShowOptions:
-    """How a picture is shown.
-
-    Parameters
-    ----------
-    screenshot
-        PNG file to write with the framebuffer's codes; then nobody is waited for.
-    backend
-        Where to draw: ``window``, ``egl`` (offscreen) or ``null`` (a window without a screen).
-    windowed
-        Whether to use a window in place of the full screen.
-    monitors
-        The monitor for the window, by name or number; two for a window for each eye.
-    colour_space
-        Colour space of the file's values, if it does not say.
-    white_luminance_cd_m2
-        Luminance of the value 1, or of an ordinary picture's white.
-    clip_negative
-        Whether to set negative XYZ to 0 in place of refusing the picture.
-    flat
-        Whether to show the centre view to both eyes.
-    right
-        The right eye's file, where each eye has one.
-    packing
-        How both eyes lie in one ordinary picture, such as ``side-by-side``.
-    flat_eye
-        The eye whose picture is the flat version of a pair without a centre view.
-    alpha_background_cd_m2
-        Luminance of the grey behind a partly transparent picture.
-    mode_options
-        Options of the stereo mode, as in a rig file.
-    bits
-        Bits of a channel's codes; if None, 10 for a panel that has them, where the driver does.
-    notify
-        Called with each line that the user should read first.
-    on_shown
-        Called once the picture is on the screen, before a key is awaited.
-    """
-
-    screenshot: Path | None = None
-    backend: Literal["window", "egl", "null"] = "window"
-    windowed: bool = False
-    monitors: tuple[str, ...] = ()
-    colour_space: ColourSpace | None = None
-    white_luminance_cd_m2: float | None = None
-    clip_negative: bool = False
-    flat: bool = False
-    right: str | Path | None = None
-    packing: Packing | None = None
-    flat_eye: Eye | None = None
-    alpha_background_cd_m2: float | None = None
-    mode_options: Mapping[str, object] | None = None
-    bits: Bits | None = None
-    notify: Callable[[str], None] = lambda line: None
-    on_shown: Callable[[ShownPicture], None] = lambda shown: None
+from stimuli.pictures import Part, Region, read_picture
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,9 +49,50 @@ class ShownPicture:
     gamma_table: Mapping[str, Any] = field(default_factory=dict)
     read_px: tuple[int, int] = (0, 0)
 
+    def told(self) -> list[str]:
+        """Return what was shown, and what the gamut clip and crosstalk cost each eye, a line each."""
+        width, height = self.picture_px
+        lines = [f"{self.file}: {width} × {height} px, {'flat' if self.flat else 'stereo'}, shown {self.mode}"]
+        if self.read_px != self.picture_px:
+            lines[0] += "; of it {} × {} px are seen, to which the numbers apply".format(*self.read_px)
+        for eye, share in self.clipping.items():
+            channels = ", ".join(f"{name} {share[f'percent_{name}']:.2f}" for name in ("red", "green", "blue"))
+            lines.append(
+                f"{eye} eye: {share['percent_any']:.2f} % of the pixels lie outside the gamut ({channels} %), "
+                f"{share['percent_above_full']:.2f} % above full drive; "
+                f"that costs {share['delta_e_00_mean']:.3f} ΔE00 on average, at most {share['delta_e_00_max']:.1f}"
+            )
+            if "projection_delta_e_00_mean" in share:
+                lines.append(
+                    f"{eye} eye: the anaglyph's filters change colours besides by "
+                    f"{share['projection_delta_e_00_mean']:.3f} ΔE00 on average, at most "
+                    f"{share['projection_delta_e_00_max']:.1f}"
+                )
+            if self.crosstalk:
+                lines.append(f"{eye} eye: {_ghosts(self.crosstalk[eye])}")
+        lines += [f"written: {path}" for path in self.screenshots]
+        return lines
+
     def to_json(self) -> dict[str, Any]:
         """Return the picture's facts as plain JSON: all but ``work`` and ``closed``."""
         return {key: value for key, value in asdict(self).items() if key not in ("work", "closed")}
+
+
+def _ghosts(cost: Mapping[str, float]) -> str:
+    """Say what crosstalk could not be cancelled for an eye."""
+    where = []
+    if cost["percent_negative"]:
+        where.append(
+            f"at {cost['percent_negative']:.2f} % of the pixels, which keep a ghost of the other eye's picture"
+        )
+    if cost["percent_above_full"]:
+        where.append(f"at {cost['percent_above_full']:.2f} % of the pixels, which would need more than full drive")
+    if not where:
+        return "crosstalk is cancelled at every pixel"
+    return (
+        f"crosstalk cannot be cancelled {' and '.join(where)}; what this eye sees is {cost['delta_e_00_mean']:.3f} "
+        f"ΔE00 on average, at most {cost['delta_e_00_max']:.1f}, from what was asked"
+    )
 
 
 def show_picture(

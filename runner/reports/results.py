@@ -7,7 +7,7 @@ import re
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -42,7 +42,8 @@ class WrittenReport:
     """A ``report`` and where it was written: the ``page``, and its ``pdf`` where it was asked for.
 
     ``without_pictures`` says why the page has no pictures of the stimuli, where they were asked for. ``empty_boxes``
-    are letters that no font here has: in the figures' PDF files, which bring their fonts, they are empty boxes.
+    are letters that no font here has: in the figures' PDF files, which bring their fonts, they are empty boxes. Tables
+    and figures lie in ``csv_folder`` and ``figure_folder``, if they were asked for.
     """
 
     report: Report
@@ -50,6 +51,21 @@ class WrittenReport:
     pdf: Path | None
     without_pictures: str = ""
     empty_boxes: str = ""
+    csv_folder: Path | None = None
+    figure_folder: Path | None = None
+
+    def told(self) -> Iterator[str]:
+        """Yield where the report and what is beside it were written, and what they lack."""
+        if self.without_pictures:
+            yield self.without_pictures
+        yield f"The report: {self.page}"
+        files = (("As PDF", self.pdf), ("Its tables", self.csv_folder), ("Its figures", self.figure_folder))
+        yield from (f"{what}: {file}" for what, file in files if file is not None)
+        if self.empty_boxes:
+            yield (
+                f"In the PDF files of the figures these letters are empty boxes: {self.empty_boxes}. "
+                "Install a font that has them, or take the SVG files."
+            )
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
@@ -131,7 +147,8 @@ def report_results(
     if pdf is not None:
         print_pdf(page, pdf)
     without = _WITHOUT if options.pictures and not pictures else ""
-    return WrittenReport(report, page, pdf, without, _empty_boxes(options.figure_folder))
+    boxes = _empty_boxes(options.figure_folder)
+    return WrittenReport(report, page, pdf, without, boxes, options.csv_folder, options.figure_folder)
 
 
 def _empty_boxes(figures: Path | None) -> str:

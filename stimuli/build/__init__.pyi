@@ -9,4 +9,5 @@ from .recipe_to_set import other_observer as other_observer
 from .report import BuildReport as BuildReport
 from .report import BuiltStimulus as BuiltStimulus
 from .report import build_report as build_report
+from .report import notes_on as notes_on
 from .stimulus_set import StimulusSet as StimulusSet

@@ -6,7 +6,7 @@ import contextlib
 import errno
 import json
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from operator import add
@@ -21,6 +21,7 @@ from devices.colour_matching import DEFAULT_OBSERVER
 from devices.display import Rig
 from documents import Finding, InputError, in_threads
 from documents.files import read_cached_json, sha256_of_json, unwritable, whole_folder, write_whole, writing
+from documents.pages import Table
 from stimuli.build.cache import cache_folder
 from stimuli.build.export import export_exr
 from stimuli.build.recipe_to_set import build_set
@@ -37,6 +38,7 @@ _COUNTED = (
     "but for the rounding of half floats"  # how pixels are counted: numbers that were counted otherwise are not kept
 )
 SHEET = "contact_sheet.png"
+_NAMED = 3  # so many names are listed; of more, the first and how many others
 _SIDE_PX, _GAP_PX, _LINE_PX = 192, 8, 16
 
 
@@ -74,6 +76,39 @@ class BuildReport:
     output: Path | None
     exported: Path | None = None
 
+    def told(self) -> Iterator[str | Table]:
+        """Yield a table of the stimuli, notes on them, and where they lie."""
+        has_rig = self.stimuli[0].saturated_percent is not None
+        title = "Luminance in cd/m², left and right eye; range in stops from the darkest to the brightest thousandth"
+        if has_rig:
+            title += "; pixels beyond the display in %"
+        columns = ["stimulus", "view", "size", "mean", "max", "range", "RMS contrast", *["saturated %"] * has_rig]
+        rows = []
+        for stimulus in self.stimuli:
+            eyes = stimulus.statistics["eyes"]
+            shown = ["left"] if stimulus.flat else ["left", "right"]
+            stops = [eyes[eye]["dynamic_range_robust"]["stops"] for eye in shown]
+            cells = [
+                " ".join(f"{eyes[eye]['mean_luminance_cd_m2']:.3g}" for eye in shown),
+                " ".join(f"{eyes[eye]['max_luminance_cd_m2']:.3g}" for eye in shown),
+                " ".join("∞" if value is None else f"{value:.1f}" for value in stops),
+                " ".join(f"{eyes[eye]['rms_contrast']:.2f}" for eye in shown),
+            ]
+            if stimulus.saturated_percent is not None:
+                cells.append(" ".join(f"{stimulus.saturated_percent[eye]['any']:.2f}" for eye in ("left", "right")))
+            size = "×".join(str(side) for side in stimulus.size_px)
+            rows.append((stimulus.name, "flat" if stimulus.flat else "stereo", size, *cells))
+        yield Table.of_texts(title, columns, rows, words=(0, 1))
+        yield from (f"Note: {note}" for note in notes_on(self.stimuli))
+        built, count = self.built, len(self.stimuli)
+        stimuli = "1 stimulus" if count == 1 else f"{count} stimuli"
+        yield f"{stimuli}, {built.rendered} of them made now; digest {built.digest[:16]}"
+        yield f"Manifest: {built.manifest_path}"
+        if self.output is not None:
+            yield f"Copied to: {self.output}"
+        if self.exported is not None:
+            yield f"As OpenEXR, with a recipe that shows them: {self.exported}"
+
     def to_json(self) -> dict[str, Any]:
         """Return the facts as JSON."""
         facts = {
@@ -86,6 +121,24 @@ class BuildReport:
         }
         folders = {"output": self.output, "exported": self.exported}
         return {**facts, **{key: str(folder) for key, folder in folders.items() if folder is not None}}
+
+
+def notes_on(stimuli: Sequence[BuiltStimulus]) -> Iterator[str]:
+    """Yield the notes on the stimuli: each sentence once, with those that it holds for."""
+    names_by_note: dict[str, list[str]] = {}
+    for stimulus in stimuli:
+        for note in dict.fromkeys(stimulus.notes):
+            names_by_note.setdefault(note, []).append(stimulus.name)
+    for note, names in names_by_note.items():
+        yield f"{_those(names, len(stimuli))}: {note}."
+
+
+def _those(names: Sequence[str], of: int) -> str:
+    if len(names) == of > 1:
+        return "every picture"
+    if len(names) <= _NAMED:
+        return ", ".join(names)
+    return f"{names[0]} and {len(names) - 1} others of the {of} pictures"
 
 
 def build_report(

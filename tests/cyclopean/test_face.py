@@ -357,7 +357,7 @@ def test_results_of_pairs_within_scenes_have_a_pooled_scale_of_what_the_scenes_s
 def test_the_notebook_has_every_option_of_the_command() -> None:
     from dataclasses import fields
 
-    from runner.cli.scores import command as scores_command
+    from runner.cli.results import scores_command
     from runner.reports import ReportOptions, ScoresOptions
 
     shown = inspect.signature(cyclopean.scores).parameters

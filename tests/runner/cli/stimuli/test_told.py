@@ -12,8 +12,8 @@ import pytest
 from click.testing import CliRunner
 
 from runner.cli.main import group
-from runner.cli.stimuli.build import notes
 from stimuli.build import BuiltStimulus
+from stimuli.build import notes_on as notes
 from stimuli.build.cache import locked
 from stimuli.pictures import StereoImage, write_exr
 from tests.stimuli.photographs.raw_pair import ROOT, write_recipe
