@@ -47,8 +47,12 @@ COMMANDS = {
 
 # The module of a command, where it is not runner.cli.<name>.
 MODULES = {
-    **dict.fromkeys(("report", "export", "verify", "seal", "watch", "scores", "power", "agreement"), "results"),
-    **dict.fromkeys(("doctor", "schema", "completion", "help"), "about"),
+    f"runner.cli.{name}": f"runner.cli.{module}"
+    for module, names in {
+        "results": ("report", "export", "verify", "seal", "watch", "scores", "power", "agreement"),
+        "about": ("doctor", "schema", "completion", "help"),
+    }.items()
+    for name in names
 }
 
 
@@ -73,7 +77,7 @@ class LazyGroup(click.Group):
             return None
         module = importlib.import_module(self._package)
         if not hasattr(module, f"{cmd_name}_command"):
-            module = importlib.import_module(f"{self._package}.{MODULES.get(cmd_name, cmd_name)}")
+            module = importlib.import_module(MODULES.get(f"{self._package}.{cmd_name}", f"{self._package}.{cmd_name}"))
         command: click.Command = getattr(module, f"{cmd_name}_command", None) or module.command
         called = f"{self.name} {cmd_name}" if self.name in COMMANDS else cmd_name
         if (examples := EXAMPLES.get(called)) and not command.epilog:
