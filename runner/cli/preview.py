@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
+from typing import Any
 
 import click
 
 from documents.text import counted
-from runner.cli.options import NATURAL
+from runner.cli.options import NATURAL, PATH
+from runner.cli.output import Step, gives, say
 
 
 @click.command(short_help="Write what each eye sees in every trial, as PNG.")
-@click.argument("experiment", type=click.Path(path_type=Path))
-@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="Folder to write to.")
+@click.argument("experiment", type=PATH)
+@click.option("-o", "--output", type=PATH, required=True, help="Folder to write to.")
 @click.option("--observer", default="01", show_default=True, help="Observer whose order of trials is shown.")
 @click.option("--mode", help="Stereo mode to use instead of the rig's.")
 @click.option(
@@ -27,43 +28,15 @@ from runner.cli.options import NATURAL
     is_flag=True,
     help="Use another mode's characterisation if this mode has none; every record states it.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
-def command(
-    experiment: Path,
-    output: Path,
-    observer: str,
-    mode: str | None,
-    backend: str,
-    sheet: bool,
-    first: int | None,
-    clipping: bool,
-    allow_uncharacterised: bool,
-    as_json: bool,
-) -> None:
+@gives(indent=None)
+def preview_command(experiment: Path, output: Path, step: Step, **options: Any) -> Any:
     """Write what each eye sees in every trial, as PNG.
 
     The files hold the exact device codes of each eye's area, named by block, screen and eye. For a first look, --sheet
     puts all screens on pages of small pictures instead. With --clipping, red marks pixels that ask a channel for more
     light than it has, blue those that ask for less than none, magenta both.
     """
-    from runner.cli.output import progress_bar
     from runner.reports.screens import preview
 
-    with progress_bar(quiet=as_json) as step:
-        files = preview(
-            experiment,
-            output,
-            observer,
-            mode=mode,
-            allow_uncharacterised=allow_uncharacterised,
-            backend=backend,
-            clipping=clipping,
-            sheet=sheet,
-            first=first,
-            progress=step,
-            notify=lambda line: click.echo(line, err=True),
-        )
-    if as_json:
-        click.echo(json.dumps([str(file) for file in files]))
-    else:
-        click.echo(f"{counted(len(files), 'picture is', 'pictures are')} in {output}")
+    files = preview(experiment, output, progress=step, notify=say, **options)
+    return [str(file) for file in files], [f"{counted(len(files), 'picture is', 'pictures are')} in {output}"]

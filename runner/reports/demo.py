@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
@@ -30,7 +32,8 @@ class Demo:
     answers by the thesis's settings, which the experiment file names beside: a higher share of false differences.
     ``published`` is each stimulus's score and class in the thesis's Table 4.4; ``agreement`` compares ``thesis`` with
     it, None without a fit. ``expects_published_classes`` says whether the counts that the published scores lead so many
-    observers to on average give exactly the published classes by those settings. ``work`` is the presenter's.
+    observers to on average give exactly the published classes by those settings.
+    ``work`` is the presenter's, ``took_s`` the time of all of it.
     """
 
     report: Report
@@ -40,6 +43,26 @@ class Demo:
     agreement: Agreement | None
     expects_published_classes: bool
     work: Counters
+    observers: int
+    took_s: float
+
+    def told(self) -> Iterator[str]:
+        """Yield what the thesis's settings mean, how it agrees with the thesis, and where the report is."""
+        yield (
+            "The thesis's settings, which stand beside, do not correct for 45 tests and take all answers for "
+            "independent: more classes, and more false ones. A study of your own should keep the analysis above."
+        )
+        if self.agreement:
+            yield (
+                f"Agreement with Table 4.4: the log scores correlate at r = {self.agreement.correlation:.3f}; "
+                f"{self.agreement.pairs_alike} of {self.agreement.pairs} pairs share a class, or do not, as published."
+            )
+            if self.expects_published_classes:
+                yield (
+                    f"The counts that the published scores lead {self.observers} observers to on average give exactly "
+                    "the published classes by these settings; the rest is the luck of the draw."
+                )
+        yield f"All of it took {self.took_s:.0f} s. The report: {self.page}"
 
 
 def run_demo(
@@ -67,6 +90,7 @@ def run_demo(
     Demo
         The report, where it is written, and how it agrees with the thesis.
     """
+    began_s = time.monotonic()
     answering = shipped_folder() / "configs" / "observers" / "table_4_4.yaml"
     published = {
         name: (stimulus.score, stimulus.perceptual_class)
@@ -91,7 +115,8 @@ def run_demo(
         raise RuntimeError("the demonstration's observers compared no pairs, or the thesis's settings are not beside")
     classes = expected_classes(published, observers, theirs.alpha, theirs.adjust)
     expected = classes == {name: label for name, (_, label) in published.items()}
-    return Demo(report, page, thesis, published, agreement(thesis, published), expected, done.work)
+    agrees, took_s = agreement(thesis, published), time.monotonic() - began_s
+    return Demo(report, page, thesis, published, agrees, expected, done.work, observers, took_s)
 
 
 @dataclass(frozen=True, slots=True)
