@@ -163,7 +163,7 @@ def _check_further(fields: Fields) -> None:
         value = getattr(fields, name)
         if value is None:
             continue
-        inside = value.values() if isinstance(value, dict) else value if isinstance(value, list) else (value,)
+        inside = value.values() if isinstance(value, dict) else value if isinstance(value, list | tuple) else (value,)
         for inner in inside:
             if isinstance(inner, Fields):
                 _check_further(inner)
@@ -184,7 +184,7 @@ def _words(error: ValidationError) -> str:
     place = ".".join(str(part) for part in first["loc"])
     if first["type"] == "missing":
         return f"'{place}' is missing"
-    message = first["msg"].removeprefix("Value error, ")
+    message = first["msg"].removeprefix("Value error, ").replace("valid tuple", "valid list")
     message = message[message.index("should") :] if "should" in message else message
     return f"'{place}' is {shown(first['input'])}: it {message}" if place else f"it {message}"
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
-from pydantic import Field, Strict, model_validator
+from pydantic import ConfigDict, Field, Strict, model_validator
 
 from analysis.kinds.fields import Count, Event, Fields, Name, Number, Seconds, Utc
 
@@ -104,6 +104,8 @@ class Trial(Fields):
     times is compared by `pressed_otherwise`, and only where no checksum says that a line is as it was recorded.
     """
 
+    model_config = ConfigDict(frozen=True)
+
     asked: ClassVar[tuple[str, ...]] = ()
     """The fields that say what was asked: the same in every attempt at a trial."""
     written: ClassVar[tuple[str, ...]] = ()
@@ -131,11 +133,11 @@ class Trial(Fields):
     uncharacterised: bool = False
     wrong_screen: bool = False
     clipping: dict[str, Any] | None = None
-    timed: list[TimedScene] = Field(default_factory=list)
+    timed: Annotated[tuple[TimedScene, ...], Strict(False)] = ()
     interruptions: Count = 0
-    ignored: list[Ignored] = Field(default_factory=list)
+    ignored: Annotated[tuple[Ignored, ...], Strict(False)] = ()
     ignored_more: Count = 0
-    timing_marks: list[TimingMark] = Field(default_factory=list)
+    timing_marks: Annotated[tuple[TimingMark, ...], Strict(False)] = ()
     window_lost: bool = False
 
     @classmethod
