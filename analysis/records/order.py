@@ -67,10 +67,6 @@ class Order:
         self._screened_out = "screened_out" in line
         return trial
 
-    def between(self, kind: str, line: dict[str, Any]) -> Note | Mark | Resumption:
-        """Take a note, a mark or a resumption."""
-        return self.note(line) if kind == "note" else self.mark(line) if kind == "mark" else self.resumption(line)
-
     def note(self, line: dict[str, Any]) -> Note:
         """Take a note."""
         note = read_fields(Note, line)

@@ -189,11 +189,10 @@ def read_session(file: Path, shared: dict[str, Any] | None = None) -> SessionLog
     notes = tuple(record for record in records if isinstance(record, Note))
     marks = tuple(record for record in records if isinstance(record, Mark))
     resumptions = tuple(record for record in records if isinstance(record, Resumption))
-    parts = answers, reader.complete, state, notes, marks, resumptions
     return SessionLog(
         file,
         reader.with_costs(reader.header),
-        *parts,
+        *(answers, reader.complete, state, notes, marks, resumptions),
         records=records,
         windows=tuple(reader.windows),
         pooled=tuple(reader.pooled),
@@ -265,8 +264,10 @@ class RecordReader:
                 further = (Stimulus(name=name) for name in order.added)
                 self.header = self.header.model_copy(update={"stimuli": [*self.header.stimuli, *further]})
                 order.added.clear()
-        elif kind in ("note", "mark", "resume"):
-            self.records.append(order.between(kind, line))
+        elif kind in ("note", "mark"):
+            self.records.append(order.note(line) if kind == "note" else order.mark(line))
+        elif kind == "resume":
+            self.records.append(order.resumption(line))
         elif kind == "window":
             self.windows.append(order.window(line))
         elif kind == "clipping":

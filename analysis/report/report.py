@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from analysis.classes.conclusions import Conclusion
 from analysis.factors.result import FactorEffects
@@ -27,10 +27,6 @@ from analysis.report.summary import Summary
 from analysis.report.words import counted
 from analysis.series.summary import SeriesSummary
 from analysis.thresholds.summary import ThresholdSummary
-
-if TYPE_CHECKING:
-    pass
-
 
 PAGES = ("instructions", "break")
 _RATED = {"alone": "", "chosen": " of the stimuli chosen of two", "both": " of both stimuli of a pair"}
