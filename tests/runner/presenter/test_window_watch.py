@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from runner.presenter.surfaces.window_watch import WindowState, WindowWatch
+from runner.presenter.surfaces.glfw_surface import WindowState, WindowWatch
 
 
 def test_changes_of_one_kind_within_half_a_second_are_one() -> None:

@@ -13,7 +13,7 @@ from runner.errors import SessionError
 from runner.presenter import Presenter
 from runner.presenter.surfaces.egl import EglSurface
 from runner.reports import preview
-from runner.reports.contact_sheet import ALONE_PX, COLUMNS, PAIR_PX, ROWS, Tile, write_sheets
+from runner.reports.screens import ALONE_PX, COLUMNS, PAIR_PX, ROWS, Tile, write_sheets
 from tests.choice import nightly
 
 Study = Any  # tests/conftest.py
