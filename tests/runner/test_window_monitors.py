@@ -37,8 +37,8 @@ def test_a_panel_larger_than_the_screen_is_refused_and_goes_on_if_asked_with_eve
     assert "warning: no screen shows 2600 × 480 px" in told
     assert told.rstrip().endswith("--wrong-screen --resume")
     log = person.log()
-    assert log.header.presentation["larger_than_screen"] is True
-    assert log.header.presentation["monitors"][0].startswith("1 'screen': 1920 x 1080 px")
+    assert log.header.presentation.larger_than_screen is True
+    assert log.header.presentation.monitors[0].startswith("1 'screen': 1920 x 1080 px")
     assert all(trial.details()["wrong_screen"] is True for trial in log.trials)
     beyond = "beyond the screen's edges"
     assert any(beyond in remark for remark in log.header.remarks)
@@ -59,6 +59,6 @@ def test_a_session_opens_on_the_rigs_monitor_and_names_those_there_are_if_it_is_
     person.sit_down()
     answer_one_and_stop(person)
     log = person.log()
-    assert log.header.presentation["monitors"][0].startswith("2 'screen': 1920 x 1080 px")
+    assert log.header.presentation.monitors[0].startswith("2 'screen': 1920 x 1080 px")
     assert not any("full-screen" in remark for remark in log.header.remarks)
     assert "wrong_screen" not in log.trials[-1].details()

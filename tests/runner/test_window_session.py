@@ -37,10 +37,10 @@ def test_a_session_with_real_keys(person: Person) -> None:
     log = person.log()
     assert log.complete
     assert not log.header.simulated
-    assert log.header.presentation["backend"] == "window"
-    assert log.header.presentation["arithmetic"].startswith(("doubles: ", "two-floats"))
-    swaps = log.header.presentation["timing"]["swap_intervals"]
-    assert swaps["frames"] * swaps["longest_ms"] >= 900.0  # timed for a second
+    assert log.header.presentation.backend == "window"
+    assert log.header.presentation.arithmetic.startswith(("doubles: ", "two-floats"))
+    swaps = log.header.presentation.timing.swap_intervals
+    assert swaps.frames * swaps.longest_ms >= 900.0  # timed for a second
     pairs = [trial for trial in log.trials if trial.kind == "all_pairs"]
     assert [trial.details()["answer"] for trial in pairs] == ["first", "second", "second", "first", "second", "first"]
     assert all(0.0 < trial.response_time_s < 30.0 for trial in pairs)
