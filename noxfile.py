@@ -31,7 +31,7 @@ def demo(session: nox.Session) -> None:
 def test(session: nox.Session) -> None:
     """Run the tests."""
     _install(session)
-    arguments = session.posargs or ["-n", "auto", "--dist", "loadfile"]
+    arguments = session.posargs or ["-n", "auto", "--share"]
     session.run("python", "-m", "pytest", *arguments, env=ONE_THREAD)
 
 

@@ -32,6 +32,7 @@ def slow_files() -> dict[str, float]:
     return {line.split()[1]: float(line.split()[0]) for line in lines if line and not line.startswith("#")}
 
 
+@cache
 def file_marks(path: Path) -> set[str]:
     """Return the markers that all tests of a file have: those of its ``pytestmark``, and ``nightly`` for a page."""
     if path.parent == ROOT / "docs":

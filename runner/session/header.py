@@ -10,6 +10,7 @@ import re
 import secrets
 import subprocess
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -81,7 +82,12 @@ def hashes(experiment: Experiment, stimuli: StimulusSet) -> dict[str, str]:
 
 
 def software() -> dict[str, str]:
-    """Return the versions of the program and of the libraries it uses."""
+    """Return the versions of the program and of the libraries it uses, as they were when first asked for."""
+    return dict(_versions())
+
+
+@cache
+def _versions() -> Mapping[str, str]:
     versions = {name: importlib.metadata.version(name) for name in _NOTABLE}
     versions["python"] = platform.python_version()
     versions["system"] = platform.platform()

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
+from analysis.power.smallest import FEWEST_STUDIES
 from runner.presenter.drawing import Drawing
 
 
@@ -14,4 +15,12 @@ def unseen() -> Iterator[None]:
     """Make all that frames are made of and draw none: for tests of what a session reads and records."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Drawing, "frame", lambda *_, **__: None)
+        yield
+
+
+@pytest.fixture(autouse=True, scope="module")
+def few_studies() -> Iterator[None]:
+    """Simulate as few studies as there may be of a design for the smallest difference that it finds."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("analysis.power.smallest.MOST_STUDIES", FEWEST_STUDIES)
         yield

@@ -5,6 +5,8 @@ from __future__ import annotations
 import ctypes
 import sys
 from collections.abc import Callable, Mapping
+from ctypes.util import find_library
+from functools import cache
 from typing import Any, Self
 
 import glcontext
@@ -25,13 +27,15 @@ from runner.presenter.surfaces.surface import Buffer, SurfaceFacts
 
 _GL_DITHER = 0x0BD0
 _LIBRARY = "libEGL.so.1"
+_found = cache(find_library)  # which asks a program each time
 
 
 def _open_context() -> Any:
     """Return a context of its own, with a loader of OpenGL functions, as moderngl takes it."""
-    on_linux = sys.platform == "linux"
-    backend = glcontext.get_backend_by_name("egl") if on_linux else glcontext.default_backend()
-    return backend(mode="standalone", glversion=330)
+    if sys.platform != "linux":
+        return glcontext.default_backend()(mode="standalone", glversion=330)
+    backend = glcontext.get_backend_by_name("egl")
+    return backend(mode="standalone", glversion=330, libgl=_found("GL"), libegl=_found("EGL"))
 
 
 def _leave_thread() -> None:

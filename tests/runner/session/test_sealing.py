@@ -16,29 +16,15 @@ from analysis.errors import ResultsError
 from analysis.records import check_seal, read_seal
 from documents import InputError
 from runner.reports import ReportOptions, report_results
-from runner.session import seal_results, simulate
-
-
-@pytest.fixture(scope="module")
-def recorded(tmp_path_factory: pytest.TempPathFactory, unseen: None, packages: None) -> Path:
-    results = tmp_path_factory.mktemp("recorded") / "results"
-    simulate("experiments/dynamic_range.yaml", "configs/observers/table_4_4.yaml", 2, results=results)
-    return results
-
-
-@pytest.fixture
-def results(recorded: Path, tmp_path: Path) -> Path:
-    copy = tmp_path / "results"
-    shutil.copytree(recorded, copy)
-    return copy
+from runner.session import seal_results
 
 
 def test_the_seal_names_every_file_and_its_own_hash(results: Path) -> None:
     seal = seal_results(results)
     names = set(seal.content.files)
     assert sum(name.endswith("session.jsonl") for name in names) == 2
-    assert any(name.endswith("experiments/dynamic_range.yaml") for name in names)
-    assert any(name.endswith("configs/displays/asus_vg248qe.yaml") for name in names)
+    assert any(name.endswith("small.yaml") for name in names)
+    assert any(name.endswith("display.yaml") for name in names)
     assert any(name.endswith("stimuli.json") for name in names)
     assert not [name for name in names if "/." in name]
     for name, digest in seal.content.files.items():
@@ -67,7 +53,7 @@ def cut(results: Path) -> None:
 
 
 def remove(results: Path) -> None:
-    next(results.rglob("manitoba_gray.yaml")).unlink()
+    next(results.rglob("recipe.yaml")).unlink()
 
 
 def add(results: Path) -> None:
@@ -102,7 +88,7 @@ def test_a_report_in_the_folder_is_no_change(results: Path) -> None:
 def test_a_report_says_that_logs_are_not_as_sealed(results: Path) -> None:
     seal_results(results)
     cut(results)
-    written = report_results([results / "dynamic_range"], options=ReportOptions(pictures=False))
+    written = report_results([results / "small"], options=ReportOptions(pictures=False))
     assert any("1 of 2 logs are not as sealed" in note for note in written.report.notes)
 
 
