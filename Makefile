@@ -4,7 +4,7 @@ VENV ?= .venv
 PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
 	command -v $$p >/dev/null 2>&1 && $$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' && echo $$p && break; done)
 BIN = $(VENV)/bin
-# As many as the cores (conftest.py), or so many. Each computes in one thread, since the threads of all would wait for
+# One more than the cores (conftest.py), or so many. Each computes in one thread, since the threads of all would wait for
 # each other.
 WORKERS ?= auto
 # Every package at one version, each file with the SHA-256 that it must have; then this checkout, from nowhere else.

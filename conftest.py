@@ -381,11 +381,11 @@ def _regions(folder: Path) -> dict[str, Any]:
 
 
 @pytest.hookimpl(optionalhook=True)  # pages are tested without pytest-xdist
-def pytest_xdist_auto_num_workers() -> int:
-    """As many as the cores, but eight at most, which take some 5 GB of memory."""
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
+    """One more than the cores, since tests of windows wait, but eight at most, which take some 5 GB of memory."""
     from documents.platform import cores
 
-    return min(cores(), 8)
+    return min(cores() + (not config.option.fast), 8)
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from functools import cache
 from itertools import accumulate
-from math import ceil
 from pathlib import Path
 from typing import Any
 
@@ -64,6 +63,8 @@ def share(worker: int, workers: int, marks: str, fast: bool) -> frozenset[Path]:
     """
     every = [ROOT / "README.md", *(ROOT / "docs").glob("*.md"), *(ROOT / "tests").rglob("test_*.py")]
     files = [path for path in sorted(every) if not left_out(path, marks, fast)]
-    ends = list(accumulate(slow_files().get(path.relative_to(ROOT).as_posix(), _CHEAP_S) for path in files))
-    own = [path for path, end in zip(files, ends, strict=True) if ceil(end / ends[-1] * workers) == worker + 1]
+    costs = [slow_files().get(path.relative_to(ROOT).as_posix(), _CHEAP_S) for path in files]
+    per_worker = sum(costs) / workers
+    middles = (end - cost / 2 for end, cost in zip(accumulate(costs), costs, strict=True))
+    own = [path for path, middle in zip(files, middles, strict=True) if int(middle / per_worker) == worker]
     return frozenset(own).union(*(path.parents for path in own))

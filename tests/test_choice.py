@@ -34,7 +34,7 @@ def test_slow_files_exist_and_each_part_of_the_tests_keeps_some_that_are_fast() 
         ("tests/runner", USUAL, True, False),
         ("tests/runner/test_whole_way.py", USUAL, True, True),
         ("tests/runner/test_whole_way.py", USUAL, False, False),
-        ("tests/test_choice.py", USUAL, True, False),
+        ("tests/test_rooms.py", USUAL, True, False),
         ("tests/benchmarks/test_every_benchmark.py", USUAL, False, True),
         ("tests/benchmarks/test_every_benchmark.py", "nightly", False, False),
         ("tests/benchmarks/test_every_benchmark.py", "not stress", False, False),

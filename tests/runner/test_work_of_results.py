@@ -37,13 +37,13 @@ def test_a_report_reads_each_session_once_and_fits_no_model_twice(tmp_path: Path
     for number in range(4):
         write_session(tmp_path / "results", f"{number:02d}")
     found = _work("report", tmp_path / "results", "-o", tmp_path / "report.html")
-    # Which pairs differ is decided by bounds, for most of the 1000 bootstraps and 600 studies; the others are climbed.
+    # Which pairs differ is decided by bounds, for most of the 1000 bootstraps and 180 studies; the others are climbed.
     bounded, climbed = found.pop("profiles_bounded"), found.pop("profiles_climbed")
     assert 0 < 2 * climbed < bounded
-    # One fit, 1000 bootstraps of it, and those with each observer left out, with other models and for each test; 619 of
+    # One fit, 1000 bootstraps of it, and those with each observer left out, with other models and for each test; 199 of
     # studies simulated for the smallest difference, and 12 of the answers analysed in other ways; 6 are penalised.
     # Intervals of six pairs, of three neighbours and of one effect in two ways.
-    draws = {"bootstrap_draws": 1000, "models_fitted": 1049 + 619 + 12 + 6, "classes_found": 1}
+    draws = {"bootstrap_draws": 1000, "models_fitted": 1049 + 199 + 12 + 6, "classes_found": 1}
     assert found == {"sessions_read": 4, "trials_read": 48, "figures_drawn": 8, "profile_intervals": 11, **draws}
 
 
