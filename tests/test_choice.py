@@ -28,6 +28,7 @@ def test_slow_files_exist_and_each_part_of_the_tests_keeps_some_that_are_fast() 
     ("name", "marks", "fast", "out"),
     [
         ("tests/stress", USUAL, False, True),
+        ("tests/stress", f"({USUAL}) and not window", True, True),
         ("tests/stress", "stress", False, False),
         ("tests/stress", "hypothesis and not stress", False, False),
         ("tests/stress", "not stress or window", False, False),

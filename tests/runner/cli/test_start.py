@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+pytestmark = pytest.mark.nightly
 Study = Any  # tests/conftest.py
 
 HEAVY = {
@@ -29,7 +30,6 @@ EACH = """
 import contextlib, io, json, os, sys
 from runner.cli.main import main
 
-pytestmark = pytest.mark.nightly
 for chain in json.loads(sys.argv[1]):
     if not (child := os.fork()):
         for step in chain:
