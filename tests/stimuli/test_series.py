@@ -232,26 +232,6 @@ def test_equal_seeds_and_names_make_equal_plates_whatever_the_others(
     assert len({plate_seed(recipe.seed, name) for name in names}) == len(names)
 
 
-@pytest.mark.nightly
-def test_threads_make_the_same_pictures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    data: Any = yaml.safe_load(FIVE.read_text())
-    path = five(tmp_path, (9, 6), exposures_s=[1.3, 4], plates=data["plates"][:2])
-    digests = []
-    for jobs in (1, 3):
-        monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / f"cache{jobs}"))
-        counted: list[int] = []
-
-        def count(doing: str, done: int, total: int, counted: list[int] = counted) -> None:
-            counted.append(done)
-
-        made = build_set(path, PITCH_MM, count, jobs=jobs)
-        assert made.names == series_recipe(path).names()
-        assert counted == sorted(counted)
-        assert counted[-1] == 12
-        digests.append(made.digest)
-    assert digests[0] == digests[1]
-
-
 # What is refused
 
 

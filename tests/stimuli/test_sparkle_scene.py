@@ -213,22 +213,6 @@ def test_base_and_flop_in_each_pixel_against_the_formula(lamp: Lamp) -> None:
     np.testing.assert_allclose(matt, expected, atol=2e-4 * float(expected.max()))
 
 
-def test_flop_darkens_with_the_angle_and_straight_ahead_is_as_by_hand() -> None:
-    """Tilt the lamp: what shines falls by its lobe, what is matt by nothing."""
-    plate = replace(PLATE, width_mm=2.0, height_mm=2.0, flop_reflectance=0.3, flop_lobe_sd_deg=8.0)
-    seen = [
-        float(np.mean(flop_luminance(plate, LAMP.model_copy(update={"zenith_deg": zenith}), CAMERA, EYE)))
-        for zenith in (0.0, 20.0, 40.0, 60.0)
-    ]
-    assert np.all(np.diff(seen) < 0)
-    assert flop_luminance(PLATE, LAMP, CAMERA, EYE) == 0.0
-    lamp, sd = LAMP.model_copy(update={"zenith_deg": 0.0}), np.radians(8.0)
-    straight = mirror((np.zeros(1), np.zeros(1)), np.array([0, 0, 1.0]), 0.3, sd, plate, lamp, np.array([0, 0, 700.0]))
-    through = 0.96**2
-    expected = 0.3 * LAMP.illuminance_lx * through / (2 * np.pi * sd**2) / 4 / 1.5**2
-    assert straight.luminance_cd_m2[0] == pytest.approx(expected)
-
-
 # Optics and noise
 
 

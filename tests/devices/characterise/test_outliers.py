@@ -84,16 +84,6 @@ def test_what_a_repeat_contradicts_goes() -> None:
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize(("anchor", "display"), [(0, "additive"), (26, "S-shaped")])
-def test_black_and_primaries_go_only_where_all_else_contradicts_them(anchor: int, display: str) -> None:
-    XYZ = noisy(DISPLAYS[display](CODES), 0.002, 1)
-    XYZ[anchor] = XYZ[119] if anchor == 0 else 0.3 * XYZ[anchor]
-    found = doubted_rows(CODES, XYZ)
-    assert anchor in np.flatnonzero(found)
-    assert found.sum() <= 2
-
-
-@pytest.mark.nightly
 def test_a_screen_that_goes_round_in_circles_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = 0
 

@@ -157,7 +157,7 @@ def test_a_photograph_s_own_rgb_at_its_own_exposure(cyclopean: Cyclopean, region
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_the_command_prints_it_in_the_terminal_and_on_the_page(
+def test_the_command_prints_it_in_the_terminal_in_json_and_on_the_page(
     cyclopean: Cyclopean, regions_yaml: Path, tmp_path: Path
 ) -> None:
     write_camera(CAMERA, tmp_path / "camera.yaml")
@@ -166,11 +166,17 @@ def test_the_command_prints_it_in_the_terminal_and_on_the_page(
     page = tmp_path / "page.html"
     told = cyclopean("compare", *words, "--camera", tmp_path / "camera.yaml", "-o", page)
     lines = told.stdout.splitlines()
-    (start,) = [number for number, line in enumerate(lines) if line.startswith("Camera RGB of Made up at 1/15 s")]
+    start = lines.index(
+        "Camera RGB of Made up at 1/15 s, f/8, ISO 800, in % of full scale, photograph, rendering and difference:"
+    )
     assert len([line for line in lines[start + 1 :] if " G " in line]) == 24
     html = page.read_text()
     assert "<h2>Camera RGB</h2>" in html
     assert "what sensor and observer see differently is not in it" in html
+    found = compared(cyclopean, *words, "--camera", tmp_path / "camera.yaml")
+    rows = found["eyes"]["both"]["camera_rgb"]["rows"]
+    np.testing.assert_allclose([row["photo_rgb"] for row in rows], RGB, rtol=0.01, atol=1e-3)
+    assert compared(cyclopean, *words)["eyes"]["both"]["camera_rgb"] is None
 
 
 @pytest.mark.nightly
@@ -208,27 +214,3 @@ def test_another_exposure_scales_the_signal_and_full_channels_are_named(regions_
     assert full == [tuple(c for c, v in zip(("red", "green", "blue"), 3 * rgb, strict=True) if v > 1) for rgb in RGB]
     assert any(full)
     assert not all(full)
-
-
-@pytest.mark.nightly
-@pytest.mark.usefixtures("undrawn")
-def test_the_command_prints_it_in_the_terminal_in_json_and_on_the_page(
-    cyclopean: Cyclopean, regions_yaml: Path, tmp_path: Path
-) -> None:
-    write_camera(CAMERA, tmp_path / "camera.yaml")
-    picture = written(tmp_path / "plate.exr", chart())
-    words = (picture, picture, "--regions", regions_yaml, "--register", "none")
-    page = tmp_path / "page.html"
-    told = cyclopean("compare", *words, "--camera", tmp_path / "camera.yaml", "-o", page)
-    lines = told.stdout.splitlines()
-    start = lines.index(
-        "Camera RGB of Made up at 1/15 s, f/8, ISO 800, in % of full scale, photograph, rendering and difference:"
-    )
-    assert len([line for line in lines[start + 1 :] if " G " in line]) == 24
-    html = page.read_text()
-    assert "<h2>Camera RGB</h2>" in html
-    assert "what sensor and observer see differently is not in it" in html
-    found = compared(cyclopean, *words, "--camera", tmp_path / "camera.yaml")
-    rows = found["eyes"]["both"]["camera_rgb"]["rows"]
-    np.testing.assert_allclose([row["photo_rgb"] for row in rows], RGB, rtol=0.01, atol=1e-3)
-    assert compared(cyclopean, *words)["eyes"]["both"]["camera_rgb"] is None

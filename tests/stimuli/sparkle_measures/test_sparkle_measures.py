@@ -311,6 +311,16 @@ def test_areas_of_any_form_and_equal_neighbours() -> None:
         assert np.array_equal(getattr(slow.peaks, name), getattr(fast.peaks, name)), name
 
 
+def test_a_picture_that_is_not_contiguous_and_one_without_sparkles() -> None:
+    places = np.random.default_rng(10).uniform(10, 110, (30, 2))
+    picture = planted((120, 120), places, 300.0, 0.8)
+    wide = np.zeros((120, 240), np.float32)
+    wide[:, ::2] = picture
+    assert_like_the_twin(*both(wide[:, ::2]))
+    slow, fast = both(np.full((64, 64), 5.0, np.float32))
+    assert len(slow.peaks) == len(fast.peaks) == 0
+
+
 def test_absolute_threshold_and_dark_background() -> None:
     picture = planted((100, 100), np.array([[30.2, 40.1], [70.0, 70.4]]), [50.0, 500.0], 1.0, base=0.0)
     assert measure_sparkles(picture, Threshold(times=0, above_cd_m2=20)).count.value == 1
