@@ -215,8 +215,7 @@ def smallest_difference(
     if observers < 2 or not 2 <= n <= MOST_ITEMS or not _linked(rows, n):
         return None
     design = tuple(map(tuple, rows.tolist()))
-    studies = int(np.clip(MOST_NUMBERS // (n * n * max(observers, 20)), FEWEST_STUDIES, MOST_STUDIES))
-    return _smallest(design, studies, observers, n, alpha, adjust, covariance, observer_sd, target, seed)
+    return _smallest(design, observers, n, alpha, adjust, covariance, observer_sd, target, seed)
 
 
 def smallest_in(
@@ -250,7 +249,6 @@ def smallest_in(
 @lru_cache(maxsize=64)
 def _smallest(
     design: tuple[tuple[int, ...], ...],
-    studies: int,
     observers: int,
     n: int,
     alpha: float,
@@ -263,6 +261,7 @@ def _smallest(
     times = np.array(design[0] if len(design) == 1 else design, dtype=np.int64)
     names, none = tuple(f"item {item}" for item in range(n)), np.zeros(times.shape[-1], dtype=np.bool_)
     plan = Plan(names, np.zeros(n), times, none, observer_sd, "average", 0.0, alpha, adjust, covariance)
+    studies = int(np.clip(MOST_NUMBERS // (n * n * max(observers, 20)), FEWEST_STUDIES, MOST_STUDIES))
     tried: dict[float, float] = {}
 
     def enough(place: int) -> bool:

@@ -81,18 +81,12 @@ def hashes(experiment: Experiment, stimuli: StimulusSet) -> dict[str, str]:
     }
 
 
+@cache
 def software() -> dict[str, str]:
     """Return the versions of the program and of the libraries it uses, as they were when first asked for."""
-    return dict(_versions())
-
-
-@cache
-def _versions() -> Mapping[str, str]:
     versions = {name: importlib.metadata.version(name) for name in _NOTABLE}
-    versions["python"] = platform.python_version()
-    versions["system"] = platform.platform()
-    commit = _commit()
-    return versions | ({"commit": commit} if commit else {})
+    versions |= {"python": platform.python_version(), "system": platform.platform()}
+    return versions | ({"commit": commit} if (commit := _commit()) else {})
 
 
 def _commit() -> str | None:

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 import pytest
 
-from analysis.power.smallest import FEWEST_STUDIES
 from runner.presenter.drawing import Drawing
 
 
@@ -22,5 +21,5 @@ def unseen() -> Iterator[None]:
 def few_studies() -> Iterator[None]:
     """Simulate as few studies as there may be of a design for the smallest difference that it finds."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("analysis.power.smallest.MOST_STUDIES", FEWEST_STUDIES)
+        patch.setattr("analysis.power.smallest.MOST_STUDIES", 60)
         yield

@@ -5,8 +5,6 @@ from __future__ import annotations
 import ctypes
 import sys
 from collections.abc import Callable, Mapping
-from ctypes.util import find_library
-from functools import cache
 from typing import Any, Self
 
 import glcontext
@@ -26,16 +24,14 @@ from runner.presenter.surfaces.gl_calls import Codes, GlCalls
 from runner.presenter.surfaces.surface import Buffer, SurfaceFacts
 
 _GL_DITHER = 0x0BD0
-_LIBRARY = "libEGL.so.1"
-_found = cache(find_library)  # which asks a program each time
+_GL, _LIBRARY = "libGL.so.1", "libEGL.so.1"
 
 
 def _open_context() -> Any:
     """Return a context of its own, with a loader of OpenGL functions, as moderngl takes it."""
-    if sys.platform != "linux":
-        return glcontext.default_backend()(mode="standalone", glversion=330)
-    backend = glcontext.get_backend_by_name("egl")
-    return backend(mode="standalone", glversion=330, libgl=_found("GL"), libegl=_found("EGL"))
+    if sys.platform == "linux":  # which asks a program for each library that it is not told
+        return glcontext.get_backend_by_name("egl")(mode="standalone", glversion=330, libgl=_GL, libegl=_LIBRARY)
+    return glcontext.default_backend()(mode="standalone", glversion=330)
 
 
 def _leave_thread() -> None:

@@ -15,6 +15,7 @@ from scipy.stats import binom
 from analysis.comparisons import Answer, from_answers
 from analysis.errors import ResultsError
 from analysis.power import MOST_NATS, Plan, SmallestDifference, simulate_power, smallest_difference, smallest_in
+from analysis.power.smallest import _smallest
 from analysis.scaling import score
 from tests.choice import nightly
 from tests.kept import known
@@ -22,6 +23,11 @@ from tests.kept import known
 Designs = Any
 
 ALL_PAIRS = {n: np.ones(n * (n - 1) // 2, dtype=np.int64) for n in (2, 3, 6, 8, 10)}
+
+
+def setup_module() -> None:
+    """Forget what other rooms' tests found by few studies."""
+    _smallest.cache_clear()
 
 
 def some_pairs(n: int, share: float, rows: int) -> np.ndarray[Any, np.dtype[np.int64]]:

@@ -13,7 +13,7 @@ import pytest
 from filelock import FileLock
 
 from analysis.errors import ResultsError
-from analysis.records import check_seal, read_seal
+from analysis.records import check_seal, read_seal, session_files
 from documents import InputError
 from runner.reports import ReportOptions, report_results
 from runner.session import seal_results
@@ -35,19 +35,15 @@ def test_the_seal_names_every_file_and_its_own_hash(results: Path) -> None:
     assert check_seal(results).findings == ()
 
 
-def first_log(results: Path) -> Path:
-    return min(results.rglob("session.jsonl"))
-
-
 def flip(results: Path) -> None:
-    file = first_log(results)
+    file = min(session_files(results))
     data = bytearray(file.read_bytes())
     data[len(data) // 2] ^= 1
     file.write_bytes(data)
 
 
 def cut(results: Path) -> None:
-    file = first_log(results)
+    file = min(session_files(results))
     lines = file.read_bytes().splitlines(keepends=True)
     file.write_bytes(b"".join(lines[:-1]))  # no chain of checksums shows that a log ends a line earlier
 
@@ -57,7 +53,7 @@ def remove(results: Path) -> None:
 
 
 def add(results: Path) -> None:
-    shutil.copy(first_log(results), results / "copy.jsonl")
+    shutil.copy(min(session_files(results)), results / "copy.jsonl")
 
 
 @pytest.mark.parametrize(
@@ -100,7 +96,7 @@ def test_results_are_sealed_again_only_if_asked(results: Path) -> None:
 
 
 def test_what_cannot_be_sealed_is_refused(results: Path) -> None:
-    file = first_log(results)
+    file = min(session_files(results))
     with FileLock(file.parent / ".lock"), pytest.raises(InputError, match="1 session is being written"):
         seal_results(results)
     (results / "link.yaml").symlink_to(file)
