@@ -181,7 +181,7 @@ def test_an_out_of_range_patch_is_measured_on_resuming(folder: Path) -> None:
                  "--backend", "egl", "--settle", "0", "--set", "grey", "--accept-readings"]  # fmt: skip
     result = CliRunner().invoke(group, ["display", *arguments], input="\n".join(typed) + "\n")
     assert result.exit_code == 1
-    assert "1 patch could not be read" in result.output
+    assert "1 patch could not be read" in str(result.exception)
     missing = read_session(folder / "m.jsonl").missing
     assert [step.position for step in missing] == [5]
     result = CliRunner().invoke(group, ["display", *arguments, "--resume", "--json"], input="7 8 9\n")
@@ -241,7 +241,7 @@ def test_verify_fails_a_display_that_is_not_as_described(folder: Path) -> None:
                   "-o", folder / "v.jsonl", "--limit", "0.5",
                   "--instrument-option", "interaction=0.05")  # fmt: skip
     assert result.exit_code == 1
-    assert "above the limit of 0.5" in result.output
+    assert "above the limit of 0.5" in str(result.exception)
     assert "* outside the display's gamut" in result.output
 
 

@@ -137,7 +137,7 @@ def test_readings_without_sense_stop_it_and_are_read_again(
     play(fault)
     result = measure(folder)
     assert result.exit_code == 1
-    words = " ".join(result.output.split())
+    words = " ".join(str(result.exception).split())
     assert re.search(says, words), words
     assert "--accept-readings" in words
     session = read_session(folder / "m.jsonl")
@@ -177,7 +177,7 @@ def test_a_display_that_stays_changed_is_not_resumed_in_silence(
     assert measure(folder).exit_code == 1
     again = measure(folder, "--resume")
     assert again.exit_code == 1
-    assert "begin again" in again.output
+    assert "begin again" in str(again.exception)
 
 
 def test_a_verification_is_judged_too(folder: Path, play: Callable[[Fault | None], None]) -> None:
@@ -190,7 +190,7 @@ def test_a_verification_is_judged_too(folder: Path, play: Callable[[Fault | None
         pytest.skip(str(error))
     result = CliRunner().invoke(group, words)
     assert result.exit_code == 1
-    assert "does not see the patch" in result.output
+    assert "does not see the patch" in str(result.exception)
     assert CliRunner().invoke(group, [*words, "--resume", "--accept-readings"]).exit_code == 0
 
 
@@ -324,7 +324,7 @@ def test_a_lens_that_passes_the_other_eye_s_picture_is_the_wrong_one(
     play(lambda XYZ, showing: leaky(XYZ, showing) + 0.1 * own * (XYZ - BLACK))
     result = measure(folder, "--set", "crosstalk", "--unattended")
     assert result.exit_code == 1
-    words = " ".join(result.output.split())
+    words = " ".join(str(result.exception).split())
     assert f"put the {eyes.split()[0]} eye's lens before the instrument" in words, words[-1000:]
     play(None)
     result = measure(folder, "--set", "crosstalk", "--unattended", "--resume")
