@@ -290,6 +290,7 @@ def compare(
         If a file cannot be read, the pictures cannot be brought to one grid closely enough, or a region lies outside.
     """
     from runner.presenter import primary_monitor
+    from runner.reports import comparison_page
     from stimuli.comparison import CompareOptions, compare_pictures
     from stimuli.measures import ViewingConditions
 
@@ -300,7 +301,7 @@ def compare(
     for eye, one_eye in result.eyes.items():
         table = one_eye.table.to_json()
         rows += [{"eye": eye, **row} for row in table["rows"]]
-    return Result(result, rows, repr(result).strip("<>"))
+    return Result(result, rows, repr(result).strip("<>"), find_sections=lambda: comparison_page(result).sections)
 
 
 def build(recipe: str | Path, rig: str | Path) -> Result[StimulusSet]:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from html import escape
 from typing import Any, Generic, TypeVar
 
 import pandas as pd
+
+from documents.pages import Section, sections_html
 
 Value = TypeVar("Value")
 Row = Mapping[str, Any]
@@ -27,6 +30,8 @@ class Result(Generic[Value]):
         One line on all of it.
     find_further
         Returns the ``further`` when it is read first.
+    find_sections
+        Returns what a notebook shows of it; without it, the title and the table.
     further
         What else was asked for, by its key in JSON.
     rows
@@ -37,6 +42,7 @@ class Result(Generic[Value]):
     find_rows: Sequence[Row] | Callable[[], Sequence[Row]]
     title: str
     find_further: Callable[[], Mapping[str, Any]] = dict
+    find_sections: Callable[[], Iterable[Section]] | None = None
 
     @cached_property
     def further(self) -> Mapping[str, Any]:
@@ -56,7 +62,7 @@ class Result(Generic[Value]):
         return f"<{self.title}>"
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows: the title and the table."""
-        from html import escape
-
+        """Return what a notebook shows: all that the terminal or the page has of it, or the title and the table."""
+        if self.find_sections is not None:
+            return sections_html(self.find_sections())
         return f"<p>{escape(self.title)}</p>{self.to_frame().to_html(escape=True)}"

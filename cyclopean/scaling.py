@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast
 
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from cyclopean.result import Result
 from documents import Finding, InputError
 from documents.options import made, taking
+from documents.pages import Block, Section
 from runner.reports import PowerOptions, ScoresOptions
 
 if TYPE_CHECKING:
@@ -79,7 +80,13 @@ def scores(answers: Answers, *, with_simulated: bool = False, **options: Any) ->
         answers, asked.layout, asked.codes, with_simulated=with_simulated, keep_na=asked.keep_na
     )
     scored = score_table(table, asked, common=common)
-    return Result(scored.value, scored.rows, scored.title, scored.all_further)
+    return Result(
+        scored.value, scored.rows, scored.title, scored.all_further, lambda: _section(scored.title, scored.told())
+    )
+
+
+def _section(title: str, blocks: Iterable[Block]) -> list[Section]:
+    return [Section("result", title, tuple(blocks))]
 
 
 def effects(
@@ -129,6 +136,7 @@ def effects(
     0  gloss  per unit      0.47
     """
     from analysis.factors import factor_effects, session_factors
+    from analysis.report import factors_section
 
     if factors is None:
         if _is_table(answers):
@@ -140,7 +148,7 @@ def effects(
     rows = [effect.to_json() for effect in result.effects]
     names = ", ".join(factor.name for factor in result.factors)
     title = " ".join(result.problem_lines) or f"Effects of {names} on the scores of {len(result.items)} items, in nats"
-    return Result(result, rows, title)
+    return Result(result, rows, title, find_sections=lambda: [factors_section(result)])
 
 
 def observers(answers: Answers, *, with_simulated: bool = False, keep_na: bool = False) -> Result[ObserverTable]:
@@ -172,13 +180,14 @@ def observers(answers: Answers, *, with_simulated: bool = False, keep_na: bool =
     0       01      3.0                          0.0
     """
     from analysis.observers import observers_in_comparisons, observers_in_sessions
+    from analysis.report import observers_section
 
     if _is_table(answers):
         table = observers_in_comparisons(comparisons(answers, with_simulated=with_simulated, keep_na=keep_na))
     else:
         table = observers_in_sessions(_logs(answers, with_simulated=with_simulated))
     rows = [line.to_json() for line in table.lines]
-    return Result(table, rows, f"{len(rows)} observers")
+    return Result(table, rows, f"{len(rows)} observers", find_sections=lambda: [observers_section(table, None)])
 
 
 @taking(PowerOptions, "observers")
@@ -212,7 +221,8 @@ def power(experiment: str | Path, numbers_of_observers: Sequence[int], **options
     >>> study.to_frame()["observers"].tolist()
     [20]
     """
-    from runner.reports import study_power
+    from analysis.power import power_blocks
+    from runner.reports import PowerOptions, study_power
 
     asked = made(PowerOptions, {**options, "observers": tuple(numbers_of_observers)})
     study = study_power(Path(experiment), asked)
@@ -223,7 +233,7 @@ def power(experiment: str | Path, numbers_of_observers: Sequence[int], **options
         for group in answer.get("groups", [answer])
         for size in group["sizes"]
     ]
-    return Result(study, sizes, study.needed.sentence)
+    return Result(study, sizes, study.needed.sentence, find_sections=lambda: _section("", power_blocks(study.needed)))
 
 
 def comparisons(

@@ -145,7 +145,8 @@ def declared(tree: ast.Module) -> Iterator[tuple[bool, frozenset[str]]]:
     for node in ast.walk(tree):
         names: set[str] = set()
         if isinstance(node, ast.ClassDef):
-            fields = [part.target for part in node.body if isinstance(part, ast.AnnAssign)]
+            own = [part for part in node.body if isinstance(part, ast.AnnAssign)]
+            fields = [part.target for part in own if "ClassVar" not in ast.unparse(part.annotation)]
             names = {field.id for field in fields if isinstance(field, ast.Name)}
         elif isinstance(node, ast.FunctionDef):
             given = node.args

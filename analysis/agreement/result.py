@@ -74,7 +74,7 @@ class GroupResult(JsonResult):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class MeasureResult:
+class MeasureResult(JsonResult):
     """A measure beside the observers of all groups.
 
     Attributes
@@ -98,22 +98,11 @@ class MeasureResult:
     whole: GroupResult
     adjusted_p: float | None
     decision: Decision
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        one = self.predicted
-        return {
-            "name": one.name,
-            "title": one.title,
-            "unit": one.unit,
-            "better": one.better,
-            "limit": one.limit,
-            "decision": self.decision,
-            "adjusted_p": self.adjusted_p,
-            **self.whole.to_json(),
-            "groups": [group.to_json() for group in self.groups],
-            "remarks": list(one.remarks),
-        }
+    json_keys: ClassVar = {"whole": "*"}
+    json_names: ClassVar = (
+        "predicted.name predicted.title predicted.unit predicted.better predicted.limit decision adjusted_p whole "
+        "groups predicted.remarks"
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from analysis.factors.values import Factor, LeftOut
 from analysis.scaling.result import t_quantile
 from analysis.scaling.robust_tests import FEWEST_OBSERVERS
 from documents.arrays import Floats
-from documents.text import JsonResult, finite
+from documents.text import JsonResult
 
 FactorMethod = Literal["ml", "map"]
 UNDER_A_PRIOR = "Under a prior all effects are finite, but untested: type cyclopean.effects(FOLDER, method='map')."
@@ -94,7 +94,7 @@ def effect(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FactorEffects:
+class FactorEffects(JsonResult):
     """What the factors do to the strengths of ``n`` items, and whether it can be trusted.
 
     Attributes
@@ -151,6 +151,11 @@ class FactorEffects:
     separation: tuple[str, ...]
     held_by_prior: tuple[str, ...]
     ties_left_out: float
+    json_names: ClassVar = (
+        "coding method prior_sd factors left_out effects tests interactions conclusions cautions explained "
+        "fitted_items log_likelihood observers converged iterations separation held_by_prior ties_left_out"
+    )
+    json_keys: ClassVar = {"fitted_items": "items"}
 
     @property
     def problem_lines(self) -> tuple[str, ...]:
@@ -197,33 +202,9 @@ class FactorEffects:
         unit = "nats" if own[0].reference else f"nats {own[0].level}"
         return replace(test.conclusion, estimate=own[0].estimate, low=low, high=high, unit=unit)
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON, without NaN."""
-        sound = not self.separation
+    @property
+    def fitted_items(self) -> list[dict[str, Any]]:
+        """The strength of each item by its factors, and that of its own."""
         free = self.explained.free_theta if self.explained else self.theta
-        return {
-            "coding": self.coding,
-            "method": self.method,
-            "prior_sd": self.prior_sd,
-            "factors": [
-                {"name": factor.name, "kind": factor.kind, "levels": list(factor.levels)} for factor in self.factors
-            ],
-            "left_out": [factor.to_json() for factor in self.left_out],
-            "effects": [effect.to_json() for effect in self.effects],
-            "tests": [test.to_json() for test in self.tests],
-            "interactions": [test.to_json() for test in self.interactions],
-            "conclusions": [conclusion.to_json() for conclusion in self.conclusions],
-            "cautions": list(self.cautions),
-            "explained": self.explained.to_json() if self.explained else None,
-            "items": [
-                {"name": name, "fitted": finite(fitted), "free": finite(own)}
-                for name, fitted, own in zip(self.items, self.theta, free, strict=True)
-            ],
-            "log_likelihood": self.log_likelihood if sound else None,
-            "observers": self.observers,
-            "converged": self.converged,
-            "iterations": self.iterations,
-            "separation": list(self.separation),
-            "held_by_prior": list(self.held_by_prior),
-            "ties_left_out": self.ties_left_out,
-        }
+        rows = zip(self.items, self.theta, free, strict=True)
+        return [{"name": name, "fitted": fitted, "free": own} for name, fitted, own in rows]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from analysis.errors import ResultsError
 from analysis.records.session_record import SessionLog
@@ -25,7 +25,7 @@ class LeftOut(JsonResult):
 
 
 @dataclass(frozen=True, slots=True)
-class Factor:
+class Factor(JsonResult):
     """One factor of ``n`` stimuli.
 
     Attributes
@@ -45,6 +45,7 @@ class Factor:
     kind: Kind
     values: tuple[Value, ...]
     levels: tuple[str, ...] = ()
+    json_keys: ClassVar = {"values": None}
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from analysis.hierarchical.spread import Spread, mean_over_observers
 from analysis.scaling.laws import LAWS, Model
 from documents import Finding
 from documents.arrays import Floats
+from documents.text import JsonResult
 
 MOST_PAIRS_IN_JSON = 5000
 NUMBERS = (
@@ -64,7 +65,7 @@ class GroupScores:
 
 
 @dataclass(frozen=True, slots=True)
-class Prediction:
+class Prediction(JsonResult):
     """What a new observer of the same kind says to one pair, as chances (0 to 1) that ``first`` is preferred.
 
     Attributes
@@ -99,22 +100,18 @@ class Prediction:
     lowest: float
     highest: float
     share: float | None
+    json_keys: ClassVar = {"typical": "typical_observer", "share": "share_of_observers"}
+    json_names: ClassVar = "first second difference se low high p typical new_observer observers_95 share"
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {
-            "first": self.first,
-            "second": self.second,
-            "difference": self.difference,
-            "se": self.se,
-            "low": self.low,
-            "high": self.high,
-            "p": self.p,
-            "typical_observer": self.typical,
-            "new_observer": {"value": self.chance, "low": self.chance_low, "high": self.chance_high},
-            "observers_95": [self.lowest, self.highest],
-            "share_of_observers": self.share,
-        }
+    @property
+    def new_observer(self) -> dict[str, float]:
+        """The probability of an observer not yet seen, and its interval."""
+        return {"value": self.chance, "low": self.chance_low, "high": self.chance_high}
+
+    @property
+    def observers_95(self) -> tuple[float, float]:
+        """Between which probabilities 95 % of observers lie."""
+        return self.lowest, self.highest
 
 
 @dataclass(frozen=True, slots=True, eq=False)

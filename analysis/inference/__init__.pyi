@@ -1,5 +1,5 @@
 from .answers import ReviewAnswer as ReviewAnswer
-from .answers import print_answer as print_answer
+from .answers import answer_blocks as answer_blocks
 from .answers import review as review
 from .chances import PairProbabilities as PairProbabilities
 from .chances import pair_probabilities as pair_probabilities

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 from analysis.classes.conclusions import verdict_of
 from analysis.inference.chances import PairProbabilities, pair_probabilities
@@ -13,11 +13,8 @@ from analysis.inference.multiverse_analysis import Multiverse, multiverse
 from analysis.inference.tost import Equivalence, equivalence
 from analysis.inference.transitivity_tests import Transitivity, transitivity
 from analysis.scaling.scores import Scores
-from documents.pages import Block, Column, Paragraph, Table, print_blocks
+from documents.pages import Block, Column, Paragraph, Table
 from documents.text import counted
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 ReviewAnswer: TypeAlias = PairProbabilities | Equivalence | Transitivity | PairResiduals | ModelComparison | Multiverse
 MOST_LINES = 15
@@ -47,7 +44,7 @@ def review(
     Returns
     -------
     dict[str, ReviewAnswer]
-        Each answer has ``to_json()``, and `print_answer` prints it.
+        Each answer has ``to_json()``, and `answer_blocks` gives what is shown of it.
 
     Raises
     ------
@@ -79,24 +76,27 @@ def review(
     return answers
 
 
-def print_answer(answer: ReviewAnswer, console: Console | None = None) -> None:
-    """Print one answer as a table, and a sentence with the verdict.
+def answer_blocks(answer: ReviewAnswer) -> list[Block]:
+    """Return one answer as a table, and a sentence with the verdict.
 
     Parameters
     ----------
     answer
         What `review`, or one of the functions that it calls, returns.
-    console
-        Where to print; standard output if None.
+
+    Returns
+    -------
+    list
+        Blocks for `documents.pages`.
 
     Examples
     --------
-    >>> from rich.console import Console
     >>> from analysis.comparisons import Answer, from_answers
     >>> from analysis.inference import pair_probabilities
     >>> from analysis.scaling import score
+    >>> from documents.pages import print_blocks
     >>> scores = score(from_answers([Answer("a", "b", 30), Answer("b", "a", 10)]))
-    >>> print_answer(pair_probabilities(scores), Console(width=100))
+    >>> print_blocks(answer_blocks(pair_probabilities(scores)))
      Stimulus  over      P            95 %   JND      p
      a         b     0.750  0.598 to 0.860  1.00  0.001
     """
@@ -111,7 +111,7 @@ def print_answer(answer: ReviewAnswer, console: Console | None = None) -> None:
         blocks.append(Paragraph(words, small=True))
     if not isinstance(answer, PairProbabilities):
         blocks.append(Paragraph(answer.sentence, small=True))
-    print_blocks(blocks, console)
+    return blocks
 
 
 def _most(answer: ReviewAnswer) -> int | None:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 
@@ -61,7 +61,7 @@ class PredictiveScore(JsonResult):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ModelComparison:
+class ModelComparison(JsonResult):
     """Models by how well they predict new observers, the best first.
 
     Attributes
@@ -88,6 +88,8 @@ class ModelComparison:
     folds: int
     penalised_folds: int
     left_out: tuple[tuple[str, str], ...]
+    json_keys: ClassVar = {"chance": "chance_per_answer", "reasons": "left_out"}
+    json_names: ClassVar = "models chance observers folds penalised_folds reasons"
 
     @property
     def sentence(self) -> str:
@@ -100,16 +102,10 @@ class ModelComparison:
         words += f"; clearly worse: {', '.join(other.name for other in far)}" if far else ""
         return words + "."
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {
-            "models": [model.to_json() for model in self.models],
-            "chance_per_answer": self.chance,
-            "observers": self.observers,
-            "folds": self.folds,
-            "penalised_folds": self.penalised_folds,
-            "left_out": [{"model": name, "why": why} for name, why in self.left_out],
-        }
+    @property
+    def reasons(self) -> list[dict[str, str]]:
+        """Which models were left out, and why."""
+        return [{"model": name, "why": why} for name, why in self.left_out]
 
 
 def compare_models(

@@ -13,7 +13,7 @@ from analysis.covariance.laplacian import contrast_variances
 from analysis.errors import ResultsError
 from analysis.scaling.profile import Profiles, profiles_of
 from analysis.scaling.scores import Scores
-from analysis.scaling.terminal import problem_lines
+from analysis.scaling.shown import problem_lines
 from documents import Finding
 from documents.arrays import Floats, Indices
 

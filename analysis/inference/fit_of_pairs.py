@@ -11,7 +11,7 @@ number of pairs.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -69,7 +69,7 @@ class PairResidual(JsonResult):
 
 
 @dataclass(frozen=True, slots=True)
-class PairResiduals:
+class PairResiduals(JsonResult):
     """Residuals of all compared pairs, the worst fitted first.
 
     ``overdispersion`` is φ, at least 1: how many times as large the variance between observers is as the model's.
@@ -79,6 +79,8 @@ class PairResiduals:
     overdispersion: float
     alpha: float
     adjust: Literal["none", "holm", "bh"]
+    json_keys: ClassVar = {"number_flagged": "flagged"}
+    json_names: ClassVar = "alpha adjust overdispersion number_flagged pairs"
 
     @property
     def flagged(self) -> tuple[PairResidual, ...]:
@@ -96,15 +98,10 @@ class PairResiduals:
         )
         return f"{len(bad)} of {len(self.pairs)} pairs fit badly: {shown}{' and more' if len(bad) > 5 else ''}."
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {
-            "alpha": self.alpha,
-            "adjust": self.adjust,
-            "overdispersion": self.overdispersion,
-            "flagged": len(self.flagged),
-            "pairs": [pair.to_json() for pair in self.pairs],
-        }
+    @property
+    def number_flagged(self) -> int:
+        """How many pairs are flagged."""
+        return len(self.flagged)
 
 
 def pair_residuals(

@@ -105,7 +105,7 @@ class ChoiceEffect(JsonResult):
 
 
 @dataclass(frozen=True, slots=True)
-class Multiverse:
+class Multiverse(JsonResult):
     """Every analysis, and how often the conclusions of the one that was chosen stand.
 
     Attributes
@@ -141,6 +141,10 @@ class Multiverse:
     fits: int
     fits_spared: int
     alpha: float
+    json_keys: ClassVar = {"reasons": "skipped"}
+    json_names: ClassVar = (
+        "alpha items warning pairs by_item number_of_classes choices reasons fits fits_spared analyses"
+    )
 
     @property
     def sentence(self) -> str:
@@ -168,25 +172,16 @@ class Multiverse:
             return ""
         return f"Stands in a minority of its own {len(self.analyses):,} analyses: {', '.join(parts)}."
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {
-            "alpha": self.alpha,
-            "items": list(self.items),
-            "warning": self.warning,
-            "pairs": [pair.to_json() for pair in self.pairs],
-            "by_item": [item.to_json() for item in self.by_item],
-            "number_of_classes": {
-                "chosen": self.number,
-                "stands": self.number_stands,
-                "analyses": {str(number): times for number, times in sorted(self.numbers.items())},
-            },
-            "choices": [choice.to_json() for choice in self.choices],
-            "skipped": [{"analyses": name, "why": why} for name, why in self.skipped],
-            "fits": self.fits,
-            "fits_spared": self.fits_spared,
-            "analyses": [analysis.to_json() for analysis in self.analyses],
-        }
+    @property
+    def number_of_classes(self) -> dict[str, Any]:
+        """The chosen number, in what share of analyses it stands, and how many analyses have each."""
+        analyses = {str(number): times for number, times in sorted(self.numbers.items())}
+        return {"chosen": self.number, "stands": self.number_stands, "analyses": analyses}
+
+    @property
+    def reasons(self) -> list[dict[str, str]]:
+        """Which analyses were skipped, and why."""
+        return [{"analyses": name, "why": why} for name, why in self.skipped]
 
 
 def multiverse(

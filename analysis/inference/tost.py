@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
-from typing import Any, get_args
+from typing import ClassVar, get_args
 
 import numpy as np
 
@@ -60,7 +60,7 @@ class PairEquivalence(JsonResult):
 
 
 @dataclass(frozen=True, slots=True)
-class Equivalence:
+class Equivalence(JsonResult):
     """Verdicts on every pair.
 
     ``margin`` is in the units of the strengths, ``margin_text`` as it was named; ``margin_probability`` is the chance
@@ -73,6 +73,8 @@ class Equivalence:
     margin_probability: float
     alpha: float
     adjust: Adjust
+    json_keys: ClassVar = {"counts": "*"}
+    json_names: ClassVar = "margin margin_text margin_probability alpha adjust counts pairs"
 
     def count(self, verdict: Verdict) -> int:
         """Return how many pairs have this verdict."""
@@ -86,17 +88,10 @@ class Equivalence:
             f"{self.count('distinguished')} distinguished, {self.count('not distinguished')} not distinguished."
         )
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {
-            "margin": self.margin,
-            "margin_text": self.margin_text,
-            "margin_probability": self.margin_probability,
-            "alpha": self.alpha,
-            "adjust": self.adjust,
-            **{verdict.replace(" ", "_"): self.count(verdict) for verdict in get_args(Verdict)},
-            "pairs": [pair.to_json() for pair in self.pairs],
-        }
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many pairs each verdict has."""
+        return {verdict.replace(" ", "_"): self.count(verdict) for verdict in get_args(Verdict)}
 
 
 def parse_margin(text: str, model: Model = "bradley-terry") -> float:

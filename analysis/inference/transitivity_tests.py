@@ -15,7 +15,7 @@ statistic is the sum over triples of how far p_ik falls short, which sees a circ
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,7 +89,7 @@ class BrokenTriple(JsonResult):
 
 
 @dataclass(frozen=True, slots=True)
-class Transitivity:
+class Transitivity(JsonResult):
     """Stochastic transitivity of all triples whose three pairs were compared.
 
     Attributes
@@ -114,6 +114,8 @@ class Transitivity:
     pairs: tuple[tuple[str, str, int], ...]
     replicates: int
     alpha: float
+    json_keys: ClassVar = {"by_name": "*", "shared_pairs": "pairs"}
+    json_names: ClassVar = "triples by_name broken shared_pairs replicates alpha"
 
     @property
     def properties(self) -> tuple[PropertyTest, PropertyTest, PropertyTest]:
@@ -133,16 +135,15 @@ class Transitivity:
             return f"{words} {verdict_of(False).capitalize()} from chance, which is no proof of transitivity."
         return f"{words} {verdict_of(True).capitalize()} from chance: {', '.join(excess)}."
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {
-            "triples": self.triples,
-            **{test.name: test.to_json() for test in self.properties},
-            "broken": [triple.to_json() for triple in self.broken],
-            "pairs": [{"first": first, "second": second, "triples": number} for first, second, number in self.pairs],
-            "replicates": self.replicates,
-            "alpha": self.alpha,
-        }
+    @property
+    def by_name(self) -> dict[str, PropertyTest]:
+        """The tests by name."""
+        return {test.name: test for test in self.properties}
+
+    @property
+    def shared_pairs(self) -> list[dict[str, Any]]:
+        """Each pair with the number of triples that break it."""
+        return [{"first": first, "second": second, "triples": number} for first, second, number in self.pairs]
 
 
 def _largest(test: PropertyTest) -> float:

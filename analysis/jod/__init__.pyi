@@ -4,5 +4,5 @@ from .scale import JodOptions as JodOptions
 from .scale import JodScale as JodScale
 from .scale import JodScales as JodScales
 from .scale import scale_jod as scale_jod
-from .terminal import print_jod as print_jod
-from .terminal import unsettled_lines as unsettled_lines
+from .shown import jod_blocks as jod_blocks
+from .shown import unsettled_lines as unsettled_lines

@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import comb
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ from analysis.comparisons.comparisons import Comparisons, split_scales
 from analysis.observers.consistency import Verdicts, verdicts
 from analysis.observers.tails import Tail, from_chances, from_moments
 from documents.arrays import Floats
+from documents.text import JsonResult
 
 SHUFFLES = 9999
 MOST_STEPS = 50_000_000
@@ -44,7 +45,7 @@ class ChiSquare:
 
 
 @dataclass(frozen=True, slots=True)
-class Concordance:
+class Concordance(JsonResult):
     """Agreement between observers.
 
     Attributes
@@ -78,21 +79,7 @@ class Concordance:
     chi_square: ChiSquare | None
     strangers_p: float | None
     shuffles: int = 0
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        kendall = self.chi_square
-        return {
-            "u": self.u,
-            "least_u": self.least,
-            "observers": self.observers,
-            "agreements": self.agreements,
-            "disagreements": self.disagreements,
-            "shared": self.shared,
-            "test": self.chance.to_json() if self.chance else None,
-            "chi_square": {"statistic": kendall.statistic, "df": kendall.df, "p": kendall.p} if kendall else None,
-            "strangers_p": self.strangers_p,
-        }
+    json_keys: ClassVar = {"least": "least_u", "chance": "test", "shuffles": None}
 
 
 def kendall_u(comparisons: Comparisons, shuffles: int = SHUFFLES) -> Concordance | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import ClassVar
 
 from analysis.choices import Filter as Filter
 from analysis.errors import ResultsError
@@ -14,10 +14,11 @@ from analysis.records.answered_by import pool
 from analysis.records.results import sessions_by_observer
 from analysis.records.session_record import SessionLog
 from documents import Finding
+from documents.text import JsonResult
 
 
 @dataclass(frozen=True, slots=True)
-class Kept:
+class Kept(JsonResult):
     """The ``sessions`` that remain, in order, the ``rule``, and for each observer ``left_out`` the reasons.
 
     ``simulated`` are the codes of simulated observers who do not count beside people, ``notes`` say so in a sentence.
@@ -30,6 +31,8 @@ class Kept:
     simulated: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     answers: Mapping[str, int] = field(default_factory=dict)
+    json_keys: ClassVar = {"rule.sentence": "rule", "observers": "kept"}
+    json_names: ClassVar = "rule.sentence observers left_out simulated answers"
 
     @property
     def sentence(self) -> str:
@@ -39,13 +42,10 @@ class Kept:
         reasons = "; ".join(f"{name} ({', '.join(why)})" for name, why in self.left_out.items())
         return f"Left out: {reasons}."
 
-    def to_json(self) -> dict[str, Any]:
-        """Return rule and reasons as plain values for JSON, with the observers who remain."""
-        reasons = {observer: list(why) for observer, why in self.left_out.items()}
-        remain = list(sessions_by_observer(self.sessions))
-        simulated = list(self.simulated)
-        out = {"left_out": reasons, "simulated": simulated, "answers": dict(self.answers)}
-        return {"rule": self.rule.sentence, "kept": remain, **out}
+    @property
+    def observers(self) -> tuple[str, ...]:
+        """The observers who remain."""
+        return tuple(sessions_by_observer(self.sessions))
 
 
 def keep(sessions: Sequence[SessionLog], rule: Filter) -> Kept:

@@ -27,7 +27,7 @@ FEWEST_ANSWERS = 8  # of a trend
 
 
 @dataclass(frozen=True, slots=True)
-class SideBias:
+class SideBias(JsonResult):
     """How often an observer chose the first position.
 
     The share ``first / answers`` has Wilson's 95 % limits ``low`` and ``high`` [Wilson1927]; ``p`` is of the exact
@@ -39,16 +39,17 @@ class SideBias:
     low: float
     high: float
     p: float
+    json_names: ClassVar = "first answers share interval p"
 
     @property
     def share(self) -> float:
         """Share of answers that chose the first position, 0 to 1."""
         return self.first / self.answers
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        limits = [self.low, self.high]
-        return {"first": self.first, "answers": self.answers, "share": self.share, "interval": limits, "p": self.p}
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The 95 % interval of the share."""
+        return self.low, self.high
 
 
 def side_biases(comparisons: Comparisons) -> tuple[SideBias | None, ...]:
@@ -166,7 +167,7 @@ class Trend:
 
 
 @dataclass(frozen=True, slots=True)
-class ResponseTimes:
+class ResponseTimes(JsonResult):
     """Response times of one observer's comparisons, in seconds.
 
     ``too_fast`` of ``answers`` took less than ``limit_s``. ``trend`` is None below 8 answers, without scores, or where
@@ -178,20 +179,8 @@ class ResponseTimes:
     too_fast: int
     limit_s: float
     trend: Trend | None
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        trend = self.trend
-        return {
-            "answers": self.answers,
-            "median_s": self.median_s,
-            "too_fast": self.too_fast,
-            "too_fast_limit_s": self.limit_s,
-            "slope_per_nat": trend.slope if trend else None,
-            "slope_se": trend.slope_se if trend else None,
-            "spearman": trend.spearman if trend else None,
-            "spearman_p": trend.p if trend else None,
-        }
+    json_keys: ClassVar = {"limit_s": "too_fast_limit_s", "trend.slope": "slope_per_nat", "trend.p": "spearman_p"}
+    json_names: ClassVar = "answers median_s too_fast limit_s trend.slope trend.slope_se trend.spearman trend.p"
 
 
 def response_times(

@@ -34,7 +34,7 @@ from documents.text import JsonResult, counted
 
 
 @dataclass(frozen=True, slots=True)
-class ObserverLine:
+class ObserverLine(JsonResult):
     """One observer.
 
     Attributes
@@ -64,6 +64,10 @@ class ObserverLine:
     catch: CatchAnswers | None = None
     screening: tuple[OutcomeRecord, ...] = ()
     screening_passed: bool | None = None
+    json_keys: ClassVar = {"name": "observer", "tests": "screening"}
+    json_names: ClassVar = (
+        "name answers ties sessions complete consistency fit side repeats times catch screening_passed tests flags"
+    )
 
     @property
     def flags(self) -> tuple[str, ...]:
@@ -84,24 +88,10 @@ class ObserverLine:
             words.append("not completed")
         return tuple(words)
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON; null where there is no value."""
-        return {
-            "observer": self.name,
-            "answers": self.answers,
-            "ties": self.ties,
-            "sessions": self.sessions,
-            "complete": self.complete,
-            "consistency": self.consistency.to_json() if self.consistency else None,
-            "fit": self.fit.to_json() if self.fit else None,
-            "side": self.side.to_json() if self.side else None,
-            "repeats": self.repeats.to_json() if self.repeats else None,
-            "times": self.times.to_json() if self.times else None,
-            "catch": self.catch.to_json() if self.catch else None,
-            "screening_passed": self.screening_passed,
-            "screening": [{"test": outcome.test, "passed": outcome.passed} for outcome in self.screening],
-            "flags": list(self.flags),
-        }
+    @property
+    def tests(self) -> list[dict[str, Any]]:
+        """Which tests of vision were passed."""
+        return [{"test": outcome.test, "passed": outcome.passed} for outcome in self.screening]
 
 
 @dataclass(frozen=True, slots=True)

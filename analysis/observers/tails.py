@@ -8,17 +8,18 @@ p value, which is uniform under the null hypothesis.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 
 from documents.arrays import Floats
+from documents.text import JsonResult
 
 _NO_SKEW = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
-class Tail:
+class Tail(JsonResult):
     """Probability ``below`` of a smaller value and ``at`` of the same value, 0 to 1; ``exact``, or by moments.
 
     ``least_p`` is the smallest possible p: with few answers, even perfect answers may not be significant. It is 0 for
@@ -29,6 +30,7 @@ class Tail:
     at: float
     exact: bool
     least_p: float
+    json_names: ClassVar = "p mid_p exact least_p"
 
     @property
     def p(self) -> float:
@@ -43,10 +45,6 @@ class Tail:
     def randomised_p(self, share: float) -> float:
         """Return a p value that is uniform under the null hypothesis if ``share`` is uniform from 0 to 1."""
         return min(1.0, self.below + share * self.at)
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the p values and whether they are exact."""
-        return {"p": self.p, "mid_p": self.mid_p, "exact": self.exact, "least_p": self.least_p}
 
 
 def from_chances(chances: Floats, index: int) -> Tail:

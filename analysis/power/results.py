@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 from analysis.choices import TARGET
 from analysis.errors import ResultsError
 from analysis.power.plan import Plan
+from analysis.scaling.result import CovarianceKind
 from documents import Finding
 from documents.arrays import Floats
-from documents.text import did_you_mean, finite
+from documents.text import JsonResult, did_you_mean, finite
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Power:
+class Power(JsonResult):
     """Power with each of K numbers of observers, for n items and P pairs i < j in the order of ``numpy.triu_indices``.
 
     Each value has a Monte-Carlo standard error of its own, in a field that ends with ``_error``.
@@ -60,6 +61,10 @@ class Power:
     mean_width_error: Floats
     separated: Floats
     unfitted: Floats
+    json_names: ClassVar = (
+        "items plan.observer_sd plan.scores_of plan.lapse_rate plan.alpha plan.adjust covariance plan.interval "
+        "plan.level replicates seed sizes"
+    )
 
     @property
     def pair_names(self) -> tuple[tuple[str, str], ...]:
@@ -68,25 +73,20 @@ class Power:
         items = self.plan.items
         return tuple((items[i], items[j]) for i, j in zip(first.tolist(), second.tolist(), strict=True))
 
-    def to_json(self) -> dict[str, Any]:
-        """Return the plan and, for each number of observers, every value with its Monte-Carlo standard error."""
-        plan = self.plan
-        return {
-            "items": [
-                {"name": name, "theta": theta} for name, theta in zip(plan.items, plan.theta.tolist(), strict=True)
-            ],
-            "observer_sd": plan.observer_sd,
-            "scores_of": plan.scores_of,
-            "lapse_rate": plan.lapse_rate,
-            "alpha": plan.alpha,
-            "adjust": plan.adjust,
-            "covariance": plan.kind(self.observers[-1]),
-            "interval": plan.interval,
-            "level": plan.level,
-            "replicates": self.replicates,
-            "seed": self.seed,
-            "sizes": [self._size(index) for index in range(len(self.observers))],
-        }
+    @property
+    def items(self) -> list[dict[str, Any]]:
+        """The items with their strengths."""
+        return [{"name": name, "theta": theta} for name, theta in zip(self.plan.items, self.plan.theta, strict=True)]
+
+    @property
+    def covariance(self) -> CovarianceKind:
+        """How errors are found with the most observers."""
+        return self.plan.kind(self.observers[-1])
+
+    @property
+    def sizes(self) -> list[dict[str, Any]]:
+        """Every value for each number of observers."""
+        return [self._size(index) for index in range(len(self.observers))]
 
     def _size(self, index: int) -> dict[str, Any]:
         pairs = zip(

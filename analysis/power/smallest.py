@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from analysis.power.studies import matrices
 from analysis.scaling.laws import NATS_PER_JND
 from analysis.scaling.separation import compared_groups
 from documents import Finding
+from documents.text import JsonResult
 
 TYPICAL_SD = 0.7  # between observers in nats, where none is measured
 MOST_NATS = float(np.log(99))  # 99 % of choices
@@ -30,7 +31,7 @@ MOST_ITEMS = 60  # above, fitting so many studies takes longer than a check may
 
 
 @dataclass(frozen=True, slots=True)
-class SmallestDifference:
+class SmallestDifference(JsonResult):
     """The smallest difference between two items that a design finds in most studies.
 
     The two items differ so; all others lie midway between them. Of the places tried it is the one where power grows
@@ -71,6 +72,12 @@ class SmallestDifference:
     studies: int
     seed: int
     group: str = ""
+    most_nats: ClassVar = MOST_NATS
+    json_keys: ClassVar = {"group_name": "group", "one_camp": "one_camp_in"}
+    json_names: ClassVar = (
+        "observers group_name nats error_nats percent_of_choices jnd most_nats found_of_most target observer_sd "
+        "studies seed size sentence assumed one_camp warnings"
+    )
 
     @property
     def size(self) -> str:
@@ -137,28 +144,20 @@ class SmallestDifference:
         none = (f"{self.sentence} {self.assumed}",) if self.nats is None else ()
         return (*none, self.camps) if self.camps else none
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        nats = self.nats
-        return {
-            "observers": self.observers,
-            "group": self.group or None,
-            "nats": nats,
-            "error_nats": self.error_nats,
-            "percent_of_choices": None if nats is None else _percent(nats),
-            "jnd": None if nats is None else nats / NATS_PER_JND,
-            "most_nats": MOST_NATS,
-            "found_of_most": self.found_of_most,
-            "target": self.target,
-            "observer_sd": self.observer_sd,
-            "studies": self.studies,
-            "seed": self.seed,
-            "size": self.size,
-            "sentence": self.sentence,
-            "assumed": self.assumed,
-            "one_camp_in": self.one_camp,
-            "warnings": list(self.warnings),
-        }
+    @property
+    def group_name(self) -> str | None:
+        """The group, None without groups."""
+        return self.group or None
+
+    @property
+    def percent_of_choices(self) -> float | None:
+        """How often the better of two items is chosen at that difference."""
+        return None if self.nats is None else _percent(self.nats)
+
+    @property
+    def jnd(self) -> float | None:
+        """The difference in just noticeable differences."""
+        return None if self.nats is None else self.nats / NATS_PER_JND
 
 
 def smallest_difference(

@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from analysis.errors import ResultsError
 from analysis.records.results import result_files
@@ -28,14 +28,14 @@ from documents.files import (
     unprotected,
     unreadable,
 )
-from documents.text import counted, visible
+from documents.text import JsonResult, counted, visible
 
 _BEGINNING = 4096
 _LAYOUT = 4  # EXPERIMENT/sub-OBSERVER/ses-LABEL/session.jsonl
 
 
 @dataclass(frozen=True, slots=True)
-class LogCheck:
+class LogCheck(JsonResult):
     """A log that was checked.
 
     ``chained_from`` is the first line with a checksum: 1 if all have one, None if none has. ``complete`` says whether
@@ -53,6 +53,8 @@ class LogCheck:
     digest: str
     findings: tuple[Finding, ...]
     mirror: str | None = None
+    json_keys: ClassVar = {"faults": "findings"}
+    json_names: ClassVar = "file kind lines chained_from complete torn_bytes digest mirror faults"
 
     @property
     def checksums(self) -> str:
@@ -67,19 +69,10 @@ class LogCheck:
         words = "a measurement" if self.kind == "measurement" else "complete" if self.complete else "stopped"
         return f"{words}, its last line unfinished" if self.torn_bytes else words
 
-    def to_json(self) -> dict[str, Any]:
-        """Return the check as plain JSON."""
-        return {
-            "file": str(self.file),
-            "kind": self.kind,
-            "lines": self.lines,
-            "chained_from": self.chained_from,
-            "complete": self.complete,
-            "torn_bytes": self.torn_bytes,
-            "digest": self.digest,
-            "mirror": self.mirror,
-            "findings": [_finding_json(finding) for finding in self.findings],
-        }
+    @property
+    def faults(self) -> list[dict[str, Any]]:
+        """The findings, each with its file, line, message and remedy."""
+        return [_finding_json(finding) for finding in self.findings]
 
 
 @dataclass(frozen=True, slots=True)

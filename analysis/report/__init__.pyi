@@ -1,8 +1,10 @@
 from .checklist import METHODS_ITEMS as METHODS_ITEMS
 from .described import describe as describe
-from .described import print_report as print_report
+from .described import report_blocks as report_blocks
 from .estimate import estimate_scores as estimate_scores
+from .factors import factors_section as factors_section
 from .grouped import common_names as common_names
+from .observers import observers_section as observers_section
 from .page import write_report as write_report
 from .report import Report as Report
 from .series import rating_figure as rating_figure

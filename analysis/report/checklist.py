@@ -7,9 +7,10 @@ was computed; what neither says, people give once, in the experiment file. What 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import ClassVar, Literal
 
 from analysis.report.words import counted
+from documents.text import JsonResult
 
 Status = Literal["recorded", "computed", "given", "missing", "not_applicable"]
 Source = Literal["recorded", "computed", "given"]
@@ -144,19 +145,19 @@ NOT_OF_PEOPLE = "All observers were simulated."
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class Answer(JsonResult):
     """The answer to an ``item``: its ``text``, and where it is from; of one that is missing the blank to fill in."""
 
     item: Item
     status: Status
     text: str
+    json_keys: ClassVar = {"item.code": "code", "item.part": "part"}
+    json_names: ClassVar = "item.code item.part item.question item.asked_by status answer"
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        item = self.item
-        answer = None if self.status == "missing" else self.text
-        asked = {"code": item.code, "part": item.part, "question": item.question, "asked_by": list(item.asked_by)}
-        return {**asked, "status": self.status, "answer": answer}
+    @property
+    def answer(self) -> str | None:
+        """The text; None of one that is missing."""
+        return None if self.status == "missing" else self.text
 
 
 def answer(item: Item, said: str, given: str, *, simulated: bool) -> Answer:
@@ -176,11 +177,13 @@ def answer(item: Item, said: str, given: str, *, simulated: bool) -> Answer:
 
 
 @dataclass(frozen=True, slots=True)
-class Methods:
+class Methods(JsonResult):
     """An answer to each item of the list, in its order, and the ``works`` that they cite."""
 
     answers: tuple[Answer, ...] = ()
     works: tuple[str, ...] = ()
+    json_keys: ClassVar = {"answers": "items", "missing_items": "missing", "works": "references"}
+    json_names: ClassVar = "answers missing_items works"
 
     @property
     def missing(self) -> tuple[Answer, ...]:
@@ -199,7 +202,7 @@ class Methods:
             "experiment file."
         )
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON: all items, and those that are missing by code and question."""
-        missing = [{"code": one.item.code, "question": one.item.question} for one in self.missing]
-        return {"items": [one.to_json() for one in self.answers], "missing": missing, "references": list(self.works)}
+    @property
+    def missing_items(self) -> list[dict[str, str]]:
+        """Code and question of each item that is missing."""
+        return [{"code": one.item.code, "question": one.item.question} for one in self.missing]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from analysis.choices import Adjust, CovarianceChoice
 from analysis.comparisons.session_comparisons import grouped_comparisons, is_comparison
@@ -27,16 +26,11 @@ from analysis.report.reviewers import group_reviews_of, review_of
 from analysis.report.scores import beside_words
 from analysis.report.summary import Summary, summarise
 from analysis.report.words import counted
-from analysis.scaling.grouped_terminal import print_groups
-from analysis.scaling.terminal import Published, print_scores
+from analysis.scaling.shown import Published, group_blocks, score_blocks
 from analysis.series.summary import summarise_series
 from analysis.thresholds.summary import summarise_thresholds
 from documents import Finding
-from documents.pages import Mark, Paragraph, print_blocks
-from documents.text import clean_console
-
-if TYPE_CHECKING:
-    from rich.console import Console
+from documents.pages import Block, Mark, Paragraph
 
 SHUFFLES = 999  # permutations for the test against unrelated preferences: p to three digits
 
@@ -156,37 +150,40 @@ def _without_scores(sessions: Sequence[SessionLog]) -> Iterator[str]:
         yield "There are no scores: the sessions have no comparison, choice, preference, rating or threshold."
 
 
-def print_report(report: Report, published: Published | None = None, console: Console | None = None) -> None:
-    """Print the scores, a sentence for each part, who was left out, notes, what Methods lack, and checks that failed.
+def report_blocks(report: Report, published: Published | None = None) -> list[Block]:
+    """Return the scores, a sentence for each part, who was left out, notes, what Methods lack, and checks that failed.
 
     Parameters
     ----------
     report
         The results, as `describe` returns them.
     published
-        Score (0 to 1) and class by stimulus, published before, to print beside the computed ones.
-    console
-        Where to print; standard output if None.
+        Score (0 to 1) and class by stimulus, published before, to show beside the computed ones.
+
+    Returns
+    -------
+    list
+        Blocks for `documents.pages`.
     """
-    console = console or clean_console()
+    blocks: list[Block] = []
     if report.pairs is not None:
-        print_scores(report.pairs.scores, published, console)
+        blocks += score_blocks(report.pairs.scores, published)
         if report.pairs.beside is not None:
-            print_blocks([Paragraph(f"Beside, as the experiment asks: {beside_words(report.pairs.beside)}")], console)
-            print_scores(report.pairs.beside, published, console)
+            blocks.append(Paragraph(f"Beside, as the experiment asks: {beside_words(report.pairs.beside)}"))
+            blocks += score_blocks(report.pairs.beside, published)
     if report.groups is not None:
-        print_groups(report.groups.scored, console=console)
+        blocks += group_blocks(report.groups.scored)
     left_out = f"{report.kept.rule.sentence} {report.kept.sentence}" if report.kept.left_out else ""
     failed = [
         Paragraph(f"{check.check}. {check.reason} {check.remedy}", mark=Mark("Check failed", "bad"))
         for check in report.failed
     ]
-    blocks = (
+    return [
+        *blocks,
         *map(Paragraph, filter(None, (report.headline, *report.sentences))),
         *conclusions_blocks(report.conclusions, report.factors.cautions if report.factors else ()),
         *map(Paragraph, filter(None, [left_out])),
         *(Paragraph(note, mark=Mark("Note", "open")) for note in report.notes),
         *map(Paragraph, [report.methods.sentence] if report.methods.missing else []),
         *failed,
-    )
-    print_blocks(blocks, console)
+    ]

@@ -22,7 +22,7 @@ from analysis.report.scores import (
 from analysis.report.summary import Summary
 from analysis.report.words import fixed, p_words
 from analysis.scaling.group_agreement import GroupAgreement
-from analysis.scaling.terminal import Published
+from analysis.scaling.shown import Published
 from documents.figures import NARROW_IN, WIDE_IN
 from documents.pages import Block, Cell, Column, Facts, Figure, Heading, Matrix, Paragraph, Section, Table
 from documents.text import counted

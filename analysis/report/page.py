@@ -31,7 +31,7 @@ from analysis.report.shown import (
     unreported_section,
 )
 from analysis.report.thresholds import thresholds_section
-from analysis.scaling.terminal import Published
+from analysis.scaling.shown import Published
 from documents.files import write_whole
 from documents.pages import Page, Section, Table, page_html, write_csv_files, write_figure_files
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 from analysis.classes.conclusions import Conclusion
 from analysis.factors.result import FactorEffects
@@ -21,19 +21,20 @@ from analysis.records.session_record import SessionLog
 from analysis.report.checklist import Methods
 from analysis.report.checks import FailedCheck
 from analysis.report.grouped import GroupedSummary
-from analysis.report.not_reported import unreported
+from analysis.report.not_reported import Unreported, unreported
 from analysis.report.reviewers import Review
 from analysis.report.summary import Summary
 from analysis.report.words import counted
 from analysis.series.summary import SeriesSummary
 from analysis.thresholds.summary import ThresholdSummary
+from documents.text import JsonResult
 
 PAGES = ("instructions", "break")
 _RATED = {"alone": "", "chosen": " of the stimuli chosen of two", "both": " of both stimuli of a pair"}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Report:
+class Report(JsonResult):
     """The results on the page; None for each part without records.
 
     Attributes
@@ -84,6 +85,20 @@ class Report:
     failed: tuple[FailedCheck, ...]
     methods: Methods = field(default_factory=Methods)
     conclusions: tuple[Conclusion, ...] = ()
+    json_keys: ClassVar = {
+        "kept": "left_out",
+        "pairs": "*",
+        "groups": "*",
+        "failed": "failed_checks",
+        "observers": "observer_table",
+        "thresholds.questions": "thresholds",
+        "number": "sessions",
+    }
+    json_names: ClassVar = (
+        "header.experiment header.question number kept what_eyes_saw pairs groups conclusions notes failed factors "
+        "observers review group_reviews series ratings preferences thresholds.questions methods not_reported"
+    )
+    json_optional: ClassVar = ("preferences", "thresholds.questions")
 
     @property
     def kinds(self) -> tuple[str, ...]:
@@ -121,34 +136,17 @@ class Report:
                 sentences += [f"{who}, {count}{_RATED[of]}."] if raters else []
         return tuple(sentences)
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON; the keys of `cyclopean scores --json` are at the top level."""
-        parts: dict[str, Any] = {
-            "experiment": self.header.experiment,
-            "question": self.header.question,
-            "sessions": len(self.sessions),
-            "left_out": self.kept.to_json(),
-            "what_eyes_saw": [{"sessions": n, **seen.to_json()} for seen, n in what_eyes_saw(self.sessions).items()],
-        }
-        if self.pairs is not None:
-            parts |= self.pairs.to_json()
-        if self.groups is not None:
-            parts |= self.groups.to_json()
-        parts["conclusions"] = [conclusion.to_json() for conclusion in self.conclusions]
-        parts["notes"] = list(self.notes)
-        parts["failed_checks"] = [check.to_json() for check in self.failed]
-        parts["factors"] = self.factors.to_json() if self.factors else None
-        parts["observer_table"] = self.observers.to_json() if self.observers else None
-        parts["review"] = {name: answer.to_json() for name, answer in self.review.items()}
-        parts["group_reviews"] = {
-            name: {key: answer.to_json() for key, answer in own.items()} for name, own in self.group_reviews.items()
-        }
-        parts["series"] = self.series.to_json() if self.series else None
-        parts["ratings"] = self.ratings.to_json() if self.ratings else None
-        if self.preferences is not None:
-            parts["preferences"] = self.preferences.to_json()
-        if self.thresholds is not None:
-            parts["thresholds"] = self.thresholds.to_json()
-        parts["methods"] = self.methods.to_json()
-        parts["not_reported"] = [field.to_json() for field in unreported(self.sessions)]
-        return parts
+    @property
+    def number(self) -> int:
+        """How many sessions there are."""
+        return len(self.sessions)
+
+    @property
+    def what_eyes_saw(self) -> list[dict[str, Any]]:
+        """What observers saw, each with how many sessions it is of."""
+        return [{"sessions": count, **seen.to_json()} for seen, count in what_eyes_saw(self.sessions).items()]
+
+    @property
+    def not_reported(self) -> tuple[Unreported, ...]:
+        """What the sessions hold and the report does not show."""
+        return unreported(self.sessions)

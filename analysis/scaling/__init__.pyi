@@ -9,9 +9,6 @@ from .grouped import GroupedScores as GroupedScores
 from .grouped import ScoreOptions as ScoreOptions
 from .grouped import common_items as common_items
 from .grouped import score_groups as score_groups
-from .grouped_terminal import agreement_lines as agreement_lines
-from .grouped_terminal import group_problem_lines as group_problem_lines
-from .grouped_terminal import print_groups as print_groups
 from .laws import LAWS as LAWS
 from .laws import LOGISTIC as LOGISTIC
 from .laws import MODELS as MODELS
@@ -30,6 +27,9 @@ from .scores import Scores as Scores
 from .scores import score as score
 from .separation import are_connected as are_connected
 from .separation import compared_groups as compared_groups
-from .terminal import Published as Published
-from .terminal import print_scores as print_scores
-from .terminal import problem_lines as problem_lines
+from .shown import Published as Published
+from .shown import agreement_lines as agreement_lines
+from .shown import group_blocks as group_blocks
+from .shown import group_problem_lines as group_problem_lines
+from .shown import problem_lines as problem_lines
+from .shown import score_blocks as score_blocks

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
@@ -13,10 +14,11 @@ from analysis.scaling.laws import Law
 from analysis.scaling.newton import Point
 from analysis.scaling.sandwich import Contributions, contributions
 from documents.arrays import Floats
+from documents.text import JsonResult
 
 
 @dataclass(frozen=True, eq=False)
-class ByObserver:
+class ByObserver(JsonResult):
     """The covariance of ``n`` strengths and further parameters, clustered by observer.
 
     Attributes
@@ -32,6 +34,7 @@ class ByObserver:
     n: int
     contributions: Contributions
     spread: Spread
+    json_names: ClassVar = "observers overdispersion shrinkage fewest_degrees_of_freedom most_degrees_of_freedom"
 
     @property
     def observers(self) -> int:
@@ -77,15 +80,25 @@ class ByObserver:
     def _further(self) -> int:
         return int(self.contributions.pulled.shape[1]) - self.n
 
-    def to_json(self) -> dict[str, float | int]:
-        """Return plain values for JSON: how many observers, φ, λ, and the fewest and most degrees of freedom."""
-        return {
-            "observers": self.observers,
-            "overdispersion": float(self.spread.scale[0]),
-            "shrinkage": float(self.spread.share[0]),
-            "fewest_degrees_of_freedom": float(self.pair_freedom.min()),
-            "most_degrees_of_freedom": float(self.pair_freedom.max()),
-        }
+    @property
+    def overdispersion(self) -> float:
+        """How many times as much the answers vary as if all were independent, φ."""
+        return float(self.spread.scale[0])
+
+    @property
+    def shrinkage(self) -> float:
+        """The share λ that is taken from independent answers."""
+        return float(self.spread.share[0])
+
+    @property
+    def fewest_degrees_of_freedom(self) -> float:
+        """Those of the pair with the fewest."""
+        return float(self.pair_freedom.min())
+
+    @property
+    def most_degrees_of_freedom(self) -> float:
+        """Those of the pair with the most."""
+        return float(self.pair_freedom.max())
 
 
 def by_observer(kind: Clustered, counts: Counts, answers: Answers, law: Law, point: Point, joint: Floats) -> ByObserver:

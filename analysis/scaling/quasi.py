@@ -7,7 +7,7 @@ by Gauss and Newton's method. The largest errors of the approximation stand besi
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,13 +16,14 @@ from analysis.covariance.laplacian import contrast_variances
 from analysis.errors import ResultsError
 from documents import Finding
 from documents.arrays import Floats
+from documents.text import JsonResult
 
 MOST_ITERATIONS = 200
 STEP_TOLERANCE = 1e-13
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class QuasiVariances:
+class QuasiVariances(JsonResult):
     """Quasi-variances of ``n`` items.
 
     Attributes
@@ -40,14 +41,12 @@ class QuasiVariances:
     worst_below: float
     worst_above: float
     converged: bool
+    json_names: ClassVar = "variances worst_relative_errors converged"
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {
-            "variances": self.variances.tolist(),
-            "worst_relative_errors": [self.worst_below, self.worst_above],
-            "converged": self.converged,
-        }
+    @property
+    def worst_relative_errors(self) -> tuple[float, float]:
+        """By how much standard errors of differences are off, at most: below and above."""
+        return self.worst_below, self.worst_above
 
 
 def quasi_variances(covariance: Floats) -> QuasiVariances:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,6 @@ from analysis.choices import CovarianceChoice
 from analysis.classes.conclusions import Conclusion, concluded
 from analysis.scaling.clustered import ByObserver
 from analysis.scaling.counts import Counts
-from analysis.scaling.goodness import Goodness, goodness_of_fit
 from analysis.scaling.laws import LAWS, Model
 from analysis.scaling.robust_tests import ObserverTest
 from analysis.scaling.separation import Groups, Separation, find_separation, separated_items
@@ -22,6 +21,78 @@ from documents.text import JsonResult
 
 if TYPE_CHECKING:
     from analysis.scaling.quasi import QuasiVariances
+
+# How well a law fits: deviance and Pearson's statistic against free chances for each pair.
+
+FEWEST_EXPECTED = 5.0
+
+
+@dataclass(frozen=True, slots=True)
+class Goodness(JsonResult):
+    """Goodness of fit.
+
+    Attributes
+    ----------
+    deviance, pearson
+        2 Σ O log(O / E) and Σ (O − E)² / E over the answers to each pair.
+    df
+        Free numbers of the answers less the parameters of the law.
+    p_deviance, p_pearson
+        Chance of as much or more if the law is right, by the χ² distribution: it takes all answers for independent.
+        None where ``df`` is zero. Judge by `analysis.scaling.lack_of_fit.one_scale`, which does not where it can.
+    smallest_expected
+        Smallest expected count E.
+    share_small
+        Share (0 to 1) of expected counts below 5. Where there are such, the χ² distribution is a rough guide:
+        Pearson's p is then the safer of the two, and with single answers to most pairs neither says anything.
+    """
+
+    deviance: float
+    pearson: float
+    df: int
+    p_deviance: float | None
+    p_pearson: float | None
+    smallest_expected: float
+    share_small: float
+    json_keys: ClassVar = {"share_small": "share_of_expected_below_5"}
+    json_also: ClassVar = ("caveat",)
+
+    @property
+    def caveat(self) -> str | None:
+        """A sentence of caution where expected counts are small; None if they are not."""
+        if not self.share_small:
+            return None
+        return (
+            f"{self.share_small:.0%} of the expected counts are below {FEWEST_EXPECTED:g} (the smallest is "
+            f"{self.smallest_expected:.2g}): the p value of the fit is rough."
+        )
+
+
+def goodness_of_fit(
+    counts: Counts, probabilities: tuple[Floats, Floats, Floats], parameters: int, *, ties: bool
+) -> Goodness:
+    """Compare ``counts``, a batch of one, with a law's chances of ``first``, ``second`` and neither, each (1, m).
+
+    ``parameters`` is how many numbers of the law were fitted.
+    """
+    from scipy.special import gammaincc, xlogy
+
+    outcomes = 3 if ties else 2
+    observed = np.concatenate([counts.won, counts.lost, counts.tied])[:outcomes]
+    total = observed.sum(axis=0)
+    kept = total > 0
+    observed, total = observed[:, kept], total[kept]
+    chance = np.concatenate(probabilities)[:outcomes, kept]
+    expected = total * chance
+    ratio = np.divide(observed / total, chance, out=np.ones_like(chance), where=(observed > 0) & (chance > 0))
+    deviance = max(0.0, float(2 * xlogy(observed, ratio).sum()))
+    misses = np.divide((observed - expected) ** 2, expected, out=np.zeros_like(expected), where=expected > 0)
+    pearson = float(misses.sum())
+    df = max(0, int(kept.sum()) * (outcomes - 1) - parameters)  # with a prior, parameters may outnumber the pairs
+    tail = [float(gammaincc(df / 2, value / 2)) if df > 0 else None for value in (deviance, pearson)]
+    share = float((expected < FEWEST_EXPECTED * (1 - 1e-9)).mean())  # 5 less rounding is 5
+    return Goodness(deviance, pearson, df, tail[0], tail[1], float(expected.min()), share)
+
 
 Method = Literal["ml", "firth"]
 ModelMethod = Literal["ml", "firth", "map"]
@@ -40,7 +111,7 @@ def t_quantile(freedom: float) -> float:
 
 
 @dataclass(frozen=True, slots=True)
-class Parameter:
+class Parameter(JsonResult):
     """One parameter of a fitted law beside the strengths.
 
     Attributes
@@ -60,6 +131,8 @@ class Parameter:
     se: float
     is_factor: bool = True
     freedom: float = math.inf
+    json_names: ClassVar = "name estimate se low high odds"
+    json_keys: ClassVar = {"odds": "*"}
 
     @property
     def low(self) -> float:
@@ -83,14 +156,10 @@ class Parameter:
             value, low, high = (float(np.exp(number)) for number in (self.estimate, self.low, self.high))
         return value, max(low, 1.0) if self.name == "eta" else low, high
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        values: dict[str, Any] = {"name": self.name, "estimate": self.estimate, "se": self.se}
-        values |= {"low": self.low, "high": self.high}
-        if self.factor is not None:
-            ends = (number if math.isfinite(number) else None for number in self.factor)
-            values |= dict(zip(("factor", "factor_low", "factor_high"), ends, strict=True))
-        return values
+    @property
+    def odds(self) -> dict[str, float]:
+        """The same as a factor of odds, if it is one, with its interval."""
+        return dict(zip(("factor", "factor_low", "factor_high"), self.factor or (), strict=False))
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 
@@ -117,16 +117,13 @@ def picture_scores(choices: Choices, *, pooled: bool, weight: str | None) -> tup
 
 
 @dataclass(frozen=True, slots=True)
-class CellMean:
+class CellMean(JsonResult):
     """A mean over the choices from series of one ``kind`` and ``paint``; None means all of them."""
 
     kind: str | None
     paint: str | None
     mean: Estimate
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {"kind": self.kind, "paint": self.paint, **self.mean.to_json()}
+    json_keys: ClassVar = {"mean": "*"}
 
 
 def cell_means(choices: Choices, value: Callable[[Choice], float | None]) -> tuple[CellMean, ...]:

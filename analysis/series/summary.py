@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import ClassVar, TypeAlias
 
 import numpy as np
 
@@ -34,11 +34,11 @@ from analysis.series.picture_scores import (
     weight_of,
 )
 from documents.arrays import Floats
-from documents.text import counted, json_fields
+from documents.text import JsonResult, counted
 
 
 @dataclass(frozen=True, slots=True)
-class SeriesSummary:
+class SeriesSummary(JsonResult):
     """The scores, ratings, steps, agreement and tests of the choices from series in one experiment.
 
     Attributes
@@ -88,6 +88,12 @@ class SeriesSummary:
     choice_tests: tuple[KindsTest, ...]
     level_tests: tuple[LevelTest, ...]
     notes: tuple[str, ...]
+    json_keys: ClassVar = {"who.all_simulated": "simulated", "count": "choices", "choices.design.series": "series"}
+    json_names: ClassVar = (
+        "experiment who.all_simulated weight choices.observers count choices.design.by choices.design.across "
+        "choices.design.along choices.design.series levels pictures ratings response_times_s path_lengths steps "
+        "neighbours agreement kind_tests paint_tests choice_tests level_tests notes"
+    )
 
     @property
     def conclusions(self) -> tuple[Conclusion, ...]:
@@ -101,33 +107,10 @@ class SeriesSummary:
         count, series = len(self.choices.choices), len(plan.series)
         return f"{who}, {count:,} choice{'' if count == 1 else 's'} from {series} series."
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        plan = self.choices.design
-        return {
-            "experiment": self.experiment,
-            "simulated": self.who.all_simulated,
-            "weight": self.weight,
-            "observers": list(self.choices.observers),
-            "choices": len(self.choices.choices),
-            "by": plan.by,
-            "across": plan.across,
-            "along": plan.along,
-            "series": [json_fields(series) for series in plan.series],
-            "levels": [level.to_json() for level in self.levels],
-            "pictures": [picture.to_json() for picture in self.pictures],
-            "ratings": {scale: [cell.to_json() for cell in cells] for scale, cells in self.ratings.items()},
-            "response_times_s": [cell.to_json() for cell in self.response_times_s],
-            "path_lengths": [cell.to_json() for cell in self.path_lengths],
-            "steps": [step.to_json() for step in self.steps],
-            "neighbours": [test.to_json() for test in self.neighbours],
-            "agreement": self.agreement.to_json(),
-            "kind_tests": {scale: test.to_json() for scale, test in self.kind_tests.items()},
-            "paint_tests": {scale: test.to_json() for scale, test in self.paint_tests.items()},
-            "choice_tests": [test.to_json() for test in self.choice_tests],
-            "level_tests": [test.to_json() for test in self.level_tests],
-            "notes": list(self.notes),
-        }
+    @property
+    def count(self) -> int:
+        """How many choices there are."""
+        return len(self.choices.choices)
 
 
 def summarise_series(

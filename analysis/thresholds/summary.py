@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import ClassVar, Literal
 
 from analysis.errors import ResultsError
 from analysis.kinds.threshold import ThresholdRecord
@@ -15,7 +15,7 @@ from analysis.records.times import in_time
 from analysis.series.observer_means import Estimate
 from analysis.thresholds.fit import Easier, ThresholdFit, axis_of, axis_warning, fit_threshold, mean_parameter
 from documents import Finding
-from documents.text import json_fields
+from documents.text import JsonResult
 
 GUESSES: Mapping[str, float | None] = {"yes_no": None, "two_intervals": 0.5, "two_places": 0.5}
 
@@ -38,19 +38,16 @@ class Question:
 
 
 @dataclass(frozen=True, slots=True)
-class ObserverThreshold:
+class ObserverThreshold(JsonResult):
     """One observer's fit."""
 
     observer: str
     fit: ThresholdFit
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {"observer": self.observer, **self.fit.to_json()}
+    json_keys: ClassVar = {"fit": "*"}
 
 
 @dataclass(frozen=True, slots=True)
-class QuestionSummary:
+class QuestionSummary(JsonResult):
     """The thresholds of one question: each observer's, sorted, and the means over those who have one.
 
     Means of thresholds on a logarithmic axis and of slopes are those of logarithms; 95 % intervals are by bootstrap
@@ -64,21 +61,18 @@ class QuestionSummary:
     guess: Estimate
     lapse: Estimate
     warning: str = ""
+    json_keys: ClassVar = {"question": "*"}
+    json_names: ClassVar = "question question.name over_observers warning observers"
 
     @property
     def trials(self) -> int:
         """How many trials there were, those without a signal among them."""
         return sum(sum(each.fit.trials) + each.fit.blanks[1] for each in self.observers)
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        means = {name: getattr(self, name).to_json() for name in ("threshold", "slope", "guess", "lapse")}
-        return {
-            **json_fields(self.question, "name"),
-            "over_observers": means,
-            "warning": self.warning,
-            "observers": [observer.to_json() for observer in self.observers],
-        }
+    @property
+    def over_observers(self) -> dict[str, Estimate]:
+        """The means over observers by name."""
+        return {name: getattr(self, name) for name in ("threshold", "slope", "guess", "lapse")}
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,10 +99,6 @@ class ThresholdSummary:
         remedy = "In a block, name the stimulus without a signal as 'reference': it then has no level."
         warned = [each for each in self.questions if each.warning]
         return tuple(f"Threshold of {each.question.name}: {each.warning}. {remedy}" for each in warned)
-
-    def to_json(self) -> list[dict[str, Any]]:
-        """Return plain values for JSON."""
-        return [question.to_json() for question in self.questions]
 
 
 @dataclass(slots=True)

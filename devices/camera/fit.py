@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,6 +29,7 @@ from devices.colour_matching import DEFAULT_OBSERVER, colorimetric_observer
 from devices.errors import DeviceError
 from documents import Finding
 from documents.arrays import Floats
+from documents.text import JsonResult
 
 _COLOURS = ("red", "green", "blue")
 _MOST_LEFT_OUT = 0.25
@@ -37,7 +38,7 @@ _UNFIT = "the patches may be in another order than the reference, the picture no
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FittedPatch:
+class FittedPatch(JsonResult):
     """One patch: what was seen, measured and estimated (3,), and its ΔE00 with all patches and left out itself.
 
     ``left_out_reason`` is empty for patches that the matrix was fitted to; the others have no ``held_out_delta_e``,
@@ -53,22 +54,24 @@ class FittedPatch:
     held_out_delta_e: float | None
     left_out_reason: str
     tested_luminance_cd_m2: float
+    json_keys: ClassVar = {
+        "XYZ": "XYZ_cd_m2",
+        "estimated_XYZ": "estimated_XYZ_cd_m2",
+        "delta_e": "delta_e_2000",
+        "held_out_delta_e": "held_out_delta_e_2000",
+        "left_out_reason": None,
+        "tested_luminance_cd_m2": None,
+    }
+    json_also: ClassVar = ("left_out",)
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain JSON."""
-        return {
-            "name": self.name,
-            "rgb": self.rgb.tolist(),
-            "XYZ_cd_m2": self.XYZ.tolist(),
-            "estimated_XYZ_cd_m2": self.estimated_XYZ.tolist(),
-            "delta_e_2000": self.delta_e,
-            "held_out_delta_e_2000": self.held_out_delta_e,
-            "left_out": self.left_out_reason or None,
-        }
+    @property
+    def left_out(self) -> str | None:
+        """Why it was left out; None of a patch that was not."""
+        return self.left_out_reason or None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class CameraFit:
+class CameraFit(JsonResult):
     """A fitted camera, its patches in the order given, and how well they determine it.
 
     ``standard_errors`` has the shape of M, (3, 3) or (3, 4); ``condition`` is that of C with columns of unit length;
@@ -85,6 +88,19 @@ class CameraFit:
     held_out: Errors | None
     white_XYZ: Floats
     notes: tuple[str, ...]
+    json_keys: ClassVar = {
+        "model.matrix": "matrix_XYZ_cd_m2",
+        "model.offset_XYZ": "offset_XYZ_cd_m2",
+        "known_errors": "standard_errors",
+        "fitted": "fitted_delta_e_2000",
+        "held_out": "held_out_delta_e_2000",
+        "reasons": "left_out",
+        "notes": "said",
+    }
+    json_names: ClassVar = (
+        "model.observer model.form loss model.matrix model.offset_XYZ model.black_rgb known_errors condition "
+        "model.exposure model.exposure_sets model.safe_luminance_cd_m2 fitted held_out reasons patches notes"
+    )
 
     @property
     def left_out(self) -> tuple[FittedPatch, ...]:
@@ -104,35 +120,15 @@ class CameraFit:
             )
         return words + (f" {gone} of {count} patches {'was' if gone == 1 else 'were'} left out." if gone else "")
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain JSON."""
-        model = self.model
-        errors = self.standard_errors
-        exposure = model.exposure
-        return {
-            "observer": model.observer,
-            "form": model.form,
-            "loss": self.loss,
-            "matrix_XYZ_cd_m2": model.matrix.tolist(),
-            "offset_XYZ_cd_m2": model.offset_XYZ.tolist(),
-            "black_rgb": model.black_rgb.tolist(),
-            "standard_errors": None if np.isnan(errors).any() else errors.tolist(),
-            "condition": self.condition,
-            "exposure": None if exposure is None else exposure.to_json(),
-            "exposure_sets": [
-                {
-                    "white_luminance_cd_m2": tried.white_luminance_cd_m2,
-                    "exposures": [exposure.to_json() for exposure in tried.exposures],
-                }
-                for tried in model.exposure_sets
-            ],
-            "safe_luminance_cd_m2": list(model.safe_luminance_cd_m2 or ()) or None,
-            "fitted_delta_e_2000": self.fitted.to_json(),
-            "held_out_delta_e_2000": self.held_out.to_json() if self.held_out else None,
-            "left_out": {patch.name: patch.left_out_reason for patch in self.left_out},
-            "patches": [patch.to_json() for patch in self.patches],
-            "said": list(self.notes),
-        }
+    @property
+    def known_errors(self) -> Floats | None:
+        """The standard errors; None where they are not known."""
+        return None if np.isnan(self.standard_errors).any() else self.standard_errors
+
+    @property
+    def reasons(self) -> dict[str, str]:
+        """Why patches were left out, by their names."""
+        return {patch.name: patch.left_out_reason for patch in self.left_out}
 
 
 def fit_camera(

@@ -9,7 +9,7 @@ the others are left out first, see `devices.characterise.outliers`.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,7 +51,7 @@ _FEW = 30
 
 
 @dataclass(frozen=True, slots=True)
-class Candidate:
+class Candidate(JsonResult):
     """One model, fitted to all readings, and what is known of it.
 
     ``held_out`` is of readings that it was not fitted to, and so is ``held_out_light``. ``r2_XYZ``: of X, Y and Z over
@@ -73,6 +73,16 @@ class Candidate:
     unusable: str
     table_error_codes: float | None
     inversion_error_codes: float | None
+    json_keys: ClassVar = {
+        "name": "model",
+        "held_out": "held_out_delta_e_2000",
+        "held_out_light": "held_out_luminance",
+        "fitted": "fitted_delta_e_2000",
+    }
+    json_names: ClassVar = (
+        "name free_numbers held_out held_out_light fitted r2 condition standard_errors at_bound unusable "
+        "table_error_codes inversion_error_codes"
+    )
 
     @property
     def r2_average(self) -> float:
@@ -89,22 +99,10 @@ class Candidate:
         """The model's numbers, with standard errors where the fit gives them."""
         return ModelNumbers.of(self.model, self.standard_errors)
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain JSON; the model itself is left out."""
-        return {
-            "model": self.name,
-            "free_numbers": self.free_numbers,
-            "held_out_delta_e_2000": self.held_out.to_json(),
-            "held_out_luminance": [error.to_json() for error in self.held_out_light],
-            "fitted_delta_e_2000": self.fitted.to_json(),
-            "r2": {**dict(zip("XYZ", self.r2_XYZ, strict=True)), "average": self.r2_average},
-            "condition": self.condition if np.isfinite(self.condition) else None,
-            "standard_errors": self.standard_errors,
-            "at_bound": list(self.at_bound),
-            "unusable": self.unusable,
-            "table_error_codes": self.table_error_codes,
-            "inversion_error_codes": self.inversion_error_codes,
-        }
+    @property
+    def r2(self) -> dict[str, float]:
+        """The coefficients of determination of X, Y and Z, and their average."""
+        return {**dict(zip("XYZ", self.r2_XYZ, strict=True)), "average": self.r2_average}
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +115,7 @@ class AllKept(JsonResult):
 
 
 @dataclass(frozen=True, slots=True)
-class Characterisation:
+class Characterisation(JsonResult):
     """The ``chosen`` candidate and why, all of them, how they were judged, and where the chosen one errs.
 
     ``notes``: sentences about the readings that a reader must know. ``where_it_errs``: plain sentences. ``patches``:
@@ -138,22 +136,15 @@ class Characterisation:
     patches: Patches
     fits_made: int
     residual_fits: int
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain JSON."""
-        return {
-            "chosen": self.chosen.name,
-            "reason": self.reason,
-            "patches": len(self.patches),
-            "folds": self.folds,
-            "seed": self.seed,
-            "white_XYZ_cd_m2": self.patches.white.tolist(),
-            "said": list(self.notes),
-            "where_it_errs": list(self.where_it_errs),
-            "left_out": list(self.left_out),
-            "all_kept": None if self.all_kept is None else self.all_kept.to_json(),
-            "candidates": [candidate.to_json() for candidate in self.candidates],
-        }
+    json_keys: ClassVar = {
+        "chosen.name": "chosen",
+        "patches.count": "patches",
+        "patches.white": "white_XYZ_cd_m2",
+        "notes": "said",
+    }
+    json_names: ClassVar = (
+        "chosen.name reason patches.count folds seed patches.white notes where_it_errs left_out all_kept candidates"
+    )
 
 
 def characterise(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import ClassVar
 
 from devices.characterise.choose import Characterisation
 from devices.characterise.measured_parts import MeasuredParts
@@ -22,10 +22,11 @@ from devices.display.panel import PanelSpec
 from devices.errors import DeviceError
 from devices.readings import PatchEye
 from documents import Finding
+from documents.text import JsonResult
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class EyeFit:
+class EyeFit(JsonResult):
     """The models fitted to one eye's readings, and the fits by the thesis's two methods.
 
     ``thesis`` is None where those methods do not apply; ``notes`` then say why. ``drift`` is the drift during the run
@@ -36,16 +37,8 @@ class EyeFit:
     thesis: ThesisFits | None
     notes: tuple[str, ...]
     drift: Drift | None = None
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain JSON."""
-        return {
-            **self.characterisation.to_json(),
-            "numbers": self.characterisation.chosen.numbers.to_json(),
-            "said": list(self.notes),
-            "drift": None if self.drift is None else self.drift.to_json(),
-            "thesis": None if self.thesis is None else self.thesis.to_json(),
-        }
+    json_keys: ClassVar = {"characterisation": "*", "notes": "said"}
+    json_names: ClassVar = "characterisation characterisation.chosen.numbers notes drift thesis"
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +50,7 @@ class WrittenMode:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class DisplayFit:
+class DisplayFit(JsonResult):
     """A display characterised in one stereo mode.
 
     Attributes
@@ -105,26 +98,8 @@ class DisplayFit:
     gamma_table: GammaTable | None = None
     monitor_settings: MonitorSettings = field(default_factory=MonitorSettings)
     room: Mapping[PatchEye, RoomLight] = field(default_factory=dict)
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain JSON."""
-        eyes: dict[str, Any] = {eye: fit.to_json() for eye, fit in self.eyes.items()}
-        return {
-            "mode": self.mode,
-            "observer": self.observer,
-            "parts": self.parts.to_json(),
-            "room": {
-                eye: {
-                    "ambient_XYZ_cd_m2": light.ambient_XYZ_cd_m2.tolist(),
-                    "taken_off": light.held,
-                    "white_cd_m2": light.white_cd_m2,
-                    "black_cd_m2": light.black_cd_m2,
-                }
-                for eye, light in self.room.items()
-            },
-            "said": list(self.notes),
-            **eyes,
-        }
+    json_keys: ClassVar = {"notes": "said", "eyes": "*"}
+    json_names: ClassVar = "mode observer parts room notes eyes"
 
     def mode_lines(self) -> ModeLines:
         """Return the mode as lines of a display file."""

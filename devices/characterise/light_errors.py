@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 
 from documents.arrays import Floats
+from documents.text import JsonResult
 
 # A decade with fewer readings is told, and has no say in the choice of a model.
 FEWEST_JUDGED = 3
@@ -25,7 +26,7 @@ _MOST_TIMES = 100.0  # what is off by more gives no light, or was read of none
 
 
 @dataclass(frozen=True, slots=True)
-class LightError:
+class LightError(JsonResult):
     """How far luminance is off between ``from_cd_m2`` and ``to_cd_m2``, where ``readings`` were held out.
 
     ``share``: half of the readings are off by less than this share of what was read, 0 or more; a third of the light
@@ -37,6 +38,7 @@ class LightError:
     readings: int
     share: float
     bias: float
+    json_names: ClassVar = "from_cd_m2 to_cd_m2 readings off_percent bias_percent"
 
     @property
     def judged(self) -> bool:
@@ -69,15 +71,15 @@ class LightError:
         """The decade, such as ``0.12 to 1.2 cd/m²``."""
         return f"{_plain(self.from_cd_m2)} to {_plain(self.to_cd_m2)} cd/m²"
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain JSON."""
-        return {
-            "from_cd_m2": self.from_cd_m2,
-            "to_cd_m2": self.to_cd_m2,
-            "readings": self.readings,
-            "off_percent": 100.0 * self.share,
-            "bias_percent": 100.0 * self.bias,
-        }
+    @property
+    def off_percent(self) -> float:
+        """The root mean square of errors, in percent."""
+        return 100.0 * self.share
+
+    @property
+    def bias_percent(self) -> float:
+        """The mean error in percent."""
+        return 100.0 * self.bias
 
 
 def _plain(luminance: float) -> str:

@@ -31,6 +31,11 @@ class Patches:
         return len(self.codes)
 
     @property
+    def count(self) -> int:
+        """How many there are."""
+        return len(self)
+
+    @property
     def black_read(self) -> Floats | None:
         """The mean reading at code 0, (3,); None where none was taken."""
         return self.black if np.any(np.all(self.codes == 0, axis=1)) else None

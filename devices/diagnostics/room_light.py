@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from devices.display.model import DisplayModel
 from devices.display.model_spec import ten_digits
 from devices.readings import Measurements, PatchEye
 from documents.arrays import Floats
+from documents.text import JsonResult
 from documents.yaml import yaml_lines
 
 CONTRAST = Check(
@@ -38,7 +40,7 @@ SAME = 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class RoomLight:
+class RoomLight(JsonResult):
     """What one lens gets of the room's light from the screen, XYZ in cd/m², (3,), as ``readings`` have it.
 
     ``held``: whether the readings of the display hold it. ``white_cd_m2`` and ``black_cd_m2``: the display's own
@@ -50,6 +52,8 @@ class RoomLight:
     held: bool
     white_cd_m2: float | None
     black_cd_m2: float | None
+    json_keys: ClassVar = {"held": "taken_off"}
+    json_names: ClassVar = "ambient_XYZ_cd_m2 held white_cd_m2 black_cd_m2"
 
     def lines(self) -> list[str]:
         """Return it as a display file has it: a line of YAML."""

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Literal, Self
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import model_validator
@@ -27,6 +27,7 @@ from devices.errors import DeviceError
 from documents import Finding
 from documents.arrays import Floats
 from documents.files import write_whole, writing
+from documents.text import JsonResult
 from documents.yaml import NotNegative, Positive, Strict
 
 NominalKind = Literal["srgb", "gamma2.2", "bt1886", "display-p3"]
@@ -87,7 +88,7 @@ def refuse_black(white_cd_m2: float | None, black_cd_m2: float | None) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Nominal:
+class Nominal(JsonResult):
     """A display as a standard describes it, not as it was measured.
 
     ``black_assumed`` is whether nobody stated the black. ``panel_from`` names the monitor that was asked for size and
@@ -99,6 +100,8 @@ class Nominal:
     black_cd_m2: float
     black_assumed: bool = False
     panel_from: str = ""
+    json_also: ClassVar = ("words",)
+    json_optional: ClassVar = ("panel_from",)
 
     @classmethod
     def of(
@@ -156,17 +159,6 @@ class Nominal:
         share = 1.0 - self.black_cd_m2 / self.white_cd_m2
         relative = self.model()
         return DisplayModel(self.black_XYZ_cd_m2, share * relative.primaries_XYZ_cd_m2, relative.curves)
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the facts for a record."""
-        return {
-            "kind": self.kind,
-            "white_cd_m2": self.white_cd_m2,
-            "black_cd_m2": self.black_cd_m2,
-            "black_assumed": self.black_assumed,
-            **({"panel_from": self.panel_from} if self.panel_from else {}),
-            "words": self.words,
-        }
 
 
 _FILE = """\

@@ -6,18 +6,137 @@ A set for one diagnosis names its patches with the tags that `devices.diagnostic
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 from types import MappingProxyType
+from typing import cast
 
 from devices.errors import DeviceError
 from devices.readings.arrangement import PatchEye, Place
-from devices.readings.cable import cable, on_each_surround
+from devices.readings.code_range import DRIVEN, PARTS, SURROUND, driven, part_faults
 from devices.readings.patch import Codes, Patch, PatchSet
-from devices.readings.patch_file import parse_patches, read_patches
 from documents import Finding
+from documents.tables import MOST_FINDINGS, Form, Table
 from documents.text import did_you_mean
+
+# The set of patches that shows what codes pass on their way to the light, and how light depends on the picture.
+#
+# `devices.diagnostics` judges these readings by their codes, areas and surrounds; the tag ``@cable`` in their names
+# keeps them out of every fit and out of the checks of a characterisation.
+
+# Codes of 8 bits. A signal of 16..235 that is taken for 0..255, or the reverse, shows at the ends.
+DARK_CODES = (0, 8, 12, 16, 20, 24, 32, 48)
+BRIGHT_CODES = (215, 225, 235, 239, 243, 247, 250, 251, 252, 253, 254, 255)
+# Successive codes in the middle, where one is about 1.8 % of light.
+SUCCESSIVE_CODES = tuple(range(120, 137))
+CHANNEL_CODES = (96, 160, 255)
+INCREMENT_FROM, INCREMENT_TO = 128, 208
+SURROUNDS: Mapping[str, Codes] = MappingProxyType(
+    {"black": (0.0, 0.0, 0.0), "grey": (0.5, 0.5, 0.5), "white": (1.0, 1.0, 1.0)}
+)
+MIDDLE_AREA = 1.0 / 9.0
+WHITE_AREAS = (0.02, 0.05, 0.25, 0.5, 0.75, 1.0)
+BLACK_AREA = 0.64
+_FULL = 255
+
+
+def cable() -> PatchSet:
+    """Return the patches, each to be read three times.
+
+    In the middle of a black screen, where no limit of the picture's mean level is reached: greys near black, near white
+    and at successive codes; the channels at three codes, in pairs, and added to a grey. Besides, greys on a black, a
+    grey and a white screen; white of several areas; black beside grey, after black and after white.
+    """
+    black, white = SURROUNDS["black"], SURROUNDS["white"]
+    codes = {f"grey{code:03d}": _grey(code) for code in sorted({*DARK_CODES, *SUCCESSIVE_CODES, *BRIGHT_CODES})}
+    for channel, name in enumerate(("red", "green", "blue")):
+        codes |= {f"{name}{code:03d}": _channel(channel, code, 0) for code in CHANNEL_CODES}
+        codes[f"grey+{name}"] = _channel(channel, INCREMENT_TO, INCREMENT_FROM)
+    codes |= {"yellow": (1.0, 1.0, 0.0), "cyan": (0.0, 1.0, 1.0), "magenta": (1.0, 0.0, 1.0)}
+    patches = [Patch(f"{name}@cable", own, area=MIDDLE_AREA) for name, own in codes.items()]
+    patches += [Patch(f"white@cable-{100 * area:g}%", white, area=area) for area in WHITE_AREAS]
+    patches += on_each_surround()
+    patches.append(Patch("black@cable-in-grey", black, around=SURROUNDS["grey"], area=BLACK_AREA))
+    patches += [Patch(f"black@cable-after-{name}", black, before=SURROUNDS[name]) for name in ("black", "white")]
+    return PatchSet("cable", tuple(patches), "what codes pass on their way to the light", 3, characterisation=False)
+
+
+def on_each_surround() -> list[Patch]:
+    """Return three greys in the middle of a black, a grey and a white screen."""
+    return [
+        Patch(f"grey{round(1000 * level):03d}@on-{name}", (level, level, level), around=around)
+        for level in (0.25, 0.5, 0.75)
+        for name, around in SURROUNDS.items()
+    ]
+
+
+def _grey(code: int) -> Codes:
+    level = code / _FULL
+    return level, level, level
+
+
+def _channel(channel: int, code: int, others: int) -> Codes:
+    red, green, blue = ((code if index == channel else others) / _FULL for index in range(3))
+    return red, green, blue
+
+
+# Sets of patches in CSV files.
+#
+# The columns are ``name,red,green,blue``, with ``# codes: 0..255`` above. A patch that does not fill the picture has
+# the share of it that it fills in ``area``, and the codes around it in ``surround_red,surround_green,surround_blue``;
+# empty cells stand for all of it, and for black.
+
+_FORM = Form((*DRIVEN, *PARTS), "table of patches", DeviceError)
+
+
+def read_patches(path: Path, code_range: str | None = None) -> PatchSet:
+    """Read the patches in the CSV file at ``path``; ``code_range`` is what its codes run over, if it does not say.
+
+    Raises
+    ------
+    DeviceError
+        With file, line, column, value and remedy of the first twenty faults.
+    """
+    return _patches(_FORM.read(path, _more_faults), path.stem, code_range)
+
+
+def parse_patches(text: str, file: str, name: str, code_range: str | None = None) -> PatchSet:
+    """Read the patches in ``text``; ``file`` is the name that findings carry; else as `read_patches`."""
+    return _patches(_FORM.parse(text, file, _more_faults), name, code_range)
+
+
+def _more_faults(table: Table) -> Iterator[Finding]:
+    """Yield what is wrong with a table of patches beside its numbers."""
+    yield from part_faults(table)
+    first: dict[str, int] = {}
+    for row, name in enumerate(_names(table)):
+        if name in first:
+            yield table.fault(row, None, f"'{name}' stands in line {table.lines[first[name]]} too", "rename one")
+        first.setdefault(name, row)
+
+
+def _names(table: Table) -> list[str]:
+    return table.texts("name") if "name" in table else [f"patch{row + 1}" for row in range(len(table))]
+
+
+def _patches(table: Table, name: str, code_range: str | None) -> PatchSet:
+    drive = driven(table, code_range)
+    patches: list[Patch] = []
+    findings: list[Finding] = []
+    for row, called in enumerate(_names(table)):
+        surround = None
+        if drive.around is not None and any(table.texts(column)[row] for column in SURROUND):
+            surround = cast(Codes, tuple(drive.around[row].tolist()))
+        area = float(table.numbers("area")[row]) if table.texts("area")[row] else None
+        try:
+            patches.append(Patch(called, cast(Codes, tuple(drive.codes[row].tolist())), surround, area=area))
+        except DeviceError as error:
+            findings += [table.fault(row, None, finding.message, finding.remedy) for finding in error.findings]
+    if findings:
+        raise DeviceError(findings[:MOST_FINDINGS])
+    return PatchSet(name, tuple(patches), table.comment("source", table.file))
+
 
 _GREY_STEPS = 32
 _CUBE_STEPS = 5

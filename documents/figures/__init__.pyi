@@ -13,5 +13,4 @@ from .svg import drawn as drawn
 from .svg import row_names as row_names
 from .svg import rows_only as rows_only
 from .svg import short as short
-from .svg import svg_of as svg_of
 from .svg import without_drawing_warnings as without_drawing_warnings

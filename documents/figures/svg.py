@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from documents.figures.palette import FAINT, INK
 from documents.fonts import dejavu_sans, font_name, font_runs, other_fonts
+from documents.text import significant
 from documents.work import count_work
 
 if TYPE_CHECKING:
@@ -49,8 +50,8 @@ def drawing(salt: str, width_in: float, height_in: float, *, hatch_pt: float = 1
     --------
     >>> with drawing("scores", 4.0, 2.0) as (figure, axes):
     ...     lines = axes.plot([0, 1], [0, 1])
-    ...     svg = svg_of(figure, "Scores")
-    >>> "Scores" in svg
+    ...     finished = drawn(figure, "Scores")
+    >>> "Scores" in finished.svg
     True
     """
     from matplotlib import rc_context
@@ -159,6 +160,7 @@ def drawn(figure: Figure, label: str) -> Drawing:
 
     count_work("figures_drawn")
     _take_other_fonts(figure)
+    _write_numbers_of_logarithmic_axes(figure)
     out = io.StringIO()
     with _drawn_once(figure):
         facts = dict.fromkeys(("Date", "Creator", "Format", "Type"))
@@ -169,6 +171,25 @@ def drawn(figure: Figure, label: str) -> Drawing:
     view = re.search(r'viewBox="[^"]*"', head)
     element = f'<svg {view.group(0) if view else ""} role="img" aria-label="{escape(label)}">{rest.rstrip()}'
     return Drawing(element, label, figure, rcParams["hatch.linewidth"])
+
+
+def _write_numbers_of_logarithmic_axes(figure: Figure) -> None:
+    """Have numbers beside logarithmic axes: matplotlib writes powers in markup, which nothing here reads."""
+    from matplotlib.ticker import LogFormatter
+
+    class Plain(LogFormatter):
+        def __call__(self, value: float, pos: int | None = None) -> str:
+            return significant(value) if super().__call__(value, pos) else ""
+
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            if axis.get_scale() == "log":
+                for get, put in (
+                    (axis.get_major_formatter, axis.set_major_formatter),
+                    (axis.get_minor_formatter, axis.set_minor_formatter),
+                ):
+                    if isinstance(get(), LogFormatter):
+                        put(Plain())
 
 
 def _take_other_fonts(figure: Figure) -> None:
@@ -203,31 +224,6 @@ def _drawn_once(figure: Figure) -> Iterator[None]:
             yield
     finally:
         figure.dpi = dpi  # a canvas of vectors leaves 72
-
-
-def svg_of(figure: Figure, label: str) -> str:
-    """Return the ``<svg>`` element of a figure from `drawing`, as `drawn` gives it.
-
-    Parameters
-    ----------
-    figure
-        The figure, from `drawing`.
-    label
-        A description for screen readers; it is escaped.
-
-    Returns
-    -------
-    str
-        The element, to be set into an HTML page.
-
-    Examples
-    --------
-    >>> with drawing("scores", 4.0, 2.0) as (figure, axes):
-    ...     svg = svg_of(figure, "Scores & classes")
-    >>> svg.startswith("<svg viewBox="), 'aria-label="Scores &amp; classes"' in svg
-    (True, True)
-    """
-    return drawn(figure, label).svg
 
 
 @contextmanager

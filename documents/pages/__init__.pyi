@@ -21,9 +21,8 @@ from .blocks import csv_text as csv_text
 from .blocks import write_csv_files as write_csv_files
 from .blocks import write_figure_files as write_figure_files
 from .html import Page as Page
-from .html import own_names as own_names
-from .html import page_environment as page_environment
 from .html import page_html as page_html
+from .html import sections_html as sections_html
 from .html import write_page as write_page
 from .terminal import print_blocks as print_blocks
 from .terminal import print_sections as print_sections

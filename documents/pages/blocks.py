@@ -20,6 +20,7 @@ from documents.findings import Finding, InputError
 from documents.text import chance, fixed
 
 ColumnKind = Literal["text", "number", "p", "interval", "class", "list", "swatches"]
+Tone: TypeAlias = Literal["good", "bad", "open", ""]
 Interval: TypeAlias = tuple[float | None, float | None]
 
 
@@ -29,6 +30,7 @@ class Shown:
 
     value: float | Interval | None
     text: str
+    tone: Tone = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +38,7 @@ class Mark:
     """A word in a box, such as "passed": of a ``good`` outcome, a ``bad`` one, an ``open`` one, or of none."""
 
     text: str
-    tone: Literal["good", "bad", "open", ""] = ""
+    tone: Tone = ""
 
 
 Cell: TypeAlias = str | float | int | Interval | tuple[str, ...] | Shown | Mark | None
@@ -47,7 +49,7 @@ class Column:
     """A column: its heading on the page, its key in CSV, the kind of its values, and how many digits the page shows.
 
     ``p`` is a p value. An ``interval`` is two numbers, and two columns of a CSV file; a ``class`` a label such as
-    "3+4"; a ``list`` several texts.
+    "3+4"; a ``list`` several texts. ``signed`` numbers above zero have a plus sign.
     """
 
     heading: str
@@ -55,6 +57,7 @@ class Column:
     kind: ColumnKind = "text"
     digits: int = 0
     unit: str = ""
+    signed: bool = False
 
 
 def cell_text(cell: Cell, column: Column) -> str:
@@ -64,15 +67,15 @@ def cell_text(cell: Cell, column: Column) -> str:
     if column.kind == "interval":
         low, high = cell if isinstance(cell, tuple) else (None, None)
         return "–" if low is None and high is None else f"{_end(low, column)} to {_end(high, column)}"
-    if cell is None or cell == ():
+    if cell is None:
         return "–"
     if isinstance(cell, tuple):
-        return "; ".join(map(str, cell))
+        return "; ".join(map(str, cell)) or "–"
     if isinstance(cell, str) or column.kind not in ("number", "p"):
         return str(cell)
     if column.kind == "p":
         return chance(cell)
-    return fixed(cell, column.digits) + (f"\u00a0{column.unit}" if column.unit else "")
+    return fixed(cell, column.digits, signed=column.signed) + (f"\u00a0{column.unit}" if column.unit else "")
 
 
 def _end(value: float | str | None, column: Column) -> str:
@@ -200,7 +203,7 @@ class Matrix:
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """A stimulus's name and its pictures as data URIs: a label such as "left eye", and the URI."""
+    """A picture's name, and its views as data URIs: a label such as "left eye", none of an only one, and the URI."""
 
     name: str
     views: tuple[tuple[str, str], ...]
@@ -208,10 +211,11 @@ class Picture:
 
 @dataclass(frozen=True, slots=True)
 class Gallery:
-    """Small pictures of the stimuli."""
+    """Pictures, small ones or as ``large`` as two of them fit side by side."""
 
     pictures: tuple[Picture, ...]
     folded: str = ""
+    large: bool = False
     kind: ClassVar[str] = "gallery"
 
 
@@ -350,7 +354,7 @@ def _field(value: str | float | int | None) -> str:
         return ""
     if isinstance(value, str):
         return inert(value)
-    return "" if math.isnan(value) else repr(value)
+    return "" if math.isnan(value) else str(value)
 
 
 def inert(text: str) -> str:

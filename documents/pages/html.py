@@ -1,23 +1,26 @@
 """Sections as one self-contained HTML page: text is escaped, and a name that nothing defines is an error.
 
-Every page begins by including ``head.html.j2``, which is here: it alone says what a browser may load and run in pages.
+``page.html.j2`` alone says what a browser may load and run in pages.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
-from itertools import count
+from hashlib import sha256
+from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from documents.figures import Drawing, class_colours
 from documents.files import write_whole
-from documents.pages.blocks import Section, cell_text
+from documents.pages.blocks import Mark, Section, cell_text
 
 if TYPE_CHECKING:
     from jinja2 import Environment
+    from markupsafe import Markup
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +39,10 @@ class Page:
         What it comes to, above all else, and what has to be known before reading on.
     failed
         What could not be computed: what it is, why, and what to do.
+    decision
+        What it comes to, in a word.
+    is_wide
+        Whether its tables have more columns than a page is usually wide.
     """
 
     kind: str
@@ -46,6 +53,8 @@ class Page:
     sentences: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     failed: tuple[tuple[str, str, str], ...] = ()
+    decision: Mark | None = None
+    is_wide: bool = False
 
 
 def page_html(page: Page) -> str:
@@ -56,18 +65,31 @@ def page_html(page: Page) -> str:
     >>> "<h1>Plates &amp; spheres</h1>" in page_html(Page("Report", "Plates & spheres", "report", ()))
     True
     """
+    return _environment().get_template("page.html.j2").render(page=page, sections=page.sections)
+
+
+def sections_html(sections: Iterable[Section]) -> str:
+    """Return sections as a part of another page, such as a notebook, with a style that reaches no further.
+
+    Examples
+    --------
+    >>> from documents.pages import Paragraph
+    >>> sections_html([Section("scores", "Scores", (Paragraph("a < b"),))]).count("<p>a &lt; b</p>")
+    1
+    """
+    template: Any = _environment().get_template("sections.html.j2").module
+    style = files(__package__).joinpath("templates/page.css").read_text("utf-8").replace(":root {", "& {", 1)
+    return f'<div class="cyclopean"><style>.cyclopean {{ {style} }}</style>{template.parts(tuple(sections))}</div>'
+
+
+def _drawn(drawing: Drawing) -> Markup:
     from markupsafe import Markup
 
-    numbers = count(1)
-
-    def drawn(drawing: Drawing) -> Markup:
-        # matplotlib escapes text.
-        return Markup(own_names(drawing.svg, f"f{next(numbers)}"))
-
-    return page_environment().get_template("page.html.j2").render(page=page, sections=page.sections, drawn=drawn)
+    # matplotlib escapes text.
+    return Markup(_own_names(drawing.svg, f"f{sha256(drawing.svg.encode()).hexdigest()[:8]}"))
 
 
-def own_names(svg: str, prefix: str) -> str:
+def _own_names(svg: str, prefix: str) -> str:
     """Return a figure whose names begin with ``prefix``, so that no other figure on the page has them."""
     names = set(re.findall(r'\bid="([^"]+)"', svg))
     if not names:
@@ -84,34 +106,16 @@ def write_page(page: Page, output: Path, *, private: bool = False) -> None:
 
 
 @cache
-def page_environment(*packages: str) -> Environment:
-    """Return the environment that looks for templates in each of ``packages`` in turn.
-
-    Parameters
-    ----------
-    packages
-        Names of packages with a folder ``templates``; the first that has a template is used, this room the last.
-
-    Returns
-    -------
-    jinja2.Environment
-        Escapes what it inserts into HTML; a name that is not defined raises an error. It is the same one for the same
-        packages, so that a template is compiled once.
-
-    Examples
-    --------
-    >>> environment = page_environment()
-    >>> environment.from_string("<p>{{ text }}</p>").render(text="a < b")
-    '<p>a &lt; b</p>'
-    """
-    from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
+def _environment() -> Environment:
+    """Return what fills in templates: text is escaped, and a name that is not defined raises an error."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
 
     environment = Environment(
-        loader=ChoiceLoader([PackageLoader(package) for package in (*packages, __package__)]),
+        loader=PackageLoader(__package__),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters.update(told=cell_text, colours=class_colours)
+    environment.filters.update(told=cell_text, colours=class_colours, drawn=_drawn)
     return environment

@@ -6,14 +6,19 @@ import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from documents.figures import class_colours
 from documents.pages.blocks import (
     Beside,
     Block,
+    Cell,
+    Column,
     Facts,
     Heading,
+    Mark,
     Numbered,
     Paragraph,
     Section,
+    Shown,
     Table,
     Verbatim,
     cell_text,
@@ -128,7 +133,7 @@ def _print_columns(table: Table, places: list[int], texts: dict[int, list[str]],
         heading = table.columns[place].heading
         grid.add_column(heading, justify="left" if words else "right", no_wrap=not words, overflow="fold")
     for number, row in enumerate(table.rows):
-        cells = [Text(texts[place][number], style=_TONES.get(getattr(row[place], "tone", ""), "")) for place in places]
+        cells = [Text(texts[place][number], style=_style(row[place], table.columns[place])) for place in places]
         grid.add_row(*cells, style="bold" if number in table.shaded else "")
     width = console.width
     if not console.is_terminal:
@@ -136,6 +141,12 @@ def _print_columns(table: Table, places: list[int], texts: dict[int, list[str]],
         console.width = max(width, console.measure(grid, options=wide).maximum)
     console.print(grid)
     console.width = width
+
+
+def _style(cell: Cell, column: Column) -> str:
+    if column.kind == "class" and isinstance(cell, str):
+        return class_colours(cell)[0]
+    return _TONES[cell.tone] if isinstance(cell, Shown | Mark) else ""
 
 
 def _print_lines(rows: Iterable[tuple[str, str]], console: Console) -> None:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping
 from dataclasses import fields, is_dataclass
-from operator import attrgetter
 from pathlib import Path
 from typing import Any, ClassVar
+
+_OWN_KEYS = "*"
 
 
 class JsonResult:
@@ -16,9 +17,12 @@ class JsonResult:
     Attributes
     ----------
     json_keys
-        Keys of fields that are called otherwise in JSON; None leaves a field out.
+        Keys of what is called otherwise in JSON; None leaves a field out, and ``*`` puts its own keys in its place.
     json_also
         Names of properties that follow the fields, such as ``share`` or ``conclusion.verdict``.
+    json_names
+        Names of fields and properties in the order of the JSON, with spaces between, where these are not the fields in
+        theirs.
     json_optional
         Names of those that are left out where they say nothing.
 
@@ -42,6 +46,7 @@ class JsonResult:
     __slots__ = ()
     json_keys: ClassVar[Mapping[str, str | None]] = {}
     json_also: ClassVar[tuple[str, ...]] = ()
+    json_names: ClassVar[str] = ""
     json_optional: ClassVar[tuple[str, ...]] = ()
 
     def to_json(self) -> dict[str, Any]:
@@ -80,10 +85,26 @@ def json_fields(result: Any, *properties: str, omit: Collection[str] = ()) -> di
     >>> json_fields(Mean(0.5, (0.4, 0.6)), omit=["interval"])
     {'value': 0.5}
     """
-    names = [field.name for field in fields(result) if field.name not in omit]
-    called = getattr(result, "json_keys", {})
-    keys = {name: called.get(name, name) for name in (*names, *properties)}
-    return {key: json_value(attrgetter(name)(result)) for name, key in keys.items() if key is not None}
+    names = getattr(result, "json_names", "").split() or [one.name for one in fields(result) if one.name not in omit]
+    keys, optional = getattr(result, "json_keys", {}), getattr(result, "json_optional", ())
+    values: dict[str, Any] = {}
+    for path in (*names, *properties):
+        key = keys.get(path, path.rpartition(".")[2])
+        if key is None:
+            continue
+        value = json_value(_at(result, path))
+        if key == _OWN_KEYS:
+            values |= value or {}
+        elif path not in optional or value not in (None, "", [], {}):
+            values[key] = value
+    return values
+
+
+def _at(result: Any, path: str) -> Any:
+    """Return what stands at a path, such as ``conclusion.verdict``; None where a part of it is None."""
+    for name in path.split("."):
+        result = None if result is None else getattr(result, name)
+    return result
 
 
 def finite(value: float) -> float | None:
@@ -92,11 +113,13 @@ def finite(value: float) -> float | None:
 
 
 def json_value(value: Any) -> Any:
-    """Return plain values for JSON of a result, of numbers, paths and arrays, or of lists and mappings of them."""
+    """Return plain values for JSON of a result, of models, numbers, paths and arrays, or lists and mappings of them."""
     if isinstance(value, float):
         return finite(value)
     if not isinstance(value, type) and hasattr(value, "to_json"):
         return value.to_json()
+    if hasattr(value, "model_dump"):
+        return json_value(value.model_dump())
     if is_dataclass(value) and not isinstance(value, type):
         return json_fields(value)
     if isinstance(value, Mapping):

@@ -11,14 +11,19 @@ _LEAST_ERROR = 1e-6
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def fixed(value: float | None, digits: int = 4) -> str:
-    """Return a number with fixed digits and a real minus sign; a dash for none, ∞ for an infinite number."""
+def fixed(value: float | None, digits: int = 4, *, signed: bool = False) -> str:
+    """Return a number with fixed digits and a real minus sign; a dash for none, ∞ for an infinite number.
+
+    Where it is ``signed``, a number above zero has a plus sign.
+    """
     if value is None or value != value:
         return "–"
     if math.isinf(value):
         return "∞" if value > 0 else "−∞"
     text = f"{value:,.{digits}f}"
-    return (text if float(value) >= 0 or text.strip("-0.") else text[1:]).replace("-", "−")
+    if not text.strip("-0.,"):
+        return text.lstrip("-")
+    return f"+{text}" if signed and value > 0 else text.replace("-", "−")
 
 
 def chance(p: float | None, digits: int = 3) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from analysis.records import Header, SessionLog, read_results, what_eyes_saw, wh
 from documents import Finding, WorkError, did_you_mean
 from documents.files import writing
 from documents.pages import Block
+from documents.text import JsonResult
 from runner.agreement.options import AgreementOptions
 from runner.agreement.photographs import photographs_of
 from runner.agreement.shown import ShownPictures, shown_pictures
@@ -39,7 +40,7 @@ MOST_LISTED = 5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class WrittenAgreement:
+class WrittenAgreement(JsonResult):
     """The results, the ``header`` of a session, and ``facts`` on the pictures: pairs of a term and its value.
 
     ``page`` and ``csv_folder`` were written, if they were asked for.
@@ -50,15 +51,13 @@ class WrittenAgreement:
     facts: tuple[tuple[str, str], ...]
     page: Path | None = None
     csv_folder: Path | None = None
+    json_keys: ClassVar = {"agreement": "*"}
+    json_names: ClassVar = "header.experiment header.question pictures agreement"
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {
-            "experiment": self.header.experiment,
-            "question": self.header.question,
-            "pictures": dict(self.facts),
-            **self.agreement.to_json(),
-        }
+    @property
+    def pictures(self) -> dict[str, str]:
+        """The facts on the pictures by their terms."""
+        return dict(self.facts)
 
     def told(self) -> Iterator[str | Block]:
         """Yield the results, and what was written."""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from documents import Finding
 from documents.options import MONITOR, Typed
+from documents.text import JsonResult
 
 # What a file says, in the order in which it is printed; every value is plain JSON.
 Facts = dict[str, Any]
@@ -68,7 +69,7 @@ class CheckOptions:
 
 
 @dataclass(frozen=True, slots=True)
-class CheckReport:
+class CheckReport(JsonResult):
     """A file's ``facts``; ``warnings`` are to be thought about, ``errors`` keep a session from running.
 
     `check_file` fills it as it reads.
@@ -78,12 +79,4 @@ class CheckReport:
     facts: Facts = field(default_factory=dict)
     warnings: list[Finding] = field(default_factory=list)
     errors: list[Finding] = field(default_factory=list)
-
-    def to_json(self) -> Facts:
-        """Return all of it; errors are called ``findings``."""
-        return {
-            "file": str(self.file),
-            **self.facts,
-            "warnings": [asdict(finding) for finding in self.warnings],
-            "findings": [asdict(finding) for finding in self.errors],
-        }
+    json_keys: ClassVar = {"facts": "*", "errors": "findings"}

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from runner.cli.options import PATH
-from runner.cli.output import Step, gives
+from runner.cli.output import Step, gives, tell
 
 
 @click.command(short_help="Repeat the thesis's second experiment with simulated observers.")
@@ -34,12 +34,12 @@ def demo_command(observers: int, window: bool, results: Path, as_json: bool, ste
     """
     from dataclasses import asdict
 
-    from analysis.report import print_report
+    from analysis.report import report_blocks
     from runner.reports.demo import run_demo
 
     demo = run_demo(observers, results, window=window, progress=step)
     if not as_json:
-        print_report(demo.report, demo.published)
+        tell(report_blocks(demo.report, demo.published))
     scores = demo.report.pairs
     facts = {
         "scores": scores.to_json() if scores else None,

@@ -35,13 +35,13 @@ def report_command(
     out by default; the page lists observers who are left out by an option. Simulated observers are not counted beside
     people.
     """
-    from analysis.report import print_report
+    from analysis.report import report_blocks
     from runner.reports.results import report_results
 
     with writing(output or results[0], "report", WorkError):
         written = report_results(results, output, options, step)
     if not as_json:
-        print_report(written.report)
+        tell(report_blocks(written.report))
     return written
 
 
@@ -249,7 +249,7 @@ def scores_command(table: str, options: ScoresOptions, as_json: bool) -> None:
     if as_json:
         print_json(scored.to_json() | read.to_json() | work_done())
     else:
-        scored.print()
+        tell(scored.told())
     if problems := scored.problems:
         say("\n".join([f"cyclopean: {problems[0]}", *problems[1:]]))
         sys.exit(1)

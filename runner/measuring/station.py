@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from devices.compensation import Correction
 from devices.display import EYES, Eye, GammaTable
@@ -29,7 +29,7 @@ from devices.readings import (
 )
 from documents import Finding, sha256_of_file
 from documents.arrays import Floats
-from documents.text import did_you_mean
+from documents.text import JsonResult, did_you_mean
 from runner.measuring.code_screen import CodeScreen
 from runner.measuring.judge import Judge
 from runner.measuring.options import Dialogue, InstrumentOptions, PatchOptions, ShowOptions
@@ -55,24 +55,25 @@ class Order:
 
 
 @dataclass(frozen=True, slots=True)
-class MeasurementReport:
+class MeasurementReport(JsonResult):
     """A measurement as far as it went: its log ``file``, the ``tables`` written, and what it holds."""
 
     file: Path
     tables: tuple[Path, ...]
     outcome: Outcome
     session: Session
+    json_keys: ClassVar = {"file": "measurement", "session.readings": "readings", "outcome": "*"}
+    json_names: ClassVar = "file tables readings missing session.accepted outcome"
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain JSON."""
-        return {
-            "measurement": str(self.file),
-            "tables": [str(table) for table in self.tables],
-            "readings": len(self.session.readings),
-            "missing": [step.label for step in self.session.missing],
-            "accepted": list(self.session.accepted),
-            **asdict(self.outcome),
-        }
+    @property
+    def readings(self) -> int:
+        """How many readings there are."""
+        return len(self.session.readings)
+
+    @property
+    def missing(self) -> list[str]:
+        """The steps that were not read."""
+        return [step.label for step in self.session.missing]
 
 
 def measure_display(

@@ -45,7 +45,7 @@ _NOISE = 0.05
 
 
 @dataclass(frozen=True, slots=True)
-class Checked:
+class Checked(JsonResult):
     """A colour asked, measured, and predicted: XYZ with Y in cd/m², differences in ΔE00 against the display's white.
 
     ``predicted_XYZ_cd_m2`` is what the display file says of the codes that stood on the screen, and
@@ -60,6 +60,13 @@ class Checked:
     desaturated: bool
     predicted_XYZ_cd_m2: Triple
     predicted_delta_e_00: float
+    json_keys: ClassVar = {
+        "predicted_XYZ_cd_m2": "model_XYZ_cd_m2",
+        "predicted_delta_e_00": "model_alone_delta_e_00",
+    }
+    json_names: ClassVar = (
+        "name asked_XYZ_cd_m2 measured_XYZ_cd_m2 delta_e_00 predicted_XYZ_cd_m2 predicted_delta_e_00 desaturated"
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +85,7 @@ class Spread(JsonResult):
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class Verdict(JsonResult):
     """The differences of the colours that were read, ``achieved`` and as the model alone has them; the ``missing`` were
     not read.
     """
@@ -87,26 +94,8 @@ class Verdict:
     achieved: Spread
     predicted: Spread
     missing: tuple[str, ...] = ()
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the numbers."""
-        return {
-            "delta_e_00": self.achieved.to_json(),
-            "model_alone_delta_e_00": self.predicted.to_json(),
-            "missing": list(self.missing),
-            "colours": [
-                {
-                    "name": colour.name,
-                    "asked_XYZ_cd_m2": colour.asked_XYZ_cd_m2,
-                    "measured_XYZ_cd_m2": colour.measured_XYZ_cd_m2,
-                    "delta_e_00": colour.delta_e_00,
-                    "model_XYZ_cd_m2": colour.predicted_XYZ_cd_m2,
-                    "model_alone_delta_e_00": colour.predicted_delta_e_00,
-                    "desaturated": colour.desaturated,
-                }
-                for colour in self.colours
-            ],
-        }
+    json_keys: ClassVar = {"achieved": "delta_e_00", "predicted": "model_alone_delta_e_00"}
+    json_names: ClassVar = "achieved predicted missing colours"
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from devices.compensation import Correction, eye_clip_costs
 from devices.display import EYES, Eye, read_display
+from documents.text import JsonResult
 from runner.ports import WindowClosed
 from runner.presenter.counters import Counters
 from runner.presenter.gamma_check import compare_tables, tables_json
@@ -25,7 +26,7 @@ from stimuli.pictures import Part, Region, read_picture
 
 
 @dataclass(frozen=True, slots=True)
-class ShownPicture:
+class ShownPicture(JsonResult):
     """A picture as it was shown.
 
     ``picture_px`` is its size, ``read_px`` that of the part in its middle that was read: what can be seen.
@@ -48,6 +49,7 @@ class ShownPicture:
     closed: bool = False
     gamma_table: Mapping[str, Any] = field(default_factory=dict)
     read_px: tuple[int, int] = (0, 0)
+    json_keys: ClassVar = {"work": None, "closed": None}
 
     def told(self) -> list[str]:
         """Return what was shown, and what the gamut clip and crosstalk cost each eye, a line each."""
@@ -72,10 +74,6 @@ class ShownPicture:
                 lines.append(f"{eye} eye: {_ghosts(self.crosstalk[eye])}")
         lines += [f"written: {path}" for path in self.screenshots]
         return lines
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the picture's facts as plain JSON: all but ``work`` and ``closed``."""
-        return {key: value for key, value in asdict(self).items() if key not in ("work", "closed")}
 
 
 def _ghosts(cost: Mapping[str, float]) -> str:

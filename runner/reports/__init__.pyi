@@ -1,3 +1,4 @@
+from .comparison.page import comparison_page as comparison_page
 from .comparison.report import report_comparison as report_comparison
 from .demo import Demo as Demo
 from .demo import run_demo as run_demo

@@ -10,7 +10,7 @@ import tempfile
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import ClassVar
 
 from analysis.errors import ResultsError
 from analysis.observers import check_tests
@@ -19,6 +19,7 @@ from analysis.report import Report, write_report
 from documents import Finding, InputError
 from documents.files import read_regular_text, whole_file
 from documents.fonts import undrawable
+from documents.text import JsonResult
 from documents.yaml import load_document
 from runner.errors import SessionError
 from runner.protocol.shipped import shipped_folder
@@ -38,7 +39,7 @@ _MOST_SVG_BYTES = 100_000_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class WrittenReport:
+class WrittenReport(JsonResult):
     """A ``report`` and where it was written: the ``page``, and its ``pdf`` where it was asked for.
 
     ``without_pictures`` says why the page has no pictures of the stimuli, where they were asked for. ``empty_boxes``
@@ -53,6 +54,8 @@ class WrittenReport:
     empty_boxes: str = ""
     csv_folder: Path | None = None
     figure_folder: Path | None = None
+    json_keys: ClassVar = {"report": "*", "page": "report", "pdf": None, "without_pictures": None}
+    json_optional: ClassVar = ("empty_boxes",)
 
     def told(self) -> Iterator[str]:
         """Yield where the report and what is beside it were written, and what they lack."""
@@ -66,11 +69,6 @@ class WrittenReport:
                 f"In the PDF files of the figures these letters are empty boxes: {self.empty_boxes}. "
                 "Install a font that has them, or take the SVG files."
             )
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        boxes = {"empty_boxes": self.empty_boxes} if self.empty_boxes else {}
-        return {**self.report.to_json(), "report": str(self.page), **boxes}
 
 
 def report_results(

@@ -8,24 +8,24 @@ from typing import Any
 
 from analysis.comparisons import Comparisons
 from analysis.errors import ResultsError
-from analysis.hierarchical import HierarchicalFit, fit_observers, observer_table, print_fit
-from analysis.inference import ReviewAnswer, neighbour_conclusions, parse_margin, print_answer, review
-from analysis.jod import JodScales, print_jod, scale_jod, unsettled_lines
+from analysis.hierarchical import HierarchicalFit, fit_blocks, fit_observers, observer_table
+from analysis.inference import ReviewAnswer, answer_blocks, neighbour_conclusions, parse_margin, review
+from analysis.jod import JodScales, jod_blocks, scale_jod, unsettled_lines
 from analysis.scaling import (
     DEFAULT_PRIOR_SD,
     GroupedScores,
     ScoreOptions,
     Scores,
+    group_blocks,
     group_problem_lines,
-    print_groups,
-    print_scores,
     problem_lines,
     score,
+    score_blocks,
     score_groups,
 )
 from documents import Finding
 from documents.files import write_whole
-from documents.text import clean_console
+from documents.pages import Block, Paragraph
 from runner.reports.options import ScoresOptions
 
 _REVIEWED = ("checks", "multiverse", "pairs", "margin")
@@ -99,17 +99,15 @@ class Scored:
             return self.value.to_json(self._told)
         return self.value.to_json() | (self._told(self.value) if isinstance(self.value, Scores) else {})
 
-    def print(self) -> None:
-        """Print all of it on the terminal."""
+    def told(self) -> list[Block]:
+        """Return all of it, for the terminal, a page or a notebook."""
         if isinstance(self.value, JodScales):
-            print_jod(self.value)
-        elif isinstance(self.value, HierarchicalFit):
-            print_fit(self.value)
-        elif isinstance(self.value, GroupedScores):
-            print_groups(self.value, self._print_further)
-        else:
-            print_scores(self.value)
-            self._print_further(self.value)
+            return jod_blocks(self.value)
+        if isinstance(self.value, HierarchicalFit):
+            return fit_blocks(self.value)
+        if isinstance(self.value, GroupedScores):
+            return group_blocks(self.value, self._further_blocks)
+        return [*score_blocks(self.value), *self._further_blocks(self.value)]
 
     def _told(self, scores: Scores) -> dict[str, Any]:
         if problem_lines(scores):
@@ -118,14 +116,13 @@ class Scored:
         concluded = [one.to_json() for one in neighbour_conclusions(scores, further)]
         return {"conclusions": concluded} | {name: answer.to_json() for name, answer in further.items()}
 
-    def _print_further(self, scores: Scores) -> None:
+    def _further_blocks(self, scores: Scores) -> list[Block]:
         if problem_lines(scores):
-            return
+            return []
         further = self.further(scores)
-        for one in neighbour_conclusions(scores, further, most=1):  # the best item and the next
-            clean_console().print(one.sentence, markup=False, highlight=False)
-        for answer in further.values():
-            print_answer(answer)
+        best = neighbour_conclusions(scores, further, most=1)  # the best item and the next
+        blocks: list[Block] = [Paragraph(one.sentence) for one in best]
+        return [*blocks, *(block for answer in further.values() for block in answer_blocks(answer))]
 
 
 def refuse_together(options: ScoresOptions) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -55,7 +55,7 @@ class Spread(JsonResult):
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class DisparityReport:
+class DisparityReport(JsonResult):
     """Disparities of a pair's blocks: the right eye's place minus the left eye's, positive behind the screen.
 
     ``middle_px``, ``disparity_px`` and its ``standard_error_px``, (n, 2) each, across and down, are of the ``used``
@@ -76,6 +76,7 @@ class DisparityReport:
     horizontal: Mapping[str, Spread]
     vertical: Mapping[str, Spread]
     roll_scale: RollScale | None
+    json_names: ClassVar = "block_px blocks used flat uncertain median_standard_error_px horizontal vertical roll_scale"
 
     @property
     def used(self) -> int:
@@ -87,19 +88,10 @@ class DisparityReport:
         """How many blocks were looked at."""
         return self.used + self.flat + self.uncertain
 
-    def to_json(self) -> Mapping[str, Any]:
-        """Return counts and spreads by name, for a manifest; blocks one by one are left out."""
-        return {
-            "block_px": self.block_px,
-            "blocks": self.blocks,
-            "used": self.used,
-            "flat": self.flat,
-            "uncertain": self.uncertain,
-            "median_standard_error_px": np.median(self.standard_error_px, axis=0).tolist() if self.used else None,
-            "horizontal": {unit: spread.to_json() for unit, spread in self.horizontal.items()},
-            "vertical": {unit: spread.to_json() for unit, spread in self.vertical.items()},
-            "roll_scale": None if self.roll_scale is None else self.roll_scale.to_json(),
-        }
+    @property
+    def median_standard_error_px(self) -> Floats | None:
+        """The median standard error across and down, (2,); None where no block was used."""
+        return np.median(self.standard_error_px, axis=0) if self.used else None
 
 
 def measure_disparity(

@@ -7,15 +7,14 @@ for the first stage.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from documents.arrays import Floats32
-from documents.text import json_fields
+from documents.text import JsonResult
 from stimuli.align.phase import LEAST_AGREEMENT, Peak, agreement, correlation, find_peak, hann
 from stimuli.align.planes import LOCAL_MEAN_PX, Region, binned, checked_region, is_flat, light_plane, same_size, texture
 from stimuli.align.subpixel import MARGIN_PX, MOST_PIXELS, Fit, refine
@@ -28,7 +27,7 @@ _ELSE = "give the shift or a bound for it, or mark points, or choose a region wi
 
 
 @dataclass(frozen=True, slots=True)
-class Registration:
+class Registration(JsonResult):
     """Where ``moving`` lies against ``reference``.
 
     ``shift_px`` (across, down) is a thing's place in the moving picture minus its place in the reference, with
@@ -46,10 +45,7 @@ class Registration:
     false_alarm: float
     rival_share: float
     homography: tuple[tuple[float, float, float], ...] | None = None
-
-    def to_json(self) -> Mapping[str, Any]:
-        """Return the numbers by name, for a manifest."""
-        return {name: value for name, value in json_fields(self).items() if value is not None}
+    json_optional: ClassVar = ("homography",)
 
 
 def register(

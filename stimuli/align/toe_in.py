@@ -11,14 +11,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from devices.display import disparity_arcmin, mm_from_px, visual_angle_deg
 from documents.arrays import Floats
-from documents.text import json_fields
+from documents.text import JsonResult
 from stimuli.align.disparity import Viewing
 from stimuli.align.homography import common_part, mapped
 from stimuli.align.planes import light_plane, same_size
@@ -31,7 +31,7 @@ MOST_DEG = 45.0
 
 
 @dataclass(frozen=True, slots=True)
-class Keystone:
+class Keystone(JsonResult):
     """The disparities that the turned cameras gave the picture's corners: top left, top right, bottom left and right.
 
     The right eye's place minus the left eye's, of points on the plane at which the cameras aimed: without the turn, all
@@ -42,10 +42,7 @@ class Keystone:
     horizontal_px: Corners
     vertical_arcmin: Corners | None = None
     horizontal_arcmin: Corners | None = None
-
-    def to_json(self) -> Mapping[str, Any]:
-        """Return the disparities by name, for a manifest."""
-        return {name: corners for name, corners in json_fields(self).items() if corners is not None}
+    json_optional: ClassVar = ("vertical_arcmin", "horizontal_arcmin")
 
 
 @dataclass(frozen=True, eq=False, slots=True)

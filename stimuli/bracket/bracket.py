@@ -6,7 +6,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from documents import Finding, InputError
 from documents.files import unwritable
 from documents.pages import Table
-from documents.text import counted
+from documents.text import JsonResult, counted
 from stimuli.bracket.checks import check_alike, check_scene, exposure_notes, relative_exposures, where_moved
 from stimuli.bracket.consistency import compare_neighbours, moved_blocks
 from stimuli.bracket.merge import merge_exposures
@@ -36,16 +36,13 @@ _ERRORS_AT = 2_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class BracketReport:
+class BracketReport(JsonResult):
     """A merged bracket: what was written, the ``merge`` step with its counts, and ``notes``, a sentence each."""
 
     developed: DevelopedPhotograph
     merge: dict[str, Any]
     notes: tuple[str, ...]
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the facts as JSON."""
-        return {**self.developed.to_json(), "said": list(self.notes)}
+    json_keys: ClassVar = {"developed": "*", "merge": None, "notes": "said"}
 
     def told(self) -> Iterator[str | Table]:
         """Yield a table of the exposures, the noise of each colour, the light, notes, and what was written."""

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents import Finding, InputError
+from documents.text import JsonResult
 from stimuli.bracket.consistency import Compared, Samples, camera_shift, colour_ratios
 from stimuli.bracket.shots import BLOCK_PX, Shot
 from stimuli.develop.sensor_image import SensorImage
@@ -44,7 +45,7 @@ class Ratios:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class Place(JsonResult):
     """A part of the upright picture in which something moved, in pixels, and between which photographs."""
 
     x_px: int
@@ -52,11 +53,6 @@ class Place:
     width_px: int
     height_px: int
     between: tuple[str, str]
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain JSON."""
-        box = {"x_px": self.x_px, "y_px": self.y_px, "width_px": self.width_px, "height_px": self.height_px}
-        return {**box, "between": list(self.between)}
 
     def __str__(self) -> str:
         return f"{self.width_px} × {self.height_px} pixels at x {self.x_px}, y {self.y_px}"

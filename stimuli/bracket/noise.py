@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from documents.arrays import Floats
+from documents.text import JsonResult
 from stimuli.develop.calibration_frames import clipped_variance
 from stimuli.errors import StimulusError
 
@@ -25,7 +26,7 @@ NEARLY_FULL = 0.9
 
 
 @dataclass(frozen=True, slots=True)
-class NoiseModel:
+class NoiseModel(JsonResult):
     """The variance of a value y in shares of full scale is ``gain`` · y + ``read``².
 
     ``gain`` is one over the electrons at full scale, ``read`` the read noise as a share of full scale. Raises
@@ -34,6 +35,8 @@ class NoiseModel:
 
     gain: float
     read: float
+    json_keys: ClassVar = {"read": "read_noise"}
+    json_also: ClassVar = ("full_scale_electrons", "read_noise_electrons")
 
     def __post_init__(self) -> None:
         for name, value in (("gain", self.gain), ("read noise", self.read)):
@@ -58,15 +61,15 @@ class NoiseModel:
             raise StimulusError.of(f"full scale is {full_scale:g} electrons", "give a number above 0")
         return cls(1 / full_scale, read / full_scale)
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain JSON, in shares of full scale and in electrons."""
-        full = 1 / self.gain if self.gain > 0 else None
-        return {
-            "gain": self.gain,
-            "read_noise": self.read,
-            "full_scale_electrons": full,
-            "read_noise_electrons": None if full is None else self.read * full,
-        }
+    @property
+    def full_scale_electrons(self) -> float | None:
+        """Electrons at full scale; None where the gain is not known."""
+        return 1 / self.gain if self.gain > 0 else None
+
+    @property
+    def read_noise_electrons(self) -> float | None:
+        """The read noise in electrons."""
+        return None if self.full_scale_electrons is None else self.read * self.full_scale_electrons
 
 
 def parse_noise(text: str) -> NoiseModel:

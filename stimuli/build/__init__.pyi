@@ -3,11 +3,11 @@ from .cache import cached_sets as cached_sets
 from .cache import find_cached as find_cached
 from .cache import leftovers as leftovers
 from .cache import remove_leftovers as remove_leftovers
-from .export import export_exr as export_exr
 from .recipe_to_set import build_set as build_set
 from .recipe_to_set import other_observer as other_observer
 from .report import BuildReport as BuildReport
 from .report import BuiltStimulus as BuiltStimulus
 from .report import build_report as build_report
+from .report import export_exr as export_exr
 from .report import notes_on as notes_on
 from .stimulus_set import StimulusSet as StimulusSet

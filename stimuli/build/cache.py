@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from documents import Finding, InputError
 from documents.files import read_cached_json, system_fault
@@ -155,22 +155,24 @@ def _manifests() -> list[Path]:
 
 
 @dataclass(frozen=True, slots=True)
-class Leftover:
+class Leftover(JsonResult):
     """A folder of an unfinished build, how many pictures are in it, and for how long nothing was written to it."""
 
     folder: Path
     pictures: int
     bytes: int
     untouched_s: float
+    json_keys: ClassVar = {"untouched_s": None}
+    json_also: ClassVar = ("untouched_hours",)
 
     def __str__(self) -> str:
         count = "1 picture" if self.pictures == 1 else f"{self.pictures} pictures"
         return f"{self.folder.name}: {count}, {self.bytes / 1e6:.1f} MB"
 
-    def to_json(self) -> dict[str, Any]:
-        """Return the facts as JSON."""
-        facts = {"pictures": self.pictures, "bytes": self.bytes, "untouched_hours": self.untouched_s / 3600}
-        return {"folder": str(self.folder), **facts}
+    @property
+    def untouched_hours(self) -> float:
+        """The same in hours."""
+        return self.untouched_s / 3600
 
 
 def leftovers(untouched_s: float = 0.0) -> Iterator[Leftover]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import reduce
 from operator import add
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,15 +22,85 @@ from devices.display import Rig
 from documents import Finding, InputError, in_threads
 from documents.files import read_cached_json, sha256_of_json, unwritable, whole_folder, write_whole, writing
 from documents.pages import Table
+from documents.text import JsonResult
 from stimuli.build.cache import cache_folder
-from stimuli.build.export import export_exr
 from stimuli.build.recipe_to_set import build_set
 from stimuli.build.stimulus_set import MANIFEST, StimulusSet
+from stimuli.pictures.coded import SUFFIXES as CODED
+from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage, XYZImage
-from stimuli.recipes.build_context import DisplaySetup
+from stimuli.recipes.build_context import DisplaySetup, Factors
 
 if TYPE_CHECKING:
     from PIL.Image import Image
+
+# A built set as OpenEXR files and a recipe that shows them as they are: from here a careful user goes on.
+
+RECIPE = "recipe.yaml"
+# Set by the recipe itself.
+_OWN_FACTORS = ("image", "view", "series")
+
+
+def export_exr(built: StimulusSet, folder: Path, report: Callable[[int, int], None] = lambda done, total: None) -> None:
+    """Write each stimulus of a built set to ``folder`` as OpenEXR in XYZ, both views, with a recipe of kind pictures.
+
+    Codes of ordinary pictures become single precision; half floats stay what they are. The folder appears as a whole.
+
+    Parameters
+    ----------
+    built
+        The set, from `build_set`.
+    folder
+        A new or empty folder.
+    report
+        Called with how many pictures of how many are written.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from tempfile import TemporaryDirectory
+    >>> from PIL import Image
+    >>> from stimuli.build import build_set
+    >>> recipe = "schema_version: 1\\nkind: pictures\\ncolour_space: srgb\\nwhite_luminance_cd_m2: 100\\n"
+    >>> with TemporaryDirectory() as folder:
+    ...     Image.fromarray(np.full((4, 6, 3), 99, np.uint8)).save(Path(folder, "grey.png"))
+    ...     _ = Path(folder, "r.yaml").write_text(recipe + "stimuli: [{name: grey, file: grey.png}]")
+    ...     export_exr(build_set(Path(folder, "r.yaml"), 0.25), Path(folder, "light"))
+    ...     sorted(path.name for path in Path(folder, "light").iterdir())
+    ['grey.exr', 'recipe.yaml']
+    """
+    observer = str(built.manifest["recipe"].get("observer", DEFAULT_OBSERVER))
+    with writing(folder, "exported pictures"), whole_folder(folder) as draft:
+        for done, name in enumerate(built.names):
+            report(done, len(built.names))
+            if built.path(name).suffix in CODED:
+                write_exr(draft / f"{name}.exr", built.load(name), observer, exact=True)
+            else:
+                shutil.copyfile(built.path(name), draft / f"{name}.exr")
+        (draft / RECIPE).write_text(_recipe(built, observer), encoding="utf-8")
+        report(len(built.names), len(built.names))
+
+
+def _recipe(built: StimulusSet, observer: str) -> str:
+    lines = ["# XYZ in cd/m², as `cyclopean stimuli build` made them.", "schema_version: 1", "kind: pictures"]
+    if observer != DEFAULT_OBSERVER:
+        lines.append(f"observer: {observer}")
+    lines.append("stimuli:")
+    for name in built.names:
+        factors = _factors(built.factors(name))
+        more = f", factors: {json.dumps(factors, ensure_ascii=False)}" if factors else ""
+        lines.append(f"  - {{name: {json.dumps(name)}, file: {json.dumps(name + '.exr')}{more}}}")
+    return "\n".join(lines) + "\n"
+
+
+def _factors(factors: Factors) -> dict[str, str | float]:
+    return {key: value for key, value in factors.items() if key not in _OWN_FACTORS}
+
 
 # Percentages by channel, and of pixels with any of them, for each eye.
 Saturated = Mapping[str, Mapping[str, float]]
@@ -43,7 +113,7 @@ _SIDE_PX, _GAP_PX, _LINE_PX = 192, 8, 16
 
 
 @dataclass(frozen=True, slots=True)
-class BuiltStimulus:
+class BuiltStimulus(JsonResult):
     """A stimulus of a built set; ``saturated_percent`` by eye and channel is None where no display is known."""
 
     name: str
@@ -53,28 +123,23 @@ class BuiltStimulus:
     statistics: Mapping[str, Any]
     notes: tuple[str, ...]
     saturated_percent: Saturated | None
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the facts as JSON."""
-        facts = {
-            "name": self.name,
-            "factors": self.factors,
-            "flat": self.flat,
-            "size_px": list(self.size_px),
-            "statistics": self.statistics,
-            "said": list(self.notes),
-        }
-        return facts if self.saturated_percent is None else {**facts, "saturated_percent": self.saturated_percent}
+    json_keys: ClassVar = {"notes": "said"}
+    json_optional: ClassVar = ("saturated_percent",)
 
 
 @dataclass(frozen=True, slots=True)
-class BuildReport:
+class BuildReport(JsonResult):
     """A built set and its stimuli; ``output`` is the folder that it was copied to, ``exported`` that of OpenEXR."""
 
     built: StimulusSet
     stimuli: tuple[BuiltStimulus, ...]
     output: Path | None
     exported: Path | None = None
+    json_keys: ClassVar = {"built.recipe_path": "recipe", "built.manifest_path": "manifest"}
+    json_names: ClassVar = (
+        "built.recipe_path built.folder built.manifest_path built.digest built.rendered stimuli output exported"
+    )
+    json_optional: ClassVar = ("output", "exported")
 
     def told(self) -> Iterator[str | Table]:
         """Yield a table of the stimuli, notes on them, and where they lie."""
@@ -108,19 +173,6 @@ class BuildReport:
             yield f"Copied to: {self.output}"
         if self.exported is not None:
             yield f"As OpenEXR, with a recipe that shows them: {self.exported}"
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the facts as JSON."""
-        facts = {
-            "recipe": str(self.built.recipe_path),
-            "folder": str(self.built.folder),
-            "manifest": str(self.built.manifest_path),
-            "digest": self.built.digest,
-            "rendered": self.built.rendered,
-            "stimuli": [stimulus.to_json() for stimulus in self.stimuli],
-        }
-        folders = {"output": self.output, "exported": self.exported}
-        return {**facts, **{key: str(folder) for key, folder in folders.items() if folder is not None}}
 
 
 def notes_on(stimuli: Sequence[BuiltStimulus]) -> Iterator[str]:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from devices.eyes import AnyEye
 from documents import Finding
 from documents.arrays import Floats
-from documents.text import json_value
+from documents.text import JsonResult
 from stimuli.comparison.alignment import Alignment
 from stimuli.comparison.by_pixel import DifferenceOverview, DifferenceSummary
 from stimuli.comparison.camera_rgb import CameraRGBTable
@@ -93,7 +93,7 @@ class CompareOptions:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class EyeComparison:
+class EyeComparison(JsonResult):
     """The result for one eye; ``rendering`` is on the photograph's pixels and multiplied by the table's ``scaled_by``.
 
     Summaries are of the pixels within regions that count, without those that are saturated or beyond the rendering's
@@ -115,23 +115,12 @@ class EyeComparison:
     regions: PlacedRegions
     camera_rgb: CameraRGBTable | None = None
     masks: tuple[Mask, Mask] | None = None
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the numbers."""
-        return {
-            "verdict": self.verdict.to_json(),
-            "registration": self.alignment.to_json(),
-            "regions": self.table.to_json(),
-            "camera_rgb": None if self.camera_rgb is None else self.camera_rgb.to_json(),
-            "per_pixel": self.per_pixel.to_json(),
-            "as_seen": None if self.seen is None else self.seen.to_json(),
-            "sparkle": [area.to_json() for area in self.sparkle],
-            "said": list(self.notes),
-        }
+    json_keys: ClassVar = {"alignment": "registration", "table": "regions", "seen": "as_seen", "notes": "said"}
+    json_names: ClassVar = "verdict alignment table camera_rgb per_pixel seen sparkle notes"
 
 
 @dataclass(frozen=True, eq=False, slots=True, repr=False)
-class Comparison:
+class Comparison(JsonResult):
     """The result for all eyes, and the verdict on all of it.
 
     ``settings`` are how the comparison was asked for, by name, for its record. ``measures`` are those that were asked
@@ -147,9 +136,23 @@ class Comparison:
     options: CompareOptions
     settings: Mapping[str, Any]
     measures: MeasureTable | None = None
+    json_keys: ClassVar = {"photo": "photograph", "measures.rows": "measures"}
+    json_names: ClassVar = (
+        "verdict.decision verdict photo rendering regions_file options.pixels_per_degree settings eyes measures.rows "
+        "measures_left_out disparity"
+    )
 
     def __repr__(self) -> str:
         return f"<Comparison of {self.photo.file.name} and {self.rendering.file.name}: {self.verdict.decision}>"
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is to be known of the eyes; what holds for one alone names it."""
+        notes: dict[str, list[str]] = {}
+        for eye, result in self.eyes.items():
+            for note in result.notes:
+                notes.setdefault(note, []).append("" if eye == "both" else f"{eye} eye: ")
+        return tuple(f"{eyes[0] if len(eyes) == 1 else ''}{note}" for note, eyes in notes.items())
 
     def lines(self) -> list[str]:
         """Return the verdict in lines: its sentence, its reasons with a mark each, what passes, and notes."""
@@ -166,32 +169,14 @@ class Comparison:
             if result.camera_rgb is not None:
                 first, *rest = result.camera_rgb.lines()
                 lines += [first if eye == "both" else f"{eye.capitalize()} eye. {first}", *rest]
-        notes: dict[str, list[str]] = {}
-        for eye, result in self.eyes.items():
-            for note in result.notes:
-                notes.setdefault(note, []).append("" if eye == "both" else f"{eye} eye: ")
-        lines += [f"Note: {eyes[0] if len(eyes) == 1 else ''}{note}." for note, eyes in notes.items()]
+        lines += [f"Note: {note}." for note in self.notes]
         for picture in (self.photo, self.rendering):
             lines += [f"Note: {picture.file}: {note}." for note in picture.notes]
         if self.measures is not None:
             lines += [f"Note: {remark}." for remark in self.measures.remarks()]
         return lines
 
-    def to_json(self) -> dict[str, Any]:
-        """Return everything as JSON values; None for what is no finite number."""
-        values: dict[str, Any] = json_value(
-            {
-                "decision": self.verdict.decision,
-                "verdict": self.verdict.to_json(),
-                "photograph": self.photo.to_json(),
-                "rendering": self.rendering.to_json(),
-                "regions_file": self.regions_file,
-                "pixels_per_degree": self.options.pixels_per_degree,
-                "settings": dict(self.settings),
-                "eyes": {eye: result.to_json() for eye, result in self.eyes.items()},
-                "measures": None if self.measures is None else self.measures.to_json(),
-                "measures_left_out": [] if self.measures is None else list(self.measures.left_out),
-                "disparity": None if self.disparity is None else self.disparity.to_json(),
-            }
-        )
-        return values
+    @property
+    def measures_left_out(self) -> tuple[str, ...]:
+        """Which measures could not be made, and why."""
+        return () if self.measures is None else self.measures.left_out

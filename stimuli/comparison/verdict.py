@@ -72,10 +72,6 @@ class Limits(Strict):
         """Take a key without a value for one that is left out."""
         return {key: value for key, value in given.items() if value is not None} if isinstance(given, dict) else given
 
-    def to_json(self) -> dict[str, float]:
-        """Return the limits by name."""
-        return {name: float(value) for name, value in self.model_dump().items()}
-
 
 @dataclass(frozen=True, slots=True)
 class Reason(JsonResult):

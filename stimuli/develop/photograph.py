@@ -29,7 +29,7 @@ def calibration_of(options: DevelopOptions) -> Calibration:
 
 
 @dataclass(frozen=True, slots=True)
-class LuminanceReport:
+class LuminanceReport(JsonResult):
     """The light of a developed photograph, and how far it can be trusted: see `camera_to_xyz.Developed`.
 
     ``exposure_was_characterised`` is true if the camera file was tested at this exposure; None where that is unknown.
@@ -42,10 +42,16 @@ class LuminanceReport:
     above_safe_pixels: int
     negative_pixels: int
     exposure_was_characterised: bool | None
+    json_keys: ClassVar = {
+        "mean_cd_m2": "mean_luminance_cd_m2",
+        "max_cd_m2": "max_luminance_cd_m2",
+        "safe_cd_m2": "safe_luminance_cd_m2",
+        "negative_pixels": "negative_pixels_set_to_0",
+    }
 
 
 @dataclass(frozen=True, slots=True)
-class DevelopedPhotograph:
+class DevelopedPhotograph(JsonResult):
     """A photograph that was developed to ``output``; ``luminance`` is None where it stayed camera RGB."""
 
     photo: str
@@ -57,35 +63,13 @@ class DevelopedPhotograph:
     notes: tuple[str, ...]
     steps: tuple[dict[str, Any], ...]
     luminance: LuminanceReport | None
+    json_keys: ClassVar = {"notes": "said", "luminance": "*"}
+    json_names: ClassVar = "photo output holds width_px height_px exposure saturated_share notes steps luminance"
 
-    def to_json(self) -> dict[str, Any]:
-        """Return the facts as JSON."""
-        exposure, luminance = self.exposure, self.luminance
-        facts = {
-            "photo": self.photo,
-            "output": self.output,
-            "holds": "camera RGB" if luminance is None else "XYZ",
-            "width_px": self.width_px,
-            "height_px": self.height_px,
-            "exposure": None
-            if exposure is None
-            else {"time_s": exposure.time_s, "f_number": exposure.f_number, "iso": exposure.iso, "ev": exposure.ev},
-            "saturated_share": list(self.saturated_share),
-            "said": list(self.notes),
-            "steps": list(self.steps),
-        }
-        if luminance is None:
-            return facts
-        return {
-            **facts,
-            "mean_luminance_cd_m2": luminance.mean_cd_m2,
-            "max_luminance_cd_m2": luminance.max_cd_m2,
-            "safe_luminance_cd_m2": None if luminance.safe_cd_m2 is None else list(luminance.safe_cd_m2),
-            "below_safe_pixels": luminance.below_safe_pixels,
-            "above_safe_pixels": luminance.above_safe_pixels,
-            "negative_pixels_set_to_0": luminance.negative_pixels,
-            "exposure_was_characterised": luminance.exposure_was_characterised,
-        }
+    @property
+    def holds(self) -> str:
+        """What its values are."""
+        return "camera RGB" if self.luminance is None else "XYZ"
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,13 +20,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import astuple, dataclass
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from devices.display import DisplayModel, EyeModels
 from documents.arrays import Floats
+from documents.text import JsonResult
 from stimuli.errors import StimulusError
 from stimuli.luminance.scale import factor_to, max_luminance_cd_m2, scaled_picture
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
@@ -42,7 +43,7 @@ _MOST_TIMES = 1e6
 
 
 @dataclass(frozen=True, slots=True)
-class ToneMapping:
+class ToneMapping(JsonResult):
     """The factor that was asked for and the one used, one for both eyes, and the pixels that saturate at either.
 
     ``largest_factor`` is the limit's, infinite where nothing can saturate. ``pixels_transformed`` counts the work of
@@ -57,6 +58,18 @@ class ToneMapping:
     saturated_at_asked: Mapping[Eye, Saturation]
     saturated: Mapping[Eye, Saturation]
     pixels_transformed: int
+    json_keys: ClassVar = {
+        "reference_cd_m2": "reference_luminance_cd_m2",
+        "max_cd_m2": "max_luminance_cd_m2",
+        "asked_factor": "asked_luminance_scale",
+        "factor": "luminance_scale",
+        "saturated_at_asked": "saturated_percent_at_asked",
+        "saturated": "saturated_percent",
+    }
+    json_names: ClassVar = (
+        "step reference_cd_m2 max_cd_m2 limit_percent asked_factor factor held_back saturated_at_asked saturated"
+    )
+    step: ClassVar = "tone_map"
 
     @property
     def factor(self) -> float:
@@ -71,22 +84,6 @@ class ToneMapping:
     def apply(self, image: StereoImage) -> StereoImage:
         """Return the picture times the factor."""
         return scaled_picture(image, self.factor)
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the step for a manifest."""
-        return {
-            "step": "tone_map",
-            "reference_luminance_cd_m2": self.reference_cd_m2,
-            "max_luminance_cd_m2": self.max_cd_m2,
-            "limit_percent": self.limit_percent,
-            "asked_luminance_scale": self.asked_factor,
-            "luminance_scale": self.factor,
-            "held_back": self.held_back,
-            "saturated_percent_at_asked": {
-                eye: saturation.to_json() for eye, saturation in self.saturated_at_asked.items()
-            },
-            "saturated_percent": {eye: saturation.to_json() for eye, saturation in self.saturated.items()},
-        }
 
 
 def tone_mapping(

@@ -27,11 +27,12 @@ _ROWS = 32
 
 
 @dataclass(frozen=True, slots=True)
-class DynamicRange:
+class DynamicRange(JsonResult):
     """Between two luminances; infinite from 0, and 1 : 1 in a picture without light."""
 
     low_cd_m2: float
     high_cd_m2: float
+    json_also: ClassVar = ("log10", "stops")
 
     @property
     def ratio(self) -> float:
@@ -40,16 +41,15 @@ class DynamicRange:
             return 1.0
         return self.high_cd_m2 / self.low_cd_m2 if self.low_cd_m2 > 0 else math.inf
 
-    def to_json(self) -> dict[str, float | None]:
-        """Return the two luminances, log10 of their ratio, and stops; None for infinite."""
-        ratio = self.ratio
-        is_finite = math.isfinite(ratio)
-        return {
-            "low_cd_m2": self.low_cd_m2,
-            "high_cd_m2": self.high_cd_m2,
-            "log10": math.log10(ratio) if is_finite else None,
-            "stops": math.log2(ratio) if is_finite else None,
-        }
+    @property
+    def log10(self) -> float:
+        """The decimal logarithm of the ratio."""
+        return math.log10(self.ratio)
+
+    @property
+    def stops(self) -> float:
+        """The ratio in stops."""
+        return math.log2(self.ratio)
 
 
 @dataclass(frozen=True, slots=True)

@@ -79,10 +79,6 @@ class MeasureTable:
             remarks[of] = None
         return [*self.left_out, *remarks]
 
-    def to_json(self) -> list[dict[str, Any]]:
-        """Return the rows as JSON values."""
-        return [row.to_json() for row in self.rows]
-
     def lines(self) -> list[str]:
         """Return the table as lines of text, its columns one below the other."""
         if not self.rows:

@@ -7,7 +7,7 @@ Thesis Section 2.4.1: eyes resolve 60 cycles per degree, and a picture should ha
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
 from devices.display import (
     CYCLES_PER_DEGREE,
@@ -16,12 +16,13 @@ from devices.display import (
     pixels_per_degree,
     visual_angle_deg,
 )
+from documents.text import JsonResult
 from stimuli.errors import StimulusError
 from stimuli.pictures.resampling import display_pixels
 
 
 @dataclass(frozen=True, slots=True)
-class Resolution:
+class Resolution(JsonResult):
     """A picture ``size_mm`` wide and high of ``picture_px`` pixels, on ``display_px`` pixels of a display.
 
     ``needed_px`` are the thesis's MR, ``nyquist_px`` twice that. Frequencies are in cycles per degree straight ahead.
@@ -35,6 +36,10 @@ class Resolution:
     nyquist_px: tuple[float, float]
     picture_cycles_per_degree: float
     display_cycles_per_degree: float
+    json_names: ClassVar = (
+        "size_mm distance_mm picture_px display_px pixels_per_degree needed_px nyquist_px picture_cycles_per_degree "
+        "display_cycles_per_degree lost_cycles_per_degree"
+    )
 
     @property
     def lost_cycles_per_degree(self) -> tuple[float, float] | None:
@@ -67,21 +72,10 @@ class Resolution:
             lines.append(f"the picture's detail from {low:.1f} to {high:.1f} cycles per degree is lost{seen}")
         return tuple(lines)
 
-    def to_json(self) -> dict[str, Any]:
-        """Return the numbers for a manifest."""
-        lost = self.lost_cycles_per_degree
-        return {
-            "size_mm": list(self.size_mm),
-            "distance_mm": self.distance_mm,
-            "picture_px": list(self.picture_px),
-            "display_px": list(self.display_px),
-            "pixels_per_degree": 2 * self.display_cycles_per_degree,
-            "needed_px": list(self.needed_px),
-            "nyquist_px": list(self.nyquist_px),
-            "picture_cycles_per_degree": self.picture_cycles_per_degree,
-            "display_cycles_per_degree": self.display_cycles_per_degree,
-            "lost_cycles_per_degree": list(lost) if lost else None,
-        }
+    @property
+    def pixels_per_degree(self) -> float:
+        """How many pixels of the display a degree has."""
+        return 2 * self.display_cycles_per_degree
 
 
 def display_resolution(

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from devices.camera import Exposure
 from devices.colour_matching import DEFAULT_OBSERVER, colorimetric_observer
 from documents import Finding
-from documents.text import counted
+from documents.text import JsonResult, counted
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.linear_files import write_camera_exr
 from stimuli.errors import StimulusError
@@ -142,7 +142,7 @@ def spectral_to_camera(
 
 
 @dataclass(frozen=True, slots=True)
-class SpectralReport:
+class SpectralReport(JsonResult):
     """A spectral picture that was converted: to XYZ with its luminance, or to camera RGB with its saturated share."""
 
     file: str
@@ -155,14 +155,13 @@ class SpectralReport:
     mean_luminance_cd_m2: float | None = None
     max_luminance_cd_m2: float | None = None
     saturated_share: tuple[float, float, float] | None = None
+    json_names: ClassVar = "file output width_px height_px mean_luminance_cd_m2 max_luminance_cd_m2 steps"
+    json_optional: ClassVar = ("mean_luminance_cd_m2", "max_luminance_cd_m2")
 
-    def to_json(self) -> dict[str, Any]:
-        """Return the facts as JSON."""
-        size = {"width_px": self.width_px, "height_px": self.height_px}
-        light = {"mean_luminance_cd_m2": self.mean_luminance_cd_m2, "max_luminance_cd_m2": self.max_luminance_cd_m2}
-        steps = {"steps": [dict(self.step)]}
-        known = {} if self.mean_luminance_cd_m2 is None else light
-        return {"file": self.file, "output": self.output, **size, **known, **steps}
+    @property
+    def steps(self) -> list[Mapping[str, Any]]:
+        """The step that made the picture."""
+        return [self.step]
 
     def told(self) -> Iterator[str]:
         """Yield what was written, and notes."""

@@ -26,6 +26,7 @@ from tests.answers import new_answer
 from tests.choice import nightly
 from tests.conftest import write_study
 from tests.kept import known
+from tests.pages import Page
 
 ROOT = Path(__file__).parents[2]
 Study = Any  # tests/conftest.py
@@ -305,6 +306,7 @@ def test_a_comparison_has_a_row_for_each_region(tmp_path: Path) -> None:
     assert result.value.verdict.decision == "validated"
     assert len(frame) == len(result.value.eyes["both"].table.rows)
     assert frame["delta_e"].max() == 0
+    assert {"svg", "img"} < Page(result._repr_html_()).names
 
 
 def test_stimuli_and_screens(study: Study) -> None:
@@ -320,6 +322,7 @@ def test_power_has_a_row_for_each_number_of_observers(study: Study) -> None:
     done = cyclopean.power(study.experiment, [5, 10], replicates=20)
     assert list(done.to_frame()["observers"]) == [5, 10]
     assert "observers" in repr(done)
+    assert done.value.needed.sentence in done._repr_html_()
 
 
 def test_scores_within_groups_have_a_row_for_each_item_of_each_group() -> None:
@@ -330,6 +333,11 @@ def test_scores_within_groups_have_a_row_for_each_item_of_each_group() -> None:
     table = result.to_frame()
     assert table["group"].fillna("").tolist() == ["church"] * 3 + ["beach"] * 3 + [""] * 3
     assert table.groupby(table["group"].fillna(""))["score"].sum().tolist() == pytest.approx([1, 1, 1])
+    shown = Page(result._repr_html_())
+    assert [tag for tag, _ in shown.tags].count("table") == 3
+    assert "church" in shown.text
+    # Its style reaches no further than itself.
+    assert "<style>.cyclopean {" in result._repr_html_()
 
 
 def test_results_of_pairs_within_scenes_have_a_pooled_scale_of_what_the_scenes_share(tmp_path: Path) -> None:

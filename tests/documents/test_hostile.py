@@ -84,7 +84,7 @@ def test_long_keys_and_values_are_told_in_part(tmp_path: Path) -> None:
 
 
 def test_a_list_of_more_values_than_anyone_writes_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("documents.yaml.loaders.MAX_NODES", 1000)  # those of the shipped limit take seconds
+    monkeypatch.setattr("documents.yaml.source.MAX_NODES", 1000)  # those of the shipped limit take seconds
     assert len(parse_yaml("a: [" + "1," * 900 + "]", "f.yaml").data["a"]) == 900
     with pytest.raises(InputError, match="holds more than 1000 values"):
         parse_yaml("a: [" + "1," * 2100 + "]", "f.yaml")

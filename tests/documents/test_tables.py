@@ -13,7 +13,7 @@ from analysis.comparisons import read_table
 from devices.camera import read_correspondences, read_reference
 from devices.readings import read_measurements
 from devices.readings.colour_table import read_colours
-from devices.readings.patch_file import read_patches
+from devices.readings.sets import read_patches
 from documents import Finding, InputError
 from documents.tables import Column, Form
 from stimuli.spectral.curves import read_reflectances

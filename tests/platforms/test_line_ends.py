@@ -14,7 +14,7 @@ from analysis.comparisons import read_table
 from analysis.records import read_session, session_files
 from devices.camera import read_correspondences, read_reference
 from devices.readings import Measurements, read_measurements, write_csv
-from devices.readings.patch_file import read_patches
+from devices.readings.sets import read_patches
 from devices.readings.ti3 import write_ti3
 from stimuli.spectral.curves import read_reflectances
 

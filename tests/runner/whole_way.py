@@ -11,7 +11,8 @@ from rich.console import Console
 
 from analysis.bids import export_dataset
 from analysis.records import FILE_NAME, SessionLog, read_session
-from analysis.report import describe, print_report, write_report
+from analysis.report import describe, report_blocks, write_report
+from documents.pages import print_blocks
 from runner.check import CheckOptions, check_file
 from runner.session import SessionOptions, run_session, simulate
 
@@ -47,7 +48,7 @@ def _report(logs: list[SessionLog], folder: Path | None) -> None:
         report = write_report(logs, folder / "report.html", csv_folder=folder / "tables")
         assert (folder / "report.html").stat().st_size > 1000
     json.dumps(report.to_json(), allow_nan=False)
-    print_report(report, console=Console(file=io.StringIO()))
+    print_blocks(report_blocks(report), Console(file=io.StringIO()))
 
 
 def _said(log: SessionLog) -> list[Any]:

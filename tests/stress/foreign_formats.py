@@ -436,7 +436,7 @@ def _read_reference(path: Path) -> object:
 
 
 def _read_patches(path: Path) -> object:
-    from devices.readings.patch_file import read_patches
+    from devices.readings.sets import read_patches
 
     return read_patches(path)
 

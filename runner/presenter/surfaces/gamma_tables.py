@@ -14,12 +14,13 @@ import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from devices.display import GammaTable
+from documents.text import JsonResult
 from runner.presenter.errors import PresentationError
 from runner.presenter.surfaces.x11 import is_xwayland
 
@@ -30,7 +31,7 @@ _PATIENCE_S = 30.0
 
 
 @dataclass(frozen=True, slots=True)
-class LoadedTable:
+class LoadedTable(JsonResult):
     """The gamma table that is loaded on a monitor; ``entries`` are what the driver returned, also if it makes no sense.
 
     ``monitor`` is the name that the window system has for it, empty where there is no monitor.
@@ -39,15 +40,12 @@ class LoadedTable:
     monitor: str
     table: GammaTable
     entries: Entries | None = None
+    json_keys: ClassVar = {"table": "*", "entries": None}
 
     @classmethod
     def unknown(cls, why: str, monitor: str = "") -> LoadedTable:
         """Return that the table of ``monitor`` cannot be read, with the reason in a phrase."""
         return cls(monitor, GammaTable.unreadable(why))
-
-    def to_json(self) -> dict[str, Any]:
-        """Return what a record holds of it."""
-        return {"monitor": self.monitor, **self.table.to_json()}
 
     def __str__(self) -> str:
         return f"{self.table.sentence()} on '{self.monitor}'" if self.monitor else self.table.sentence()

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from devices.colour import xyY_from_XYZ
 from documents.arrays import Floats
-from documents.figures import DEEP, FAINT, INK, NARROW_IN, WIDE_IN, drawing, rows_only, short, svg_of
+from documents.figures import DEEP, FAINT, INK, NARROW_IN, WIDE_IN, Drawing, drawing, drawn, rows_only, short
 from stimuli.comparison import (
     HIGHEST,
     DifferenceOverview,
@@ -42,12 +42,14 @@ _TIMES = (1, 2, 5, 10, 20, 50, 100, 200, 500)
 _VECTOR_SHARE = 0.12
 
 
-def map_figure(small: NDArray[np.float32], label: str) -> str:
-    """Return a reduced map as ``<svg>``, on a scale of ΔE00 0 to 10 with its colour bar; NaN is grey."""
+def map_figure(small: NDArray[np.float32], label: str) -> Drawing:
+    """Return a reduced map, on a scale of ΔE00 0 to 10 with its colour bar; NaN is grey."""
     return _map(small, label, "ΔE00", HIGHEST, "max")
 
 
-def _map(small: NDArray[np.float32], label: str, scale: str, highest: float, beyond: Literal["max", "neither"]) -> str:
+def _map(
+    small: NDArray[np.float32], label: str, scale: str, highest: float, beyond: Literal["max", "neither"]
+) -> Drawing:
     from matplotlib import colormaps
 
     shape = small.shape[0] / small.shape[1]
@@ -58,11 +60,11 @@ def _map(small: NDArray[np.float32], label: str, scale: str, highest: float, bey
         bar = figure.colorbar(image, ax=axes, extend=beyond, fraction=0.04, pad=0.02)
         bar.set_label(scale, color=INK)
         bar.ax.tick_params(colors=INK)
-        return svg_of(figure, label)
+        return drawn(figure, label)
 
 
-def measure_figures(row: MeasureRow) -> dict[str, str]:
-    """Return the reduced error map of each eye as ``<svg>`` with its colour bar, on one scale; NaN is grey."""
+def measure_figures(row: MeasureRow) -> dict[str, Drawing]:
+    """Return the reduced error map of each eye with its colour bar, on one scale; NaN is grey."""
     maps = {eye: measured.error_map for eye, measured in row.eyes.items() if measured.error_map is not None}
     measure, highest = row.measure, row.measure.map_highest
     if highest is None:
@@ -76,8 +78,8 @@ def measure_figures(row: MeasureRow) -> dict[str, str]:
     }
 
 
-def histogram_figure(overview: DifferenceOverview, limit: float, label: str) -> str:
-    """Return the shares of pixels by ΔE00 as ``<svg>``, with the ``limit`` as a line."""
+def histogram_figure(overview: DifferenceOverview, limit: float, label: str) -> Drawing:
+    """Return the shares of pixels by ΔE00, with the ``limit`` as a line."""
     counts, edges = overview.counts, overview.edges
     with drawing("difference-histogram", NARROW_IN, 2.4) as (figure, axes):
         axes.stairs(100.0 * counts / max(1, int(counts.sum())), edges, fill=True, color=DEEP, alpha=0.75)
@@ -93,11 +95,11 @@ def histogram_figure(overview: DifferenceOverview, limit: float, label: str) -> 
         )
         axes.set(xlim=(0, HIGHEST), xlabel="ΔE00 (the last bar holds all above)", ylabel="% of pixels")
         axes.spines[["top", "right"]].set_visible(False)
-        return svg_of(figure, label)
+        return drawn(figure, label)
 
 
-def disparity_figure(photo: ArrayLike, rendering: ArrayLike, what: str, label: str) -> str:
-    """Return how many disparities across, in px, either pair of views has, as ``<svg>``; (n,) and (m,) of them."""
+def disparity_figure(photo: ArrayLike, rendering: ArrayLike, what: str, label: str) -> Drawing:
+    """Return how many disparities across, in px, either pair of views has; (n,) and (m,) of them."""
     pairs = [np.asarray(values, dtype=np.float64) for values in (photo, rendering)]
     low, high = np.percentile(np.concatenate(pairs), [0.5, 99.5])
     margin = max(0.5, 0.05 * float(high - low))
@@ -109,16 +111,16 @@ def disparity_figure(photo: ArrayLike, rendering: ArrayLike, what: str, label: s
         axes.set(xlabel="right eye minus left, px", ylabel=f"% of {what}")
         axes.legend(frameon=False, fontsize=8)
         axes.spines[["top", "right"]].set_visible(False)
-        return svg_of(figure, label)
+        return drawn(figure, label)
 
 
-def draw_profiles(photo: Rows, rendering: Rows, regions: Sequence[Region]) -> tuple[tuple[str, str], ...]:
-    """Return the luminance along a line across every plate and along each chart's greys, as names and SVGs."""
-    drawn = []
+def draw_profiles(photo: Rows, rendering: Rows, regions: Sequence[Region]) -> tuple[tuple[str, Drawing], ...]:
+    """Return the luminance along a line across every plate and along each chart's greys, with its name."""
+    profiles = []
     for name, start, end in _lines(regions)[:MOST_PROFILES]:
         photo_profile, rendering_profile = (_along(picture, start, end) for picture in (photo, rendering))
-        drawn.append((name, profile_figure(photo_profile, rendering_profile, f"Luminance along a line, {name}")))
-    return tuple(drawn)
+        profiles.append((name, profile_figure(photo_profile, rendering_profile, f"Luminance along a line, {name}")))
+    return tuple(profiles)
 
 
 def _lines(regions: Sequence[Region]) -> list[tuple[str, Floats, Floats]]:
@@ -173,15 +175,15 @@ def profile(
     return np.asarray(map_coordinates(np.asarray(values, dtype=np.float64), [y, x], order=1, mode="nearest"))
 
 
-def profile_figure(photo: NDArray[np.float64], rendering: NDArray[np.float64], label: str) -> str:
-    """Return the luminance of both pictures along a line, (n,) each, as ``<svg>``."""
+def profile_figure(photo: NDArray[np.float64], rendering: NDArray[np.float64], label: str) -> Drawing:
+    """Return the luminance of both pictures along a line, (n,) each,."""
     with drawing("profile", WIDE_IN, 2.4) as (figure, axes):
         axes.plot(photo, color=INK, linewidth=1, label="photograph")
         axes.plot(rendering, color=RENDERED, linewidth=1, linestyle=(0, (4, 1.5)), label="rendering")
         axes.set(xlabel="pixels along the line", ylabel="luminance (cd/m²)", xlim=(0, max(1, len(photo) - 1)))
         axes.spines[["top", "right"]].set_visible(False)
         axes.legend(frameon=False, fontsize=8)
-        return svg_of(figure, label)
+        return drawn(figure, label)
 
 
 def draw_pictures(photo: Rows, rendering: Rows, white_XYZ: ArrayLike) -> tuple[str, str, float]:
@@ -210,8 +212,8 @@ def _png(xyz: Floats, white: Floats) -> str:
     return "data:image/png;base64," + base64.b64encode(out.getvalue()).decode("ascii")
 
 
-def luminance_figure(table: RegionTable, label: str) -> str:
-    """Return the photograph's luminances over the rendering's as ``<svg>``: as rendered, and times the mean ratio.
+def luminance_figure(table: RegionTable, label: str) -> Drawing:
+    """Return the photograph's luminances over the rendering's: as rendered, and times the mean ratio.
 
     Equal luminances lie on the line. Excluded regions are left out.
     """
@@ -236,11 +238,11 @@ def luminance_figure(table: RegionTable, label: str) -> str:
         axes.set_xlabel("rendering (cd/m²)", color=INK)
         axes.set_ylabel("photograph (cd/m²)", color=INK)
         axes.spines[["top", "right"]].set_visible(False)
-        return svg_of(figure, label)
+        return drawn(figure, label)
 
 
-def chromaticity_figure(table: RegionTable, label: str) -> str:
-    """Return the photograph's chromaticities as ``<svg>``, with vectors towards the rendering's.
+def chromaticity_figure(table: RegionTable, label: str) -> Drawing:
+    """Return the photograph's chromaticities, with vectors towards the rendering's.
 
     Vectors are drawn a round number of times as long, so that they can be seen; the figure says how many. Excluded
     regions are left out; the cross is the white.
@@ -265,11 +267,11 @@ def chromaticity_figure(table: RegionTable, label: str) -> str:
         axes.set_xlabel("x" if times == 1 else f"x    (differences drawn {times} × as long)", color=INK)
         axes.set_ylabel("y", color=INK)
         axes.spines[["top", "right"]].set_visible(False)
-        return svg_of(figure, label)
+        return drawn(figure, label)
 
 
-def delta_e_figure(table: RegionTable, limit: float, label: str) -> str:
-    """Return ΔE00 of each region as ``<svg>``, with the ``limit`` as a line; excluded regions are grey.
+def delta_e_figure(table: RegionTable, limit: float, label: str) -> Drawing:
+    """Return ΔE00 of each region, with the ``limit`` as a line; excluded regions are grey.
 
     Of more than `MOST_BARS` regions, those that differ most.
     """
@@ -288,7 +290,7 @@ def delta_e_figure(table: RegionTable, limit: float, label: str) -> str:
         axes.set_xlabel(f"ΔE00 (the line is the limit, {limit:g})", color=INK)
         rows_only(axes, len(rows))
         axes.tick_params(axis="y", labelsize=8)
-        return svg_of(figure, label)
+        return drawn(figure, label)
 
 
 def _most(rows: Sequence[RegionRow]) -> Sequence[RegionRow]:

@@ -12,8 +12,9 @@ import pytest
 from rich.console import Console
 
 from analysis.records import SessionLog
-from analysis.report import Report, describe, print_report
+from analysis.report import Report, describe, report_blocks
 from analysis.report.page import render
+from documents.pages import print_blocks
 from tests.answers import changed, new_answer
 
 Maker = Callable[..., SessionLog]
@@ -22,7 +23,7 @@ pytestmark = pytest.mark.usefixtures("undrawn", "unreviewed")
 
 def printed(report: Report) -> str:
     out = io.StringIO()
-    print_report(report, console=Console(file=out, width=10_000))
+    print_blocks(report_blocks(report), Console(file=out, width=10_000))
     return out.getvalue()
 
 

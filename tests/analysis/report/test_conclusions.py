@@ -12,9 +12,10 @@ from rich.console import Console
 
 from analysis.classes import Conclusion
 from analysis.records import SessionLog
-from analysis.report import Report, describe, print_report, write_report
+from analysis.report import Report, describe, report_blocks, write_report
 from analysis.report.page import sections_of
 from documents import counted_work
+from documents.pages import print_blocks
 from tests.answers import altered
 
 Maker = Callable[..., SessionLog]
@@ -73,7 +74,7 @@ def test_page_terminal_json_and_methods_say_the_same(report: Report, tmp_path: P
         one.question for one in report.conclusions
     ]
     out = io.StringIO()
-    print_report(report, console=Console(file=out, width=300))
+    print_blocks(report_blocks(report), Console(file=out, width=300))
     assert "Stands in" in out.getvalue().partition(headline)[2]
     page = write_report(report.sessions, tmp_path / "page.html", csv_folder=tmp_path)
     assert headline in (tmp_path / "page.html").read_text(encoding="utf-8").replace("&#39;", "'")

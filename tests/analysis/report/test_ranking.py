@@ -13,9 +13,8 @@ import pytest
 
 from analysis.classes.classes import Classes
 from analysis.records import SessionLog
-from analysis.report import ranking
-from analysis.report.ranking import MOST_LINES, draw_ranking, draws_ranking
-from analysis.report.scores import scores_section
+from analysis.report import scores as parts
+from analysis.report.scores import MOST_LINES, draw_ranking, draws_ranking, scores_section
 from analysis.report.summary import Summary, summarise
 from documents.pages import Figure
 from tests.analysis.report.conftest import scores_with, uses
@@ -78,5 +77,5 @@ def test_it_stands_in_the_section_of_scores_and_is_left_out_where_it_would_misle
         assert not draws_ranking(replace(summary, scores=scores))
         assert figures(replace(summary, scores=scores)) == ["scores"]
     assert len(MEMBERS) <= MOST_LINES
-    monkeypatch.setattr(ranking, "MOST_LINES", 3)
+    monkeypatch.setattr(parts, "MOST_LINES", 3)
     assert not draws_ranking(summary)

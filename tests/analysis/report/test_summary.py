@@ -13,10 +13,11 @@ import pytest
 from rich.console import Console
 
 from analysis.records import SessionLog
-from analysis.report import describe, print_report
+from analysis.report import describe, report_blocks
 from analysis.report.page import render
 from analysis.report.scores import fit_words
 from analysis.report.summary import summarise, wilson_interval
+from documents.pages import print_blocks
 from tests.answers import changed
 from tests.choice import nightly
 from tests.kept import known
@@ -44,7 +45,7 @@ def test_settings_beside_have_classes_of_their_own_and_do_not_lead(make_session:
     assert [item["class"] for item in report.to_json()["beside"]["items"]] == [item.label for item in beside.items]
     assert "Class by the settings beside" in render(report)
     out = io.StringIO()
-    print_report(report, console=Console(file=out, width=200))
+    print_blocks(report_blocks(report), Console(file=out, width=200))
     assert "level 0.2" in out.getvalue()
     plain = describe([make_session("01", analysis={})])
     assert plain.to_json()["beside"] is None
@@ -126,7 +127,7 @@ def test_a_design_that_finds_differences_says_which_and_has_no_note(make_session
     assert (found["warnings"], found["one_camp_in"]) == ([], None)
     assert report.notes == ()
     out = io.StringIO()
-    print_report(report, console=Console(file=out, width=500))
+    print_blocks(report_blocks(report), Console(file=out, width=500))
     assert found["sentence"] in out.getvalue()
     page = render(report)
     assert page.count(found["size"]) >= 3  # in its head, under Diagnostics and in Methods
@@ -168,9 +169,8 @@ def test_the_terminal_table_shows_published_scores_and_treats_markup_as_text(mak
     names = ("[red]a[/red]", "b")
     answers = [(names[0], "b")] * 3 + [("b", names[0])] * 2
     out = io.StringIO()
-    print_report(
-        describe([make_session(names=names, answers=answers)]), {"b": (0.25, "3+4")}, Console(file=out, width=120)
-    )
+    report = describe([make_session(names=names, answers=answers)])
+    print_blocks(report_blocks(report, {"b": (0.25, "3+4")}), Console(file=out, width=120))
     assert "[red]a[/red]" in out.getvalue()
     assert "0.2500" in out.getvalue()
     assert "3+4" in out.getvalue()

@@ -8,8 +8,8 @@ from scipy.stats import chi2, chisquare
 
 from analysis.comparisons import Comparisons
 from analysis.scaling import count_pairs, fit_model
-from analysis.scaling.goodness import goodness_of_fit
 from analysis.scaling.laws import Davidson
+from analysis.scaling.result import goodness_of_fit
 
 
 @pytest.mark.promise("believable-scores")

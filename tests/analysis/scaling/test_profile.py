@@ -19,7 +19,7 @@ from analysis.scaling.deciding import _Bounds, verdicts
 from analysis.scaling.jeffreys import Jeffreys
 from analysis.scaling.penalty import FIRTH
 from analysis.scaling.profile import climbed, exchange_p, signed_roots
-from analysis.scaling.terminal import summary_lines
+from analysis.scaling.shown import summary_lines
 from documents.arrays import Floats
 from tests.analysis.slow_profiles import SlowProfile, of_law, of_pair
 from tests.choice import nightly

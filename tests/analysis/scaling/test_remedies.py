@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import io
 from itertools import product
 from typing import get_args
 
 import numpy as np
 import pytest
-from rich.console import Console
 
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.scaling import MODELS, ModelMethod, print_scores, problem_lines, score
-from analysis.scaling.terminal import remedies
+from analysis.scaling import MODELS, ModelMethod, problem_lines, score, score_blocks
+from analysis.scaling.shown import remedies
+from documents.pages import Paragraph
 
 
 def table(*lines: str) -> Comparisons:
@@ -89,9 +88,8 @@ def test_a_fit_with_a_prior_has_no_degrees_below_zero() -> None:
         assert scores.to_json()["df"] >= 0
         if scores.fit.separation:
             continue
-        out = io.StringIO()
-        print_scores(scores, console=Console(file=out, width=200))
-        assert "-" not in out.getvalue().split("deviance")[1].split(";")[0]
+        summary = next(block.text for block in score_blocks(scores) if isinstance(block, Paragraph))
+        assert "-" not in summary.split("deviance")[1].split(";")[0]
 
 
 def test_one_unbeaten_item_of_many_is_named_alone() -> None:

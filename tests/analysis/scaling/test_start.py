@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.scaling import Counts, are_connected, fit, maximise, start
+from analysis.scaling import Counts, are_connected, fit, maximise, newton
 from documents.arrays import Floats
 from documents.blas_threads import set_blas_threads
 
@@ -30,7 +30,7 @@ def table(n: int, seed: int, spread: float = 0.7, share: float = 1.0, each: int 
 @pytest.mark.parametrize(("n", "share"), [(2, 1.0), (3, 1.0), (10, 1.0), (40, 0.2), (100, 1.0)])
 def test_it_ends_where_the_slow_way_ends(n: int, share: float) -> None:
     wins = table(n, n, share=share)
-    near = start.plain_maximum(wins)
+    near = newton.plain_maximum(wins)
     assert near is not None
     slow, fast = fit(wins, most_iterations=SLOW), fit(wins)
     assert np.abs(near[0] - slow.theta).max() < 1e-8
@@ -62,7 +62,7 @@ def test_every_finite_fit_is_that_of_the_slow_way(n: int, seed: int, spread: flo
 
 def test_long_steps_are_refused() -> None:
     wins = np.array([[0, 100, 0, 1], [0, 0, 100, 0], [0, 0, 0, 100], [1e-6, 0, 0, 0]])
-    assert start.plain_maximum(wins) is None
+    assert newton.plain_maximum(wins) is None
     assert fit(wins).converged
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from devices.display import GammaTable
 from devices.errors import DeviceError
-from devices.profiles.gamma_table import read_gamma_table
+from devices.profiles.profile import read_gamma_table
 from devices.profiles.tag_table import Tag
 from tests.devices.profiles.profile_bytes import s15, vcgt
 

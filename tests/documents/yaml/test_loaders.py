@@ -12,8 +12,8 @@ import pytest
 import yaml
 
 from documents import InputError
-from documents.yaml import loaders, parse_yaml, source
-from documents.yaml.loaders import Loader, QuickLoader, can_be_quick
+from documents.yaml import parse_yaml, source
+from documents.yaml.source import Loader, QuickLoader, can_be_quick
 
 ROOT = Path(__file__).parents[3]
 SHIPPED = sorted([*ROOT.glob("experiments/**/*.yaml"), *ROOT.glob("configs/**/*.yaml")])
@@ -108,7 +108,7 @@ def test_what_the_parsers_take_otherwise_is_read_by_the_one_in_python(
 def test_no_libyaml_is_needed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(yaml, "__with_libyaml__", False)
     monkeypatch.setitem(sys.modules, "yaml._yaml", None)
-    without = runpy.run_path(str(Path(loaders.__file__)))
+    without = runpy.run_path(str(Path(source.__file__)))
     assert not without["can_be_quick"]("a: 1\n")
     monkeypatch.setattr(source, "QuickLoader", None)
     assert parse_yaml("a: [1, b]\n", "f.yaml").data == {"a": [1, "b"]}

@@ -29,7 +29,8 @@ def table(count: int, times: float = 1.03, saturated: float = 0.0) -> RegionTabl
 )
 def test_every_figure_stands_for_any_number_of_regions(count: int, saturated: float) -> None:
     one = table(count, saturated=saturated)
-    for svg in (luminance_figure(one, "L"), chromaticity_figure(one, "C"), delta_e_figure(one, 1.4, "E")):
+    for drawing in (luminance_figure(one, "L"), chromaticity_figure(one, "C"), delta_e_figure(one, 1.4, "E")):
+        svg = drawing.svg
         assert svg.startswith("<svg")
         assert svg.rstrip().endswith("</svg>")
         assert "<region" not in svg
@@ -38,15 +39,17 @@ def test_every_figure_stands_for_any_number_of_regions(count: int, saturated: fl
 def test_what_the_figures_say() -> None:
     found = table(24, 1 / 1000)
     assert found.factor is not None
-    assert f"rendering × {found.factor.mean_ratio:.4g}" in luminance_figure(found, "L")
-    assert "differences drawn" in chromaticity_figure(table(24), "C")
-    assert "&lt;region 3&gt; (excluded)" in delta_e_figure(table(24, saturated=1.0), 1.4, "E")
+    luminances = luminance_figure(found, "L").svg
+    assert f"rendering × {found.factor.mean_ratio:.4g}" in luminances
+    assert "mathdefault" not in luminances
+    assert "differences drawn" in chromaticity_figure(table(24), "C").svg
+    assert "&lt;region 3&gt; (excluded)" in delta_e_figure(table(24, saturated=1.0), 1.4, "E").svg
 
 
 @pytest.mark.nightly
 def test_of_many_regions_those_that_differ_most_are_drawn() -> None:
     many = table(200)
-    svg = delta_e_figure(many, 1.4, "E")
+    svg = delta_e_figure(many, 1.4, "E").svg
     order = sorted(range(200), key=lambda place: -many.rows[place].delta_e)
     drawn = [place for place in range(200) if f"&lt;region {place}&gt;" in svg]
     assert sorted(order[:MOST_BARS]) == drawn

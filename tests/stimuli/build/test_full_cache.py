@@ -92,7 +92,7 @@ def test_an_export_that_could_not_be_written_is_named(recipe: Path, monkeypatch:
     def full(*args: object, **options: object) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr("stimuli.build.export.shutil.copyfile", full)
+    monkeypatch.setattr("stimuli.build.report.shutil.copyfile", full)
     with pytest.raises(InputError, match="light: the exported pictures cannot"):
         export_exr(built, recipe.parent / "light")
     assert not [path for path in recipe.parent.iterdir() if "light" in path.name]

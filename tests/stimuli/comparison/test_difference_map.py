@@ -98,9 +98,9 @@ def test_a_profile_follows_its_line() -> None:
 def test_figures_say_what_they_show() -> None:
     delta_e = np.full((30, 40), 2.0, dtype=np.float32)
     shown = overview(delta_e)
-    svg = map_figure(shown.reduced, "difference <map>")
+    svg = map_figure(shown.reduced, "difference <map>").svg
     assert svg.startswith("<svg")
     assert "difference &lt;map&gt;" in svg
     assert "ΔE00" in svg
-    assert "limit 1.4" in histogram_figure(shown, 1.4, "histogram")
-    assert "rendering" in profile_figure(np.arange(5.0), np.arange(5.0), "profile")
+    assert "limit 1.4" in histogram_figure(shown, 1.4, "histogram").svg
+    assert "rendering" in profile_figure(np.arange(5.0), np.arange(5.0), "profile").svg

@@ -1,48 +1,46 @@
-"""A fit with observers as a distribution, as tables for the terminal and as a CSV table of each observer's scores."""
+"""A fit with observers as a distribution: tables for pages and the terminal, and a CSV table of observers' scores."""
 
 from __future__ import annotations
 
 import csv
 import io
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 from analysis.classes.conclusions import LEVEL, verdict_of
 from analysis.hierarchical.result import GroupScores, HierarchicalFit
-from documents.pages import Block, Column, Heading, Paragraph, Table, print_blocks
+from documents.pages import Block, Column, Heading, Paragraph, Table
 from documents.text import counted
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 COLUMNS = ("group", "observer", "item", "theta", "sd")
 
 
-def print_fit(fit: HierarchicalFit, console: Console | None = None) -> None:
-    """Print the typical observer's scores, how much observers differ, and what a new observer would say.
+def fit_blocks(fit: HierarchicalFit) -> list[Block]:
+    """Return the typical observer's scores, how much observers differ, and what a new observer would say.
 
     Parameters
     ----------
     fit
         What `fit_observers` returns.
-    console
-        Where to print; standard output if None.
+
+    Returns
+    -------
+    list
+        Blocks for `documents.pages`.
 
     Examples
     --------
-    >>> from rich.console import Console
     >>> from analysis.comparisons import Answer, from_answers
     >>> from analysis.hierarchical import fit_observers
     >>> answers = [Answer("a", "b", 18, "anna"), Answer("b", "a", 2, "anna"), Answer("a", "b", 9, "ben")]
     >>> fit = fit_observers(from_answers([*answers, Answer("b", "a", 11, "ben")]))
-    >>> print_fit(fit, Console(width=100))  # doctest: +ELLIPSIS
-     item   nats     se    JND  class...
+    >>> [column.heading for column in fit_blocks(fit)[0].columns]
+    ['item', 'nats', 'se', 'JND', 'class']
     """
     blocks: list[Block] = []
     for group in fit.groups:
         blocks += [*([Heading(group.name)] if group.name else []), _score_table(fit, group)]
     blocks += [Paragraph(line, small=True) for line in summary_lines(fit)]
-    print_blocks([*blocks, *(_prediction_table(fit, group) for group in fit.groups)], console)
+    return [*blocks, *(_prediction_table(fit, group) for group in fit.groups)]
 
 
 def summary_lines(fit: HierarchicalFit) -> list[str]:

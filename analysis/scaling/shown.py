@@ -1,27 +1,25 @@
-"""Scores as a table for the terminal."""
+"""Scores, and scores within groups, as tables and sentences for pages and the terminal."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, get_args
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, get_args
 
 from analysis.scaling.clustered import ByObserver
 from analysis.scaling.counts import count_pairs
+from analysis.scaling.grouped import GroupedScores
 from analysis.scaling.lack_of_fit import one_scale
 from analysis.scaling.laws import LAWS, Model
 from analysis.scaling.profile import why_by_standard_errors
 from analysis.scaling.result import ModelMethod, Parameter
 from analysis.scaling.scores import Scores
 from analysis.scaling.separation import are_apart, separation_of_method
-from documents.text import clean_console, counted
-
-if TYPE_CHECKING:
-    from rich.console import Console
+from documents.pages import Block, Column, Heading, Paragraph, Shown, Table
+from documents.text import counted
 
 Published = Mapping[str, tuple[float, str]]
 
 TOO_MANY = "no classes: the items overlap in too many to list"
-CLASS_STYLES = {"1": "green", "2": "blue", "3": "yellow", "4": "rgb(165,100,40)", "5": "red"}
 ONLY_PENALTY = "Only the penalty keeps the scores finite; some differences have no upper end."
 METHODS = {"ml": "maximum likelihood", "firth": "Firth's penalised likelihood", "map": "maximum a posteriori"}
 ADJUSTMENTS = {"none": "unadjusted", "holm": "Holm", "bh": "Benjamini-Hochberg", "maxz": "single-step max z"}
@@ -29,69 +27,46 @@ NAMES = {"nu": "ties, ν", "eta": "ties, η", "order": "order effect"}
 BASES = {True: "(bootstrap over observers)", False: "(takes all answers for independent)"}
 
 
-def print_scores(scores: Scores, published: Published | None = None, console: Console | None = None) -> None:
-    """Print one line per item, best first, then how the fit was made and what else was estimated.
+def score_blocks(scores: Scores, published: Published | None = None) -> list[Block]:
+    """Return a table of the items, best first, then how the fit was made and what else was estimated.
 
     Parameters
     ----------
     scores
-        What to print.
+        What to show.
     published
-        For each item, where there is one, a score and class published before, printed beside.
-    console
-        Where to print; standard output if None.
+        For each item, where there is one, a score and class published before, shown beside.
+
+    Returns
+    -------
+    list
+        Blocks for `documents.pages`.
 
     Examples
     --------
-    >>> import io
-    >>> from rich.console import Console
     >>> from analysis.comparisons import Answer, from_answers
     >>> from analysis.scaling import score
-    >>> scores = score(from_answers([Answer("a", "b", 30), Answer("b", "a", 10)]))
-    >>> console = Console(file=io.StringIO(), width=120)
-    >>> print_scores(scores, console=console)
-    >>> console.file.getvalue().split()[:3]
-    ['item', 'wins', 'of']
+    >>> table = score_blocks(score(from_answers([Answer("a", "b", 30), Answer("b", "a", 10)])))[0]
+    >>> [column.heading for column in table.columns]
+    ['item', 'wins', 'of', 'score', 'log10', 'se (nats)', 'class']
     """
-    from rich.table import Table
-    from rich.text import Text
-
-    console = console or clean_console()
-    table = Table(box=None, header_style="bold", padding=(0, 1))
-    table.add_column("item")
-    heading, numbers = _aligned(scores)
-    table.add_column(heading, no_wrap=True)
-    table.add_column("class")
-    if published:
-        table.add_column("published", justify="right")
-        table.add_column("class")
-    for item, line in zip(scores.items, numbers, strict=True):
-        style = CLASS_STYLES.get((item.label or "").split("+")[0], "")
-        cells = [Text(item.name, overflow="fold"), Text(line, no_wrap=True), Text(item.label or "–", style=style)]
-        if published:
-            known = published.get(item.name)
-            cells += [Text(f"{known[0]:.4f}"), Text(known[1])] if known else [Text("–"), Text("–")]
-        table.add_row(*cells)
-    console.print(table)
-    for line in summary_lines(scores):
-        console.print(Text(line, style="dim"))
-
-
-def _aligned(scores: Scores) -> tuple[str, list[str]]:
-    """Return the headings of the numbers and each item's numbers, aligned: one cell of the table, quick to print."""
-    thurstone, quasi = scores.fit.model == "thurstone", scores.quasi is not None
+    thurstone = scores.fit.model == "thurstone"
     unit = scores.jnd if thurstone else 1.0
-    rows = [["wins", "of", *(("JOD", "se (JOD)") if thurstone else ("score", "log10", "se (nats)"))]]
+    names = ("JOD", "se (JOD)") if thurstone else ("score", "log10", "se (nats)")
+    columns = [Column("item", "item"), Column("wins", "wins", "number"), Column("of", "of", "number")]
+    columns += [Column(name, name, "number", 4) for name in (*names, *(["quasi se"] if scores.quasi else []))]
+    columns.append(Column("class", "class", "class"))
+    if published:
+        columns += [Column("published", "published", "number", 4), Column("class", "published_class", "class")]
+    rows = []
     for item in scores.items:
         theta, se, quasi_se = (None if v is None else v / unit for v in (item.theta, item.se, item.quasi_se))
         values = [theta, se] if thurstone else [item.score, item.log10_score, se]
-        shown = ["–" if value is None else f"{value:.4f}" for value in [*values, *([quasi_se] if quasi else [])]]
-        rows.append([f"{item.wins:g}", f"{item.comparisons:g}", *shown])
-    if quasi:
-        rows[0].append("quasi se")
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines = ["  ".join(text.rjust(width) for text, width in zip(row, widths, strict=True)) for row in rows]
-    return lines[0], lines[1:]
+        counts = [Shown(count, f"{count:g}") for count in (item.wins, item.comparisons)]
+        beside = published.get(item.name, (None, None)) if published else ()
+        rows.append((item.name, *counts, *values, *([quasi_se] if scores.quasi else []), item.label, *beside))
+    lines = (Paragraph(line, small=True) for line in summary_lines(scores))
+    return [Table("scores", "", tuple(columns), tuple(rows)), *lines]
 
 
 def summary_lines(scores: Scores) -> list[str]:
@@ -232,3 +207,100 @@ def problem_lines(scores: Scores) -> list[str]:
         remedy = f"{collect}, or ask for scores that stay finite: {ways}." if ways else f"{collect}."
         return ["no finite scores fit these comparisons:", *why, f"  {remedy}"]
     return [] if fit.converged else [f"the fit did not converge in {fit.iterations} steps"]
+
+
+def group_blocks(grouped: GroupedScores, further: Callable[[Scores], Iterable[Block]] | None = None) -> list[Block]:
+    """Return the table of each group under its name, then the pooled one, and whether the groups agree.
+
+    Parameters
+    ----------
+    grouped
+        What to show.
+    further
+        Gives what more is to be shown after each table.
+
+    Returns
+    -------
+    list
+        Blocks for `documents.pages`.
+
+    Examples
+    --------
+    >>> from analysis.comparisons import Answer, from_answers
+    >>> from analysis.scaling import score_groups
+    >>> answers = [Answer("a", "b", 30, group="church"), Answer("b", "a", 10, group="church")]
+    >>> group_blocks(score_groups(from_answers(answers)))[0]
+    Heading(text='church')
+    """
+    blocks: list[Block] = []
+    for name, scores in [*grouped.groups, *([("all groups together", grouped.pooled)] if grouped.pooled else [])]:
+        blocks += [Heading(name), *score_blocks(scores), *(further(scores) if further else ())]
+    return [*blocks, *(Paragraph(line, small=True) for line in agreement_lines(grouped))]
+
+
+def agreement_lines(grouped: GroupedScores) -> list[str]:
+    """Return whether the groups agree, and what to bear in mind, in sentences.
+
+    Parameters
+    ----------
+    grouped
+        Scores within groups, as `score_groups` returns them.
+
+    Returns
+    -------
+    list[str]
+        Lines of plain text.
+
+    Examples
+    --------
+    >>> from analysis.comparisons import Answer, from_answers
+    >>> from analysis.scaling import score_groups
+    >>> agreement_lines(score_groups(from_answers([Answer("a", "b", 3, group="x"), Answer("b", "a", group="x")])))
+    ['No pooled scale: no item occurs in several groups. Give what recurs the same name in every group.']
+    """
+    test = grouped.agreement
+    if grouped.pooled is None:
+        lines = ["No pooled scale: no item occurs in several groups. Give what recurs the same name in every group."]
+    elif test is None:
+        lines = []
+    elif test.f is None or test.p is None:
+        lines = [
+            f"one scale for all groups: χ² = {test.statistic:.4g} on {test.df} df, p = {test.p_model:.2g} if all "
+            f"answers are independent; no test by observers: {test.missing}"
+        ]
+    else:
+        lines = [
+            f"one scale for all groups: F = {test.f:.4g} on {test.df_between:.3g} and {test.df_within:.3g} df, "
+            f"p = {test.p:.2g}, by observer"
+        ]
+    return [*lines, *grouped.notes]
+
+
+def group_problem_lines(grouped: GroupedScores) -> list[str]:
+    """Say of each group why it has no scores and what to do; of the pooled scale too.
+
+    Parameters
+    ----------
+    grouped
+        Scores within groups, as `score_groups` returns them.
+
+    Returns
+    -------
+    list[str]
+        Lines of plain text; empty if every fit converged.
+
+    Examples
+    --------
+    >>> from analysis.comparisons import Answer, from_answers
+    >>> from analysis.scaling import score_groups
+    >>> answers = [Answer("a", "b", 3, group="church"), Answer("b", "a", group="church"), Answer("c", "d", group="sea")]
+    >>> group_problem_lines(score_groups(from_answers(answers)))[0]
+    "the group 'sea': no finite scores fit these comparisons:"
+    """
+    lines = []
+    named = [(f"the group '{name}'", scores) for name, scores in grouped.groups]
+    for name, scores in [*named, *([("all groups together", grouped.pooled)] if grouped.pooled else [])]:
+        problems = problem_lines(scores)
+        if problems:
+            lines += [f"{name}: {problems[0]}", *problems[1:]]
+    return lines

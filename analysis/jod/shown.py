@@ -1,47 +1,44 @@
-"""Scales in JOD as tables for the terminal."""
+"""Scales in JOD as tables for pages and the terminal."""
 
 from __future__ import annotations
-
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from analysis.jod.outliers import ObserverLikelihood
 from analysis.jod.scale import JodScale, JodScales
-from documents.pages import Block, Column, Heading, Paragraph, Table, print_blocks
+from documents.pages import Block, Column, Heading, Paragraph, Table
 from documents.text import counted
 
-if TYPE_CHECKING:
-    from rich.console import Console
 
-
-def print_jod(scales: JodScales, console: Console | None = None) -> None:
-    """Print each group's items in JOD, best first, with intervals and classes, then how the scale was made.
+def jod_blocks(scales: JodScales) -> list[Block]:
+    """Return each group's items in JOD, best first, with intervals and classes, then how the scale was made.
 
     Parameters
     ----------
     scales
         What `scale_jod` returns.
-    console
-        Where to print; standard output if None.
+
+    Returns
+    -------
+    list
+        Blocks for `documents.pages`.
 
     Examples
     --------
-    >>> from rich.console import Console
     >>> from analysis.comparisons import Answer, from_answers
     >>> from analysis.jod import scale_jod
+    >>> from documents.pages import print_blocks
     >>> answers = [Answer("b", "a", 75), Answer("a", "b", 25)]
-    >>> print_jod(scale_jod(from_answers(answers), prior="none"), Console(width=80))  # doctest: +ELLIPSIS
+    >>> print_blocks(jod_blocks(scale_jod(from_answers(answers), prior="none"))[:1])
      item  wins   of     JOD  95 %  class
      b       75  100   0.000     –  –
      a       25  100  −1.000     –  –
-    ...
     """
     blocks: list[Block] = []
     for name, scale in scales.scales:
         blocks += [Heading(name)] if name else []
         blocks += [_table(scale), *(Paragraph(line, small=True) for line in _lines(scale))]
-    print_blocks([*blocks, *(Paragraph(line, small=True) for line in _observer_lines(scales.observers))], console)
+    return [*blocks, *(Paragraph(line, small=True) for line in _observer_lines(scales.observers))]
 
 
 def _table(scale: JodScale) -> Table:
