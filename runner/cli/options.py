@@ -11,6 +11,7 @@ import math
 import sys
 import types
 from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import MISSING, Field, fields, is_dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
@@ -155,7 +156,8 @@ def _made(kind: type, given: dict[str, Any], leave_out: Collection[str]) -> Any:
                 value = given.pop(field.name)
                 values[field.name] = None if value == () and field.default is None else value
             elif (value := given.pop(field.name)) not in (None, ()):
-                values[field.name] = _read(typed.read, value, get_origin(of) is Mapping)
+                with _naming(_flags(typed, field)[0]):
+                    values[field.name] = _read(typed.read, value, get_origin(of) is Mapping)
     return kind(**values)
 
 
@@ -163,12 +165,22 @@ def _read(function: str, value: Any, pairs: bool) -> Any:
     """Return what a function makes of a text, or of each of several; with ``pairs``, a key and a value of each."""
     module, _, name = function.rpartition(".")
     read = getattr(importlib.import_module(module), name)
+    if pairs:
+        return dict(map(read, value))
+    return tuple(map(read, value)) if isinstance(value, tuple) else read(value)
+
+
+@contextmanager
+def _naming(flag: str) -> Iterator[None]:
+    """Name the option whose text a ValueError is about."""
     try:
-        if pairs:
-            return dict(map(read, value))
-        return tuple(map(read, value)) if isinstance(value, tuple) else read(value)
+        yield
     except ValueError as error:
-        raise click.UsageError(str(error)) from None
+        raise click.BadParameter(str(error), param_hint=f"'{flag}'") from None
+
+
+def _flags(typed: Typed, field: Field[Any]) -> list[str]:
+    return typed.flag.split() or [f"--{field.name.replace('_', '-')}"]
 
 
 def _option(kind: type, field: Field[Any]) -> Callable[[Command], Command]:
@@ -178,7 +190,7 @@ def _option(kind: type, field: Field[Any]) -> Callable[[Command], Command]:
     default = None
     if not required and not typed.read:
         default = field.default if field.default_factory is MISSING else field.default_factory()
-    flags = typed.flag.split() or [f"--{field.name.replace('_', '-')}"]
+    flags = _flags(typed, field)
     how: dict[str, Any] = {"default": default, "required": required, "help": described(kind)[field.name]}
     if typed.metavar:
         how["metavar"] = typed.metavar

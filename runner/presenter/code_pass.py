@@ -33,7 +33,7 @@ class CodePass:
     Its textures of XYZ are units 0 and up, the tables the units after them. ``eye`` chooses the dither mask.
     Codes have ``bits``; to round to 10, the tables of codes have twice the entries and so about a quarter of the error.
     ``between`` are files that the shader calls, and that call the encoding; ``more_tables`` are numbers (rows, texels,
-    4) that these read. Curves that are tables are inverted piece by piece (`devices.display.knot_table`), because they
+    4) that these read. Curves that are tables are inverted piece by piece (`devices.display.knot_tables`), because they
     may be nearly flat; all others by one table
     (`devices.display.code_table`).
     """

@@ -54,7 +54,14 @@ class WrittenReport(JsonResult):
     empty_boxes: str = ""
     csv_folder: Path | None = None
     figure_folder: Path | None = None
-    json_keys: ClassVar = {"report": "*", "page": "report", "pdf": None, "without_pictures": None}
+    json_keys: ClassVar = {
+        "report": "*",
+        "page": "report",
+        "pdf": None,
+        "without_pictures": None,
+        "csv_folder": None,
+        "figure_folder": None,
+    }
     json_optional: ClassVar = ("empty_boxes",)
 
     def told(self) -> Iterator[str]:

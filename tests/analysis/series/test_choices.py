@@ -54,7 +54,9 @@ def test_the_last_attempt_counts_and_practice_does_not(make_choices: Maker) -> N
 
 
 def test_an_observer_of_two_sessions_chooses_twice(make_choices: Maker) -> None:
-    choices = gather([make_choices("01"), make_choices("01", seed="b", session="later", started_utc="2026-02-02")])
+    choices = gather(
+        [make_choices("01"), make_choices("01", seed="b", session="later", started_utc="2026-02-02T10:00:00Z")]
+    )
     assert (choices.counts == 2).all()
 
 

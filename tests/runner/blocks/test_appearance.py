@@ -21,7 +21,7 @@ from runner.ports import Ask, KeyPress
 from runner.presenter import coverage, text_area
 from runner.protocol import Experiment, read_experiment
 from runner.scene import Box, Text
-from runner.session import Session
+from runner.session import Resumed, Session
 from runner.session.header import make_header
 from tests.runner import every_kind as EVERY
 from tests.runner.every_kind import Stage as Play
@@ -170,7 +170,7 @@ def test_other_keys_are_pressed_recorded_and_replayed(tmp_path: Path) -> None:
     assert all(trial.details()["answer"] == "first" for trial in play.trials[1:])
     again = run(design, _Script([event for trial in play.trials for event in trial.events]))
     assert [(t.details(), t.events) for t in again.trials] == [(t.details(), t.events) for t in play.trials]
-    resumed = run(design, Pressing(), logged=play.trials[:2])
+    resumed = run(design, Pressing(), before=Resumed(play.trials[:2]))
     assert [t.details() for t in resumed.trials] == [t.details() for t in play.trials[2:]]
 
 
