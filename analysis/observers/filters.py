@@ -77,7 +77,7 @@ def keep(sessions: Sequence[SessionLog], rule: Filter) -> Kept:
     >>> from analysis.records import new_header
     >>> header = new_header("views", "01", "s1", "2026-01-31T09:30:00Z", seed=1)
     >>> first = SessionLog(Path("1.jsonl"), header, (), complete=True)
-    >>> second = replace(first, header=replace(header, observer="02", session="s2"))
+    >>> second = replace(first, header=header.model_copy(update={"observer": "02"}))
     >>> keep([first, second], Filter(without=("02",))).sentence
     'Left out: 02 (by hand).'
     """

@@ -150,8 +150,9 @@ def summarise_series(
     >>> from analysis.records import new_header
     >>> pair = ({"name": "a"}, {"name": "b"})
     >>> header = new_header("views", "01", "s1", "2026-01-31T09:30:00Z", seed=1, stimuli=pair)
-    >>> data = {"series": "s", "stimuli": ["a", "b"], "chosen": "b", "chosen_index": 1, "path": [[1, 0.0]]}
-    >>> data |= {"dwell_s": [0.0, 2.5], "ratings": {"similarity": 4}}
+    >>> data = {"series": "s", "stimuli": ["a", "b"], "chosen": "b", "chosen_index": 1, "start": 0}
+    >>> data |= {"path": [[0, 1.0], [1, 1.5]], "dwell_s": [1.0, 1.5], "ratings": {"similarity": 4}}
+    >>> data |= {"rating_times_s": {"similarity": 1.0}}
     >>> trial = new_trial(0, 0, "best_of_series", (), 2.5, "2026-01-31T09:31:00Z", data)
     >>> log = SessionLog(Path("session.jsonl"), header, (trial,), complete=True)
     >>> [(level.level, level.share.value) for level in summarise_series([log]).levels]

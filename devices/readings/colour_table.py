@@ -80,6 +80,7 @@ def convert_colours(
 
     Examples
     --------
+    >>> import io
     >>> from devices.display import read_display
     >>> model = read_display(Path("configs/displays/asus_vg248qe.yaml")).models("quad-buffered").left
     >>> file = io.BytesIO(b"red,green,blue" + bytes([10]) + b"255,255,255")

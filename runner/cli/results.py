@@ -70,7 +70,7 @@ def export_command(results: tuple[Path, ...], output: Path, with_simulated: bool
         return given_facts(header, None, folder, versions)
 
     with writing(output, "dataset", WorkError):
-        named = About(*about.values())
+        named = About(about["name"], about["authors"], about["license_"])
         return export_dataset(results, output, named, step, with_simulated=with_simulated, facts=facts)
 
 

@@ -105,6 +105,7 @@ def bracket_photographs(
     --------
     >>> import numpy as np
     >>> from tempfile import TemporaryDirectory
+    >>> from devices.camera import Exposure
     >>> from stimuli.develop.linear_files import write_camera_exr
     >>> scene = np.random.default_rng(0).uniform(0.01, 0.9, (32, 48, 3)).astype(np.float32)
     >>> with TemporaryDirectory() as folder:

@@ -76,7 +76,11 @@ def with_others(sessions: Sequence[SessionLog], kind: str, paths: Sequence[str])
     for path in paths:
         values = [value for log in changed for trial in log.trials if (value := _at(held(trial), path)) is not None]
         changed = [
-            replace(log, answers=tuple(_changed(one, path, values) if one.kind == kind else one for one in log.answers))
+            replace(
+                log,
+                answers=tuple(_changed(one, path, values) if one.kind == kind else one for one in log.answers),
+                records=(),
+            )
             for log in changed
         ]
     return changed
@@ -138,7 +142,7 @@ def listed(sessions: Sequence[SessionLog], kind: str) -> set[str]:
             if name not in shown
         }
         said |= {"response_time_s"}
-    return said
+    return said - {"utc"}  # of an answer; the last one's ends the session, whose length Methods states
 
 
 # One of each class of records here, the others nightly.

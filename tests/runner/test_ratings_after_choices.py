@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
-from analysis.kinds.fields import RecordError
+from analysis.kinds import RecordError
 from analysis.ratings import summarise_ratings
 from analysis.records import read_results
 from analysis.records.lines import read_header

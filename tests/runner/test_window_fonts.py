@@ -35,4 +35,4 @@ def test_a_page_is_written_in_the_study_s_font(person: Person) -> None:
     person.turn("Escape")
     person.press("s")
     person.leave()
-    assert person.log().header.interface["style"] == {"text": {"font": "squares.ttf"}}
+    assert person.log().header.interface.style.text.font == "squares.ttf"

@@ -52,5 +52,5 @@ def test_a_session_in_german_with_other_keys(person: Person) -> None:
         "second",
     ]
     assert [trial.events[-1][0] for trial in pairs] == ["w", "s", "k", "w", "s", "s"]
-    assert log.header.interface["language"] == "de"
-    assert log.header.interface["keys"]["up"] == ["w"]
+    assert log.header.interface.language == "de"
+    assert log.header.interface.keys["up"] == ["w"]

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.factors import FactorEffects, factor_effects
-from analysis.report.factors import explained_words, factors_section
+from analysis.report import factors_section
+from analysis.report.factors import explained_words
 from analysis.scaling import ObserverTest
 from documents.pages import Paragraph
 

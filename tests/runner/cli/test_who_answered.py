@@ -140,7 +140,10 @@ def test_a_shared_code_is_told_only_where_there_is_one(folder: Folder, tmp_path:
     told = _run("export", folder(PEOPLE, ("91", "92")), *words)
     assert "2 of 4 sessions are simulated" in told
     assert "share the code" not in told
-    assert "note:" not in _run("export", folder(PEOPLE, ()), "-o", tmp_path / "people")
+    named = ("--license", "CC0", "--author", "B. A.", "--author", "A. B.", "--name", "Plates")  # in any order
+    assert "note:" not in _run("export", folder(PEOPLE, ()), "-o", tmp_path / "people", *named)
+    about = json.loads((tmp_path / "people" / "dataset_description.json").read_text("utf-8"))
+    assert (about["Name"], about["Authors"], about["License"]) == ("Plates", ["B. A.", "A. B."], "CC0")
 
 
 def test_earlier_answers_for_power_are_those_of_people(folder: Folder, tmp_path: Path) -> None:
