@@ -1,8 +1,10 @@
 from .options import Dialogue as Dialogue
 from .options import InstrumentOptions as InstrumentOptions
+from .options import MeasureOptions as MeasureOptions
+from .options import PatchesOptions as PatchesOptions
 from .options import PatchOptions as PatchOptions
 from .options import ShowOptions as ShowOptions
-from .show_patches import plan_patches as plan_patches
-from .show_patches import show_plan as show_plan
+from .options import VerifyOptions as VerifyOptions
+from .show_patches import show_patches as show_patches
 from .station import measure_display as measure_display
 from .verification import verify_display as verify_display

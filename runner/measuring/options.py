@@ -1,17 +1,14 @@
-"""What a person chooses of a measurement: which patches, how they are shown, what reads them, and how it talks."""
+"""What a person chooses of a measurement: the options of `cyclopean display measure`, `verify` and `patches`."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
+from pathlib import Path
+from typing import Annotated, Literal, TypeAlias
 
 from devices.readings import PatchEye
 from documents.options import MONITOR, Typed
-
-if TYPE_CHECKING:
-    from runner.measuring.take_readings import Progress
-
 
 Backend: TypeAlias = Literal["window", "egl", "null"]
 # As `devices.readings.INSTRUMENTS` has them: here, so that help appears at once.
@@ -76,6 +73,17 @@ class PatchOptions:
     surround: Annotated[float | None, Typed(metavar="CODE", least=0, most=1)] = None
 
 
+def key_and_value(text: str) -> tuple[str, str]:
+    """Return KEY and VALUE of ``KEY=VALUE``; ValueError if it is not of that form."""
+    key, equals, value = text.partition("=")
+    if not equals:
+        raise ValueError(f"'{text}' is no option of an instrument: write KEY=VALUE.")
+    return key.strip(), value.strip()
+
+
+_OWN = Typed("--instrument-option", "KEY=VALUE", read="runner.measuring.options.key_and_value")
+
+
 @dataclass(frozen=True, slots=True)
 class InstrumentOptions:
     """What reads the light.
@@ -86,16 +94,121 @@ class InstrumentOptions:
         Instrument that reads the light.
     port
         Serial port of the instrument, or its number with spotread.
-    instrument_options
-        Options of the instrument: noise (simulated), measure_s, spotread; each a text.
     accept_readings
         Keep readings that make no sense, which else stop the measurement.
+    instrument_options
+        Option of the instrument: noise=0.01 (simulated), measure_s=400, "spotread=-X panel.ccss".
+    unattended
+        Say what to move, but do not wait for a key.
     """
 
     instrument: Instrument
     port: str | None = None
-    instrument_options: Mapping[str, str] = field(default_factory=dict)
     accept_readings: bool = False
+    instrument_options: Annotated[Mapping[str, str], _OWN] = field(default_factory=dict)
+    unattended: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeasureOptions:
+    """How patches are shown and read with an instrument.
+
+    Attributes
+    ----------
+    output
+        Measurement file to write: NAME.jsonl.
+    tables
+        Table to write at the end: *.csv, or *.ti3 of ArgyllCMS with spectra; repeat for both.  [default: NAME.csv]
+    mode
+        Stereo mode; a rig has its own.
+    patches
+        Which patches are shown.
+    notes
+        Notes to store with the readings, such as the lens and the room.
+    resume
+        Resume a measurement: read the patches that have no reading yet.
+    again
+        Patch to read once more; white#2 is the second white.
+    instrument
+        What reads the light.
+    show
+        How patches are shown.
+    """
+
+    output: Annotated[Path, Typed("-o --output")]
+    tables: Annotated[tuple[Path, ...], Typed("--table", "PATH")] = ()
+    mode: str | None = None
+    patches: PatchOptions = field(default_factory=PatchOptions)
+    notes: str = ""
+    resume: bool = False
+    again: Annotated[tuple[str, ...], Typed(metavar="NAME")] = ()
+    instrument: InstrumentOptions
+    show: ShowOptions = field(default_factory=ShowOptions)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VerifyOptions:
+    """How new colours are shown on a display and read.
+
+    Attributes
+    ----------
+    display
+        Display file or rig file.
+    mode
+        Stereo mode to verify; a rig has its own.
+    output
+        Measurement file to write: NAME.jsonl.
+    resume
+        Resume a verification that stopped.
+    accept_gamma_table
+        Verify although the graphics card's gamma table is not the measured one; the log states it.
+    limit
+        Exit with status 1 if the mean ΔE00 is larger than this.
+    instrument
+        What reads the light.
+    show
+        How the colours are shown.
+    """
+
+    display: Path
+    mode: str | None = None
+    output: Annotated[Path | None, Typed("-o --output")] = None
+    resume: bool = False
+    accept_gamma_table: bool = False
+    limit: Annotated[float | None, Typed(metavar="DELTA_E", least=0)] = None
+    instrument: InstrumentOptions
+    show: ShowOptions = field(default_factory=ShowOptions)
+
+
+@dataclass(frozen=True, slots=True)
+class PatchesOptions:
+    """How patches are shown for an instrument that nothing here drives.
+
+    Attributes
+    ----------
+    mode
+        Stereo mode; a rig has its own.
+    patches
+        Which patches are shown.
+    each_s
+        Show the next patch after so many seconds, without a key.
+    start
+        Patch to begin with; white#2 is the second white.
+    output
+        Table of the patches shown, with empty X, Y, Z to fill in.
+    list_only
+        Print the patches in their order as CSV, and show nothing.
+    show
+        How they are shown.
+    """
+
+    mode: str | None = None
+    patches: PatchOptions = field(default_factory=PatchOptions)
+    each_s: Annotated[float | None, Typed("--each", "S", least=0, above=True)] = None
+    start: Annotated[str | None, Typed(metavar="NAME")] = None
+    output: Annotated[Path | None, Typed("-o --output")] = None
+    list_only: Annotated[bool, Typed("--list")] = False
+    show: ShowOptions = field(default_factory=ShowOptions)
 
 
 def _say_nothing(words: str) -> None:
@@ -106,23 +219,23 @@ def _no_answer(prompt: str) -> str | None:
     return None
 
 
-def _no_progress(progress: Progress) -> None:
-    return None
-
-
 @dataclass(frozen=True, slots=True)
 class Dialogue:
     """How a measurement talks with the person beside it.
 
-    ``on_progress`` is called after each patch, ``say`` with words meanwhile; ``ready`` is as in `take_readings`.
-    ``note`` gets remarks on what was chosen (empty ones too), ``warn`` those of the screen. ``ask`` shows a prompt and
-    returns what is typed, None at the end of input; ``correct`` gets what is wrong with that.
+    ``tell`` gets what must be known, ``say`` how it goes on: a line for each patch. ``ask`` shows a prompt and returns
+    what is typed, None at the end of input.
     """
 
-    on_progress: Callable[[Progress], None] = _no_progress
-    say: Callable[[str], None] = _say_nothing
-    ready: Callable[[str], bool] | None = None
-    note: Callable[[str], None] = _say_nothing
-    warn: Callable[[str], None] = _say_nothing
+    tell: Callable[[str], None] = _say_nothing
     ask: Callable[[str], str | None] = _no_answer
-    correct: Callable[[str], None] = _say_nothing
+    say: Callable[[str], None] = _say_nothing
+
+    def note(self, remark: str) -> None:
+        """Tell a remark on what was chosen, unless it is empty."""
+        if remark:
+            self.tell(f"note: {remark}")
+
+    def warn(self, remark: str) -> None:
+        """Tell a remark of the screen."""
+        self.tell(f"warning: {remark}")

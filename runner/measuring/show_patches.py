@@ -5,15 +5,20 @@ from __future__ import annotations
 import csv
 import io
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
+from analysis.records import duration
 from devices.display import GammaTable
 from devices.errors import MeasuringError
-from devices.readings import BEFORE_SETTLINGS, Arrangement, PatchEye, Step, steps
+from devices.readings import BEFORE_SETTLINGS, Arrangement, Step, steps
+from documents import Finding, WorkError
+from documents.files import write_whole, writing
+from documents.text import JsonResult
 from runner.measuring.keys import Keys
-from runner.measuring.options import Dialogue, PatchOptions, ShowOptions
+from runner.measuring.options import Dialogue, PatchesOptions, ShowOptions
 from runner.measuring.patch_screen import PatchScreen
 from runner.measuring.station import open_screen, table_read_with
 from runner.measuring.target import Target, read_target
@@ -24,102 +29,45 @@ _ON = ("right", "enter", "page_down")
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
-    """The patch that was just shown: the ``number`` of ``of``, and how long the rest takes."""
+class PatchesShown(JsonResult):
+    """How many patches ``of`` those asked for were ``shown``, and the ``table`` of them: CSV to fill X, Y and Z in.
 
-    step: Step
-    number: int
-    of: int
-    left_s: float
-    highest: int
-
-
-@dataclass(frozen=True, slots=True)
-class PatchPlan:
-    """Patches to show, in their order, with ``notes`` on what was chosen; ``highest`` is the code of full drive."""
-
-    target: Target
-    show: ShowOptions
-    order: tuple[Step, ...]
-    highest: int
-    notes: tuple[str, ...]
-
-    def table(self) -> str:
-        """Return the patches in their order as CSV whose X, Y and Z are to be filled in."""
-        return patch_table(self.order, self.show.eye, self.target.mode.name, self.target.panel.code_bits)
-
-
-@dataclass(frozen=True, slots=True)
-class PatchesShown:
-    """How many patches ``of`` the plan were shown, and the table of them as CSV."""
+    ``output`` is the file that it was written into; ``list_only`` whether none was to be shown.
+    """
 
     shown: int
     of: int
     table: str
+    output: Path | None = None
+    list_only: bool = False
+    json_keys: ClassVar = {"output": "table"}
+    json_names: ClassVar = "shown of output"
+
+    @property
+    def failure(self) -> WorkError | None:
+        """What to raise where it was stopped."""
+        stopped = self.shown < self.of and not self.list_only
+        return WorkError(f"stopped after {self.shown} of {self.of} patches") if stopped else None
+
+    def told(self) -> Iterator[str]:
+        """Yield the table, if it is all that was asked for."""
+        if self.list_only:
+            yield self.table.removesuffix("\n")
 
 
-def plan_patches(
-    rig_or_display: Path, patches: PatchOptions, show: ShowOptions, *, mode: str | None = None, start: str | None = None
-) -> PatchPlan:
-    """Return the patches to show on a display in their order, from the one labelled ``start`` on.
+def show_patches(
+    rig_or_display: Path, options: PatchesOptions | None = None, dialogue: Dialogue | None = None
+) -> PatchesShown:
+    """Show patches of known device codes full-screen, by keys, or each for a time after it has settled.
 
     Parameters
     ----------
     rig_or_display
-        A rig file, or a display file, which needs a ``mode``.
-    patches
-        The sets of patches.
-    show
-        How they are shown, and to which eye.
-    mode
-        The stereo mode; None takes the rig's own.
-    start
-        The label of the first patch to show; None begins with the first.
-
-    Returns
-    -------
-    PatchPlan
-        The showings in their order, and what to note about the choice.
-
-    Raises
-    ------
-    InputError
-        If a file is wrong, the mode cannot show what was chosen, or there is no such patch.
-
-    Examples
-    --------
-    >>> plan = plan_patches(Path("configs/rigs/asus_vg248qe_3dvision.yaml"), PatchOptions(), ShowOptions(eye="left"))
-    >>> plan.highest, plan.order[0].label
-    (255, 'black')
-    """
-    target = read_target(rig_or_display, mode)
-    remark = target.check_eye(show.eye)
-    sets, sets_remark = target.sets(patches, show.eye)
-    highest = 255 if target.panel.code_bits == 8 else 1023
-    order = steps([patch_set.rounded(highest) for patch_set in sets], show.seed, show.repeat_every, eye=show.eye)
-    if start is not None:
-        labels = [step.label for step in order]
-        if start not in labels:
-            raise MeasuringError(f"there is no patch '{start}' in this order: see them with --list")
-        order = order[labels.index(start) :]
-    return PatchPlan(target, show, order, highest, tuple(note for note in (sets_remark, remark) if note))
-
-
-def show_plan(
-    plan: PatchPlan, each_s: float | None, dialogue: Dialogue, on_shown: Callable[[Shown], None]
-) -> PatchesShown:
-    """Show the patches of ``plan`` full-screen, by keys, or each for ``each_s`` seconds after it has settled.
-
-    Parameters
-    ----------
-    plan
-        What to show, from `plan_patches`.
-    each_s
-        Seconds for which each patch stays after it has settled, at least 0; None: until a key is pressed.
+        A rig file, or a display file, which needs a mode.
+    options
+        The sets of patches, how they are shown, and to which eye; without a window, for how long each.
     dialogue
-        How to talk with the person beside the display.
-    on_shown
-        Called for each patch that stands on the screen.
+        How to talk with the person beside the display; None: not at all.
 
     Returns
     -------
@@ -129,41 +77,75 @@ def show_plan(
     Raises
     ------
     InputError
-        If the screen cannot be opened.
+        If a file is wrong, the mode cannot show what was chosen, or the screen cannot be opened.
+    WorkError
+        If the table cannot be written.
+
+    Examples
+    --------
+    >>> options = PatchesOptions(list_only=True, start="white#2")
+    >>> listed = show_patches(Path("configs/rigs/asus_vg248qe_3dvision.yaml"), options)
+    >>> listed.of, listed.table.splitlines()[3]
+    (125, 'white,255,255,255,,,,both')
     """
-    order, show = plan.order, plan.show
-    with open_screen(plan.target, show) as screen:
+    options, dialogue = options or PatchesOptions(), dialogue or Dialogue()
+    show = options.show
+    if show.backend != "window" and options.each_s is None and not options.list_only:
+        raise MeasuringError(Finding("without a window there are no keys", remedy="add --each S"))
+    target = read_target(rig_or_display, options.mode)
+    remark = target.check_eye(show.eye)
+    sets, sets_remark = target.sets(options.patches, show.eye)
+    bits = target.panel.code_bits
+    rounded = [patch_set.rounded((1 << bits) - 1) for patch_set in sets]
+    order = _from(options.start, steps(rounded, show.seed, show.repeat_every, eye=show.eye))
+    dialogue.note(sets_remark)
+    dialogue.note(remark)
+    if options.list_only:
+        return PatchesShown(0, len(order), patch_table(order, show.eye, target.mode.name, bits), list_only=True)
+    shown, table = _show(target, order, options, dialogue)
+    if options.output is not None:
+        with writing(options.output, "table", WorkError):
+            write_whole(options.output, table, make_folder=False)
+    return PatchesShown(shown, len(order), table, options.output)
+
+
+def _from(start: str | None, order: tuple[Step, ...]) -> tuple[Step, ...]:
+    """Return ``order`` from the step labelled ``start`` on; all of it without one."""
+    labels = [step.label for step in order]
+    if start is not None and start not in labels:
+        raise MeasuringError(f"there is no patch '{start}' in this order: see them with --list")
+    return order if start is None else order[labels.index(start) :]
+
+
+def _show(target: Target, order: tuple[Step, ...], options: PatchesOptions, dialogue: Dialogue) -> tuple[int, str]:
+    """Show ``order``, and return how many were shown and the table of them."""
+    show = options.show
+    with open_screen(target, show) as screen:
         for warning in screen.surface.facts.remarks:
             dialogue.warn(warning)
-        if screen.highest != plan.highest:
+        if screen.surface.bits != target.panel.code_bits:
             order = tuple(Step(step.position, step.label, step.patch.rounded(screen.highest)) for step in order)
-        hold_s = None if each_s is None else show.settle_s + each_s
+        hold_s = None if options.each_s is None else show.settle_s + options.each_s
         watch = GammaWatch(screen.surface.gamma_tables)
         lit = any(loaded.monitor for loaded in watch.loaded.values())
         gamma_table = table_read_with(watch.loaded, show.eye) if lit else None
-        times_s = show_patches(screen, order, show.eye, hold_s, dialogue.say, on_shown, show.settle_s)
+        times_s = _show_each(screen, order, show, hold_s, dialogue.say)
         if change := watch.change(now=True):
             dialogue.warn(f"{change}; read the patches again")
             gamma_table = GammaTable.unreadable("it changed while the patches were shown")
-        table = patch_table(order, show.eye, plan.target.mode.name, screen.surface.bits, times_s, gamma_table)
-    return PatchesShown(len(times_s), len(order), table)
+        return len(times_s), patch_table(order, show.eye, target.mode.name, screen.surface.bits, times_s, gamma_table)
 
 
-def show_patches(
-    screen: PatchScreen,
-    order: Sequence[Step],
-    eye: PatchEye,
-    hold_s: float | None,
-    say: Callable[[str], None],
-    on_shown: Callable[[Shown], None],
-    settle_s: float = 0.0,
+def _show_each(
+    screen: PatchScreen, order: Sequence[Step], show: ShowOptions, hold_s: float | None, say: Callable[[str], None]
 ) -> dict[int, float]:
-    """Show ``order`` and return when each was last shown, in seconds from the first, by position.
+    """Show ``order``, say each, and return when it was last shown, in seconds from the first, by position.
 
     Each stands for ``hold_s`` seconds, or until a key if that is None. What a person must move first is announced, and
     with keys stands on the screen until one is pressed. What a patch names to be shown before it stands for
-    `BEFORE_SETTLINGS` times ``settle_s``.
+    `BEFORE_SETTLINGS` times the settling time.
     """
+    eye = show.eye
     keys = Keys(screen, say)
     times_s: dict[int, float] = {}
     begun_s = time.monotonic()
@@ -173,7 +155,7 @@ def show_patches(
         step = order[index]
         if before := step.patch.shown_before:
             screen.show_patch(before, eye)
-            keys.wait(BEFORE_SETTLINGS * settle_s)
+            keys.wait(BEFORE_SETTLINGS * show.settle_s)
         screen.show_patch(step.patch, eye)
         wanted = step.patch.arrangement(eye)
         if request := wanted.request(stands):
@@ -184,7 +166,9 @@ def show_patches(
         stands = wanted
         times_s[step.position] = round(time.monotonic() - begun_s, 3)
         left_s = sum(max(hold_s or 0.0, later.patch.wait_s) for later in order[index:])
-        on_shown(Shown(step, index + 1, len(order), left_s, screen.highest))
+        codes = " ".join(f"{round(code * screen.highest)}" for code in step.patch.codes)
+        left = "" if hold_s is None else f", {duration(round(left_s))} left"
+        say(f"{index + 1}/{len(order)}  {step.label}: {codes}{left}")
         wait_s = order[index + 1].patch.wait_s if index + 1 < len(order) else 0.0
         index = max(0, index + _held(keys, None if hold_s is None else max(hold_s, wait_s)))
     return times_s

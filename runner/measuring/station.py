@@ -27,12 +27,12 @@ from devices.readings import (
     steps,
     write_measurements,
 )
-from documents import Finding, sha256_of_file
+from documents import Finding, WorkError, counted, sha256_of_file
 from documents.arrays import Floats
 from documents.text import JsonResult, did_you_mean
 from runner.measuring.code_screen import CodeScreen
 from runner.measuring.judge import Judge
-from runner.measuring.options import Dialogue, InstrumentOptions, PatchOptions, ShowOptions
+from runner.measuring.options import Dialogue, InstrumentOptions, MeasureOptions, ShowOptions
 from runner.measuring.patch_screen import AskedScreen, PatchScreen
 from runner.measuring.take_readings import Outcome, take_readings
 from runner.measuring.target import Target, read_target, wiring_of
@@ -75,45 +75,30 @@ class MeasurementReport(JsonResult):
         """The steps that were not read."""
         return [step.label for step in self.session.missing]
 
+    @property
+    def failure(self) -> WorkError | None:
+        """What to raise where patches are missing, with how to resume."""
+        return self.outcome.failure(self.file)
+
+    def told(self) -> Iterator[str]:
+        """Yield how many readings there are, and where, if none is missing."""
+        if not self.failure:
+            readings = counted(self.readings, "reading is", "readings are")
+            yield f"{readings} in {' and '.join(map(str, self.tables))}"
+
 
 def measure_display(
-    rig_or_display: Path,
-    output: Path,
-    instrument: InstrumentOptions,
-    patches: PatchOptions,
-    show: ShowOptions,
-    *,
-    tables: Sequence[Path] = (),
-    mode: str | None = None,
-    notes: str = "",
-    resume: bool = False,
-    again: Sequence[str] = (),
-    dialogue: Dialogue | None = None,
+    rig_or_display: Path, options: MeasureOptions, dialogue: Dialogue | None = None
 ) -> MeasurementReport:
     """Show patches, read each with an instrument, and write the readings.
 
     Parameters
     ----------
     rig_or_display
-        A rig file, or a display file, which needs a ``mode``.
-    output
-        The log of the measurement, ``NAME.jsonl``; every reading is on disk before the next patch appears.
-    instrument
-        The instrument that reads the light.
-    patches
-        The sets of patches.
-    show
-        How they are shown, and to which eye.
-    tables
-        Tables to write at the end, ``.csv`` or ``.ti3``; none given: ``NAME.csv``.
-    mode
-        The stereo mode; None takes the rig's own.
-    notes
-        Notes to store with the readings.
-    resume
-        Whether to resume ``output``: the patches without a reading are read.
-    again
-        Labels of patches to read once more.
+        A rig file, or a display file, which needs a mode.
+    options
+        The log and the tables to write, the patches, how they are shown, and the instrument. Every reading is in the
+        log on disk before the next patch appears.
     dialogue
         How to talk with the person beside it; None: not at all.
 
@@ -127,31 +112,26 @@ def measure_display(
     InputError
         If it cannot begin, or a table cannot be written.
     """
-    dialogue = dialogue or Dialogue()
-    target = read_target(rig_or_display, mode)
+    unknown = [str(table) for table in options.tables if table.suffix.lower() not in (".csv", ".ti3")]
+    if unknown:
+        raise MeasuringError(Finding(f"--table is {unknown[0]}", remedy="name it *.csv or *.ti3"))
+    dialogue, show, instrument = dialogue or Dialogue(), options.show, options.instrument
+    target = read_target(rig_or_display, options.mode)
     dialogue.note(target.check_eye(show.eye))
-    sets, remark = target.sets(patches, show.eye)
+    sets, remark = target.sets(options.patches, show.eye)
     dialogue.note(remark)
     wiring = wiring_of(target, show, instrument, dialogue)
+    order, again = Order(sets, show, options.notes), options.again
     with open_screen(target, show) as screen:
         for warning in screen.surface.facts.remarks:
             dialogue.warn(warning)
         outcome, session = measure(
-            output,
-            target,
-            Order(sets, show, notes),
-            screen,
-            instrument.instrument,
-            wiring,
-            resume=resume,
-            again=again,
-            accept_readings=instrument.accept_readings,
-            dialogue=dialogue,
+            options.output, target, order, screen, instrument, wiring, dialogue, resume=options.resume, again=again
         )
-    tables = tuple(tables) or (output.with_suffix(".csv"),)
+    tables = options.tables or (options.output.with_suffix(".csv"),)
     for table in tables if session.readings else ():
         write_measurements(session, table)
-    return MeasurementReport(output, tables, outcome, session)
+    return MeasurementReport(options.output, tables, outcome, session)
 
 
 @contextmanager
@@ -192,25 +172,23 @@ def measure(
     target: Target,
     order: Order,
     screen: PatchScreen,
-    instrument: str,
+    instrument: InstrumentOptions,
     wiring: Wiring,
+    dialogue: Dialogue,
     *,
     resume: bool = False,
     again: Sequence[str] = (),
-    accept_readings: bool = False,
-    dialogue: Dialogue | None = None,
 ) -> tuple[Outcome, Session]:
     """Measure, with the readings in ``file``, and return how it went and all readings there are.
 
     With ``resume``, the measurement in ``file`` is resumed; ``again`` are labels of steps to read once more.
-    Readings that make no sense stop it, unless ``accept_readings``.
+    Readings that make no sense stop it, unless the ``instrument``'s are accepted.
 
     Raises
     ------
     InputError
         If it cannot begin: with a finding each.
     """
-    dialogue = dialogue or Dialogue()
     sets = [patch_set.rounded(screen.highest) for patch_set in order.sets]
     planned = steps(sets, order.show.seed, order.show.repeat_every, eye=order.show.eye)
     watch = GammaWatch(screen.surface.gamma_tables, every_s=0.0)
@@ -236,7 +214,7 @@ def measure(
         remedy = "resume it with --resume, or choose another name"
         raise MeasuringError(Finding("this measurement exists already", str(file), remedy=remedy))
     try:
-        opened = open_instrument(instrument, wiring)
+        opened = open_instrument(instrument.instrument, wiring)
         try:
             if log is None:
                 log = MeasurementLog.create(file, {"begun_utc": begun.isoformat(), "instrument": opened.name, **facts})
@@ -254,12 +232,11 @@ def measure(
                 order.show.eye,
                 order.show.settle_s,
                 elapsed_s,
-                dialogue.on_progress,
                 dialogue.say,
-                dialogue.ready,
+                _ready(instrument, order.show, dialogue),
                 watch.change,
                 judge,
-                accept=accept_readings,
+                accept=instrument.accept_readings,
             )
         finally:
             opened.close()
@@ -268,6 +245,19 @@ def measure(
         if log is not None:
             log.close()
     return outcome, session
+
+
+def _ready(instrument: InstrumentOptions, show: ShowOptions, dialogue: Dialogue) -> Callable[[str], bool] | None:
+    """Return what waits until the person has moved what must be moved; None for a key in the window."""
+
+    def note(request: str) -> bool:
+        dialogue.note(request)
+        return True
+
+    def ask(request: str) -> bool:
+        return dialogue.ask(f"{request} Then press Enter: ") is not None
+
+    return note if instrument.unattended else None if show.backend == "window" else ask
 
 
 def table_read_with(loaded: Mapping[Eye, LoadedTable], eye: PatchEye) -> GammaTable:

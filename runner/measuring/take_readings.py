@@ -11,8 +11,10 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from queue import Empty, SimpleQueue
 
+from analysis.records import duration
 from devices.readings import (
     BEFORE_SETTLINGS,
     Arrangement,
@@ -27,24 +29,13 @@ from devices.readings import (
     Showing,
     Step,
 )
+from documents import WorkError, counted
 from runner.measuring.judge import Judge
 from runner.measuring.keys import Keys
 from runner.measuring.patch_screen import PatchScreen
 
 TRIES = 3
 _STOPPED = "stopped at the keyboard"
-
-
-@dataclass(frozen=True, slots=True)
-class Progress:
-    """What was just done: ``reading`` of ``step``, or ``why`` there is none; the ``done`` of ``of``, and time left."""
-
-    step: Step
-    reading: Reading | None
-    why: str
-    done: int
-    of: int
-    left_s: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +50,25 @@ class Outcome:
     stopped: str = ""
     set_aside: tuple[str, ...] = ()
 
+    def failure(self, file: Path) -> WorkError | None:
+        """Return what to raise where patches are missing in ``file``, with how to resume; None where none is."""
+        safe = f"{counted(self.taken, 'reading is', 'readings are')} safe in {file}"
+        if self.set_aside:
+            aside = counted(len(self.set_aside), "reading was", "readings were")
+            return WorkError(
+                f"{self.stopped}; {aside} set aside, and {safe}: --resume reads what is missing; if such readings are "
+                "right, --accept-readings keeps them"
+            )
+        if self.stopped:
+            return WorkError(f"{self.stopped}; {safe}: resume with --resume")
+        if not self.failed:
+            return None
+        shown = ", ".join(self.failed[:5]) + (" ..." if len(self.failed) > 5 else "")
+        return WorkError(
+            f"{counted(len(self.failed), 'patch', 'patches')} could not be read ({shown}); "
+            f"try {'it' if len(self.failed) == 1 else 'them'} again with --resume"
+        )
+
 
 def take_readings(
     screen: PatchScreen,
@@ -68,7 +78,6 @@ def take_readings(
     eye: PatchEye,
     settle_s: float,
     elapsed_s: Callable[[], float],
-    on_progress: Callable[[Progress], None] = lambda progress: None,
     say: Callable[[str], None] = lambda words: None,
     ready: Callable[[str], bool] | None = None,
     change: Callable[[], str] = lambda: "",
@@ -76,7 +85,7 @@ def take_readings(
     *,
     accept: bool = False,
 ) -> Outcome:
-    """Read ``steps`` in their order, each kept in ``log`` before the next is shown.
+    """Read ``steps`` in their order, each kept in ``log`` before the next is shown, and ``say`` each.
 
     ``elapsed_s`` returns the seconds since the measurement began, over all its resumptions. A patch out of the
     instrument's range is recorded as failed, and the next comes; an answer that makes no sense is asked for again, and
@@ -147,7 +156,9 @@ def take_readings(
         busy_s += time.monotonic() - began_s
         each_s = busy_s / (done + 1)
         left_s = sum(max(each_s, later.patch.wait_s) for later in steps[done + 1 :])
-        on_progress(Progress(step, reading, why, done + 1, len(steps), left_s))
+        found = "X {:.4g}  Y {:.4g}  Z {:.4g} cd/m²".format(*reading.XYZ_cd_m2) if reading else f"not read: {why}"
+        left = f"{duration(round(left_s))} left" if done + 1 < len(steps) else "done"
+        say(f"{done + 1}/{len(steps)}  {step.label}: {found}  ({left})")
     return Outcome(taken, tuple(failed))
 
 

@@ -242,4 +242,4 @@ def wiring_of(target: Target, show: ShowOptions, instrument: InstrumentOptions, 
         remedy = f"simulate a display that was characterised for {DEFAULT_OBSERVER}"
         raise MeasuringError(Finding(what, str(looked_at.display_file), remedy=remedy))
     simulated = looked_at.simulated
-    return Wiring(instrument.port, options, dialogue.ask, dialogue.correct, simulated, show.seed, show.eye)
+    return Wiring(instrument.port, options, dialogue.ask, dialogue.tell, simulated, show.seed, show.eye)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -29,10 +29,11 @@ from devices.readings import (
     asked_of,
     xyz_from_spectra,
 )
-from documents import Finding
+from documents import Finding, WorkError
 from documents.arrays import Floats
+from documents.pages import Block, Table
 from documents.text import JsonResult
-from runner.measuring.options import Dialogue, InstrumentOptions, ShowOptions
+from runner.measuring.options import Dialogue, VerifyOptions
 from runner.measuring.station import Order, measure, open_screen
 from runner.measuring.take_readings import Outcome
 from runner.measuring.target import read_target, wiring_of
@@ -68,6 +69,15 @@ class Checked(JsonResult):
         "name asked_XYZ_cd_m2 measured_XYZ_cd_m2 delta_e_00 predicted_XYZ_cd_m2 predicted_delta_e_00 desaturated"
     )
 
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """The colour as people read it in a table: a star at its name if it was asked less saturated."""
+        asked, measured = (
+            " ".join(f"{value:8.3f}" for value in XYZ) for XYZ in (self.asked_XYZ_cd_m2, self.measured_XYZ_cd_m2)
+        )
+        differences = (f"{value:.3f}" for value in (self.delta_e_00, self.predicted_delta_e_00))
+        return (self.name + ("*" if self.desaturated else ""), asked, measured, *differences)
+
 
 @dataclass(frozen=True, slots=True)
 class Spread(JsonResult):
@@ -99,44 +109,53 @@ class Verdict(JsonResult):
 
 
 @dataclass(frozen=True, slots=True)
-class VerificationReport:
-    """A verification as far as it went: its log ``file``, and the verdict, None if it stopped or nothing was read."""
+class VerificationReport(JsonResult):
+    """A verification as far as it went: its log ``file``, and the verdict, None if it stopped or nothing was read.
+
+    ``limit`` is the mean ΔE00 that must not be passed, None for none.
+    """
 
     file: Path
     outcome: Outcome
     verdict: Verdict | None
+    limit: float | None = None
+    json_keys: ClassVar = {"file": "measurement", "verdict": "*"}
+    json_names: ClassVar = "file limit passed verdict"
+
+    @property
+    def passed(self) -> bool | None:
+        """Whether the mean is within the limit; None without one."""
+        return None if self.verdict is None or self.limit is None else self.verdict.achieved.mean <= self.limit
+
+    @property
+    def failure(self) -> WorkError | None:
+        """What to raise where colours are missing or the limit is passed."""
+        if self.verdict is not None and self.passed is False:
+            too_far = WorkError(f"the mean ΔE00 is {self.verdict.achieved.mean:.3f}, above the limit of {self.limit:g}")
+        else:
+            too_far = None
+        return self.outcome.failure(self.file) or too_far
+
+    def told(self) -> Iterator[str | Block]:
+        """Yield each colour, asked and measured, and the spread of the differences."""
+        if (verdict := self.verdict) is None:
+            return
+        rows = [colour.cells for colour in verdict.colours]
+        yield Table.of_texts("", ("colour", "asked X Y Z", "measured X Y Z", "ΔE00", "model alone"), rows)
+        if any(colour.desaturated for colour in verdict.colours):
+            yield "* outside the display's gamut: asked less saturated"
+        for name, spread in (("achieved", verdict.achieved), ("by the model alone", verdict.predicted)):
+            yield f"ΔE00 {name}: mean {spread.mean:.3f}, 95 % below {spread.p95:.3f}, largest {spread.largest:.3f}"
 
 
-def verify_display(
-    display_file: Path,
-    instrument: InstrumentOptions,
-    show: ShowOptions,
-    *,
-    mode: str | None = None,
-    output: Path | None = None,
-    resume: bool = False,
-    accept_gamma_table: bool = False,
-    dialogue: Dialogue | None = None,
-) -> VerificationReport:
+def verify_display(options: VerifyOptions, dialogue: Dialogue | None = None) -> VerificationReport:
     """Show new colours as a session shows its pictures, read them, and report how far off they are.
 
     Parameters
     ----------
-    display_file
-        A display file, which needs a ``mode``, or a rig file.
-    instrument
-        The instrument that reads the light.
-    show
-        How the colours are shown, and to which eye.
-    mode
-        The stereo mode; None takes the rig's own.
-    output
-        The log of the measurement; None names it after the display, the mode and the eye.
-    resume
-        Whether to resume a verification that stopped.
-    accept_gamma_table
-        Whether to verify although the graphics card's gamma table is not the one that the display was measured with;
-        the log says so.
+    options
+        The display or rig file, the instrument, how the colours are shown, and to which eye. Without ``output`` the log
+        is named after the display, the mode and the eye.
     dialogue
         How to talk with the person beside it; None: not at all.
 
@@ -151,8 +170,9 @@ def verify_display(
         If the display was not characterised in this mode, the gamma table is another one, or the measurement cannot
         begin.
     """
-    dialogue = dialogue or Dialogue()
-    target = read_target(display_file, mode)
+    dialogue, show, instrument = dialogue or Dialogue(), options.show, options.instrument
+    display_file = options.display
+    target = read_target(display_file, options.mode)
     display = target.characterised()
     if target.observer != DEFAULT_OBSERVER and instrument.instrument not in SPECTRAL:
         what = (
@@ -169,14 +189,14 @@ def verify_display(
         words = f"'{target.mode.name}' mixes both eyes' views into one picture"
         dialogue.note(f"{words}: colours are as near as it comes to them")
     model = display.models.right if eye == "right" else display.models.left
-    file = output or display_file.with_name(f"{display_file.stem}-{target.mode.name}-{eye}-verify.jsonl")
+    file = options.output or display_file.with_name(f"{display_file.stem}-{target.mode.name}-{eye}-verify.jsonl")
     asked = asked_of(model)
     wiring = wiring_of(target, show, instrument, dialogue)
     with open_screen(target, show, asked=asked_XYZ(asked, model)) as screen:
         for warning in screen.surface.facts.remarks:
             dialogue.warn(warning)
         verdict = compare_tables(target.gamma_tables, screen.surface.gamma_tables())
-        if verdict.refusal and not accept_gamma_table:
+        if verdict.refusal and not options.accept_gamma_table:
             raise MeasuringError(Finding(verdict.refusal, str(display_file), remedy=REMEDY))
         for remark in filter(None, (verdict.refusal, verdict.warning)):
             dialogue.warn(remark)
@@ -184,24 +204,15 @@ def verify_display(
             "ambient_XYZ_cd_m2": model.ambient_XYZ_cd_m2.tolist(),
             "asked_XYZ_cd_m2": {colour.name: colour.XYZ_cd_m2.tolist() for colour in asked},
             "measured_gamma_table": tables_json(target.gamma_tables),
-            "accepted_gamma_table": accept_gamma_table,
+            "accepted_gamma_table": options.accept_gamma_table,
         }
         order = Order((patches_of(asked, model),), show, facts=facts)
-        outcome, session = measure(
-            file,
-            target,
-            order,
-            screen,
-            instrument.instrument,
-            wiring,
-            resume=resume,
-            accept_readings=instrument.accept_readings,
-            dialogue=dialogue,
-        )
+        outcome, session = measure(file, target, order, screen, instrument, wiring, dialogue, resume=options.resume)
     if doubt := doubt_on_light(session, model):
         dialogue.warn(doubt)
     complete = session.readings and not outcome.stopped
-    return VerificationReport(file, outcome, judge(session, asked, display, eye, target.observer) if complete else None)
+    judged = judge(session, asked, display, eye, target.observer) if complete else None
+    return VerificationReport(file, outcome, judged, options.limit)
 
 
 def doubt_on_light(session: Session, model: DisplayModel) -> str:

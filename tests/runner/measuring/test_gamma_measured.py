@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,16 +17,16 @@ from devices.display import EYES, GammaTable, read_display
 from devices.errors import MeasuringError
 from devices.readings import find_patches, read_measurements, read_session
 from documents import InputError
+from runner import measuring
 from runner.cli.main import group
-from runner.measuring import Dialogue, InstrumentOptions, PatchOptions, ShowOptions, measure_display, verify_display
 from tests.runner.measuring.displays import DISPLAY
 
 Load = Callable[[float], None]
 pytestmark = pytest.mark.window
 
 RIG = "schema_version: 1\ndisplay: display.yaml\nmode: row-interleaved\ndistance_mm: 700\n"
-SIMULATED = InstrumentOptions("simulated")
-IN_A_WINDOW = ShowOptions(settle_s=0.0, windowed=True)
+SIMULATED = measuring.InstrumentOptions("simulated")
+IN_A_WINDOW = measuring.ShowOptions(settle_s=0.0, windowed=True)
 
 
 @pytest.fixture
@@ -37,11 +38,24 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
+def measured(
+    folder: Path,
+    name: str = "m.jsonl",
+    patches: str = "some.csv",
+    dialogue: measuring.Dialogue | None = None,
+    **more: Any,
+) -> Any:
+    """Read some greys in a window."""
+    shown = measuring.PatchOptions((str(folder / patches),))
+    options = measuring.MeasureOptions(
+        output=folder / name, instrument=SIMULATED, patches=shown, show=IN_A_WINDOW, **more
+    )
+    return measuring.measure_display(folder / "rig.yaml", options, dialogue)
+
+
 def measure(folder: Path, name: str = "m.jsonl", **more: Any) -> dict[str, Any]:
     """Read some greys in a window, and return the log's header."""
-    patches = PatchOptions((str(folder / "some.csv"),))
-    measure_display(folder / "rig.yaml", folder / name, SIMULATED, patches, IN_A_WINDOW, **more)
-    return dict(read_session(folder / name).header)
+    return dict(measured(folder, name, **more).session.header)
 
 
 def power(exponent: float) -> GammaTable:
@@ -71,8 +85,7 @@ def test_a_fit_carries_the_table_into_the_display_file(folder: Path, load_table:
     codes = [patch.codes for patch in find_patches("table_c1").patches][::3]  # a third of them tells as much here
     rows = "".join(",".join(f"{255 * code:g}" for code in one) + "\n" for one in codes)
     (folder / "own.csv").write_text("# codes: 0..255\nred,green,blue\n" + rows)
-    patches = PatchOptions((str(folder / "own.csv"),))
-    measure_display(folder / "rig.yaml", folder / "m.jsonl", SIMULATED, patches, IN_A_WINDOW)
+    measured(folder, patches="own.csv")
     new = folder / "new.yaml"
     told = display_command("fit", folder / "m.jsonl", "--model", "gog", "--brief", "-o", new)
     assert told.exit_code == 0, told.output
@@ -104,14 +117,12 @@ def test_a_measurement_is_resumed_with_its_own_table_alone(folder: Path, load_ta
 
 @pytest.mark.nightly
 def test_a_change_stops_the_measurement_without_the_reading_that_it_spoilt(folder: Path, load_table: Load) -> None:
-    def change(progress: Any) -> None:
-        if progress.done == 5:
+    def change(words: str) -> None:
+        if words.startswith("5/"):
             load_table(0.9)
 
-    patches = PatchOptions((str(folder / "some.csv"),))
     file = folder / "m.jsonl"
-    dialogue = Dialogue(on_progress=change)
-    report = measure_display(folder / "rig.yaml", file, SIMULATED, patches, IN_A_WINDOW, dialogue=dialogue)
+    report = measured(folder, dialogue=measuring.Dialogue(say=change))
     assert "the gamma table on 'screen' changed" in report.outcome.stopped
     assert len(report.session.readings) == report.outcome.taken == 5
     stopped = [line for line in map(json.loads, file.read_text().splitlines()) if line["record"] == "note"]
@@ -138,31 +149,28 @@ def stated(folder: Path, exponent: float) -> None:
 @pytest.mark.nightly
 def test_a_display_is_verified_with_the_measured_table_alone(folder: Path, load_table: Load) -> None:
     stated(folder, 1.0)
-    rig = folder / "rig.yaml"
+    options = measuring.VerifyOptions(
+        display=folder / "rig.yaml", output=folder / "v.jsonl", instrument=SIMULATED, show=IN_A_WINDOW
+    )
     with pytest.raises(MeasuringError, match="is not the one that the display was measured with"):
-        verify_display(rig, SIMULATED, IN_A_WINDOW, output=folder / "v.jsonl")
+        measuring.verify_display(options)
     assert not (folder / "v.jsonl").exists()
     said: list[str] = []
-    dialogue = Dialogue(warn=said.append)
-    accepted = verify_display(
-        rig, SIMULATED, IN_A_WINDOW, output=folder / "v.jsonl", accept_gamma_table=True, dialogue=dialogue
-    )
+    accepted = measuring.verify_display(replace(options, accept_gamma_table=True), measuring.Dialogue(said.append))
     assert accepted.verdict is not None
     assert any("is not the one" in words for words in said)
     header = read_session(folder / "v.jsonl").header
     assert (header["accepted_gamma_table"], header["gamma_table"]["hash"]) == (True, power(1.1).sha256)
     assert header["measured_gamma_table"]["both"]["hash"] == power(1.0).sha256
     stated(folder, 1.1)
-    same = verify_display(rig, SIMULATED, IN_A_WINDOW, output=folder / "w.jsonl")
-    assert same.verdict is not None
+    assert measuring.verify_display(replace(options, output=folder / "w.jsonl")).verdict is not None
 
 
 def test_without_a_window_the_readings_say_why_the_table_is_unknown(folder: Path) -> None:
-    show = ShowOptions(settle_s=0.0, backend="egl")
-    try:
-        measure_display(folder / "rig.yaml", folder / "m.jsonl", SIMULATED, PatchOptions(("grey",)), show)
-    except InputError as error:
-        pytest.skip(str(error))
+    told = display_command("measure", folder / "rig.yaml", "-o", folder / "m.jsonl", "--set", "grey", "--settle", "0",
+                           "--instrument", "simulated", "--backend", "egl")  # fmt: skip
+    if told.exit_code:
+        pytest.skip(str(told.exception))
     table = read_measurements(folder / "m.csv").gamma_table
     assert table is not None
     assert table.unknown == "it was drawn without a window"

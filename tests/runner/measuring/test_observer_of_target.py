@@ -25,7 +25,7 @@ from devices.readings import (
 )
 from devices.readings.ti3 import write_ti3
 from documents.pages import write_page
-from runner.measuring import Dialogue, InstrumentOptions, ShowOptions, verify_display
+from runner.measuring import Dialogue, InstrumentOptions, ShowOptions, VerifyOptions, verify_display
 from runner.measuring.target import read_target, wiring_of
 from runner.measuring.verification import judge, patches_of
 from runner.reports.display.page import page_of
@@ -52,7 +52,7 @@ SAYS = "the mode 'flat' is for the observer CIE 1964 10; .* for CIE 1931 2"
 
 def test_it_is_not_verified_without_spectra(display: Path) -> None:
     with pytest.raises(MeasuringError, match=SAYS) as caught:
-        verify_display(display, InstrumentOptions("simulated"), ShowOptions(backend="egl"), mode="flat")
+        verify_display(VerifyOptions(display=display, instrument=InstrumentOptions("simulated"), mode="flat"))
     assert len(caught.value.findings) == 1
 
 

@@ -14,20 +14,9 @@ from pathlib import Path
 import pytest
 
 from devices.readings import read_session
+from tests.runner.measuring.displays import DISPLAY
 
 pytestmark = [pytest.mark.window, pytest.mark.nightly]
-
-DISPLAY = "schema_version: 1\npanel: {resolution_px: [640, 480], pixel_pitch_mm: 0.25}\n"
-
-
-MODEL = """\
-modes:
-  row-interleaved:
-    black_XYZ_cd_m2: [0.02, 0.02, 0.03]
-    primaries_XYZ_cd_m2: {red: [10.83, 5.62, 0.54], green: [9.67, 18.65, 1.63], blue: [5.68, 2.20, 29.18]}
-    curve: {kind: gamma, red: {gamma: 2.1}, green: {gamma: 2.2}, blue: {gamma: 2.3}}
-    source: made up for tests
-"""
 
 
 @dataclass
@@ -60,7 +49,7 @@ class Window:
 def window(xvfb: str, tmp_path: Path) -> Iterator[Callable[..., Window]]:
     if shutil.which("xdotool") is None:
         pytest.skip("xdotool is not installed")
-    (tmp_path / "display.yaml").write_text(DISPLAY + MODEL)
+    (tmp_path / "display.yaml").write_text(DISPLAY.replace("[64, 48]", "[640, 480]"))
     environment = {**os.environ, "DISPLAY": xvfb}
     environment.pop("WAYLAND_DISPLAY", None)
     opened: list[Window] = []
