@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Any, ClassVar, Literal, get_args
 
 import numpy as np
 
@@ -30,7 +30,7 @@ from analysis.bootstrap.replicates import BLOCK_NUMBERS, Name, Quantity, Replica
 from analysis.errors import ResultsError
 from documents import Finding, one_blas_thread
 from documents.arrays import Floats
-from documents.text import finite, json_fields
+from documents.text import JsonResult
 
 Kind = Literal["expanded-bca", "bca", "expanded", "percentile", "studentised", "sandwich", "model"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
@@ -39,7 +39,7 @@ Ends = tuple[Floats, Floats]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Intervals:
+class Intervals(JsonResult):
     """Intervals of k values, and what they rest on.
 
     Attributes
@@ -69,15 +69,14 @@ class Intervals:
     without_fit: int
     whole_separated: bool
 
-    def to_json(self) -> dict[str, Any]:
-        """Return the fields; null where an end is infinite."""
-        rows = zip(self.names, self.estimate.tolist(), self.low.tolist(), self.high.tolist(), strict=True)
-        return json_fields(self, omit=["names", "estimate", "low", "high"]) | {
-            "intervals": [
-                {"items": list(names), "estimate": estimate, "low": finite(low), "high": finite(high)}
-                for names, estimate, low, high in rows
-            ],
-        }
+    json_keys: ClassVar = dict.fromkeys(("names", "estimate", "low", "high"))
+    json_also: ClassVar = ("intervals",)
+
+    @property
+    def intervals(self) -> list[dict[str, Any]]:
+        """Each value with its item or items and the ends of its interval."""
+        rows = zip(self.names, self.estimate, self.low, self.high, strict=True)
+        return [dict(zip(("items", "estimate", "low", "high"), row, strict=True)) for row in rows]
 
 
 @one_blas_thread()

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, get_args
+from typing import Any, ClassVar, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,12 +25,13 @@ from analysis.scaling.profile import why_not_profiled
 from analysis.scaling.result import CovarianceKind
 from documents import Finding, one_blas_thread
 from documents.arrays import Flags, Floats, Indices
+from documents.text import JsonResult
 
 MAXZ_SAMPLES = 10_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Stability:
+class Stability(JsonResult):
     """What became of the classes of n items over the bootstrap.
 
     Attributes
@@ -62,20 +63,14 @@ class Stability:
     adjust: Adjust
     covariance: CovarianceKind
 
-    def to_json(self) -> dict[str, Any]:
-        """Return the fields as lists, numbers and text."""
+    json_keys: ClassVar = {"lines": "items"}
+    json_names: ClassVar = "lines shared class_counts replicates separated without_fit alpha adjust covariance"
+
+    @property
+    def lines(self) -> list[dict[str, Any]]:
+        """Each item with its label and the share of it."""
         items = zip(self.items, self.labels, self.label_shares, strict=True)
-        return {
-            "items": [{"name": name, "class": label, "share": share} for name, label, share in items],
-            "shared": self.shared.tolist(),
-            "class_counts": {str(count): times for count, times in sorted(self.class_counts.items())},
-            "replicates": self.replicates,
-            "separated": self.separated,
-            "without_fit": self.without_fit,
-            "alpha": self.alpha,
-            "adjust": self.adjust,
-            "covariance": self.covariance,
-        }
+        return [{"name": name, "class": label, "share": share} for name, label, share in items]
 
 
 @one_blas_thread()

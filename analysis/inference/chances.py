@@ -8,7 +8,6 @@ interval is made on the logit scale by the delta method, from the joint covarian
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -31,7 +30,7 @@ class Chance(JsonResult):
 
 
 @dataclass(frozen=True, slots=True)
-class PairProbability:
+class PairProbability(JsonResult):
     """Chances of one pair.
 
     Attributes
@@ -45,6 +44,8 @@ class PairProbability:
     difference, se, low, high
         θ_first − θ_second, its standard error and the ends of its interval, in the units of the strengths. ``se`` is
         None where all observers agree, so that nothing is known of its error: the interval is then infinite.
+    difference_jnd
+        The same difference in JND.
     p
         Two-sided p value of no difference after the correction that the classes were made with; None without classes.
     """
@@ -59,41 +60,19 @@ class PairProbability:
     df: float | None
     low: float
     high: float
+    difference_jnd: float
     p: float | None
 
 
 @dataclass(frozen=True, slots=True)
-class PairProbabilities:
+class PairProbabilities(JsonResult):
     """Chances of every pair, pairs of the best item first.
 
-    ``level`` is the confidence level of each interval by itself; ``jnd`` is the length of one JND in the units of the
-    strengths.
+    ``level`` is the confidence level of each interval by itself.
     """
 
-    pairs: tuple[PairProbability, ...]
     level: float
-    jnd: float
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON; null stands for an end at infinity."""
-        return {"level": self.level, "pairs": [self._line(pair) for pair in self.pairs]}
-
-    def _line(self, pair: PairProbability) -> dict[str, Any]:
-        low, high = (end if np.isfinite(end) else None for end in (pair.low, pair.high))
-        return {
-            "first": pair.first,
-            "second": pair.second,
-            "first_preferred": pair.first_preferred.to_json(),
-            "second_preferred": pair.second_preferred.to_json(),
-            "tie": pair.tie.to_json() if pair.tie else None,
-            "difference": pair.difference,
-            "se": pair.se,
-            "df": pair.df,
-            "low": low,
-            "high": high,
-            "difference_jnd": pair.difference / self.jnd,
-            "p": pair.p,
-        }
+    pairs: tuple[PairProbability, ...]
 
 
 def pair_probabilities(scores: Scores, level: float = 0.95) -> PairProbabilities:
@@ -129,7 +108,7 @@ def pair_probabilities(scores: Scores, level: float = 0.95) -> PairProbabilities
     """
     check_level(1 - level)
     apart = differences(scores)
-    law, fit = LAWS[scores.fit.model], scores.fit
+    law = LAWS[scores.fit.model]
     known = apart.se > 0
     ends = np.stack(apart.interval(level))
     if law.parameter is None:
@@ -156,10 +135,11 @@ def pair_probabilities(scores: Scores, level: float = 0.95) -> PairProbabilities
                 df=None if apart.df is None else float(apart.df[row]),
                 low=float(ends[0, row]),
                 high=float(ends[1, row]),
+                difference_jnd=float(apart.estimate[row]) / scores.jnd,
                 p=None if p_of is None else float(p_of[better, worse]),
             )
         )
-    return PairProbabilities(tuple(pairs), level, LAWS[fit.model].jnd)
+    return PairProbabilities(level, tuple(pairs))
 
 
 def _with_ties(scores: Scores, apart: Differences, reach: Floats | float) -> list[tuple[Floats, Floats, Floats]]:

@@ -243,34 +243,34 @@ def _ranks(values: NDArray[Any]) -> Floats:
 
 
 @dataclass(frozen=True, slots=True)
-class CatchAnswers:
-    """One observer's catch trials.
+class IdenticalPairs(JsonResult):
+    """Trials with a stimulus beside itself: those answered with the ``first`` position, the ``second``, and ties."""
 
-    ``right`` of ``obvious`` pairs were answered correctly. Of ``identical`` pairs of a stimulus with itself, ``first``
-    were answered with the first position and ``second`` with the second; the others are ties.
-    """
+    trials: int
+    first: int
+    second: int
+
+
+@dataclass(frozen=True, slots=True)
+class CatchAnswers(JsonResult):
+    """One observer's catch trials: ``right`` of ``obvious`` pairs were answered correctly."""
 
     obvious: int
     right: int
-    identical: int
-    first: int
-    second: int
+    identical: IdenticalPairs
 
     @property
     def missed(self) -> int:
         """How many obvious pairs were answered wrongly."""
         return self.obvious - self.right
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {"obvious": self.obvious, "right": self.right, "identical": _identical(self)}
-
 
 @dataclass(frozen=True, slots=True)
-class CatchResults:
+class CatchResults(JsonResult):
     """The catch trials of several observers."""
 
     by_observer: Mapping[str, CatchAnswers]
+    json_names: ClassVar = "obvious missed identical"
 
     @property
     def missed(self) -> dict[str, tuple[int, int]]:
@@ -283,24 +283,10 @@ class CatchResults:
         return sum(own.obvious for own in self.by_observer.values())
 
     @property
-    def identical(self) -> int:
-        """How many pairs of a stimulus with itself there were."""
-        return sum(own.identical for own in self.by_observer.values())
-
-    @property
-    def first(self) -> int:
-        """How many of these were answered with the first position."""
-        return sum(own.first for own in self.by_observer.values())
-
-    @property
-    def second(self) -> int:
-        """How many of these were answered with the second position."""
-        return sum(own.second for own in self.by_observer.values())
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        missed = {observer: list(counts) for observer, counts in self.missed.items()}
-        return {"obvious": self.obvious, "missed": missed, "identical": _identical(self)}
+    def identical(self) -> IdenticalPairs:
+        """The trials with a stimulus beside itself of all of them."""
+        each = [(own.trials, own.first, own.second) for own in (one.identical for one in self.by_observer.values())]
+        return IdenticalPairs(*map(sum, zip((0, 0, 0), *each, strict=True)))
 
 
 def catch_answers(sessions: Sequence[SessionLog]) -> CatchAnswers:
@@ -309,13 +295,9 @@ def catch_answers(sessions: Sequence[SessionLog]) -> CatchAnswers:
     obvious = [trial for trial in trials if trial.catch == "obvious"]
     same = [trial.answer for trial in trials if trial.catch == "identical"]
     right = sum(trial.correct is True for trial in obvious)
-    return CatchAnswers(len(obvious), right, len(same), same.count("first"), same.count("second"))
+    return CatchAnswers(len(obvious), right, IdenticalPairs(len(same), same.count("first"), same.count("second")))
 
 
 def catch_results(sessions: Sequence[SessionLog]) -> CatchResults:
     """Count the catch trials of each observer of ``sessions``, as `catch_answers` does."""
     return CatchResults({name: catch_answers(own) for name, own in sessions_by_observer(sessions).items()})
-
-
-def _identical(counts: CatchAnswers | CatchResults) -> dict[str, int]:
-    return {"trials": counts.identical, "first": counts.first, "second": counts.second}

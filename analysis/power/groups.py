@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from analysis.power.results import Needed, answer_words, doubt_words
+from documents.text import JsonResult
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class GroupsNeeded:
+class GroupsNeeded(JsonResult):
     """The fewest observers with which the pairs that matter separate often enough in every group.
 
     The same observers answer in all groups; each group has a scale, tests and a simulation of its own. Whether all
@@ -22,6 +23,8 @@ class GroupsNeeded:
     """
 
     groups: tuple[tuple[str, Needed], ...]
+    json_keys: ClassVar = Needed.json_keys
+    json_names: ClassVar = Needed.json_names
 
     @property
     def target(self) -> float:
@@ -74,21 +77,15 @@ class GroupsNeeded:
         perhaps, surely = zip(*each, strict=True)
         return doubt_words(self.sizes, _last(perhaps), _last(surely))
 
-    def needed_json(self) -> dict[str, Any]:
-        """Return plain values for JSON: the number of observers, and that of each pair with its group."""
-        pairs = [{"group": name, **pair} for name, needed in self.groups for pair in needed.to_json()["pairs"]]
-        return {
-            "target": self.target,
-            "observers": self.observers,
-            "sentence": self.sentence,
-            "doubt": self.doubt,
-            "pairs": pairs,
-        }
+    @property
+    def needs(self) -> list[dict[str, Any]]:
+        """The number of observers of each pair that matters, with its group."""
+        return [{"group": name, **pair} for name, needed in self.groups for pair in needed.needs]
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON: the answer, and each group with its own answer and every value."""
-        groups = [{"name": name, "needed": needed.to_json(), **needed.power.to_json()} for name, needed in self.groups]
-        return {"needed": self.needed_json(), "groups": groups}
+    @property
+    def details(self) -> dict[str, Any]:
+        """Each group with its own answer and every value."""
+        return {"groups": [{"name": name, "needed": own, **own.details.to_json()} for name, own in self.groups]}
 
 
 def _last(indices: tuple[int | None, ...]) -> int | None:

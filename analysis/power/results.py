@@ -120,7 +120,7 @@ class Power(JsonResult):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Needed:
+class Needed(JsonResult):
     """The fewest observers, of those tried, with which the pairs that matter separate often enough.
 
     Attributes
@@ -146,6 +146,8 @@ class Needed:
     named: bool
     observers: int | None
     by_pair: NDArray[np.intp]
+    json_keys: ClassVar = {"needs": "pairs"}
+    json_names: ClassVar = "target observers sentence doubt needs"
 
     @property
     def weakest(self) -> tuple[int, int]:
@@ -191,19 +193,16 @@ class Needed:
             return f"the {len(self.pairs)} pairs named"
         return f"all {len(self.pairs)} pairs that should differ"
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON: the number of observers, and that of each pair."""
-        names = self.power.pair_names
-        return {
-            "target": self.target,
-            "observers": self.observers,
-            "sentence": self.sentence,
-            "doubt": self.doubt,
-            "pairs": [
-                {"items": list(names[index]), "observers": int(self.by_pair[index]) or None}
-                for index in self.pairs.tolist()
-            ],
-        }
+    @property
+    def details(self) -> Power:
+        """Every value."""
+        return self.power
+
+    @property
+    def needs(self) -> list[dict[str, Any]]:
+        """The number of observers of each pair that matters."""
+        names, numbers = self.power.pair_names, self.by_pair
+        return [{"items": names[one], "observers": int(numbers[one]) or None} for one in self.pairs.tolist()]
 
 
 def observers_needed(power: Power, pairs: Sequence[tuple[str, str]] = (), target: float = TARGET) -> Needed:

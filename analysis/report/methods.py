@@ -145,10 +145,10 @@ def _exclusions(report: Report, cited: Citations) -> str:
     if practice := sum(trial.is_practice for trial in trials):
         parts.append(f"{counted(practice, 'practice trial')} came first and {_were(practice)} not analysed.")
     caught = catch_results(sessions)
-    if caught.obvious or caught.identical:
+    if caught.obvious or caught.identical.trials:
         parts.append(
-            f"{counted(caught.obvious, 'catch trial')} with an obvious answer and {caught.identical} of a stimulus "
-            "with itself were included; they are not part of the scores."
+            f"{counted(caught.obvious, 'catch trial')} with an obvious answer and {caught.identical.trials} of a "
+            "stimulus with itself were included; they are not part of the scores."
         )
     if ties := sum(is_comparison(trial) and trial.is_tie for trial in trials):
         parts.append(f"{counted(ties, 'tie')} {_were(ties)} left out of the scores.")

@@ -195,10 +195,10 @@ def _on_answers(sessions: Sequence[SessionLog], comparisons: Comparisons) -> lis
     if catch.missed:
         who = ", ".join(f"{observer} ({wrong} of {answered})" for observer, (wrong, answered) in catch.missed.items())
         notes.append(f"Obvious catch trials were missed by {who}.")
-    if catch.identical:
+    if (same := catch.identical).trials:
         notes.append(
-            f"Of {catch.identical} pairs of a stimulus with itself, the first position was chosen in {catch.first} "
-            f"and the second in {catch.second}."
+            f"Of {same.trials} pairs of a stimulus with itself, the first position was chosen in {same.first} "
+            f"and the second in {same.second}."
         )
     preferred = preferences(sessions)
     if preferred.by_observer:

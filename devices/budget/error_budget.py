@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -35,15 +35,11 @@ class Cost:
 
     def to_json(self) -> dict[str, float]:
         """Return four digits of each."""
-        return {name: float(f"{value:.4g}") for name, value in zip(("mean", "p95", "max"), self._all, strict=True)}
-
-    @property
-    def _all(self) -> tuple[float, float, float]:
-        return self.mean, self.p95, self.max
+        return {name: float(f"{getattr(self, name):.4g}") for name in self.__slots__}
 
 
 @dataclass(frozen=True, slots=True)
-class BudgetRow:
+class BudgetRow(JsonResult):
     """One step in ``words``; ``eyes`` is None where what it costs is not known, and the words say why.
 
     Examples
@@ -55,11 +51,13 @@ class BudgetRow:
     step: Step
     words: str
     eyes: Mapping[Eye, Cost] | None
+    json_keys: ClassVar = {"costs": "*"}
+    json_names: ClassVar = "step words costs"
 
-    def to_json(self) -> dict[str, Any]:
-        """Return it as JSON."""
-        costs: dict[str, Any] = {eye: None if self.eyes is None else self.eyes[eye].to_json() for eye in EYES}
-        return {"step": str(self.step), "words": self.words, **costs}
+    @property
+    def costs(self) -> Mapping[Eye, Cost | None]:
+        """What it costs each eye, None where that is not known."""
+        return self.eyes or dict.fromkeys(EYES)
 
 
 @dataclass(frozen=True, slots=True)

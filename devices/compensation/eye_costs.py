@@ -112,7 +112,7 @@ def mixed_costs(
         for eye in EYES:
             sums[eye].add(costs[eye])
     counted = counted_together([outside for outside, _ in parts])
-    return {eye: sums[eye].to_json(counted) for eye in EYES}
+    return {eye: sums[eye].costs(counted) for eye in EYES}
 
 
 def mixed_tolerance(
@@ -158,7 +158,7 @@ class _Sums:
         self.projection += block.projection
         self.projection_max = max(self.projection_max, block.projection_max)
 
-    def to_json(self, counted: Clipping) -> dict[str, float]:
+    def costs(self, counted: Clipping) -> dict[str, float]:
         pixels = max(counted.pixels, 1)
         return ClipCost(counted, self.clip / pixels, self.clip_max).to_json() | {
             "percent_noticed": round(100.0 * self.noticed / pixels, 4),

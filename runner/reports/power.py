@@ -6,7 +6,7 @@ import io
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from analysis.errors import ResultsError
 from analysis.power import (
@@ -25,6 +25,7 @@ from analysis.power import (
 from documents import Finding, WorkError
 from documents.files import writing
 from documents.pages import Block
+from documents.text import JsonResult
 from runner.protocol.experiment import read_experiment
 from runner.reports.options import PowerOptions
 from runner.reports.power_assumed import ObserverSpread, assume, observer_spread_of
@@ -32,7 +33,7 @@ from runner.reports.power_design import PairDesign, pair_design
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PowerStudy:
+class PowerStudy(JsonResult):
     """The power of an ``experiment``: how many observers it needs, and ``notes`` that come before the numbers.
 
     Attributes
@@ -52,6 +53,8 @@ class PowerStudy:
     by_observer_sd: tuple[tuple[float, Needed | GroupsNeeded], ...]
     page: Path | None = None
     table: Path | None = None
+    json_keys: ClassVar = {"observers": "observer_spread", "compared": "by_observer_sd", "needed.details": "*"}
+    json_names: ClassVar = "experiment notes observers compared needed needed.details"
 
     def told(self) -> Iterator[str | Block]:
         """Yield the answer and its notes, or the table where it goes to the terminal."""
@@ -65,21 +68,11 @@ class PowerStudy:
         if self.page is not None:
             yield f"The page: {self.page}"
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        compared = [
-            {"observer_sd": sd, "observers": needed.observers, "sentence": needed.sentence}
-            for sd, needed in self.by_observer_sd
-        ]
-        answer = {
-            "experiment": self.experiment,
-            "notes": list(self.notes),
-            "observer_spread": self.observers.to_json(),
-            "by_observer_sd": compared,
-        }
-        if isinstance(self.needed, GroupsNeeded):
-            return answer | self.needed.to_json()
-        return {**answer, "needed": self.needed.to_json(), **self.needed.power.to_json()}
+    @property
+    def compared(self) -> list[dict[str, Any]]:
+        """What is needed with each standard deviation between observers."""
+        answers = self.by_observer_sd
+        return [{"observer_sd": sd, "observers": of.observers, "sentence": of.sentence} for sd, of in answers]
 
 
 def study_power(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,7 +26,7 @@ from devices.readings import colorchecker_XYZ
 from documents import Finding
 from documents.arrays import Floats
 from documents.pages import Table
-from documents.text import visible
+from documents.text import JsonResult, visible
 from stimuli.chart.find import find_corners, turn_upright
 from stimuli.chart.options import ChartOptions, Triple
 from stimuli.chart.pooled import ChartShot, Pooled, PooledChart, pool_shots
@@ -41,25 +41,19 @@ _MUCH_SATURATED = 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PhotographedChart:
-    """The patches' values beside their reference, and ``notes``, a sentence each."""
+class PhotographedChart(JsonResult):
+    """The patches' values beside their reference, which ``way_round`` the chart lay, and ``notes``, a sentence each.
+
+    ``corners`` says whether they were found or given.
+    """
 
     colours: Correspondences
     values: PatchValues
-    way: str
-    corners_found: bool
+    way_round: str
+    corners: Literal["found", "given"]
     notes: tuple[str, ...]
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain JSON."""
-        return {
-            "corners_px": self.values.corners_px.tolist(),
-            "corners": "found" if self.corners_found else "given",
-            "way_round": self.way or "upright",
-            "spread_rgb": self.values.spread.tolist(),
-            "pixels": self.values.pixels.tolist(),
-            "said": list(self.notes),
-        }
+    json_keys: ClassVar = {"values.spread": "spread_rgb", "notes": "said"}
+    json_names: ClassVar = "values.corners_px corners way_round values.spread values.pixels notes"
 
 
 def read_chart(
@@ -89,11 +83,9 @@ def read_chart(
                 f"the reference has {len(reference.names)} colours and the chart {len(layout)} patches", reference.file
             )
         )
-    was_found = corners_px is None
-    if was_found:
-        corners = _find(rgb, saturated, layout, file)
-    else:
-        corners = check_corners(corners_px if corners_px is not None else (), rgb.shape, file)
+    how: Literal["found", "given"] = "found" if corners_px is None else "given"
+    given = None if corners_px is None else check_corners(corners_px, rgb.shape, file)
+    corners = _find(rgb, saturated, layout, file) if given is None else given
     if not np.all((corners >= 0) & (corners <= [rgb.shape[1], rgb.shape[0]])):
         raise StimulusError(Finding("the chart reaches out of the picture", file))
     corners, way = turn_upright(rgb, saturated, corners, reference.XYZ, layout, file=file)
@@ -103,7 +95,7 @@ def read_chart(
     )
     notes = []
     if way:
-        verb = "lies" if not was_found else "was found"
+        verb = "lies" if how == "given" else "was found"
         notes.append(f"the chart {verb} {way}; its patches were named accordingly")
     uneven = values.spread > _MOST_SPREAD * np.maximum(values.rgb, 0.02)
     if uneven.any():
@@ -111,7 +103,7 @@ def read_chart(
             f"pixels differ by more than {100 * _MOST_SPREAD:.0f} % within {colours.named(uneven.any(axis=1))}: noise, "
             "shine, or corners that do not sit well"
         )
-    return PhotographedChart(colours, values, way, was_found, tuple(notes))
+    return PhotographedChart(colours, values, way or "upright", how, tuple(notes))
 
 
 def _find(rgb: Picture, saturated: Bools, layout: ChartLayout, file: str | None) -> Floats:

@@ -48,7 +48,7 @@ class Frames:
     def __len__(self) -> int:
         return len(self.files)
 
-    def to_json(self, step: str) -> dict[str, Any]:
+    def as_step(self, step: str) -> dict[str, Any]:
         """Return the step that they are in."""
         exposure = self.first.exposure
         return {
@@ -239,7 +239,7 @@ def _without_dark(photo: SensorImage, dark: Frames) -> SensorImage:
                 "take it with the cap on the lens, or give the right one",
             )
         means.append(float(black))
-    step = {**dark.to_json("dark"), "mean_rgb": means}
+    step = {**dark.as_step("dark"), "mean_rgb": means}
     return replace(
         photo,
         values=photo.values - dark.mean,
@@ -258,7 +258,7 @@ def _flattened(photo: SensorImage, flat: Frames) -> SensorImage:
         )
     gains = [flat.mean[place] for places in photo.planes() for place in places]
     step = {
-        **flat.to_json("flat"),
+        **flat.as_step("flat"),
         "lowest": min(float(gain.min()) for gain in gains),
         "highest": max(float(gain.max()) for gain in gains),
     }

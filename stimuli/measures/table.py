@@ -4,40 +4,39 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.eyes import AnyEye
+from documents.text import JsonResult
 from stimuli.errors import StimulusError
 from stimuli.measures.measure import EyeMeasured, Measure
 from stimuli.measures.viewing import ViewingConditions
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class MeasureRow:
+class MeasureRow(JsonResult):
     """What one measure says: of each eye, ``both`` for a flat picture, and ``binocular``, None for a flat picture."""
 
     measure: Measure
     eyes: Mapping[AnyEye, EyeMeasured]
     binocular: float | None
 
-    def to_json(self) -> dict[str, Any]:
-        """Return the numbers by name; None for infinity, which only identical pictures have."""
-        values: dict[str, float] = {eye: measured.value for eye, measured in self.eyes.items()}
-        if self.binocular is not None:
-            values["binocular"] = self.binocular
-        remarks = list(dict.fromkeys(remark for measured in self.eyes.values() for remark in measured.remarks))
-        return {
-            "name": self.measure.name,
-            "title": self.measure.title,
-            "unit": self.measure.unit,
-            "better": self.measure.better,
-            "identical": _or_none(self.measure.identical),
-            **{name: _or_none(value) for name, value in values.items()},
-            "remarks": remarks,
-        }
+    json_keys: ClassVar = {"values": "*"}
+    json_names: ClassVar = "measure.name measure.title measure.unit measure.better measure.identical values remarks"
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The value of each eye, and of both where there are two; only those of identical pictures are infinite."""
+        both = {} if self.binocular is None else {"binocular": self.binocular}
+        return {**{str(eye): measured.value for eye, measured in self.eyes.items()}, **both}
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What was assumed of either eye, each once."""
+        return tuple(dict.fromkeys(remark for measured in self.eyes.values() for remark in measured.remarks))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -87,9 +86,8 @@ class MeasureTable:
         columns = (*eyes, "both eyes") if len(eyes) > 1 else ("value",)
         cells = [["measure", *columns, ""]]
         for row in self.rows:
-            values = [row.eyes[eye].value for eye in eyes] + ([] if row.binocular is None else [row.binocular])
             better = "less is closer" if row.measure.better == "lower" else "more is closer"
-            cells.append([row.measure.title, *(printed(value, row.measure) for value in values), better])
+            cells.append([row.measure.title, *(printed(value, row.measure) for value in row.values.values()), better])
         widths = [max(len(line[column]) for line in cells) for column in range(len(cells[0]))]
         return [
             "  ".join(
@@ -98,10 +96,6 @@ class MeasureTable:
             ).rstrip()
             for line in cells
         ]
-
-
-def _or_none(value: float) -> float | None:
-    return value if np.isfinite(value) else None
 
 
 def printed(value: float, measure: Measure) -> str:

@@ -389,8 +389,7 @@ def _measures(table: MeasureTable, density: float | None) -> tuple[Block, ...]:
     figures = []
     for row in table.rows:
         measure = row.measure
-        values = [measured.value for measured in row.eyes.values()] + ([] if row.binocular is None else [row.binocular])
-        numbers = [Shown(value, printed(value, measure)) for value in (*values, measure.identical)]
+        numbers = [Shown(value, printed(value, measure)) for value in (*row.values.values(), measure.identical)]
         rows.append((measure.title, *numbers[:-1], measure.better, numbers[-1], measure.source))
         for eye, drawing in measure_figures(row).items():
             caption = measure.title if eye == "both" else f"{measure.title}, {eye} eye"

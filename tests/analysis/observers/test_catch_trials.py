@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from analysis.observers.responses import catch_results
+from analysis.observers.responses import IdenticalPairs, catch_results
 from analysis.records import SessionLog
 from analysis.report.summary import summarise
 from tests.answers import changed, new_answer
@@ -38,7 +38,7 @@ def test_they_are_counted_by_observer(make_session: Maker) -> None:
     results = catch_results(_sessions(make_session))
     assert results.obvious == 4
     assert results.missed == {"02": (1, 2)}
-    assert (results.identical, results.first, results.second) == (4, 2, 1)
+    assert results.identical == IdenticalPairs(4, 2, 1)
 
 
 def test_the_last_attempt_counts(make_session: Maker) -> None:
@@ -69,4 +69,4 @@ def test_practice_does_not_count(make_session: Maker) -> None:
     session = _sessions(make_session)[1]
     practised = replace(session, answers=tuple(changed(trial, kind="practice") for trial in session.answers))
     results = catch_results([practised])
-    assert (results.obvious, results.missed, results.identical) == (0, {}, 0)
+    assert (results.obvious, results.missed, results.identical.trials) == (0, {}, 0)

@@ -11,7 +11,7 @@ import pytest
 from analysis.comparisons import from_sessions
 from analysis.errors import ResultsError
 from analysis.observers import Filter, keep
-from analysis.observers.responses import CatchAnswers, catch_answers
+from analysis.observers.responses import CatchAnswers, IdenticalPairs, catch_answers
 from analysis.observers.screening import passed_screening
 from analysis.records import SessionLog
 from tests.answers import changed, new_answer
@@ -145,7 +145,7 @@ def test_catch_trials_of_all_sessions_are_counted_once_each(four: list[SessionLo
     )
     practised = caught(four[0], False)
     practised = replace(practised, answers=tuple(changed(one, kind="practice") for one in practised.answers))
-    assert catch_answers([same, practised]) == CatchAnswers(3, 1, 3, 1, 1)
+    assert catch_answers([same, practised]) == CatchAnswers(3, 1, IdenticalPairs(3, 1, 1))
     wrong = next(trial for trial in same.answers if trial.details().get("correct") is False)
     again = changed(wrong, attempt=1, data={**wrong.details(), "correct": True})
     assert catch_answers([replace(same, answers=(*same.answers, again))]).missed == 1
