@@ -145,7 +145,7 @@ def _pairs(result: PairProbabilities) -> Table:
     for pair in result.pairs:
         chances = [pair.first_preferred, *([pair.tie] if ties else [])]
         numbers = [cell for one in chances for cell in ((one.value, (one.low, one.high)) if one else (None, None))]
-        rows.append((pair.first, pair.second, *numbers, pair.difference / result.jnd, pair.p))
+        rows.append((pair.first, pair.second, *numbers, pair.difference_jnd, pair.p))
     columns += [Column("JND", "difference_jnd", "number", 2), Column("p", "p", "p")]
     return Table("pairs", "How often each stimulus is preferred over each other one", tuple(columns), tuple(rows), True)
 
