@@ -10,13 +10,12 @@ from analysis.factors.result import Effect, FactorEffects
 from analysis.factors.values import Factor
 from documents import Finding
 from documents.figures import FAINT, INK, Drawing, drawing, drawn, short
-from documents.text import JsonResult
 
 EFFECT, LONGEST_NAME = "#165466", 34
 
 
 @dataclass(frozen=True, slots=True)
-class DrawnRow(JsonResult):
+class DrawnRow:
     """One row: an effect in nats with both intervals; the effect of a number is that of its range among the items.
 
     Attributes
@@ -25,8 +24,8 @@ class DrawnRow(JsonResult):
         Its factor, and the level or the range, such as "0.125 to 1".
     is_reference
         Whether it is the level that the others are compared with; its estimate is 0 and it has no intervals.
-    estimate, low, high, robust_low, robust_high
-        In nats; the ends of an interval are None where there is none.
+    estimate, interval, robust_interval
+        In nats; an interval is None where there is none.
     p, robust_p
         As in `analysis.factors.result.Effect`.
     """
@@ -35,12 +34,10 @@ class DrawnRow(JsonResult):
     level: str
     is_reference: bool
     estimate: float
-    low: float | None = None
-    high: float | None = None
-    p: float | None = None
-    robust_low: float | None = None
-    robust_high: float | None = None
-    robust_p: float | None = None
+    interval: tuple[float, float] | None
+    robust_interval: tuple[float, float] | None
+    p: float | None
+    robust_p: float | None
 
 
 def drawn_rows(effects: FactorEffects) -> tuple[DrawnRow, ...]:
@@ -72,7 +69,7 @@ def drawn_rows(effects: FactorEffects) -> tuple[DrawnRow, ...]:
 def _of_factor(factor: Factor, effects: FactorEffects) -> Iterator[DrawnRow]:
     mine = [effect for effect in effects.effects if effect.factor == factor.name]
     if mine and mine[0].reference is not None:
-        yield DrawnRow(factor.name, mine[0].reference, True, 0.0)
+        yield DrawnRow(factor.name, mine[0].reference, True, 0.0, None, None, None, None)
     for effect in mine:
         yield _row(effect, *_reach(factor, effect))
 
@@ -87,11 +84,12 @@ def _reach(factor: Factor, effect: Effect) -> tuple[str, float]:
 
 
 def _row(effect: Effect, level: str, reach: float) -> DrawnRow:
-    def times(nats: float | None) -> float | None:
-        return None if nats is None else nats * reach
-
-    ends, robust = (effect.low * reach, effect.high * reach), (times(effect.robust_low), times(effect.robust_high))
-    return DrawnRow(effect.factor, level, False, effect.estimate * reach, *ends, effect.p, *robust, effect.robust_p)
+    robust = None
+    if effect.robust_low is not None and effect.robust_high is not None:
+        robust = effect.robust_low * reach, effect.robust_high * reach
+    interval = effect.low * reach, effect.high * reach
+    estimate = effect.estimate * reach
+    return DrawnRow(effect.factor, level, False, estimate, interval, robust, effect.p, effect.robust_p)
 
 
 def effects_svg(effects: FactorEffects, width_in: float = 6.5) -> str:
@@ -142,9 +140,8 @@ def draw_effects(effects: FactorEffects, width_in: float) -> Drawing:
         axes.hlines(places, 0, 1, transform=axes.get_yaxis_transform(), color=FAINT, linewidth=0.7, zorder=0)
         for place, row in zip(places, rows, strict=True):
             level = [place, place]
-            low, high = (row.robust_low, row.robust_high) if effects.by_observers else (row.low, row.high)
-            if low is not None and high is not None:
-                ends = [low, high]
+            ends = row.robust_interval if effects.by_observers else row.interval
+            if ends is not None:
                 axes.plot(ends, level, color=INK, linewidth=1.3, solid_capstyle="butt", zorder=3)
                 axes.plot(ends, level, "|", color=INK, markersize=7, markeredgewidth=1.3, zorder=3)
             face = "white" if row.is_reference else EFFECT

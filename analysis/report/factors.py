@@ -64,9 +64,9 @@ def _figure(effects: FactorEffects) -> Figure:
             row.factor,
             f"{row.level} (reference)" if row.is_reference else row.level,
             row.estimate,
-            (row.robust_low, row.robust_high),
+            row.robust_interval or (None, None),
             row.robust_p,
-            (row.low, row.high),
+            row.interval or (None, None),
             row.p,
         )
         for row in drawn_rows(effects)

@@ -218,7 +218,7 @@ def characterise(
         before,
         judged.patches,
         screened.fits_made,
-        sum("residual" in fit for fit in (judged.fits, *(fold.fits for fold in judged.folds))),
+        sum("residual" in fit for fit in (judged.fits, *(fits for _, fits in judged.folds))),
     )
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,18 +44,14 @@ class Fit:
     before: Plvc | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Fold:
-    """The ``rows`` that were held out, and every model fitted to the rest."""
-
-    rows: Rows
-    fits: Mapping[Name, Fit]
+Fold: TypeAlias = tuple[Rows, Mapping[Name, Fit]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CrossValidation:
     """Every model fitted to ``patches``, and what each predicts of readings that it was not fitted to.
 
+    ``folds``: of each the rows that were held out, and every model fitted to the rest.
     ``predicted_XYZ`` (n, 3) in cd/m², and ``delta_e_2000`` (n,) between it and what was read, are NaN where a reading
     was never held out. ``fits_made``: how often all models were fitted.
     """
@@ -70,7 +66,7 @@ class CrossValidation:
     @property
     def judged(self) -> Rows:
         """The rows that were held out, fold by fold."""
-        return np.concatenate([fold.rows for fold in self.folds]) if self.folds else np.zeros(0, dtype=np.intp)
+        return np.concatenate([rows for rows, _ in self.folds]) if self.folds else np.zeros(0, dtype=np.intp)
 
     @property
     def medians(self) -> dict[Name, float]:
@@ -88,10 +84,10 @@ class CrossValidation:
         """Return the same with the model of the residual too, on the PLVC that each fold has already."""
         if "residual" in self.fits:
             return self
-        folds = []
-        for fold in self.folds:
-            training = self.patches.select(np.setdiff1d(np.arange(len(self.patches)), fold.rows))
-            folds.append(Fold(fold.rows, {**fold.fits, "residual": residual_of(training, fold.fits["plvc"])}))
+        folds: list[Fold] = []
+        for rows, own in self.folds:
+            training = self.patches.select(np.setdiff1d(np.arange(len(self.patches)), rows))
+            folds.append((rows, {**own, "residual": residual_of(training, own["plvc"])}))
         fits = {**self.fits, "residual": residual_of(self.patches, self.fits["plvc"])}
         return _predicted(self.patches, fits, tuple(folds), self.fits_made)
 
@@ -100,20 +96,20 @@ def cross_validate(data: Patches, seed: int, *, residual: bool = True) -> CrossV
     """Fit every model to all of ``data``, and to what each fold leaves; that of the residual if it is asked for."""
     starts: dict[str, Floats] = {}
     whole = fit_all(data, starts, residual=residual)
-    folds = []
+    folds: list[Fold] = []
     for rows in folds_of(data, seed):
         training = data.select(np.setdiff1d(np.arange(len(data)), rows))
-        folds.append(Fold(rows, fit_all(training, starts, judged=False, residual=residual)))
+        folds.append((rows, fit_all(training, starts, judged=False, residual=residual)))
     return _predicted(data, whole, tuple(folds), 1 + len(folds))
 
 
 def _predicted(data: Patches, fits: Mapping[Name, Fit], folds: tuple[Fold, ...], fits_made: int) -> CrossValidation:
     predicted = {name: np.full((len(data), 3), np.nan) for name in fits}
     delta = {name: np.full(len(data), np.nan) for name in fits}
-    for fold in folds:
-        for name, fit in fold.fits.items():
-            predicted[name][fold.rows] = fit.model.xyz(data.codes[fold.rows])
-            delta[name][fold.rows] = data.select(fold.rows).delta_e_2000(predicted[name][fold.rows])
+    for rows, own in folds:
+        for name, fit in own.items():
+            predicted[name][rows] = fit.model.xyz(data.codes[rows])
+            delta[name][rows] = data.select(rows).delta_e_2000(predicted[name][rows])
     return CrossValidation(data, fits, folds, predicted, delta, fits_made)
 
 

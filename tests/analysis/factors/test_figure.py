@@ -27,11 +27,12 @@ def test_rows_are_the_effects_with_references_and_ranges(grid: Factors, draw: Dr
         ("exposure_s", "0.125 to 1", False),
     ]
     assert rows[1].estimate == found.effects[0].estimate
-    assert rows[0].low is None
+    assert rows[0].interval is None
     # Three doublings.
     assert rows[-1].estimate == pytest.approx(3 * found.effects[-1].estimate)
-    assert (rows[-1].low, rows[-1].high) == pytest.approx((3 * found.effects[-1].low, 3 * found.effects[-1].high))
-    assert rows[-1].to_json()["robust_high"] == pytest.approx(3 * (found.effects[-1].robust_high or 0))
+    assert rows[-1].interval == pytest.approx((3 * found.effects[-1].low, 3 * found.effects[-1].high))
+    robust = rows[-1].robust_interval or (0, 0)
+    assert robust[1] == pytest.approx(3 * (found.effects[-1].robust_high or 0))
     by_mean = drawn_rows(factor_effects(answers, grid, coding="sum"))
     assert not any(row.is_reference for row in by_mean)
 
