@@ -31,8 +31,7 @@ def test_rows_are_the_effects_with_references_and_ranges(grid: Factors, draw: Dr
     # Three doublings.
     assert rows[-1].estimate == pytest.approx(3 * found.effects[-1].estimate)
     assert rows[-1].interval == pytest.approx((3 * found.effects[-1].low, 3 * found.effects[-1].high))
-    robust = rows[-1].robust_interval or (0, 0)
-    assert robust[1] == pytest.approx(3 * (found.effects[-1].robust_high or 0))
+    assert (rows[-1].robust_interval or (0, 0))[1] == pytest.approx(3 * (found.effects[-1].robust_high or 0))
     by_mean = drawn_rows(factor_effects(answers, grid, coding="sum"))
     assert not any(row.is_reference for row in by_mean)
 
